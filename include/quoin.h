@@ -1,0 +1,23 @@
+/* quoin.h: the public interface. A program that runs a scene is src/main.c. */
+#pragma once
+#include <petscsys.h>
+
+typedef struct _p_Quoin *Quoin;
+
+/* Exit codes of the program, and QuoinExitCode(). */
+enum { QUOIN_OK = 0, QUOIN_BAD_INPUT = 2, QUOIN_DIVERGED = 3, QUOIN_UNDECIDED = 4, QUOIN_INTERRUPTED = 5, QUOIN_COLLAPSED = 6,
+       QUOIN_INTERNAL = 7 };
+
+/* All functions are collective on comm. Bad input returns PETSC_ERR_USER_INPUT after one line on stderr. */
+PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q);
+/* Reads the scene: the YAML file (or NULL) overridden by "-key value" pairs of argv (argv[0] is skipped). */
+PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv);
+/* Reads, checks and distributes the block mesh; finds contacts; allocates the state. */
+PetscErrorCode QuoinSetUp(Quoin q);
+/* Runs all stages and writes results into the output folder. */
+PetscErrorCode QuoinRun(Quoin q);
+/* Prints what the model holds (blocks, contacts, dofs, ranks) on stdout of rank 0. */
+PetscErrorCode QuoinView(Quoin q);
+/* One of the exit codes above, by the verdicts of the stages. Not collective. */
+int QuoinExitCode(Quoin q);
+PetscErrorCode QuoinDestroy(Quoin *q);

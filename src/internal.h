@@ -1,0 +1,65 @@
+/* internal.h: prototypes between the files of src/, in data-flow order. "Collective" is said where it holds; all else is
+   local to the rank. Functions return a PETSc error code. */
+#pragma once
+#include "quoin.h"
+#include "types.h"
+
+/* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns PETSC_ERR_USER_INPUT on all ranks. */
+/* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all ranks with the
+   message of the lowest rank that has one. */
+PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
+PetscErrorCode QuoinErrorHandlerPush(void);
+
+/* ---- scene.c */
+/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Fails on unknown keys. */
+PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
+/* Collective. Checks the names in the scene against the mesh and completes materials; see scene.c. */
+PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh);
+/* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
+PetscErrorCode SceneHelp(MPI_Comm comm);
+PetscErrorCode SceneDestroy(Scene *scene);
+
+/* ---- mesh.c */
+/* Collective; the file is read on rank 0. */
+PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
+/* Rank 0: every check of docs/mesh_format.md; message receives the first fault, "" when the mesh is good. */
+PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH]);
+PetscErrorCode MeshReorder(BlockMesh *mesh);
+PetscErrorCode MeshDestroy(BlockMesh *mesh);
+
+/* ---- grid.c: knows boxes only */
+/* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch; free with
+   PetscFree. Cost O(n) for boxes of similar size. */
+PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs);
+
+/* ---- element.c */
+/* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N] (n_vertices + dummies, 2). */
+PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
+PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
+PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
+/* Cauchy stress sxx syy sxy [Pa] (n,3) at the centre of each element of the list. */
+PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *stress);
+/* Cauchy stress at the Gauss points: T3 (n,1,3), Q4 (n,4,3) in the order (-,-), (+,-), (+,+), (-,+). */
+PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *stress);
+/* Strain energy [J] of one element list's owned elements (n,). */
+PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *energy);
+/* Principal stresses s1 >= s2 of (sxx,syy,sxy) and angle [rad] of s1 from x. */
+void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *angle);
+
+/* ---- stress_models.c */
+extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm, "StressModelKind", "STRESS_" , NULL */
+/* The elastic row of a model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
+void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
+/* Response of ONE contact whose joint law is broken somewhere (or has residual parts); see stress_models.c. */
+typedef struct {
+  PetscReal u_n[2], u_s[2];     /* in: [m] at the two ends, openings already reduced by `rest` */
+  PetscReal slip[2], broken[2]; /* in: history at the start of the step; out: at its end */
+  PetscReal sigma[2], tau[2];   /* out: [Pa] at the ends */
+  PetscReal F_n[2], F_s[2];     /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
+  PetscInt state[2];            /* out: ContactState bits */
+} ContactPoint;
+void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
+/* True when the law holds elastically at both ends and nothing is broken: then the elastic row gives the same answer. */
+/* (the vectorised form of this test stands in contact_force.c) */
+PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2], const PetscReal broken[2]);
