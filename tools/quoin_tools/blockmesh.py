@@ -65,7 +65,7 @@ class BlockMesh:
         return total / np.where(triangle, 3, 4)[:, None]
 
 
-# ---- topology -------------------------------------------------------------------------------------------------------
+# ---- topology ----------------------------------------------------------------------------------------------
 
 def closed_rings(mesh):
     """Blocks as four vertices: a triangle repeats its first one."""
@@ -106,7 +106,7 @@ def face_ends(mesh, faces):
 
 
 def macroblocks(mesh):
-    """Component of each block: blocks that share a vertex are one macroblock, numbered by their first block."""
+    """Component of each block: blocks that share a vertex are one macroblock; numbered in block order."""
     ring = closed_rings(mesh)
     rows, columns = np.repeat(ring[:, 0], 3), ring[:, 1:].ravel()
     size = len(mesh.vertices)
@@ -129,10 +129,11 @@ def cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-# ---- file -----------------------------------------------------------------------------------------------------------
+# ---- file --------------------------------------------------------------------------------------------------
 
 def write(path, mesh):
     """Write to a temporary name and rename, so that a reader never sees half a file."""
+    check_names(mesh)  # a slash in a name would make a group of its own
     path = os.fspath(path)
     handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path) or ".", prefix=".", suffix=".h5")
     os.close(handle)
@@ -183,11 +184,13 @@ def parse(file):
     check_header(file)
     data = {name: dataset(file, name, *expected) for name, expected in DATASETS.items()}
     if len(data["block_group"]) != len(data["blocks"]):
-        raise MeshError(f"/block_group has {len(data['block_group'])} rows, /blocks has {len(data['blocks'])}")
+        raise MeshError(f"/block_group has {len(data['block_group'])} rows, "
+                        f"/blocks has {len(data['blocks'])}")
     if len(data["groups/rigid"]) != len(data["groups/name"]):
         raise MeshError(f"/groups/rigid has {len(data['groups/rigid'])} rows, "
                         f"/groups/name has {len(data['groups/name'])}")
-    face_sets = {name: dataset(file, f"face_sets/{name}", "i4", "int32", 2) for name in members(file, "face_sets")}
+    face_sets = {name: dataset(file, f"face_sets/{name}", "i4", "int32", 2)
+                 for name in members(file, "face_sets")}
     points = {}
     for name in members(file, "points"):
         vertex = dataset(file, f"points/{name}", "i4", "int32", None)
@@ -216,7 +219,8 @@ def dataset(file, name, kind, kind_name, columns):
         raise MeshError(f"/{name} is of type {item.dtype}, expected {kind_name}")
     shape = item.shape or ()
     if len(shape) != (1 if columns is None else 2) or (columns is not None and shape[1] != columns):
-        raise MeshError(f"/{name} has shape {shape}, expected {'(n,)' if columns is None else f'(n, {columns})'}")
+        expected = "(n,)" if columns is None else f"(n, {columns})"
+        raise MeshError(f"/{name} has shape {shape}, expected {expected}")
     return item[()]
 
 
@@ -229,7 +233,7 @@ def members(file, name):
     return list(group)
 
 
-# ---- check ----------------------------------------------------------------------------------------------------------
+# ---- check -------------------------------------------------------------------------------------------------
 
 def check(mesh, tolerance=TOLERANCE):
     """Raise MeshError for the first thing mesh_format.md refuses; return the macroblock of each block."""
@@ -248,10 +252,12 @@ def check_names(mesh):
              + [("point", name) for name in mesh.points])
     for kind, name in named:
         if not NAME.match(name):
-            raise MeshError(f"{kind} {name!r}: a name is a letter, then letters, digits, _ or -, at most 63 in all")
+            raise MeshError(f"{kind} {name!r}: a name is a letter, then letters, digits, _ or -, "
+                            "at most 63 characters")
     for row, name in enumerate(mesh.group_names):
         if mesh.group_names.index(name) < row:
-            raise MeshError(f"group {row}: the name {name!r} is taken by group {mesh.group_names.index(name)}")
+            raise MeshError(f"group {row}: the name {name!r} is taken by "
+                            f"group {mesh.group_names.index(name)}")
     if len(mesh.group_rigid) != len(mesh.group_names):
         raise MeshError(f"{len(mesh.group_names)} group names but {len(mesh.group_rigid)} rigid flags")
     for name, flag in zip(mesh.group_names, mesh.group_rigid):
@@ -287,7 +293,8 @@ def check_blocks(mesh):
         raise MeshError(f"block {bad}: a vertex is repeated in {blocks[bad].tolist()}")
     bad = first((mesh.block_group < 0) | (mesh.block_group >= groups))
     if bad is not None:
-        raise MeshError(f"block {bad}: group row {mesh.block_group[bad]} does not exist, expected 0..{groups - 1}")
+        raise MeshError(f"block {bad}: group row {mesh.block_group[bad]} does not exist, "
+                        f"expected 0..{groups - 1}")
     used = np.zeros(size, dtype=bool)
     used[closed_rings(mesh)] = True
     bad = first(~used)
@@ -311,7 +318,8 @@ def check_shapes(mesh):
     corner = first((turn < -smallest[:, None]).ravel())  # a straight corner is convex still
     if corner is not None:
         block, k = divmod(corner, 4)
-        raise MeshError(f"block {block}: not convex at its vertex {mesh.blocks[block, k]} {xy_text(xy[block, k])}")
+        raise MeshError(f"block {block}: not convex at its vertex {mesh.blocks[block, k]} "
+                        f"{xy_text(xy[block, k])}")
     check_edges(mesh)
 
 
@@ -351,11 +359,12 @@ def check_sets(mesh):
         bad = first(~boundary[rows[:, 0], rows[:, 1]])
         if bad is not None:
             block, k = rows[bad]
-            raise MeshError(f"face set {name!r}, row {bad}: face {k} of block {block} is inside its macroblock, "
-                            "expected a face on the boundary")
+            raise MeshError(f"face set {name!r}, row {bad}: face {k} of block {block} is inside "
+                            "its macroblock, expected a face on the boundary")
     for name, vertex in mesh.points.items():
         if not 0 <= vertex < len(mesh.vertices):
-            raise MeshError(f"point {name!r}: vertex {vertex} does not exist, expected 0..{len(mesh.vertices) - 1}")
+            raise MeshError(f"point {name!r}: vertex {vertex} does not exist, "
+                            f"expected 0..{len(mesh.vertices) - 1}")
 
 
 def check_overlap(mesh, component, tolerance):
@@ -368,8 +377,9 @@ def check_overlap(mesh, component, tolerance):
         depth = overlap_depth(mesh, a, b)
         bad = first(depth > tolerance)
         if bad is not None:
-            raise MeshError(f"block {a[bad]} and block {b[bad]}: their macroblocks overlap by {depth[bad]:.4g} m "
-                            f"at {xy_text(mesh.centres()[a[bad]])}, expected at most {tolerance:g} m")
+            raise MeshError(f"block {a[bad]} and block {b[bad]}: their macroblocks overlap by "
+                            f"{depth[bad]:.4g} m at {xy_text(mesh.centres()[a[bad]])}, "
+                            f"expected at most {tolerance:g} m")
 
 
 def near_pairs(mesh, component, tolerance):
@@ -400,11 +410,12 @@ def overlap_depth(mesh, one, two):
             a = np.einsum("nij,nj->ni", mesh.vertices[ring[one]], normal)
             b = np.einsum("nij,nj->ni", mesh.vertices[ring[two]], normal)
             overlap = np.minimum(a.max(axis=1), b.max(axis=1)) - np.maximum(a.min(axis=1), b.min(axis=1))
-            depth = np.where(length > 0, np.minimum(depth, overlap), depth)  # a triangle closes with a null edge
+            # a triangle closes with an edge of no length
+            depth = np.where(length > 0, np.minimum(depth, overlap), depth)
     return depth
 
 
-# ---- command line ---------------------------------------------------------------------------------------------------
+# ---- command line ------------------------------------------------------------------------------------------
 
 def xy_text(xy):
     return f"({xy[0]:.6g}, {xy[1]:.6g})"
@@ -429,7 +440,8 @@ def summary(mesh):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     triangles = int((mesh.blocks[:, 3] < 0).sum())
     angle, aspect = quality(mesh)
-    lines = [f"blocks       {len(mesh.blocks)} ({len(mesh.blocks) - triangles} quadrilaterals, {triangles} triangles)",
+    quads = len(mesh.blocks) - triangles
+    lines = [f"blocks       {len(mesh.blocks)} ({quads} quadrilaterals, {triangles} triangles)",
              f"vertices     {len(mesh.vertices)}",
              f"macroblocks  {macroblocks(mesh).max() + 1}"]
     area = areas(mesh)
@@ -446,10 +458,12 @@ def summary(mesh):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.blockmesh", description="Check a block mesh.")
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.blockmesh",
+                                     description="Check a block mesh.")
     parser.add_argument("command", choices=["check", "info"])
     parser.add_argument("file")
-    parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="overlap allowed [m] (%(default)s)")
+    parser.add_argument("--tolerance", type=float, default=TOLERANCE,
+                        help="overlap allowed [m] (%(default)s)")
     options = parser.parse_args(arguments)
     try:
         mesh = read(options.file)
