@@ -13,13 +13,14 @@ from quoin_tools.blockmesh import (BlockMesh, MeshError, all_faces, closed_rings
 
 def graded(first, length, n):
     """n + 1 positions from 0 to length; the first interval is `first`, each next one longer by one ratio."""
-    if n < 1 or first <= 0 or length <= 0:
-        raise MeshError(f"graded: {n} intervals over {length} m, the first of {first} m, is not possible")
     if n == 1:
         return np.array([0.0, length])
+    if n < 1 or not 0 < first < length:
+        raise MeshError(f"graded: {n} intervals over {length:g} m, the first of {first:g} m, is not possible")
     def excess(ratio):
         return first * np.sum(ratio ** np.arange(n)) - length
-    ratio = brentq(excess, 0.0, max(2.0, 2.0 * length / first), xtol=1e-14)
+    # at the upper bound the last interval alone is the whole length
+    ratio = brentq(excess, 0.0, (length / first) ** (1.0 / (n - 1)), xtol=1e-14)
     positions = np.concatenate([[0.0], np.cumsum(first * ratio ** np.arange(n))])
     positions[-1] = length  # not its rounded sum
     return positions
