@@ -30,7 +30,46 @@ PetscErrorCode MeshDestroy(BlockMesh *mesh);
 /* ---- grid.c: knows boxes only */
 /* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch; free with
    PetscFree. Cost O(n) for boxes of similar size. */
+/* Box of the face from a to b, grown by margin on all sides. */
+static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal margin, PetscReal box[4])
+{
+  box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;
+  box[2] = PetscMax(a[0], b[0]) + margin, box[3] = PetscMax(a[1], b[1]) + margin;
+}
 PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs);
+
+/* ---- rigid.c (numbering at set-up) */
+/* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1: deformable. */
+PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid);
+
+/* ---- partition.c: rank 0 only */
+PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks);
+PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
+/* part: (n_blocks,) rank of each block. rigid: see MeshRigidBodies. margin [m]: faces nearer than this are neighbours. */
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, PetscMPIInt n_parts, PetscInt *part);
+
+/* ---- distribute.c: what a point of the Plex (block, vertex, face) is */
+typedef struct {
+  PetscInt gid;   /* block, vertex: its number; outer face: 4 * block gid + k; inner face: -1 */
+  PetscInt file;  /* block, vertex: file id */
+  PetscInt group; /* block */
+  PetscInt body;  /* block, vertex: macroblock */
+  PetscInt rigid; /* block, vertex: rigid body, -1: none */
+} PointRecord;
+struct _p_DM;
+/* Collective. mesh, rigid on rank 0. plex: distributed with one layer of overlap; records: (points of its chart,). */
+PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, struct _p_DM **plex,
+                              PointRecord **records);
+
+/* ---- model.c */
+/* Collective. Builds the flat arrays of this rank (see types.h) and the ghost exchange from the mesh on rank 0. */
+PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
+PetscErrorCode ModelDestroy(Model *model);
+/* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same on any number
+   of ranks when every bit is. */
+PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts, uint64_t *checksum);
+/* Collective checks of internal consistency, for tests and debug builds. */
+PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 
 /* ---- element.c */
 /* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N] (n_vertices + dummies, 2). */

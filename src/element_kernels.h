@@ -1,0 +1,239 @@
+/* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once. No MPI, no PETSc
+   objects, no memory beyond the arguments.
+
+   A Lanes value holds one number of LANES elements (GCC vector extension); + - * / act on all of them, so a formula
+   reads as it would for one element. No lane sees another, and the build forbids contraction (-ffp-contract=off), so an
+   element has the same bits in every lane, in every batch and on every clone of the loops in element.c.
+
+   Shape functions by modes. On the 4-node quadrilateral any field x of the vertices (coordinates, displacements) is
+     x(xi, eta) = x_mean + xi a + eta b + xi eta h,   xi, eta in [-1, 1],
+     a = sum xi_i x_i / 4,   b = sum eta_i x_i / 4,   h = sum xi_i eta_i x_i / 4,
+   so that x,xi = a + eta h and x,eta = b + xi h. On the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on
+   xi, eta >= 0, xi + eta <= 1. The mean moves the block as a whole and enters nothing. */
+#pragma once
+#include <petscsys.h>
+
+/* Vectors are passed by value between functions that are always inlined: there is no ABI to warn about. */
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+#define KERNEL static inline __attribute__((always_inline))
+
+/* 4: the widest that does not run out of registers under AVX2; it must divide BATCH. */
+#ifndef QUOIN_LANES
+#define QUOIN_LANES 4
+#endif
+enum { LANES = QUOIN_LANES };
+typedef PetscReal Lanes __attribute__((vector_size(QUOIN_LANES * 8), aligned(16)));
+
+typedef struct {
+  Lanes x, y;
+} LanesVector;
+
+typedef struct { /* a symmetric tensor */
+  Lanes xx, yy, xy;
+} LanesTensor;
+
+typedef struct { /* u_i,j: displacement i along coordinate j */
+  Lanes xx, xy, yx, yy;
+} LanesGradient;
+
+typedef struct {
+  LanesVector a, b, h;
+} LanesModes;
+
+typedef struct {
+  Lanes lambda, mu; /* [Pa] */
+} LanesMaterial;
+
+#define GAUSS 0.57735026918962576451 /* 1/sqrt(3): 2x2 points at xi, eta = +-GAUSS, weights 1 */
+
+KERNEL LanesVector VectorAdd(LanesVector p, LanesVector q)
+{
+  return (LanesVector){p.x + q.x, p.y + q.y};
+}
+
+KERNEL LanesVector VectorSubtract(LanesVector p, LanesVector q)
+{
+  return (LanesVector){p.x - q.x, p.y - q.y};
+}
+
+KERNEL LanesVector VectorScale(PetscReal s, LanesVector p)
+{
+  return (LanesVector){s * p.x, s * p.y};
+}
+
+KERNEL Lanes VectorDot(LanesVector p, LanesVector q)
+{
+  return p.x * q.x + p.y * q.y;
+}
+
+KERNEL Lanes VectorCross(LanesVector p, LanesVector q)
+{
+  return p.x * q.y - p.y * q.x;
+}
+
+KERNEL LanesModes ModesAdd(const LanesModes *p, const LanesModes *q)
+{
+  return (LanesModes){VectorAdd(p->a, q->a), VectorAdd(p->b, q->b), VectorAdd(p->h, q->h)};
+}
+
+/* x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences first: they are exact for near vertices. */
+KERNEL LanesModes Q4Modes(const LanesVector x[4])
+{
+  const LanesVector p = VectorSubtract(x[2], x[0]), q = VectorSubtract(x[1], x[3]);
+  const LanesVector r = VectorSubtract(x[0], x[1]), s = VectorSubtract(x[2], x[3]);
+  return (LanesModes){VectorScale(0.25, VectorAdd(p, q)), VectorScale(0.25, VectorSubtract(p, q)),
+                      VectorScale(0.25, VectorAdd(r, s))};
+}
+
+KERNEL LanesModes T3Modes(const LanesVector x[3])
+{
+  return (LanesModes){VectorSubtract(x[1], x[0]), VectorSubtract(x[2], x[0]), {{0}, {0}}};
+}
+
+/* Tangents x,xi and x,eta at a point. */
+KERNEL LanesVector TangentXi(const LanesModes *x, PetscReal eta)
+{
+  return (LanesVector){x->a.x + eta * x->h.x, x->a.y + eta * x->h.y};
+}
+
+KERNEL LanesVector TangentEta(const LanesModes *x, PetscReal xi)
+{
+  return (LanesVector){x->b.x + xi * x->h.x, x->b.y + xi * x->h.y};
+}
+
+/* Gradients g1 of xi and g2 of eta in reference coordinates, from the tangents X1 = X,xi and X2 = X,eta:
+   g_a . X_b = 1 when a = b, else 0. Returns J = det(X1, X2), the area ratio. */
+KERNEL Lanes DualBasis(LanesVector X1, LanesVector X2, LanesVector *g1, LanesVector *g2)
+{
+  const Lanes J = VectorCross(X1, X2), r = 1.0 / J;
+  *g1 = (LanesVector){X2.y * r, -X2.x * r};
+  *g2 = (LanesVector){-X1.y * r, X1.x * r};
+  return J;
+}
+
+/* grad u = u,xi (x) g1 + u,eta (x) g2 */
+KERNEL LanesGradient DisplacementGradient(LanesVector u1, LanesVector u2, LanesVector g1, LanesVector g2)
+{
+  return (LanesGradient){u1.x * g1.x + u2.x * g2.x, u1.x * g1.y + u2.x * g2.y, /* along x */
+                         u1.y * g1.x + u2.y * g2.x, u1.y * g1.y + u2.y * g2.y};
+}
+
+/* Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G, which is F'F - I without its loss of
+   digits at small strain; for small strain the quadratic part is left out. */
+KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
+{
+  if (!large) return (LanesTensor){G->xx, G->yy, 0.5 * (G->xy + G->yx)};
+  return (LanesTensor){G->xx + 0.5 * (G->xx * G->xx + G->yx * G->yx),
+                       G->yy + 0.5 * (G->xy * G->xy + G->yy * G->yy),
+                       0.5 * ((G->xy + G->yx) + (G->xx * G->xy + G->yx * G->yy))};
+}
+
+/* The block material: second Piola-Kirchhoff stress S = lambda tr(E) I + 2 mu E (Saint Venant-Kirchhoff; Hooke's law when
+   E is the small strain). lambda is that of the plane problem: in plane stress it is 2 lambda mu / (lambda + 2 mu).
+
+   How to add another material: write a function beside this one that returns S from E, its energy beside
+   BlockEnergy_..., put its constants into LanesMaterial (LoadMaterial of element.c fills them by group) and call it in
+   BlockStress and BlockEnergy below; forces, stresses, energies and row sums all go through these two. A material of the
+   deformation gradient can be written in E too, since S must not change under rotation. */
+KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
+{
+  const Lanes pressure = m->lambda * (E->xx + E->yy), two_mu = m->mu + m->mu;
+  return (LanesTensor){pressure + two_mu * E->xx, pressure + two_mu * E->yy, two_mu * E->xy};
+}
+
+/* Its energy per reference area, S : E / 2 [J/m3]. */
+KERNEL Lanes BlockEnergy_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
+{
+  const LanesTensor S = BlockStress_StVenantKirchhoff(m, E);
+  return 0.5 * (S.xx * E->xx + S.yy * E->yy) + S.xy * E->xy;
+}
+
+KERNEL LanesTensor BlockStress(const LanesMaterial *m, const LanesTensor *E)
+{
+  return BlockStress_StVenantKirchhoff(m, E);
+}
+
+KERNEL Lanes BlockEnergy(const LanesMaterial *m, const LanesTensor *E)
+{
+  return BlockEnergy_StVenantKirchhoff(m, E);
+}
+
+/* Natural stress at a point: T_ab = J g_a . S g_b with a, b in xi, eta (stored as xx: xi xi, yy: eta eta, xy: xi eta).
+
+   Why: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and J P g_a = J F S g_a
+   = sum_b T_ab F X_b = sum_b T_ab x_b, where x_b = X_b + u_b are the current tangents. Neither F nor P is needed. In small
+   strain P = S, and x_b is X_b. */
+KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1, LanesVector u2,
+                                 const LanesMaterial *m, int large)
+{
+  LanesVector g1, g2;
+  const Lanes J = DualBasis(X1, X2, &g1, &g2);
+  const LanesGradient G = DisplacementGradient(u1, u2, g1, g2);
+  const LanesTensor E = BlockStrain(&G, large), S = BlockStress(m, &E);
+  const LanesVector S1 = {S.xx * g1.x + S.xy * g1.y, S.xy * g1.x + S.yy * g1.y};
+  const LanesVector S2 = {S.xx * g2.x + S.xy * g2.y, S.xy * g2.x + S.yy * g2.y};
+  return (LanesTensor){J * VectorDot(g1, S1), J * VectorDot(g2, S2), J * VectorDot(g1, S2)};
+}
+
+/* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: vertices; f: forces on them (out).
+
+   N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4 with
+     R1 = sum T11 x1 + T12 x2,   R2 = sum T12 x1 + T22 x2,   RH = sum eta (T11 x1 + T12 x2) + xi (T12 x1 + T22 x2)
+   over the Gauss points (times the thickness). With x1 = a + eta h and x2 = b + xi h of the current modes, and
+   xi^2 = eta^2 = 1/3, this is a symmetric matrix on the modes:
+     | R1 |   | t11 t12 s1 | | a |    t_ab = sum T_ab
+     | R2 | = | t12 t22 s2 | | b |    s1 = sum eta T11 + xi T12,   s2 = sum eta T12 + xi T22
+     | RH |   | s1  s2  s3 | | h |    s3 = (t11 + t22)/3 + 2 sum xi eta T12 */
+KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m, PetscReal thickness,
+                    int large, LanesVector f[4])
+{
+  const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
+  const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
+  const LanesVector X1m = TangentXi(&XM, -GAUSS), X1p = TangentXi(&XM, GAUSS);
+  const LanesVector X2m = TangentEta(&XM, -GAUSS), X2p = TangentEta(&XM, GAUSS);
+  const LanesVector u1m = TangentXi(&uM, -GAUSS), u1p = TangentXi(&uM, GAUSS);
+  const LanesVector u2m = TangentEta(&uM, -GAUSS), u2p = TangentEta(&uM, GAUSS);
+  /* T at (xi, eta) = (-,-), (+,-), (+,+), (-,+) */
+  const LanesTensor T0 = NaturalStress(X1m, X2m, u1m, u2m, m, large);
+  const LanesTensor T1 = NaturalStress(X1m, X2p, u1m, u2p, m, large);
+  const LanesTensor T2 = NaturalStress(X1p, X2p, u1p, u2p, m, large);
+  const LanesTensor T3 = NaturalStress(X1p, X2m, u1p, u2m, m, large);
+  /* sums over a row of points (below, above) or a column (left, right) */
+  const Lanes below = T0.xx + T1.xx, above = T2.xx + T3.xx, left = T0.yy + T3.yy, right = T1.yy + T2.yy;
+  const Lanes low = T0.xy + T1.xy, high = T2.xy + T3.xy;
+  const Lanes p = T1.xy - T0.xy, q = T2.xy - T3.xy;
+  const Lanes t11 = below + above, t22 = left + right, t12 = low + high;
+  const Lanes s1 = GAUSS * ((above - below) + (p + q)), s2 = GAUSS * ((high - low) + (right - left));
+  const Lanes s3 = (t11 + t22 + 2.0 * (q - p)) * (1.0 / 3.0);
+  const PetscReal w = 0.25 * thickness;
+  const LanesVector R1 = {w * (t11 * x.a.x + t12 * x.b.x + s1 * x.h.x), w * (t11 * x.a.y + t12 * x.b.y + s1 * x.h.y)};
+  const LanesVector R2 = {w * (t12 * x.a.x + t22 * x.b.x + s2 * x.h.x), w * (t12 * x.a.y + t22 * x.b.y + s2 * x.h.y)};
+  const LanesVector RH = {w * (s1 * x.a.x + s2 * x.b.x + s3 * x.h.x), w * (s1 * x.a.y + s2 * x.b.y + s3 * x.h.y)};
+  const LanesVector sum = VectorAdd(R1, R2), difference = VectorSubtract(R1, R2);
+  f[0] = VectorSubtract(RH, sum);
+  f[1] = VectorSubtract(difference, RH);
+  f[2] = VectorAdd(RH, sum);
+  f[3] = (LanesVector){-(difference.x + RH.x), -(difference.y + RH.y)};
+}
+
+/* Internal force (10) of the 3-node block: one point, of weight 1/2; N = (1 - xi - eta, xi, eta). */
+KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesMaterial *m, PetscReal thickness,
+                    int large, LanesVector f[3])
+{
+  const LanesModes XM = T3Modes(X), uM = T3Modes(u);
+  const LanesVector x1 = large ? VectorAdd(XM.a, uM.a) : XM.a, x2 = large ? VectorAdd(XM.b, uM.b) : XM.b;
+  const LanesTensor T = NaturalStress(XM.a, XM.b, uM.a, uM.b, m, large);
+  const PetscReal w = 0.5 * thickness;
+  f[1] = (LanesVector){w * (T.xx * x1.x + T.xy * x2.x), w * (T.xx * x1.y + T.xy * x2.y)};
+  f[2] = (LanesVector){w * (T.xy * x1.x + T.yy * x2.x), w * (T.xy * x1.y + T.yy * x2.y)};
+  f[0] = (LanesVector){-(f[1].x + f[2].x), -(f[1].y + f[2].y)};
+}
+
+/* Either shape, where n_nodes is a constant. */
+KERNEL void ElementForce(int n_nodes, const LanesVector *X, const LanesVector *u, const LanesMaterial *m,
+                         PetscReal thickness, int large, LanesVector *f)
+{
+  if (n_nodes == 4) Q4Force(X, u, m, thickness, large, f);
+  else T3Force(X, u, m, thickness, large, f);
+}

@@ -1,0 +1,293 @@
+/* entries.c: YAML text and command line -> Entries. See entries.h. Local to the rank. */
+#include "entries.h"
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <yaml.h>
+
+enum { MOST_ENTRIES = 20000, DEEPEST = 6 }; /* YAML aliases can blow a small text up, or form a circle */
+
+void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
+{
+  if (message[0]) return;
+
+  // where
+  PetscBool from_file = (PetscBool)(line != 0 && file[0]);
+  char label[LABEL_LENGTH + 2];
+  snprintf(label, sizeof label, "%s%.*s", from_file || !key[0] ? "" : "-", LABEL_LENGTH, key);
+  for (char *c = label; !from_file && *c; c++)
+    if (*c == '.') *c = '_';
+  int used = 0;
+  if (!from_file) used = snprintf(message, MESSAGE_LENGTH, "command line: ");
+  else if (line > 0) used = snprintf(message, MESSAGE_LENGTH, "%.400s:%d: ", file, line);
+  else used = snprintf(message, MESSAGE_LENGTH, "%.400s: ", file);
+  if (label[0]) used += snprintf(message + used, MESSAGE_LENGTH - used, "%s: ", label);
+
+  // what
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(message + used, MESSAGE_LENGTH - used, format, arguments);
+  va_end(arguments);
+  for (char *c = message; *c; c++)
+    if (iscntrl((unsigned char)*c)) *c = ' ';
+}
+
+PetscBool NameIsValid(const char *name)
+{
+  if (!isalpha((unsigned char)name[0]) || strlen(name) >= NAME_LENGTH) return PETSC_FALSE;
+  for (const char *c = name; *c; c++)
+    if (!isalnum((unsigned char)*c) && !strchr("_+-", *c)) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+const char *NextItem(const char *list, char item[LABEL_LENGTH])
+{
+  const char *comma = strchr(list, ',');
+  const char *end = comma ? comma : list + strlen(list);
+  while (list < end && isspace((unsigned char)*list)) list++;
+  while (end > list && isspace((unsigned char)end[-1])) end--;
+  snprintf(item, LABEL_LENGTH, "%.*s", (int)(end - list), list);
+  return comma ? comma + 1 : NULL;
+}
+
+// a dot of the scene file is an underscore on the command line
+static PetscBool KeysAreEqual(const char *a, const char *b)
+{
+  for (; *a && *b; a++, b++)
+    if ((*a == '.' ? '_' : *a) != (*b == '.' ? '_' : *b)) return PETSC_FALSE;
+  return (PetscBool)(*a == *b);
+}
+
+Entry *EntriesFind(const Entries *list, const char *key)
+{
+  for (PetscInt i = 0; i < list->n; i++)
+    if (KeysAreEqual(list->entries[i].key, key)) return &list->entries[i];
+  return NULL;
+}
+
+static PetscErrorCode EntriesAdd(Entries *list, const char *key, const char *value, EntryKind kind, int line)
+{
+  PetscFunctionBeginUser;
+  if (list->n == list->capacity) {
+    list->capacity = 2 * list->capacity + 64;
+    PetscCall(PetscRealloc(list->capacity * sizeof(Entry), &list->entries));
+  }
+  Entry *entry = &list->entries[list->n++];
+  *entry = (Entry){.kind = kind, .line = line};
+  PetscCall(PetscStrallocpy(key, &entry->key));
+  PetscCall(PetscStrallocpy(value, &entry->value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EntriesDestroy(Entries *list)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < list->n; i++) {
+    PetscCall(PetscFree(list->entries[i].key));
+    PetscCall(PetscFree(list->entries[i].value));
+  }
+  PetscCall(PetscFree(list->entries));
+  list->n = list->capacity = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------------ YAML */
+
+typedef struct {
+  yaml_document_t document;
+  const char *file;
+  Entries *list;
+  char *message;
+} Walk;
+
+static PetscErrorCode WalkNode(Walk *w, int id, const char *key, int line, int depth);
+
+static PetscErrorCode WalkPair(Walk *w, yaml_node_pair_t pair, const char *parent, int depth)
+{
+  yaml_node_t *name = yaml_document_get_node(&w->document, pair.key);
+  int line = (int)name->start_mark.line + 1;
+  char key[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  if (name->type != YAML_SCALAR_NODE || !NameIsValid((const char *)name->data.scalar.value)) {
+    Complain(w->message, w->file, line, parent, "'%.80s' is not a name: a letter, then letters, digits, _ + -, %d at most",
+             name->type == YAML_SCALAR_NODE ? (const char *)name->data.scalar.value : "[..]", NAME_LENGTH - 1);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  snprintf(key, sizeof key, "%s%s%s", parent, parent[0] ? "." : "", (const char *)name->data.scalar.value);
+  Entry *twin = EntriesFind(w->list, key);
+  if (twin) Complain(w->message, w->file, line, key, "duplicate key, given in line %d already", twin->line);
+  if (depth > DEEPEST) Complain(w->message, w->file, line, key, "nested too deeply");
+  if (w->list->n > MOST_ENTRIES) Complain(w->message, w->file, line, key, "more than %d keys", MOST_ENTRIES);
+  if (!w->message[0]) PetscCall(WalkNode(w, pair.value, key, line, depth));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WalkMapping(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
+{
+  PetscFunctionBeginUser;
+  if (key[0]) PetscCall(EntriesAdd(w->list, key, "", ENTRY_SECTION, line));
+  yaml_node_pair_t *pair = node->data.mapping.pairs.start;
+  for (; pair < node->data.mapping.pairs.top && !w->message[0]; pair++) PetscCall(WalkPair(w, *pair, key, depth + 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// a list of values, or a list of one-key mappings, which is an ordered section
+static PetscErrorCode WalkSequence(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
+{
+  yaml_node_item_t *first = node->data.sequence.items.start, *end = node->data.sequence.items.top;
+  size_t length = 1;
+  int n_values = 0, n_pairs = 0;
+  char *value;
+
+  PetscFunctionBeginUser;
+  for (yaml_node_item_t *i = first; i < end; i++) {
+    yaml_node_t *item = yaml_document_get_node(&w->document, *i);
+    if (item->type == YAML_SCALAR_NODE) n_values++, length += item->data.scalar.length + 1;
+    if (item->type == YAML_MAPPING_NODE)
+      n_pairs += item->data.mapping.pairs.top - item->data.mapping.pairs.start == 1;
+  }
+  if (n_values < end - first && n_pairs < end - first) {
+    Complain(w->message, w->file, line, key, "a list must hold plain values only, or items with one name each ('- name: {..}')");
+  } else if (n_pairs) {
+    PetscCall(EntriesAdd(w->list, key, "", ENTRY_SECTION, line));
+    for (yaml_node_item_t *i = first; i < end && !w->message[0]; i++)
+      PetscCall(WalkPair(w, *yaml_document_get_node(&w->document, *i)->data.mapping.pairs.start, key, depth + 1));
+  } else {
+    PetscCall(PetscCalloc1(length, &value));
+    for (yaml_node_item_t *i = first; i < end; i++) {
+      if (i > first) strcat(value, ",");
+      strcat(value, (const char *)yaml_document_get_node(&w->document, *i)->data.scalar.value);
+    }
+    PetscCall(EntriesAdd(w->list, key, value, ENTRY_LIST, line));
+    PetscCall(PetscFree(value));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WalkNode(Walk *w, int id, const char *key, int line, int depth)
+{
+  yaml_node_t *node = yaml_document_get_node(&w->document, id);
+
+  PetscFunctionBeginUser;
+  if (node->type == YAML_SCALAR_NODE)
+    PetscCall(EntriesAdd(w->list, key, (const char *)node->data.scalar.value, ENTRY_VALUE, line));
+  else if (node->type == YAML_MAPPING_NODE) PetscCall(WalkMapping(w, node, key, line, depth));
+  else PetscCall(WalkSequence(w, node, key, line, depth));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// what libyaml says, with the line; tabs are the usual cause
+static void ComplainSyntax(Walk *w, const yaml_parser_t *parser, const char *text, size_t length)
+{
+  size_t line = parser->problem_mark.line, at = 0;
+  for (size_t n = 0; at < length && n < line; at++) n += text[at] == '\n';
+  while (at < length && text[at] == ' ') at++;
+  PetscBool tab = (PetscBool)(at < length && text[at] == '\t');
+  Complain(w->message, w->file, (int)line + 1, "", "YAML syntax: %s%s%s%s", parser->context ? parser->context : "",
+           parser->context ? ": " : "", parser->problem ? parser->problem : "unreadable",
+           tab ? " (this line is indented by a tab; use spaces)" : "");
+}
+
+PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length, char *message)
+{
+  Walk w = {.file = file, .list = list, .message = message};
+  yaml_parser_t parser;
+
+  PetscFunctionBeginUser;
+  PetscCheck(yaml_parser_initialize(&parser), PETSC_COMM_SELF, PETSC_ERR_MEM, "libyaml cannot start");
+  yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
+  if (!yaml_parser_load(&parser, &w.document)) {
+    ComplainSyntax(&w, &parser, text, length);
+    yaml_parser_delete(&parser);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  yaml_node_t *root = yaml_document_get_root_node(&w.document);
+  if (!root) Complain(message, file, -1, "", "the scene is empty");
+  else if (root->type != YAML_MAPPING_NODE) Complain(message, file, 1, "", "a scene is made of 'key: value' lines");
+  else PetscCall(WalkMapping(&w, root, "", 1, 0));
+  yaml_document_delete(&w.document);
+
+  // nothing may follow the one document
+  if (root && yaml_parser_load(&parser, &w.document)) {
+    root = yaml_document_get_root_node(&w.document);
+    if (root) Complain(message, file, (int)root->start_mark.line + 1, "", "a second YAML document");
+    yaml_document_delete(&w.document);
+  } else if (root) ComplainSyntax(&w, &parser, text, length);
+  yaml_parser_delete(&parser);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---------------------------------------------------------------------------------------- command line */
+
+// options that PETSc itself reads: those that end in _ by their beginning, the others whole
+static const char *const PetscOwn[] = {
+  "blas_",       "check_pointer_intensity", "checkstack", "debug_terminal", "debugger_", "display",
+  "dm_",         "error_output_stdout",     "fp_trap",    "get_total_flops", "help",     "info",
+  "info_",       "is_",                     "ksp_",       "log_",           "malloc",    "malloc_",
+  "mat_",        "memory_view",             "no_signal_handler", "nox",     "objects_dump", "on_error_",
+  "options_",    "pc_",                     "petscpartitioner_", "petscsection_", "python", "sf_",
+  "shared_tmp",  "skip_petscrc",            "snes_",      "start_in_debugger", "stop_for_debugger", "sub_",
+  "tao_",        "ts_",                     "vec_",       "vecscatter_",    "version",   "viewer_",
+  NULL};
+
+static PetscBool IsPetscOwn(const char *key)
+{
+  for (const char *const *own = PetscOwn; *own; own++) {
+    size_t n = strlen(*own);
+    if ((*own)[n - 1] == '_' ? !strncmp(key, *own, n) : !strcmp(key, *own)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+// "-key" or "--key"; a negative number is no option
+static const char *OptionKey(const char *argument)
+{
+  if (argument[0] != '-') return NULL;
+  argument += argument[1] == '-' ? 2 : 1;
+  return isalpha((unsigned char)argument[0]) ? argument : NULL;
+}
+
+// `-stages sw` leaves the stages of the file that it does not name unread
+static void DropOthers(Entries *list, const Entry *section)
+{
+  size_t n = strlen(section->key);
+  for (Entry *e = list->entries; e < list->entries + list->n; e++) {
+    if (strncmp(e->key, section->key, n) != 0 || e->key[n] != '.') continue;
+    size_t length = strcspn(e->key + n + 1, ".");
+    PetscBool named = PETSC_FALSE;
+    char item[LABEL_LENGTH];
+    for (const char *rest = section->value; rest && !named;) {
+      rest = NextItem(rest, item);
+      named = (PetscBool)(strlen(item) == length && !strncmp(item, e->key + n + 1, length));
+    }
+    if (!named) e->used = PETSC_TRUE;
+  }
+}
+
+PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message)
+{
+  PetscBool known_to_petsc;
+
+  PetscFunctionBeginUser;
+  for (int i = 1; i < argc; i++) {
+    const char *key = OptionKey(argv[i]);
+    if (!key) {
+      Complain(message, "", 0, "", "'%.200s' is not an option; options are -key value", argv[i]);
+      break;
+    }
+    const char *value = i + 1 < argc && !OptionKey(argv[i + 1]) ? argv[++i] : "";
+    if (IsPetscOwn(key)) continue;
+    Entry *entry = EntriesFind(list, key);
+    if (entry) {
+      PetscCall(PetscFree(entry->value));
+      PetscCall(PetscStrallocpy(value, &entry->value));
+      if (entry->kind == ENTRY_SECTION) DropOthers(list, entry);
+      entry->kind = ENTRY_VALUE;
+      entry->line = 0;
+    } else PetscCall(EntriesAdd(list, key, value, ENTRY_VALUE, 0));
+    PetscCall(PetscOptionsHasName(NULL, NULL, argv[i - (value[0] ? 1 : 0)], &known_to_petsc)); // not left over
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

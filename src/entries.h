@@ -1,0 +1,38 @@
+/* entries.h: a scene as a flat, ordered list of keys and values, from YAML text and from the command line.
+   `materials: {dam: {density: 2400}}` gives the entries "materials", "materials.dam" (sections) and
+   "materials.dam.density" = "2400". On the command line a key is written with _ for every dot. */
+#pragma once
+#include "types.h"
+
+enum { LABEL_LENGTH = 6 * NAME_LENGTH }; /* of a dotted key */
+
+typedef enum { ENTRY_VALUE, ENTRY_LIST, ENTRY_SECTION } EntryKind; /* a list is joined by commas */
+
+typedef struct {
+  char *key;
+  char *value;
+  EntryKind kind;
+  int line;       /* in the scene file; 0: command line */
+  PetscBool used; /* somebody asked for it */
+} Entry;
+
+typedef struct {
+  PetscInt n, capacity;
+  Entry *entries;
+} Entries;
+
+/* message: receives the first fault found in the text or among the arguments; file: for messages */
+PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length, char *message);
+PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
+/* The entry with this key, NULL if there is none. Does not mark it as used. */
+Entry *EntriesFind(const Entries *list, const char *key);
+PetscErrorCode EntriesDestroy(Entries *list);
+
+/* True for [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */
+PetscBool NameIsValid(const char *name);
+/* Copies the next item of a comma list into `item`, without blanks around it; returns the rest, NULL after the last. */
+const char *NextItem(const char *list, char item[LABEL_LENGTH]);
+/* Writes "file:line: key: text" in one line, unless message already holds an earlier fault.
+   line 0: "command line: -key_with_underscores: text"; -1: the file as a whole. */
+void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
+  PETSC_ATTRIBUTE_FORMAT(5, 6);

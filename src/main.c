@@ -1,0 +1,71 @@
+/* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
+#include "internal.h"
+#include <string.h>
+
+static const char help[] = "Quoin: discrete elements for masonry gravity dams and their foundations.\n"
+                           "  mpirun -n 2 quoin -options_file scene.yaml [-key value ...]\n";
+
+/* Takes `words` entries out of argv from position i on. */
+static void take_out(int i, int words, int *argc, char **argv)
+{
+  for (int j = i; j + words <= *argc; j++) argv[j] = argv[j + words];
+  *argc -= words;
+}
+
+/* Takes "-options_file FILE" out of argv, because PETSc would read it before our error handler stands. */
+static const char *take_scene_file(int *argc, char **argv)
+{
+  const char *file = NULL;
+  for (int i = 1; i < *argc;) {
+    if (strcmp(argv[i], "-options_file") || i + 1 >= *argc) { i++; continue; }
+    file = argv[i + 1];
+    take_out(i, 2, argc, argv);
+  }
+  return file;
+}
+
+/* Takes "-help" out, because PETSc would print a page of its own. */
+static PetscBool take_help(int *argc, char **argv)
+{
+  PetscBool found = PETSC_FALSE;
+  for (int i = 1; i < *argc;) {
+    if (strcmp(argv[i], "-help") && strcmp(argv[i], "--help")) { i++; continue; }
+    found = PETSC_TRUE;
+    take_out(i, 1, argc, argv);
+  }
+  return found;
+}
+
+static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
+{
+  Quoin q;
+  PetscFunctionBeginUser;
+  PetscCall(QuoinCreate(PETSC_COMM_WORLD, &q));
+  PetscCall(QuoinSetFromOptions(q, scene_file, argc, argv));
+  PetscCall(QuoinSetUp(q));
+  PetscCall(QuoinView(q));
+  PetscCall(QuoinRun(q));
+  *exit_code = QuoinExitCode(q);
+  PetscCall(QuoinDestroy(&q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  const char *scene_file = take_scene_file(&argc, argv);
+  const PetscBool want_help = take_help(&argc, argv);
+  int exit_code = QUOIN_OK;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(QuoinErrorHandlerPush());
+  if (want_help) {
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
+    PetscCall(SceneHelp(PETSC_COMM_WORLD));
+  } else {
+    const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
+    if (error == PETSC_ERR_USER_INPUT) exit_code = QUOIN_BAD_INPUT;
+    else if (error) MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
+  }
+  PetscCall(PetscFinalize());
+  return exit_code;
+}

@@ -1,0 +1,207 @@
+/* partition.c: which rank owns which block. METIS cuts the graph of blocks: an edge for every shared vertex and for
+   every pair of outer faces that lie near each other across a joint. Works on rank 0. */
+#include "internal.h"
+#include <metis.h>
+
+_Static_assert(sizeof(idx_t) == sizeof(PetscInt), "METIS and PETSc must use integers of the same width");
+
+enum { VERTEX_WEIGHT = 1, CONTACT_WEIGHT = 2 }; /* of an edge: a contact ghost costs more than a shared vertex */
+
+static PetscInt root_of(PetscInt *parent, PetscInt i)
+{
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/* Blocks that share a vertex: (n_vertices + 1) offsets and block lists, by ascending block. */
+PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks)
+{
+  PetscInt *s, *b, *fill;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(mesh->n_vertices + 1, &s));
+  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
+    if (mesh->blocks[i] >= 0) s[mesh->blocks[i] + 1]++;
+  for (PetscInt v = 0; v < mesh->n_vertices; v++) s[v + 1] += s[v];
+  PetscCall(PetscMalloc1(s[mesh->n_vertices], &b));
+  PetscCall(PetscMalloc1(mesh->n_vertices, &fill));
+  PetscCall(PetscArraycpy(fill, s, mesh->n_vertices));
+  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
+    if (mesh->blocks[i] >= 0) b[fill[mesh->blocks[i]]++] = i / 4;
+  PetscCall(PetscFree(fill));
+  *start = s;
+  *blocks = b;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pairs of blocks (n_pairs,2) whose outer faces come within `margin` of each other and share no vertex. */
+PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs)
+{
+  PetscInt n_faces, *faces, n_found, *found, kept = 0;
+  PetscReal *box;
+  PetscFunctionBeginUser;
+  PetscCall(MeshOuterFaces(mesh, &n_faces, &faces));
+  PetscCall(PetscMalloc1(4 * n_faces, &box));
+  for (PetscInt f = 0; f < n_faces; f++) {
+    const PetscInt *block = mesh->blocks + 4 * faces[2 * f], k = faces[2 * f + 1], n = block[3] < 0 ? 3 : 4;
+    FaceBox(mesh->X + 2 * block[k], mesh->X + 2 * block[(k + 1) % n], margin, box + 4 * f);
+  }
+  PetscCall(GridPairs(n_faces, box, &n_found, &found));
+  for (PetscInt p = 0; p < n_found; p++) {
+    const PetscInt a = faces[2 * found[2 * p]], b = faces[2 * found[2 * p + 1]];
+    if (mesh->body[a] == mesh->body[b]) continue;
+    found[2 * kept] = a;
+    found[2 * kept++ + 1] = b;
+  }
+  PetscCall(PetscFree(box));
+  PetscCall(PetscFree(faces));
+  *n_pairs = kept;
+  *pairs = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One graph node per rigid body together with every block that touches one of its vertices, so that a body and all that
+   hangs on it stay on one rank; one per other block. node: (n_blocks,). */
+static PetscErrorCode graph_nodes(const BlockMesh *mesh, const PetscInt *rigid, const PetscInt *start, const PetscInt *blocks,
+                                  PetscInt *n_nodes, PetscInt *node)
+{
+  PetscInt *parent;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(mesh->n_blocks, &parent));
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) parent[b] = b;
+  for (PetscInt v = 0; v < mesh->n_vertices; v++) {
+    PetscInt holder = -1;
+    for (PetscInt i = start[v]; i < start[v + 1]; i++)
+      if (rigid[blocks[i]] >= 0) holder = blocks[i];
+    if (holder < 0) continue;
+    for (PetscInt i = start[v]; i < start[v + 1]; i++) parent[root_of(parent, blocks[i])] = root_of(parent, holder);
+  }
+  *n_nodes = 0;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) node[b] = -1;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt r = root_of(parent, b);
+    if (node[r] < 0) node[r] = (*n_nodes)++;
+    node[b] = node[r];
+  }
+  PetscCall(PetscFree(parent));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  PetscInt n, *start, *item;
+} Csr;
+
+/* Lists the items of each node: item i belongs to node of[i]. */
+static PetscErrorCode csr_invert(PetscInt n_nodes, PetscInt n_items, const PetscInt *of, PetscInt stride, Csr *csr)
+{
+  PetscFunctionBeginUser;
+  csr->n = n_nodes;
+  PetscCall(PetscCalloc1(n_nodes + 2, &csr->start));
+  PetscCall(PetscMalloc1(n_items, &csr->item));
+  for (PetscInt i = 0; i < n_items; i++) csr->start[of[i * stride] + 2]++;
+  for (PetscInt b = 0; b < n_nodes; b++) csr->start[b + 2] += csr->start[b + 1];
+  for (PetscInt i = 0; i < n_items; i++) csr->item[csr->start[of[i * stride] + 1]++] = i;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode csr_free(Csr *csr)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(csr->start));
+  PetscCall(PetscFree(csr->item));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  idx_t n, *xadj, *adjncy, *adjwgt, *vwgt;
+  PetscInt *mark, *where, filled, node; /* while a row is being built */
+} Graph;
+
+static void graph_add(Graph *g, PetscInt other, PetscInt weight)
+{
+  if (other == g->node) return;
+  if (g->mark[other] != g->node) {
+    g->mark[other] = g->node;
+    g->where[other] = g->filled++;
+    if (g->adjncy) g->adjncy[g->where[other]] = other;
+    if (g->adjncy) g->adjwgt[g->where[other]] = 0;
+  }
+  if (g->adjncy) g->adjwgt[g->where[other]] += weight;
+}
+
+/* One sweep over all nodes: counts edges while g->adjncy is NULL, fills them afterwards. */
+static void graph_sweep(Graph *g, const BlockMesh *mesh, const PetscInt *node, const Csr *members, const Csr *at_vertex,
+                        const Csr *near, const PetscInt *pairs)
+{
+  g->filled = 0;
+  for (PetscInt i = 0; i < g->n; i++) g->mark[i] = -1;
+  for (g->node = 0; g->node < g->n; g->node++) {
+    g->xadj[g->node] = g->filled;
+    for (PetscInt m = members->start[g->node]; m < members->start[g->node + 1]; m++) {
+      const PetscInt b = members->item[m];
+      for (int k = 0; k < 4 && mesh->blocks[4 * b + k] >= 0; k++) {
+        const PetscInt v = mesh->blocks[4 * b + k];
+        for (PetscInt i = at_vertex->start[v]; i < at_vertex->start[v + 1]; i++)
+          graph_add(g, node[at_vertex->item[i]], VERTEX_WEIGHT);
+      }
+      for (PetscInt i = near->start[b]; i < near->start[b + 1]; i++) graph_add(g, node[pairs[near->item[i] ^ 1]], CONTACT_WEIGHT);
+    }
+  }
+  g->xadj[g->n] = g->filled;
+}
+
+static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, Graph *g, PetscInt *node)
+{
+  Csr members, at_vertex = {0}, near;
+  PetscInt n_pairs, *pairs;
+  PetscFunctionBeginUser;
+  PetscCall(MeshVertexBlocks(mesh, &at_vertex.start, &at_vertex.item));
+  PetscCall(graph_nodes(mesh, rigid, at_vertex.start, at_vertex.item, &g->n, node));
+  PetscCall(MeshNearBlocks(mesh, margin, &n_pairs, &pairs));
+  PetscCall(csr_invert(g->n, mesh->n_blocks, node, 1, &members));
+  PetscCall(csr_invert(mesh->n_blocks, 2 * n_pairs, pairs, 1, &near));
+  PetscCall(PetscMalloc1(g->n + 1, &g->xadj));
+  PetscCall(PetscMalloc2(g->n, &g->mark, g->n, &g->where));
+  graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
+  PetscCall(PetscMalloc3(g->filled, &g->adjncy, g->filled, &g->adjwgt, g->n, &g->vwgt));
+  graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
+  // a deformable block costs its vertices; a rigid one next to nothing
+  PetscCall(PetscArrayzero(g->vwgt, g->n));
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) g->vwgt[node[b]] += rigid[b] >= 0 ? 1 : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
+  PetscCall(PetscFree2(g->mark, g->where));
+  PetscCall(csr_free(&members));
+  PetscCall(csr_free(&near));
+  PetscCall(csr_free(&at_vertex));
+  PetscCall(PetscFree(pairs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, PetscMPIInt n_parts, PetscInt *part)
+{
+  Graph g = {0};
+  PetscInt *node;
+  idx_t options[METIS_NOPTIONS], one = 1, parts = n_parts, cut, *node_part;
+  int status = METIS_OK;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(part, mesh->n_blocks));
+  if (n_parts == 1 || !mesh->n_blocks) PetscFunctionReturn(PETSC_SUCCESS); // METIS divides by zero for one part
+  PetscCall(PetscMalloc1(mesh->n_blocks, &node));
+  PetscCall(graph_build(mesh, rigid, margin, &g, node));
+  PetscCall(PetscCalloc1(g.n, &node_part));
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = 1;
+  if (g.n > n_parts) {
+    // recursive bisection leaves fewer empty parts when there are few nodes per part
+    if (g.n < 64 * n_parts)
+      status = METIS_PartGraphRecursive(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL, NULL, options, &cut, node_part);
+    else status = METIS_PartGraphKway(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL, NULL, options, &cut, node_part);
+  } else {
+    for (PetscInt i = 0; i < g.n; i++) node_part[i] = i;
+  }
+  PetscCheck(status == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB, "METIS returned %d", status);
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) part[b] = node_part[node[b]];
+  PetscCall(PetscFree(g.xadj));
+  PetscCall(PetscFree3(g.adjncy, g.adjwgt, g.vwgt));
+  PetscCall(PetscFree(node));
+  PetscCall(PetscFree(node_part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
