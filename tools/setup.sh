@@ -1,0 +1,187 @@
+#!/usr/bin/env bash
+# Makes the checkout ready to run: Debian packages, Python environment build/venv, program build/quoin.
+# Does only what is missing; details of each step go to build/setup.log.
+#
+#   ./tools/setup.sh             once
+#   source tools/setup.sh        the same, and leaves the environment in this shell: venv, Open MPI, threads
+#
+# QUOIN_PRESET (release, test, ci) chooses the CMake preset; QUOIN_PACKAGES adds Debian packages.
+
+QUOIN_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+# Debian packages; "a|b" is satisfied by either and installs a
+# shellcheck disable=SC2206  # QUOIN_PACKAGES is a list of words
+quoin_packages=(
+  gcc make libc6-dev cmake pkgconf                                  # build
+  libpetsc-real-dev libhdf5-openmpi-dev libopenmpi-dev openmpi-bin  # PETSc, HDF5, MPI
+  libmetis-dev libyaml-dev
+  'libopenblas0-serial|libopenblas0-pthread|libopenblas0-openmp'    # a fast BLAS for the direct solvers
+  python3 python3-venv
+  libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxext6   # libraries the gmsh wheel loads
+  libxft2 libfontconfig1 libxinerama1 libx11-6 libgomp1
+  ${QUOIN_PACKAGES:-}
+)
+
+# quoin_step <text> <command...>: one line with the time; output to the log, its tail on failure
+quoin_step() {
+  local text=$1 start=$SECONDS from
+  shift
+  printf 'setup: %s ... ' "$text"
+  printf '\n== %s\n' "$text" >>"$QUOIN_ROOT/build/setup.log"
+  from=$(wc -l <"$QUOIN_ROOT/build/setup.log")
+  if "$@" >>"$QUOIN_ROOT/build/setup.log" 2>&1 </dev/null; then
+    printf '%d s\n' $((SECONDS - start))
+  else
+    printf 'failed after %d s; the end of build/setup.log:\n' $((SECONDS - start))
+    tail -n "+$((from + 1))" "$QUOIN_ROOT/build/setup.log" | tail -n 40
+    return 1
+  fi
+}
+
+quoin_installed() {
+  [ "$(dpkg-query -W -f '${db:Status-Status}\n' "$1" 2>/dev/null | head -n 1)" = installed ]
+}
+
+# packages of the list that are not there, one a line
+quoin_missing() {
+  local entry name names
+  for entry in "${quoin_packages[@]}"; do
+    IFS='|' read -r -a names <<<"$entry"
+    for name in "${names[@]}"; do
+      quoin_installed "$name" && continue 2
+    done
+    echo "${names[0]}"
+  done
+}
+
+# install as root, with sudo without a question, or with sudo at a terminal; otherwise say what to run
+quoin_apt() {
+  local missing sudo=() install
+  mapfile -t missing < <(quoin_missing)
+  if [ ${#missing[@]} -eq 0 ]; then
+    return 0
+  fi
+  install=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300
+    install -y --no-install-recommends "${missing[@]}")
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      sudo=(none)
+    elif sudo -n true 2>/dev/null; then
+      sudo=(sudo -n)
+    elif [ -t 0 ] && [ -t 1 ]; then
+      echo "setup: missing packages: ${missing[*]}"
+      echo "setup: sudo asks for the password to install them with apt-get"
+      if sudo -v; then sudo=(sudo -n); else sudo=(none); fi
+    else
+      sudo=(none)
+    fi
+  fi
+  if [ "${sudo[*]}" = none ]; then
+    echo "setup: packages are missing and this user cannot install them; as root, run"
+    echo "  apt-get update && apt-get install -y --no-install-recommends ${missing[*]}"
+    return 1
+  fi
+  quoin_step "package lists" "${sudo[@]}" apt-get update || return 1
+  quoin_step "${#missing[@]} packages" "${sudo[@]}" "${install[@]}"
+}
+
+# no apt-get: only look, and name what is missing
+quoin_tools_check() {
+  local missing=() name
+  for name in cc make cmake pkg-config mpicc mpirun python3; do
+    command -v "$name" >/dev/null || missing+=("$name")
+  done
+  if command -v pkg-config >/dev/null; then
+    pkg-config --exists 'PETSc >= 3.18' || missing+=("PETSc >= 3.18 (pkg-config PETSc)")
+    pkg-config --exists yaml-0.1 || missing+=("libyaml (pkg-config yaml-0.1)")
+    pkg-config --exists hdf5-openmpi || pkg-config --exists hdf5-mpich || pkg-config --exists hdf5 ||
+      missing+=("parallel HDF5 (pkg-config hdf5-openmpi, hdf5-mpich or hdf5)")
+  fi
+  if [ ${#missing[@]} -gt 0 ]; then
+    echo "setup: no apt-get here, so nothing is installed; missing, apart from METIS, which CMake looks for:"
+    printf '  %s\n' "${missing[@]}"
+    return 1
+  fi
+}
+
+# build/venv with the pinned packages; the stamp names place, Python and pins
+quoin_venv() {
+  local python=/usr/bin/python3 venv=$QUOIN_ROOT/build/venv stamp
+  [ -x "$python" ] || python=$(command -v python3) || return 1
+  stamp="$venv $("$python" --version) $(sha256sum <"$QUOIN_ROOT/tools/requirements.txt")"
+  if [ -x "$venv/bin/python" ] && [ "$(cat "$venv/stamp" 2>/dev/null)" = "$stamp" ]; then
+    return 0
+  fi
+  quoin_step "Python environment build/venv" quoin_venv_make "$python" "$venv" || return 1
+  echo "$stamp" >"$venv/stamp"
+}
+
+quoin_venv_make() {
+  "$1" -m venv --clear "$2" &&
+    "$2/bin/python" -m pip install --disable-pip-version-check -r "$QUOIN_ROOT/tools/requirements.txt" &&
+    "$2/bin/python" -c 'import gmsh, h5py, matplotlib, meshio, numpy, scipy, shapely, vtkmodules.all, yaml'
+}
+
+quoin_cores() {
+  env -u OMP_NUM_THREADS nproc # nproc obeys OMP_NUM_THREADS
+}
+
+quoin_build() {
+  cd "$QUOIN_ROOT" && cmake --preset "${QUOIN_PRESET:-release}" && cmake --build build -j "$(quoin_cores)"
+}
+
+# may one process read another's memory? Containers often refuse what Open MPI's shared memory relies on
+quoin_memory_copy_works() {
+  "$QUOIN_ROOT/build/venv/bin/python" - <<'PYTHON'
+import ctypes, os, signal, sys
+class Part(ctypes.Structure):
+    _fields_ = [("base", ctypes.c_void_p), ("size", ctypes.c_size_t)]
+buffer = ctypes.create_string_buffer(8)
+part = ctypes.byref(Part(ctypes.addressof(buffer), 8))
+child = os.fork()
+if child == 0:
+    signal.pause()
+try:
+    copied = ctypes.CDLL(None).process_vm_readv(child, part, 1, part, 1, 0)
+except AttributeError:
+    copied = 8
+os.kill(child, signal.SIGKILL)
+os.waitpid(child, 0)
+sys.exit(copied != 8)
+PYTHON
+}
+
+quoin_environment() {
+  export QUOIN_ROOT
+  case ":$PATH:" in
+  *":$QUOIN_ROOT/build/venv/bin:"*) ;;
+  *) export PATH="$QUOIN_ROOT/build/venv/bin:$PATH" ;;
+  esac
+  export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 # the ranks are the threads
+  export OMPI_MCA_rmaps_base_oversubscribe=1      # more ranks than cores are allowed
+  if [ "$(id -u)" -eq 0 ]; then
+    export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+  fi
+  if ! quoin_memory_copy_works 2>/dev/null; then
+    export OMPI_MCA_btl_vader_single_copy_mechanism=none
+  fi
+}
+
+quoin_setup() {
+  mkdir -p "$QUOIN_ROOT/build" || return 1
+  : >"$QUOIN_ROOT/build/setup.log"
+  if command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; then
+    quoin_apt || return 1
+  else
+    quoin_tools_check || return 1
+  fi
+  quoin_venv || return 1
+  quoin_environment
+  quoin_step "build/quoin (cmake, $(quoin_cores) cores)" quoin_in_subshell quoin_build
+}
+
+quoin_in_subshell() {
+  ("$@")
+}
+
+quoin_setup || { return 1 2>/dev/null || exit 1; }
