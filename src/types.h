@@ -44,7 +44,8 @@ typedef struct {
   char name[NAME_LENGTH]; /* group of the mesh it belongs to */
   PetscReal density;      /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
-  PetscInt rigid;         /* -1: as the mesh says, 0: deformable, 1: rigid */
+  PetscInt rigid;         /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  int line;               /* in the scene file, for messages, here and below; 0: command line */
 } Material;
 
 /* Properties of one joint; also of a pair of groups, or the default. Index [0]: peak, [1]: residual (after the joint
@@ -55,15 +56,19 @@ typedef struct {
   StressModelKind stress_model;
   PetscReal k_n, k_s;        /* [Pa/m] */
   PetscReal friction[2];     /* [degree] */
+  PetscReal tan_phi[2];      /* [-] of friction; JointPrepare in joint_law.h writes it */
   PetscReal cohesion[2];     /* [Pa] */
   PetscReal tension[2];      /* [Pa] tensile strength, >= 0 */
   PetscReal compression;     /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
+  PetscBool defined;         /* false only for row 0 when the scene gives no "default": all else is 0 then */
+  int line;
 } Joint;
 
 typedef struct {
   char name[NAME_LENGTH];
   char target[NAME_LENGTH]; /* face set, group or point of the mesh; the name of the support itself by default */
   PetscBool fix[2];         /* x, y */
+  int line;
 } Support;
 
 typedef struct {
@@ -75,6 +80,7 @@ typedef struct {
   PetscReal level;          /* [m] reservoir: elevation of the water surface */
   PetscReal density;        /* [kg/m3] reservoir: of water */
   PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  int line;
 } Load;
 
 typedef struct {
