@@ -1,0 +1,133 @@
+"""Picture of a block mesh: groups in colours, joints in bold, other face sets in colours, named points.
+
+    python -m quoin_tools.plot_mesh model.h5 -o model.png --zoom -10 40 -10 40
+"""
+
+import argparse
+import sys
+
+import matplotlib
+import numpy as np
+
+from quoin_tools.blockmesh import MeshError, check_blocks, closed_rings, face_ends, macroblocks, read
+
+matplotlib.use("Agg")  # pictures go to files, there may be no screen
+from matplotlib import pyplot  # noqa: E402
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
+
+FILLS = ("#d9c8a9", "#b5c4cf", "#cfdcb4", "#e3c3c3", "#cfc4e0", "#c2ddd6")
+LINES = ("#1f77b4", "#2ca02c", "#9467bd", "#17becf", "#e377c2", "#bcbd22", "#8c564b", "#ff7f0e")
+JOINT = "#c01818"
+MANY = 30_000  # blocks beyond which their outlines would only blacken the picture
+
+
+def is_joint(mesh, rows, component):
+    """A set with both sides of a joint: its outward normals cancel, and it is not two sides of one body."""
+    if len(rows) < 2:
+        return False
+    ends = mesh.vertices[face_ends(mesh, rows)]
+    edge = ends[:, 1] - ends[:, 0]
+    if np.abs(edge.sum(axis=0)).max() > 1e-6 * np.abs(edge).sum():
+        return False
+    middle = np.round(ends.mean(axis=1), 9)
+    paired = 2 * len(np.unique(middle, axis=0)) == len(rows)
+    return paired or len(np.unique(component[rows[:, 0]])) > 1
+
+
+def draw(mesh, axes, zoom=None, names=True):
+    """Draw the mesh on matplotlib axes; zoom: x_min, x_max, y_min, y_max [m]; names of points on request."""
+    ring, component = mesh.vertices[closed_rings(mesh)], macroblocks(mesh)
+    edges = {"edgecolors": "#6b6b6b", "linewidths": 0.35} if len(mesh.blocks) <= MANY else {}
+    handles = []
+    for row, name in enumerate(mesh.group_names):
+        fill = FILLS[row % len(FILLS)]
+        hatch = "////" if mesh.group_rigid[row] else None
+        axes.add_collection(PolyCollection(ring[mesh.block_group == row], facecolors=fill, hatch=hatch, **edges))
+        label = f"{name} (rigid)" if mesh.group_rigid[row] else name
+        handles.append(Patch(facecolor=fill, edgecolor="#6b6b6b", hatch=hatch, label=label))
+    handles += draw_sets(mesh, axes, component)
+    set_limits(mesh, axes, zoom)
+    if names:
+        draw_points(mesh, axes)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
+
+
+def draw_sets(mesh, axes, component):
+    """Joints first and thick, so that a set of part of a joint shows on top of it."""
+    joints = {name: is_joint(mesh, rows, component) for name, rows in mesh.face_sets.items()}
+    handles, colour = [], 0
+    for name in sorted(mesh.face_sets, key=lambda name: (not joints[name], name)):
+        ends = mesh.vertices[face_ends(mesh, mesh.face_sets[name])]
+        style = {"colors": JOINT, "linewidths": 2.4, "label": f"{name} (joint)"}
+        if not joints[name]:
+            style = {"colors": LINES[colour % len(LINES)], "linewidths": 1.6, "label": name}
+            colour += 1
+        lines = LineCollection(ends, capstyle="round", **style)
+        axes.add_collection(lines)
+        handles.append(lines)
+    return handles
+
+
+def set_limits(mesh, axes, zoom):
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    margin = 0.05 * (high - low).max()
+    left, right, bottom, top = zoom or (low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+
+
+def draw_points(mesh, axes):
+    """Names at one place (both sides of a joint) share a label."""
+    places = {}
+    for name, vertex in sorted(mesh.points.items()):
+        places.setdefault(tuple(np.round(mesh.vertices[vertex], 6)), []).append(name)
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    for (x, y), names in places.items():
+        if not (left <= x <= right and bottom <= y <= top):
+            continue
+        axes.plot(x, y, "o", color="black", markersize=3.5, zorder=5)
+        on_right = x > 0.5 * (left + right)
+        axes.annotate("\n".join(names), (x, y), xytext=(4 if on_right else -4, 4), fontsize=7, zorder=6,
+                      textcoords="offset points", ha="left" if on_right else "right",
+                      bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.6})
+
+
+def plot(mesh, path, zoom=None, title=None, names=True):
+    """Write the picture; its format follows from the name (png, pdf, svg)."""
+    low, high = (np.array(zoom)[[0, 2]], np.array(zoom)[[1, 3]]) if zoom else (mesh.vertices.min(axis=0),
+                                                                             mesh.vertices.max(axis=0))
+    width, height = np.maximum(high - low, 0.1 * (high - low).max())
+    figure, axes = pyplot.subplots(figsize=(9.0, np.clip(7.0 * height / width + 0.8, 2.5, 9.0)))
+    draw(mesh, axes, zoom, names)
+    if title:
+        axes.set_title(title, fontsize=10)
+    figure.savefig(path, dpi=150, bbox_inches="tight")
+    pyplot.close(figure)
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.plot_mesh",
+                                     description="Picture of a block mesh.")
+    parser.add_argument("file")
+    parser.add_argument("-o", "--output", required=True, help="picture to write (.png, .pdf, .svg)")
+    parser.add_argument("--zoom", nargs=4, type=float, metavar=("XMIN", "XMAX", "YMIN", "YMAX"), help="[m]")
+    parser.add_argument("--title")
+    parser.add_argument("--no-names", action="store_true", help="leave the named points out")
+    options = parser.parse_args(arguments)
+    try:
+        mesh = read(options.file)
+        check_blocks(mesh)
+        plot(mesh, options.output, options.zoom, options.title, not options.no_names)
+    except (MeshError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(f"wrote {options.output}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
