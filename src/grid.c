@@ -1,11 +1,11 @@
 /* grid.c: pairs of boxes that overlap or touch. Knows boxes only.
 
-   A hierarchy of cell grids. Every box is filed once, in the cell of its lower left corner, in the grid whose cells are
-   just larger than the box; the cells of the next grid are twice as large. A box is then compared with the boxes of its
-   own grid and of all coarser ones, and meets at most 3 x 3 cells in each. So memory is O(n) and time O(n x grids) for
-   any mixture of sizes: one huge box sits alone in a coarse grid and costs each small one a look at 9 cells. (A single
-   grid would either file the huge box in all cells, or all small ones in one cell.) Cells without boxes take no memory:
-   cells are found by hashing. */
+   A hierarchy of cell grids. Every box is filed once, in the cell of its lower left corner, in the grid whose
+   cells are just larger than the box; the cells of the next grid are twice as large. A box is then compared
+   with the boxes of its own grid and of all coarser ones, and meets at most 3 x 3 cells in each. So memory is
+   O(n) and time O(n x grids) for any mixture of sizes: one huge box sits alone in a coarse grid and costs
+   each small one a look at 9 cells. (A single grid would either file the huge box in all cells, or all small
+   ones in one cell.) Cells without boxes take no memory: cells are found by hashing. */
 #include "internal.h"
 #include <float.h>
 #include <math.h>
@@ -14,9 +14,9 @@
 #define NO_BOX (-1)
 
 enum {
-  CELL_BITS = 26,             /* the finest grid has at most 2^26 cells in a row */
+  CELL_BITS = 26, /* the finest grid has at most 2^26 cells in a row */
   MAX_LEVELS = CELL_BITS + 4,
-  SAMPLE = 1000               /* boxes looked at to find the proportions of a cell */
+  SAMPLE = 1000 /* boxes looked at to find the proportions of a cell */
 };
 
 typedef struct {
@@ -41,8 +41,8 @@ static int CompareReal(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* Mean width or height of a sample in which the largest tenth counts as its 90 % quantile, so that neither a few huge
-   boxes nor many of zero width (axis-parallel faces) decide alone. */
+/* Mean width or height of a sample in which the largest tenth counts as its 90 % quantile, so that neither a
+   few huge boxes nor many of zero width (axis-parallel faces) decide alone. */
 static PetscReal TypicalExtent(PetscInt n, const PetscReal *box, int axis)
 {
   PetscReal extent[SAMPLE], sum = 0;
@@ -79,7 +79,8 @@ static void SetCells(Grid *g)
   for (int a = 0; a < 2; a++) g->origin[a] = low[a];
 }
 
-/* Finest level whose cells are larger than the box. 1 % is kept back for rounding: a box must not reach a third cell. */
+/* Finest level whose cells are larger than the box. 1 % is kept back for rounding: a box must not reach a
+ * third cell. */
 static PetscInt LevelOf(const Grid *g, const PetscReal *b)
 {
   const PetscReal ratio = PetscMax((b[2] - b[0]) * g->per_cell[0][0], (b[3] - b[1]) * g->per_cell[0][1]);
@@ -107,7 +108,8 @@ static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
   *g = (Grid){.n = n, .box = box, .mask = 15};
   SetCells(g);
   while (g->mask < (unsigned)n) g->mask = 2 * g->mask + 1;
-  PetscCall(PetscMalloc5(n, &g->level, n, &g->column, n, &g->row, n, &g->next, (size_t)g->mask + 1, &g->head));
+  PetscCall(
+      PetscMalloc5(n, &g->level, n, &g->column, n, &g->row, n, &g->next, (size_t)g->mask + 1, &g->head));
   for (size_t b = 0; b <= g->mask; b++) g->head[b] = NO_BOX;
 
   /* backwards, so that chains ascend */
@@ -142,14 +144,15 @@ static PetscErrorCode PairListAdd(PairList *list, PetscInt i, PetscInt j)
 }
 
 /* Adds the pairs of box i with boxes filed in one cell of its own or a coarser level. */
-static inline PetscErrorCode VisitCell(const Grid *g, PetscInt i, PetscInt level, PetscInt column, PetscInt row,
-                                       PairList *list)
+static inline PetscErrorCode VisitCell(const Grid *g, PetscInt i, PetscInt level, PetscInt column,
+                                       PetscInt row, PairList *list)
 {
   const PetscReal *a = g->box + 4 * i;
   PetscFunctionBegin;
   for (PetscInt j = g->head[Bucket(g, level, column, row)]; j != NO_BOX; j = g->next[j]) {
     const PetscReal *b = g->box + 4 * j;
-    if (g->column[j] != column || g->row[j] != row || g->level[j] != level) continue; /* another cell's, same bucket */
+    if (g->column[j] != column || g->row[j] != row || g->level[j] != level)
+      continue;                                   /* another cell's, same bucket */
     if (level == g->level[i] && j <= i) continue; /* both boxes come here: one of them counts */
     if (a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3]) PetscCall(PairListAdd(list, i, j));
   }

@@ -24,18 +24,30 @@ PetscErrorCode SceneDestroy(Scene *scene);
 PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
 /* Rank 0: every check of docs/mesh_format.md; message receives the first fault, "" when the mesh is good. */
 PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH]);
+/* Rank 0 (elsewhere nothing happens): vertices, blocks and macroblocks into an order of small bandwidth. */
 PetscErrorCode MeshReorder(BlockMesh *mesh);
 PetscErrorCode MeshDestroy(BlockMesh *mesh);
 
+/* ---- mesh_topology.c (with MeshReorder) */
+/* Writes body and n_bodies, numbered by first appearance. */
+PetscErrorCode MeshBodies(BlockMesh *mesh);
+/* Edges of all blocks, numbered by first appearance. edge_vertices: (n_edges,2) in the direction of the first block that
+   has the edge. block_edges: (n_blocks,4) edge of face k, -(edge + 1) when the block runs it the other way, PETSC_MIN_INT
+   for the missing fourth of a triangle. Free both with PetscFree. */
+PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **edge_vertices, PetscInt **block_edges);
+#define EDGE_INDEX(e) ((e) < 0 ? -((e) + 1) : (e)) /* of an entry of block_edges */
+/* faces: (n,2) block, k of the faces that one block only has, ascending; free with PetscFree. */
+PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **faces);
+
 /* ---- grid.c: knows boxes only */
-/* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch; free with
-   PetscFree. Cost O(n) for boxes of similar size. */
 /* Box of the face from a to b, grown by margin on all sides. */
 static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal margin, PetscReal box[4])
 {
   box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;
   box[2] = PetscMax(a[0], b[0]) + margin, box[3] = PetscMax(a[1], b[1]) + margin;
 }
+/* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch; free with
+   PetscFree. Boxes are finite; cost O(n), a little more for each power of two between the sizes. */
 PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs);
 
 /* ---- rigid.c (numbering at set-up) */

@@ -1,5 +1,5 @@
-/* mesh_topology.c: what follows from the blocks' vertices alone: edges, outer faces, and the order in which Quoin
-   numbers vertices, blocks and macroblocks. All on rank 0, before the mesh is distributed. */
+/* mesh_topology.c: what follows from the blocks' vertices alone: edges, outer faces, and the order in which
+   Quoin numbers vertices, blocks and macroblocks. All on rank 0, before the mesh is distributed. */
 #include "internal.h"
 #include <petscmat.h>
 #include <stdlib.h>
@@ -7,6 +7,50 @@
 static inline PetscInt Corners(const PetscInt *block)
 {
   return block[3] < 0 ? 3 : 4;
+}
+
+/* ---- macroblocks */
+
+/* Of a tree of vertices that are known to be connected; halves the path on the way. */
+static PetscInt FindRoot(PetscInt *parent, PetscInt v)
+{
+  for (; parent[v] != v; v = parent[v]) parent[v] = parent[parent[v]];
+  return v;
+}
+
+/* Connected components of blocks over shared vertices, numbered by first appearance; identity numbers of
+   file. Entries out of range are passed over here: they are for MeshCheck to name. */
+PetscErrorCode MeshBodies(BlockMesh *mesh)
+{
+  const PetscInt n = mesh->n_vertices;
+  PetscInt *parent, *label;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(n, &parent, n, &label));
+  PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->body));
+  mesh->n_bodies = 0;
+  for (PetscInt v = 0; v < n; v++) {
+    parent[v] = v;
+    label[v] = -1;
+  }
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    mesh->body[b] = -1; /* for now: a vertex of the block */
+    for (PetscInt k = 0; k < 4; k++) {
+      const PetscInt v = mesh->blocks[4 * b + k];
+      if (v < 0 || v >= n) continue;
+      if (mesh->body[b] < 0)
+        mesh->body[b] = v;
+      else
+        parent[FindRoot(parent, v)] = FindRoot(parent, mesh->body[b]);
+    }
+  }
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt root = mesh->body[b] < 0 ? -1 : FindRoot(parent, mesh->body[b]);
+    if (root >= 0 && label[root] < 0) label[root] = mesh->n_bodies++;
+    mesh->body[b] = root < 0 ? mesh->n_bodies++ : label[root];
+  }
+  PetscCall(PetscFree2(parent, label));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- edges */
@@ -22,8 +66,8 @@ typedef struct {
 /* The edge a-b, a new one if need be; -(edge + 1) when it is there as b-a. */
 static PetscInt FindOrAddEdge(EdgeTable *table, PetscInt a, PetscInt b)
 {
-  /* linear in the vertices, so that a mesh in good order walks through the table; the odd factor keeps fans and strips,
-     where the two vertices depend on each other linearly, from one chain */
+  /* linear in the vertices, so that a mesh in good order walks through the table; the odd factor keeps fans
+     and strips, where the two vertices depend on each other linearly, from one chain */
   const unsigned low = (unsigned)PetscMin(a, b), high = (unsigned)PetscMax(a, b);
   PetscInt *head = &table->head[(low + 7919u * (high - low)) & table->mask];
 
@@ -39,7 +83,8 @@ static PetscInt FindOrAddEdge(EdgeTable *table, PetscInt a, PetscInt b)
   return e;
 }
 
-PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **edge_vertices, PetscInt **block_edges)
+PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **edge_vertices,
+                         PetscInt **block_edges)
 {
   EdgeTable table = {.mask = 15};
   size_t n_sides = 0;
@@ -92,21 +137,6 @@ PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **fac
 
 /* ---- order */
 
-/* Compressed rows: the blocks around each vertex. */
-static PetscErrorCode VertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **around)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1((size_t)mesh->n_vertices + 2, start));
-  PetscCall(PetscMalloc1(4 * (size_t)mesh->n_blocks, around));
-  PetscInt *count = *start + 2, *end = *start + 1; /* after the fill, end[v] is where row v ends: no second array */
-  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
-    if (mesh->blocks[i] >= 0 && mesh->blocks[i] + 1 < mesh->n_vertices) count[mesh->blocks[i]]++;
-  for (PetscInt v = 1; v < mesh->n_vertices; v++) end[v] += end[v - 1];
-  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
-    if (mesh->blocks[i] >= 0) (*around)[end[mesh->blocks[i]]++] = i / 4;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Compressed rows: each vertex with all vertices it shares a block with, itself included, ascending. */
 static PetscErrorCode VertexGraph(const BlockMesh *mesh, PetscInt **row_start, PetscInt **columns)
 {
@@ -114,8 +144,8 @@ static PetscErrorCode VertexGraph(const BlockMesh *mesh, PetscInt **row_start, P
   size_t size = 0;
 
   PetscFunctionBegin;
-  PetscCall(VertexBlocks(mesh, &start, &around));
-  /* twice a planar graph's need covers quads (9 of 8 + 1) and triangles (7); a row of c blocks has at most 3 c + 1 */
+  PetscCall(MeshVertexBlocks(mesh, &start, &around));
+  /* a vertex of c blocks has at most 3 c others */
   for (PetscInt v = 0; v < mesh->n_vertices; v++) size += 3 * (size_t)(start[v + 1] - start[v]) + 1;
   PetscCall(PetscMalloc1((size_t)mesh->n_vertices + 1, row_start));
   PetscCall(PetscMalloc1(size, columns));
@@ -152,8 +182,8 @@ static PetscErrorCode OrderVertices(const BlockMesh *mesh, PetscInt *old)
 
   PetscFunctionBegin;
   PetscCall(VertexGraph(mesh, &row_start, &columns));
-  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, mesh->n_vertices, mesh->n_vertices, row_start, columns, NULL,
-                                      &graph));
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, mesh->n_vertices, mesh->n_vertices, row_start, columns,
+                                      NULL, &graph));
   PetscCall(MatSetOption(graph, MAT_STRUCTURALLY_SYMMETRIC, PETSC_TRUE)); /* spares PETSc a copy */
   PetscCall(MatGetOrdering(graph, MATORDERINGRCM, &rows, &cols));
   PetscCall(ISGetIndices(rows, &order));
@@ -164,5 +194,126 @@ static PetscErrorCode OrderVertices(const BlockMesh *mesh, PetscInt *old)
   PetscCall(MatDestroy(&graph));
   PetscCall(PetscFree(row_start));
   PetscCall(PetscFree(columns));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  PetscInt vertex[4]; /* ascending; PETSC_MAX_INT for the fourth of a triangle */
+  PetscInt old;
+} BlockKey;
+
+static int CompareBlockKeys(const void *a, const void *b)
+{
+  const BlockKey *x = a, *y = b;
+  for (int i = 0; i < 4; i++)
+    if (x->vertex[i] != y->vertex[i]) return x->vertex[i] < y->vertex[i] ? -1 : 1;
+  return (x->old > y->old) - (x->old < y->old);
+}
+
+/* old: (n_blocks,) old number of each new block: by lowest vertex, then the next ones, then the old number.
+ */
+static PetscErrorCode OrderBlocks(const BlockMesh *mesh, PetscInt *old)
+{
+  BlockKey *key;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(mesh->n_blocks, &key));
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    for (int i = 0; i < 4; i++) {
+      const PetscInt v = mesh->blocks[4 * b + i] < 0 ? PETSC_MAX_INT : mesh->blocks[4 * b + i];
+      int at = i;
+      for (; at > 0 && key[b].vertex[at - 1] > v; at--) key[b].vertex[at] = key[b].vertex[at - 1];
+      key[b].vertex[at] = v;
+    }
+    key[b].old = b;
+  }
+  qsort(key, (size_t)mesh->n_blocks, sizeof *key, CompareBlockKeys);
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) old[b] = key[b].old;
+  PetscCall(PetscFree(key));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moves row old[i] of a table of integers to row i. */
+static PetscErrorCode PermuteRows(PetscInt n, PetscInt width, const PetscInt *old, PetscInt **table)
+{
+  PetscInt *moved;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((size_t)n * (size_t)width, &moved));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < width; j++) moved[width * i + j] = (*table)[width * old[i] + j];
+  PetscCall(PetscFree(*table));
+  *table = moved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RenumberVertices(BlockMesh *mesh)
+{
+  const PetscInt n = mesh->n_vertices;
+  PetscInt *old, *new;
+  PetscReal *X;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(n, &old, n, &new));
+  PetscCall(OrderVertices(mesh, old));
+  for (PetscInt v = 0; v < n; v++) new[old[v]] = v;
+
+  PetscCall(PetscMalloc1(2 * (size_t)n, &X));
+  for (PetscInt v = 0; v < n; v++)
+    for (int a = 0; a < 2; a++) X[2 * v + a] = mesh->X[2 * old[v] + a];
+  PetscCall(PetscFree(mesh->X));
+  mesh->X = X;
+  PetscCall(PermuteRows(n, 1, old, &mesh->vertex_file));
+  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
+    if (mesh->blocks[i] >= 0) mesh->blocks[i] = new[mesh->blocks[i]];
+  for (PetscInt p = 0; p < mesh->n_points; p++) mesh->point_vertex[p] = new[mesh->point_vertex[p]];
+  PetscCall(PetscFree2(old, new));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RenumberBlocks(BlockMesh *mesh)
+{
+  const PetscInt n = mesh->n_blocks;
+  PetscInt *old, *new;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(n, &old, n, &new));
+  PetscCall(OrderBlocks(mesh, old));
+  for (PetscInt b = 0; b < n; b++) new[old[b]] = b;
+  PetscCall(PermuteRows(n, 4, old, &mesh->blocks));
+  PetscCall(PermuteRows(n, 1, old, &mesh->block_group));
+  PetscCall(PermuteRows(n, 1, old, &mesh->block_file));
+  PetscCall(PermuteRows(n, 1, old, &mesh->body));
+  for (PetscInt s = 0; s < mesh->n_face_sets; s++)
+    for (PetscInt i = 0; i < mesh->face_sets[s].n; i++)
+      mesh->face_sets[s].faces[2 * i] = new[mesh->face_sets[s].faces[2 * i]];
+  PetscCall(PetscFree2(old, new));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Macroblocks in order of first appearance. */
+static PetscErrorCode RenumberBodies(BlockMesh *mesh)
+{
+  PetscInt *new, count = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(mesh->n_bodies, &new));
+  for (PetscInt i = 0; i < mesh->n_bodies; i++) new[i] = -1;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    PetscInt *number = &new[mesh->body[b]];
+    if (*number < 0) *number = count++;
+    mesh->body[b] = *number;
+  }
+  PetscCall(PetscFree(new));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MeshReorder(BlockMesh *mesh)
+{
+  PetscFunctionBegin;
+  if (mesh->n_blocks == 0) PetscFunctionReturn(PETSC_SUCCESS); /* not rank 0 */
+  PetscCall(RenumberVertices(mesh));
+  PetscCall(RenumberBlocks(mesh));
+  PetscCall(RenumberBodies(mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
