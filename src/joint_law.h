@@ -1,14 +1,16 @@
-/* joint_law.h: the law of a joint at ONE point (section 2.5 of the paper): elastic, or Mohr-Coulomb with cut-offs in
-   tension and compression, with peak and residual strength. stress_models.c integrates it over a contact.
+/* joint_law.h: the law of a joint at ONE point (section 2.5 of the paper): elastic, or Mohr-Coulomb with
+   cut-offs in tension and compression, with peak and residual strength. stress_models.c integrates it over a
+   contact.
 
-   Trial stresses (5)-(6) from TOTAL opening and slip:  sigma = k_n u_n,  tau = k_s (u_s - slip).  The paper writes them
-   in increments of stress; then a joint that has been cut off in tension forgets its gap and carries compression
-   before it closes. So u_n is total, and the plastic part of u_s is the only history of shear.
+   Trial stresses (5)-(6) from TOTAL opening and slip:  sigma = k_n u_n,  tau = k_s (u_s - slip).  The paper
+   writes them in increments of stress; then a joint that has been cut off in tension forgets its gap and
+   carries compression before it closes. So u_n is total, and the plastic part of u_s is the only history of
+   shear.
 
-   strength 0 (peak): until the place fails; strength 1 (residual): ever after. With t = tan_phi, C = compression:
-     fails   when sigma_trial > tension[0] or |tau_trial| > limit with peak strength
-     open    when sigma_trial > tension[strength]: sigma = tension[strength], tau = 0
-     else    sigma = max(sigma_trial, -C), |tau| <= limit = max(0, cohesion[strength] - sigma t[strength])
+   strength 0 (peak): until the place fails; strength 1 (residual): ever after. With t = tan_phi, C =
+   compression: fails   when sigma_trial > tension[0] or |tau_trial| > limit with peak strength open    when
+   sigma_trial > tension[strength]: sigma = tension[strength], tau = 0 else    sigma = max(sigma_trial, -C),
+   |tau| <= limit = max(0, cohesion[strength] - sigma t[strength])
 
    A NaN passes through all of this (comparisons, not fmin), so that divergence is seen. */
 #pragma once
@@ -33,7 +35,8 @@ static inline PetscReal JointShearTrial(const Joint *joint, PetscReal u_s, Petsc
   return joint->k_s * (u_s - slip);
 }
 
-/* Whether failing changes anything; if not, `broken` stays 0 and contacts return to the fast path after slipping. */
+/* Whether failing changes anything; if not, `broken` stays 0 and contacts return to the fast path after
+ * slipping. */
 static inline PetscBool JointIsBrittle(const Joint *joint)
 {
   return (PetscBool)(joint->cohesion[0] != joint->cohesion[1] || joint->tan_phi[0] != joint->tan_phi[1] ||
