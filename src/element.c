@@ -1,76 +1,88 @@
-/* element.c: deformable blocks: gather, kernel of element_kernels.h, scatter. Quadrilaterals first, then triangles, each
-   in ascending order, within an element vertex 0 to the last: every vertex sums in the same order on any number of
-   ranks. */
+/* element.c: deformable blocks: gather, kernel of element_kernels.h, scatter. Quadrilaterals first, then
+   triangles, each in ascending order, within an element vertex 0 to the last: every vertex sums in the same
+   order on any number of ranks. */
 #include "internal.h"
 #include "element_kernels.h"
 
-_Static_assert(BATCH % LANES == 0, "a batch is a whole number of vectors");
+_Static_assert(BATCH % LANES == 0 && LANES == 4,
+               "a batch is a whole number of vectors; the shuffles below are for 4");
 
 /* One copy of the hot loops per instruction set; the loader picks one. Sanitizers start after the loader. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                      \
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&             \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define CLONES
 #endif
 
-/* Vertices of the LANES elements from element `first` on. */
-KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
+/* x and y of one vertex, as they lie in memory */
+typedef PetscReal Pair __attribute__((vector_size(2 * sizeof(PetscReal)), aligned(sizeof(PetscReal))));
+
+/* LANES elements with what the kernels read; u is left out where there is none. */
+typedef struct {
+  const PetscInt *vertex; /* of lane 0; vertex i of a lane stands at [i * BATCH + lane] */
+  LanesVector X[4], u[4];
+  LanesMaterial material;
+} ElementLanes;
+
+static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
+
+/* Vectors of vertex i of all lanes: loads of pairs, then a transposition. */
+KERNEL LanesVector Gather(const PetscReal *x, const PetscInt *vertex)
 {
-  return e->vertex + (first / BATCH) * n_nodes * BATCH + first % BATCH;
+  Pair p[LANES];
+  for (int lane = 0; lane < LANES; lane++) p[lane] = *(const Pair *)(x + 2 * vertex[lane]);
+  const Lanes even = __builtin_shufflevector(p[0], p[2], 0, 1, 2, 3);
+  const Lanes odd = __builtin_shufflevector(p[1], p[3], 0, 1, 2, 3);
+  return (LanesVector){__builtin_shufflevector(even, odd, 0, 4, 2, 6),
+                       __builtin_shufflevector(even, odd, 1, 5, 3, 7)};
 }
 
-#if QUOIN_LANES == 4
-#define EACH_LANE(value) ((Lanes){value(0), value(1), value(2), value(3)})
-#else
-#define EACH_LANE(value) ((Lanes){value(0), value(1), value(2), value(3), value(4), value(5), value(6), value(7)})
-#endif
-
-KERNEL LanesVector GatherVector(const PetscReal *x, const PetscInt *vertex)
+/* The inverse of Gather, adding; lane by lane, so that elements are added in ascending order. */
+KERNEL void ScatterAdd(int n_nodes, const LanesVector *p, const PetscInt *vertex, PetscReal *f)
 {
-#define X(lane) x[2 * vertex[lane]]
-#define Y(lane) x[2 * vertex[lane] + 1]
-  return (LanesVector){EACH_LANE(X), EACH_LANE(Y)};
-#undef X
-#undef Y
-}
-
-KERNEL void Gather(int n_nodes, const PetscReal *x, const PetscInt *vertex, LanesVector *p)
-{
-  for (int i = 0; i < n_nodes; i++) p[i] = GatherVector(x, vertex + i * BATCH);
-}
-
-KERNEL void Scatter(int n_nodes, const LanesVector *p, const PetscInt *vertex, PetscReal *f)
-{
-  for (int lane = 0; lane < LANES; lane++) {
-    for (int i = 0; i < n_nodes; i++) {
-      const PetscInt v = vertex[i * BATCH + lane];
-      f[2 * v] += p[i].x[lane];
-      f[2 * v + 1] += p[i].y[lane];
-    }
+  Pair pair[LANES][4];
+  for (int i = 0; i < n_nodes; i++) {
+    const Lanes even = __builtin_shufflevector(p[i].x, p[i].y, 0, 4, 2, 6);
+    const Lanes odd = __builtin_shufflevector(p[i].x, p[i].y, 1, 5, 3, 7);
+    pair[0][i] = __builtin_shufflevector(even, even, 0, 1);
+    pair[1][i] = __builtin_shufflevector(odd, odd, 0, 1);
+    pair[2][i] = __builtin_shufflevector(even, even, 2, 3);
+    pair[3][i] = __builtin_shufflevector(odd, odd, 2, 3);
   }
+  for (int lane = 0; lane < LANES; lane++)
+    for (int i = 0; i < n_nodes; i++) *(Pair *)(f + 2 * vertex[i * BATCH + lane]) += pair[lane][i];
 }
 
-KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *group)
+KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
 {
-#define LAMBDA(lane) model->lambda[group[lane]]
-#define MU(lane) model->mu[group[lane]]
-  return (LanesMaterial){EACH_LANE(LAMBDA), EACH_LANE(MU)};
-#undef LAMBDA
-#undef MU
+  const PetscReal *lambda = model->lambda, *mu = model->mu;
+  return (LanesMaterial){{lambda[g[0]], lambda[g[1]], lambda[g[2]], lambda[g[3]]},
+                         {mu[g[0]], mu[g[1]], mu[g[2]], mu[g[3]]}};
 }
 
-KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int large, const PetscReal *restrict u,
-                      PetscReal *restrict f)
+/* Elements first .. first + LANES - 1 of the list. */
+KERNEL ElementLanes LoadElements(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                 PetscInt first)
+{
+  ElementLanes b = {.vertex = e->vertex + (first / BATCH) * n_nodes * BATCH + first % BATCH,
+                    .material = LoadMaterial(model, e->group + first)};
+  for (int i = 0; i < n_nodes; i++) b.X[i] = Gather(model->X, b.vertex + i * BATCH);
+  if (u)
+    for (int i = 0; i < n_nodes; i++) b.u[i] = Gather(u, b.vertex + i * BATCH);
+  return b;
+}
+
+/* ------------------------------------------------------------------------------------------ forces (10) */
+
+KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int large,
+                      const PetscReal *restrict u, PetscReal *restrict f)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
-    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
-    const LanesMaterial material = LoadMaterial(model, e->group + first);
-    LanesVector X[4], U[4], F[4];
-    Gather(n_nodes, model->X, vertex, X);
-    Gather(n_nodes, u, vertex, U);
-    ElementForce(n_nodes, X, U, &material, model->thickness, large, F);
-    Scatter(n_nodes, F, vertex, f);
+    LanesVector F[4];
+    const ElementLanes b = LoadElements(model, e, n_nodes, u, first);
+    ElementForce(n_nodes, b.X, b.u, &b.material, model->thickness, large, F);
+    ScatterAdd(n_nodes, F, b.vertex, f);
   }
 }
 
@@ -89,7 +101,188 @@ CLONES static void ForcesSmall(const Model *model, const PetscReal *u, PetscReal
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
 {
   PetscFunctionBeginUser;
-  if (model->strain == STRAIN_LARGE) ForcesLarge(model, u, f);
-  else ForcesSmall(model, u, f);
+  if (model->strain == STRAIN_LARGE)
+    ForcesLarge(model, u, f);
+  else
+    ForcesSmall(model, u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------- row sums (28) and masses (27) */
+
+/* Row sums of |K| of LANES elements. Column (j, direction) of the reference stiffness is the small-strain
+   force of a unit displacement there, so K is by construction the tangent of the force kernel. */
+static void RowSums(const ElementLanes *b, int n_nodes, PetscReal thickness, PetscReal sum[4][2][LANES])
+{
+  for (int column = 0; column < 2 * n_nodes; column++) {
+    LanesVector unit[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[4];
+    if (column % 2 == 0)
+      unit[column / 2].x += 1.0;
+    else
+      unit[column / 2].y += 1.0;
+    ElementForce(n_nodes, b->X, unit, &b->material, thickness, 0, F);
+    for (int i = 0; i < n_nodes; i++) {
+      for (int lane = 0; lane < LANES; lane++) {
+        sum[i][0][lane] += PetscAbsReal(F[i].x[lane]);
+        sum[i][1][lane] += PetscAbsReal(F[i].y[lane]);
+      }
+    }
+  }
+}
+
+/* (28) is an upper bound of the eigenvalues twice over. With any masses m_i, omega^2 is an eigenvalue of M^-1
+   K, hence (Gershgorin) at most the largest row sum of |K| over m_i; and the row sum of the assembled |sum
+   K_e| is at most the sum of the row sums of |K_e|. One number per vertex, the larger of the two directions:
+   a block that has turned by 90 degrees has its x and y rows exchanged, and masses stay isotropic. */
+static void StiffnessLoop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
+{
+  for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+    PetscReal sum[4][2][LANES] = {{{0}}};
+    const ElementLanes b = LoadElements(model, e, n_nodes, NULL, first);
+    RowSums(&b, n_nodes, model->thickness, sum);
+    for (int lane = 0; lane < LANES; lane++)
+      for (int i = 0; i < n_nodes; i++)
+        k[b.vertex[i * BATCH + lane]] += PetscMax(sum[i][0][lane], sum[i][1][lane]);
+  }
+}
+
+PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  StiffnessLoop(model, &model->q4, 4, k);
+  StiffnessLoop(model, &model->t3, 3, k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void MassLoop(const Model *model, const Elements *e, int n_nodes, PetscReal *m)
+{
+  for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+    Lanes area[4];
+    const ElementLanes b = LoadElements(model, e, n_nodes, NULL, first);
+    ElementAreas(n_nodes, b.X, area);
+    for (int lane = 0; lane < LANES; lane++) {
+      const PetscReal density = model->density[e->group[first + lane]] * model->thickness;
+      for (int i = 0; i < n_nodes; i++) m[b.vertex[i * BATCH + lane]] += density * area[i][lane];
+    }
+  }
+}
+
+PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
+{
+  PetscFunctionBeginUser;
+  MassLoop(model, &model->q4, 4, m);
+  MassLoop(model, &model->t3, 3, m);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------ stresses and energies
+ */
+
+/* Cauchy stress of LANES elements at one point, to stress[(first + lane) * stride]. */
+static void PointStress(const Model *model, const ElementLanes *b, int n_nodes, const PetscReal point[2],
+                        PetscInt lanes, PetscInt stride, PetscReal *stress)
+{
+  const int large = model->strain == STRAIN_LARGE;
+  const LanesModes X = ElementModes(n_nodes, b->X), u = ElementModes(n_nodes, b->u);
+  Lanes J;
+  LanesGradient G;
+  LanesTensor E;
+  PointStrain(&X, &u, point[0], point[1], large, &J, &G, &E);
+  const LanesTensor S = BlockStress(&b->material, &E), sigma = CauchyStress(&G, &S, large);
+  for (PetscInt lane = 0; lane < lanes; lane++) {
+    stress[lane * stride + 0] = sigma.xx[lane];
+    stress[lane * stride + 1] = sigma.yy[lane];
+    stress[lane * stride + 2] = sigma.xy[lane];
+  }
+}
+
+static void StressLoop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
+                       const PetscReal points[][2], PetscReal *stress)
+{
+  for (PetscInt first = 0; first < e->n; first += LANES) {
+    const ElementLanes b = LoadElements(model, e, n_nodes, u, first);
+    for (int p = 0; p < n_points; p++)
+      PointStress(model, &b, n_nodes, points[p], PetscMin(LANES, e->n - first), 3 * n_points,
+                  stress + 3 * (first * n_points + p));
+  }
+}
+
+PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *stress)
+{
+  /* (0, 0) is the centre of a quadrilateral; a triangle has the same strain everywhere */
+  static const PetscReal centre[1][2] = {{0.0, 0.0}};
+
+  PetscFunctionBeginUser;
+  StressLoop(model, e, n_nodes, u, 1, centre, stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                  PetscReal *stress)
+{
+  PetscFunctionBeginUser;
+  StressLoop(model, e, n_nodes, u, n_nodes == 4 ? 4 : 1, Q4_POINTS, stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *energy)
+{
+  const int large = model->strain == STRAIN_LARGE, n_points = n_nodes == 4 ? 4 : 1;
+  const PetscReal weight = (n_nodes == 4 ? 1.0 : 0.5) * model->thickness;
+
+  PetscFunctionBeginUser;
+  for (PetscInt first = 0; first < e->n; first += LANES) {
+    const ElementLanes b = LoadElements(model, e, n_nodes, u, first);
+    const LanesModes X = ElementModes(n_nodes, b.X), U = ElementModes(n_nodes, b.u);
+    Lanes sum = {0};
+    for (int p = 0; p < n_points; p++) {
+      Lanes J;
+      LanesGradient G;
+      LanesTensor E;
+      PointStrain(&X, &U, Q4_POINTS[p][0], Q4_POINTS[p][1], large, &J, &G, &E);
+      sum += weight * J * BlockEnergy(&b.material, &E);
+    }
+    for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
+      energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *angle)
+{
+  const PetscReal mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]), radius = hypot(half, s[2]);
+  principal[0] = mean + radius;
+  principal[1] = mean - radius;
+  *angle = 0.5 * atan2(s[2], half);
+}
+
+/* ------------------------------------------------------------------------------------------------- geometry
+ */
+
+/* Sums over the triangles (x_0, p, q) of the ring. With s = p + q and c = p x q of a triangle whose third
+   vertex is the origin: int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12. The origin is
+   vertex 0 of the block, so that coordinates far from the origin lose no digits. */
+void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
+                   PetscReal centroid[2], PetscReal *polar)
+{
+  const PetscReal *origin = X + 2 * vertices[0];
+  PetscReal A = 0, S[2] = {0, 0}, moment = 0;
+  for (int i = 1; i + 1 < n_nodes; i++) {
+    const PetscReal *P = X + 2 * vertices[i], *Q = X + 2 * vertices[i + 1];
+    const PetscReal p[2] = {P[0] - origin[0], P[1] - origin[1]}, q[2] = {Q[0] - origin[0], Q[1] - origin[1]};
+    const PetscReal c = p[0] * q[1] - p[1] * q[0];
+    A += c / 2;
+    for (int d = 0; d < 2; d++) {
+      S[d] += c * (p[d] + q[d]) / 6;
+      moment += c * (p[d] * p[d] + p[d] * q[d] + q[d] * q[d]) / 12;
+    }
+  }
+  for (int d = 0; d < 2; d++) {
+    moment -= S[d] * S[d] / A; /* Steiner */
+    centroid[d] = origin[d] + S[d] / A;
+  }
+  *area = A;
+  *polar = moment;
 }

@@ -1,15 +1,16 @@
-/* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once. No MPI, no PETSc
-   objects, no memory beyond the arguments.
+/* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once. No MPI, no
+   PETSc objects, no memory beyond the arguments.
 
-   A Lanes value holds one number of LANES elements (GCC vector extension); + - * / act on all of them, so a formula
-   reads as it would for one element. No lane sees another, and the build forbids contraction (-ffp-contract=off), so an
-   element has the same bits in every lane, in every batch and on every clone of the loops in element.c.
+   A Lanes value holds one number of LANES elements (GCC vector extension); + - * / act on all of them, so a
+   formula reads as it would for one element. No lane sees another, and the build forbids contraction
+   (-ffp-contract=off), so an element has the same bits in every lane, in every batch and on every clone of
+   the loops in element.c.
 
-   Shape functions by modes. On the 4-node quadrilateral any field x of the vertices (coordinates, displacements) is
-     x(xi, eta) = x_mean + xi a + eta b + xi eta h,   xi, eta in [-1, 1],
-     a = sum xi_i x_i / 4,   b = sum eta_i x_i / 4,   h = sum xi_i eta_i x_i / 4,
-   so that x,xi = a + eta h and x,eta = b + xi h. On the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on
-   xi, eta >= 0, xi + eta <= 1. The mean moves the block as a whole and enters nothing. */
+   Shape functions by modes. On the 4-node quadrilateral any field x of the vertices (coordinates,
+   displacements) is x(xi, eta) = x_mean + xi a + eta b + xi eta h,   xi, eta in [-1, 1], a = sum xi_i x_i /
+   4,   b = sum eta_i x_i / 4,   h = sum xi_i eta_i x_i / 4, so that x,xi = a + eta h and x,eta = b + xi h. On
+   the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on xi, eta >= 0, xi + eta <= 1. The mean moves the
+   block as a whole and enters nothing. */
 #pragma once
 #include <petscsys.h>
 
@@ -18,12 +19,10 @@
 
 #define KERNEL static inline __attribute__((always_inline))
 
-/* 4: the widest that does not run out of registers under AVX2; it must divide BATCH. */
-#ifndef QUOIN_LANES
-#define QUOIN_LANES 4
-#endif
-enum { LANES = QUOIN_LANES };
-typedef PetscReal Lanes __attribute__((vector_size(QUOIN_LANES * 8), aligned(16)));
+/* 4: wide enough for AVX2 and AVX-512, and 8 run out of registers under AVX2 (measured: 2.5 times slower
+   there). Aligned as the stack is, which keeps the compiler quiet about structures of them as arguments. */
+enum { LANES = 4 };
+typedef PetscReal Lanes __attribute__((vector_size(LANES * sizeof(PetscReal)), aligned(16)));
 
 typedef struct {
   Lanes x, y;
@@ -77,7 +76,8 @@ KERNEL LanesModes ModesAdd(const LanesModes *p, const LanesModes *q)
   return (LanesModes){VectorAdd(p->a, q->a), VectorAdd(p->b, q->b), VectorAdd(p->h, q->h)};
 }
 
-/* x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences first: they are exact for near vertices. */
+/* x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences first: they are exact for near
+ * vertices. */
 KERNEL LanesModes Q4Modes(const LanesVector x[4])
 {
   const LanesVector p = VectorSubtract(x[2], x[0]), q = VectorSubtract(x[1], x[3]);
@@ -119,8 +119,8 @@ KERNEL LanesGradient DisplacementGradient(LanesVector u1, LanesVector u2, LanesV
                          u1.y * g1.x + u2.y * g2.x, u1.y * g1.y + u2.y * g2.y};
 }
 
-/* Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G, which is F'F - I without its loss of
-   digits at small strain; for small strain the quadratic part is left out. */
+/* Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G, which is F'F - I without its
+   loss of digits at small strain; for small strain the quadratic part is left out. */
 KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
 {
   if (!large) return (LanesTensor){G->xx, G->yy, 0.5 * (G->xy + G->yx)};
@@ -129,13 +129,15 @@ KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
                        0.5 * ((G->xy + G->yx) + (G->xx * G->xy + G->yx * G->yy))};
 }
 
-/* The block material: second Piola-Kirchhoff stress S = lambda tr(E) I + 2 mu E (Saint Venant-Kirchhoff; Hooke's law when
-   E is the small strain). lambda is that of the plane problem: in plane stress it is 2 lambda mu / (lambda + 2 mu).
+/* The block material: second Piola-Kirchhoff stress S = lambda tr(E) I + 2 mu E (Saint Venant-Kirchhoff;
+   Hooke's law when E is the small strain). lambda is that of the plane problem: in plane stress it is 2
+   lambda mu / (lambda + 2 mu).
 
    How to add another material: write a function beside this one that returns S from E, its energy beside
-   BlockEnergy_..., put its constants into LanesMaterial (LoadMaterial of element.c fills them by group) and call it in
-   BlockStress and BlockEnergy below; forces, stresses, energies and row sums all go through these two. A material of the
-   deformation gradient can be written in E too, since S must not change under rotation. */
+   BlockEnergy_..., put its constants into LanesMaterial (LoadMaterial of element.c fills them by group) and
+   call it in BlockStress and BlockEnergy below; forces, stresses, energies and row sums all go through these
+   two. A material of the deformation gradient can be written in E too, since S must not change under
+   rotation. */
 KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
 {
   const Lanes pressure = m->lambda * (E->xx + E->yy), two_mu = m->mu + m->mu;
@@ -159,11 +161,23 @@ KERNEL Lanes BlockEnergy(const LanesMaterial *m, const LanesTensor *E)
   return BlockEnergy_StVenantKirchhoff(m, E);
 }
 
-/* Natural stress at a point: T_ab = J g_a . S g_b with a, b in xi, eta (stored as xx: xi xi, yy: eta eta, xy: xi eta).
+/* Cauchy stress F S F' / det F with F = I + G; in small strain S itself. */
+KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, int large)
+{
+  if (!large) return *S;
+  const LanesVector Fx = {1.0 + G->xx, G->xy}, Fy = {G->yx, 1.0 + G->yy}; /* rows of F */
+  const LanesVector SFx = {S->xx * Fx.x + S->xy * Fx.y, S->xy * Fx.x + S->yy * Fx.y};
+  const LanesVector SFy = {S->xx * Fy.x + S->xy * Fy.y, S->xy * Fy.x + S->yy * Fy.y};
+  const Lanes r = 1.0 / VectorCross(Fx, Fy);
+  return (LanesTensor){r * VectorDot(Fx, SFx), r * VectorDot(Fy, SFy), r * VectorDot(Fx, SFy)};
+}
+
+/* Natural stress at a point: T_ab = J g_a . S g_b with a, b in xi, eta (stored as xx: xi xi, yy: eta eta, xy:
+   xi eta).
 
    Why: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and J P g_a = J F S g_a
-   = sum_b T_ab F X_b = sum_b T_ab x_b, where x_b = X_b + u_b are the current tangents. Neither F nor P is needed. In small
-   strain P = S, and x_b is X_b. */
+   = sum_b T_ab F X_b = sum_b T_ab x_b, where x_b = X_b + u_b are the current tangents. Neither F nor P is
+   needed. In small strain P = S, and x_b is X_b. */
 KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1, LanesVector u2,
                                  const LanesMaterial *m, int large)
 {
@@ -178,15 +192,14 @@ KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1,
 
 /* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: vertices; f: forces on them (out).
 
-   N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4 with
-     R1 = sum T11 x1 + T12 x2,   R2 = sum T12 x1 + T22 x2,   RH = sum eta (T11 x1 + T12 x2) + xi (T12 x1 + T22 x2)
-   over the Gauss points (times the thickness). With x1 = a + eta h and x2 = b + xi h of the current modes, and
-   xi^2 = eta^2 = 1/3, this is a symmetric matrix on the modes:
-     | R1 |   | t11 t12 s1 | | a |    t_ab = sum T_ab
-     | R2 | = | t12 t22 s2 | | b |    s1 = sum eta T11 + xi T12,   s2 = sum eta T12 + xi T22
-     | RH |   | s1  s2  s3 | | h |    s3 = (t11 + t22)/3 + 2 sum xi eta T12 */
-KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m, PetscReal thickness,
-                    int large, LanesVector f[4])
+   N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4
+   with R1 = sum T11 x1 + T12 x2,   R2 = sum T12 x1 + T22 x2,   RH = sum eta (T11 x1 + T12 x2) + xi (T12 x1 +
+   T22 x2) over the Gauss points (times the thickness). With x1 = a + eta h and x2 = b + xi h of the current
+   modes, and xi^2 = eta^2 = 1/3, this is a symmetric matrix on the modes: | R1 |   | t11 t12 s1 | | a | t_ab
+   = sum T_ab | R2 | = | t12 t22 s2 | | b |    s1 = sum eta T11 + xi T12,   s2 = sum eta T12 + xi T22 | RH |
+   | s1  s2  s3 | | h |    s3 = (t11 + t22)/3 + 2 sum xi eta T12 */
+KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
+                    PetscReal thickness, int large, LanesVector f[4])
 {
   const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
   const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
@@ -207,9 +220,12 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
   const Lanes s1 = GAUSS * ((above - below) + (p + q)), s2 = GAUSS * ((high - low) + (right - left));
   const Lanes s3 = (t11 + t22 + 2.0 * (q - p)) * (1.0 / 3.0);
   const PetscReal w = 0.25 * thickness;
-  const LanesVector R1 = {w * (t11 * x.a.x + t12 * x.b.x + s1 * x.h.x), w * (t11 * x.a.y + t12 * x.b.y + s1 * x.h.y)};
-  const LanesVector R2 = {w * (t12 * x.a.x + t22 * x.b.x + s2 * x.h.x), w * (t12 * x.a.y + t22 * x.b.y + s2 * x.h.y)};
-  const LanesVector RH = {w * (s1 * x.a.x + s2 * x.b.x + s3 * x.h.x), w * (s1 * x.a.y + s2 * x.b.y + s3 * x.h.y)};
+  const LanesVector R1 = {w * (t11 * x.a.x + t12 * x.b.x + s1 * x.h.x),
+                          w * (t11 * x.a.y + t12 * x.b.y + s1 * x.h.y)};
+  const LanesVector R2 = {w * (t12 * x.a.x + t22 * x.b.x + s2 * x.h.x),
+                          w * (t12 * x.a.y + t22 * x.b.y + s2 * x.h.y)};
+  const LanesVector RH = {w * (s1 * x.a.x + s2 * x.b.x + s3 * x.h.x),
+                          w * (s1 * x.a.y + s2 * x.b.y + s3 * x.h.y)};
   const LanesVector sum = VectorAdd(R1, R2), difference = VectorSubtract(R1, R2);
   f[0] = VectorSubtract(RH, sum);
   f[1] = VectorSubtract(difference, RH);
@@ -218,8 +234,8 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
 }
 
 /* Internal force (10) of the 3-node block: one point, of weight 1/2; N = (1 - xi - eta, xi, eta). */
-KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesMaterial *m, PetscReal thickness,
-                    int large, LanesVector f[3])
+KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesMaterial *m,
+                    PetscReal thickness, int large, LanesVector f[3])
 {
   const LanesModes XM = T3Modes(X), uM = T3Modes(u);
   const LanesVector x1 = large ? VectorAdd(XM.a, uM.a) : XM.a, x2 = large ? VectorAdd(XM.b, uM.b) : XM.b;
@@ -230,10 +246,45 @@ KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesM
   f[0] = (LanesVector){-(f[1].x + f[2].x), -(f[1].y + f[2].y)};
 }
 
-/* Either shape, where n_nodes is a constant. */
+/* Either shape; n_nodes is a constant where speed matters. */
 KERNEL void ElementForce(int n_nodes, const LanesVector *X, const LanesVector *u, const LanesMaterial *m,
                          PetscReal thickness, int large, LanesVector *f)
 {
-  if (n_nodes == 4) Q4Force(X, u, m, thickness, large, f);
-  else T3Force(X, u, m, thickness, large, f);
+  if (n_nodes == 4)
+    Q4Force(X, u, m, thickness, large, f);
+  else
+    T3Force(X, u, m, thickness, large, f);
+}
+
+KERNEL LanesModes ElementModes(int n_nodes, const LanesVector *x)
+{
+  return n_nodes == 4 ? Q4Modes(x) : T3Modes(x);
+}
+
+/* What stresses and energies need at a point. */
+KERNEL void PointStrain(const LanesModes *X, const LanesModes *u, PetscReal xi, PetscReal eta, int large,
+                        Lanes *J, LanesGradient *G, LanesTensor *E)
+{
+  LanesVector g1, g2;
+  *J = DualBasis(TangentXi(X, eta), TangentEta(X, xi), &g1, &g2);
+  *G = DisplacementGradient(TangentXi(u, eta), TangentEta(u, xi), g1, g2);
+  *E = BlockStrain(G, large);
+}
+
+/* Lumped masses per density and thickness: row sums (27) of the mass matrix (26), m_i = int N_i dA, since the
+   N_j sum to 1. On the quadrilateral J = a x b + xi (a x h) + eta (h x b) is linear, so the 2x2 sum (26) is
+   this exactly. */
+KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
+{
+  const LanesModes x = ElementModes(n_nodes, X);
+  const Lanes c = VectorCross(x.a, x.b);
+  if (n_nodes == 3) {
+    for (int i = 0; i < 3; i++) area[i] = c * (1.0 / 6.0);
+    return;
+  }
+  const Lanes p = VectorCross(x.a, x.h) * (1.0 / 3.0), q = VectorCross(x.h, x.b) * (1.0 / 3.0);
+  area[0] = c - p - q;
+  area[1] = c + p - q;
+  area[2] = c + p + q;
+  area[3] = c - p + q;
 }

@@ -19,9 +19,12 @@ void Complain(char *message, const char *file, int line, const char *key, const 
   for (char *c = label; !from_file && *c; c++)
     if (*c == '.') *c = '_';
   int used = 0;
-  if (!from_file) used = snprintf(message, MESSAGE_LENGTH, "command line: ");
-  else if (line > 0) used = snprintf(message, MESSAGE_LENGTH, "%.400s:%d: ", file, line);
-  else used = snprintf(message, MESSAGE_LENGTH, "%.400s: ", file);
+  if (!from_file)
+    used = snprintf(message, MESSAGE_LENGTH, "command line: ");
+  else if (line > 0)
+    used = snprintf(message, MESSAGE_LENGTH, "%.400s:%d: ", file, line);
+  else
+    used = snprintf(message, MESSAGE_LENGTH, "%.400s: ", file);
   if (label[0]) used += snprintf(message + used, MESSAGE_LENGTH - used, "%s: ", label);
 
   // what
@@ -111,8 +114,10 @@ static PetscErrorCode WalkPair(Walk *w, yaml_node_pair_t pair, const char *paren
 
   PetscFunctionBeginUser;
   if (name->type != YAML_SCALAR_NODE || !NameIsValid((const char *)name->data.scalar.value)) {
-    Complain(w->message, w->file, line, parent, "'%.80s' is not a name: a letter, then letters, digits, _ + -, %d at most",
-             name->type == YAML_SCALAR_NODE ? (const char *)name->data.scalar.value : "[..]", NAME_LENGTH - 1);
+    Complain(w->message, w->file, line, parent,
+             "'%.80s' is not a name: a letter, then letters, digits, _ + -, %d at most",
+             name->type == YAML_SCALAR_NODE ? (const char *)name->data.scalar.value : "[..]",
+             NAME_LENGTH - 1);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   snprintf(key, sizeof key, "%s%s%s", parent, parent[0] ? "." : "", (const char *)name->data.scalar.value);
@@ -129,7 +134,8 @@ static PetscErrorCode WalkMapping(Walk *w, yaml_node_t *node, const char *key, i
   PetscFunctionBeginUser;
   if (key[0]) PetscCall(EntriesAdd(w->list, key, "", ENTRY_SECTION, line));
   yaml_node_pair_t *pair = node->data.mapping.pairs.start;
-  for (; pair < node->data.mapping.pairs.top && !w->message[0]; pair++) PetscCall(WalkPair(w, *pair, key, depth + 1));
+  for (; pair < node->data.mapping.pairs.top && !w->message[0]; pair++)
+    PetscCall(WalkPair(w, *pair, key, depth + 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,11 +155,13 @@ static PetscErrorCode WalkSequence(Walk *w, yaml_node_t *node, const char *key, 
       n_pairs += item->data.mapping.pairs.top - item->data.mapping.pairs.start == 1;
   }
   if (n_values < end - first && n_pairs < end - first) {
-    Complain(w->message, w->file, line, key, "a list must hold plain values only, or items with one name each ('- name: {..}')");
+    Complain(w->message, w->file, line, key,
+             "a list must hold plain values only, or items with one name each ('- name: {..}')");
   } else if (n_pairs) {
     PetscCall(EntriesAdd(w->list, key, "", ENTRY_SECTION, line));
     for (yaml_node_item_t *i = first; i < end && !w->message[0]; i++)
-      PetscCall(WalkPair(w, *yaml_document_get_node(&w->document, *i)->data.mapping.pairs.start, key, depth + 1));
+      PetscCall(
+          WalkPair(w, *yaml_document_get_node(&w->document, *i)->data.mapping.pairs.start, key, depth + 1));
   } else {
     PetscCall(PetscCalloc1(length, &value));
     for (yaml_node_item_t *i = first; i < end; i++) {
@@ -173,8 +181,10 @@ static PetscErrorCode WalkNode(Walk *w, int id, const char *key, int line, int d
   PetscFunctionBeginUser;
   if (node->type == YAML_SCALAR_NODE)
     PetscCall(EntriesAdd(w->list, key, (const char *)node->data.scalar.value, ENTRY_VALUE, line));
-  else if (node->type == YAML_MAPPING_NODE) PetscCall(WalkMapping(w, node, key, line, depth));
-  else PetscCall(WalkSequence(w, node, key, line, depth));
+  else if (node->type == YAML_MAPPING_NODE)
+    PetscCall(WalkMapping(w, node, key, line, depth));
+  else
+    PetscCall(WalkSequence(w, node, key, line, depth));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,12 +195,14 @@ static void ComplainSyntax(Walk *w, const yaml_parser_t *parser, const char *tex
   for (size_t n = 0; at < length && n < line; at++) n += text[at] == '\n';
   while (at < length && text[at] == ' ') at++;
   PetscBool tab = (PetscBool)(at < length && text[at] == '\t');
-  Complain(w->message, w->file, (int)line + 1, "", "YAML syntax: %s%s%s%s", parser->context ? parser->context : "",
-           parser->context ? ": " : "", parser->problem ? parser->problem : "unreadable",
+  Complain(w->message, w->file, (int)line + 1, "", "YAML syntax: %s%s%s%s",
+           parser->context ? parser->context : "", parser->context ? ": " : "",
+           parser->problem ? parser->problem : "unreadable",
            tab ? " (this line is indented by a tab; use spaces)" : "");
 }
 
-PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length, char *message)
+PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
+                               char *message)
 {
   Walk w = {.file = file, .list = list, .message = message};
   yaml_parser_t parser;
@@ -204,9 +216,12 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   yaml_node_t *root = yaml_document_get_root_node(&w.document);
-  if (!root) Complain(message, file, -1, "", "the scene is empty");
-  else if (root->type != YAML_MAPPING_NODE) Complain(message, file, 1, "", "a scene is made of 'key: value' lines");
-  else PetscCall(WalkMapping(&w, root, "", 1, 0));
+  if (!root)
+    Complain(message, file, -1, "", "the scene is empty");
+  else if (root->type != YAML_MAPPING_NODE)
+    Complain(message, file, 1, "", "a scene is made of 'key: value' lines");
+  else
+    PetscCall(WalkMapping(&w, root, "", 1, 0));
   yaml_document_delete(&w.document);
 
   // nothing may follow the one document
@@ -214,7 +229,8 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
     root = yaml_document_get_root_node(&w.document);
     if (root) Complain(message, file, (int)root->start_mark.line + 1, "", "a second YAML document");
     yaml_document_delete(&w.document);
-  } else if (root) ComplainSyntax(&w, &parser, text, length);
+  } else if (root)
+    ComplainSyntax(&w, &parser, text, length);
   yaml_parser_delete(&parser);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -222,15 +238,49 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
 /* ---------------------------------------------------------------------------------------- command line */
 
 // options that PETSc itself reads: those that end in _ by their beginning, the others whole
-static const char *const PetscOwn[] = {
-  "blas_",       "check_pointer_intensity", "checkstack", "debug_terminal", "debugger_", "display",
-  "dm_",         "error_output_stdout",     "fp_trap",    "get_total_flops", "help",     "info",
-  "info_",       "is_",                     "ksp_",       "log_",           "malloc",    "malloc_",
-  "mat_",        "memory_view",             "no_signal_handler", "nox",     "objects_dump", "on_error_",
-  "options_",    "pc_",                     "petscpartitioner_", "petscsection_", "python", "sf_",
-  "shared_tmp",  "skip_petscrc",            "snes_",      "start_in_debugger", "stop_for_debugger", "sub_",
-  "tao_",        "ts_",                     "vec_",       "vecscatter_",    "version",   "viewer_",
-  NULL};
+static const char *const PetscOwn[] = {"blas_",
+                                       "check_pointer_intensity",
+                                       "checkstack",
+                                       "debug_terminal",
+                                       "debugger_",
+                                       "display",
+                                       "dm_",
+                                       "error_output_stdout",
+                                       "fp_trap",
+                                       "get_total_flops",
+                                       "help",
+                                       "info",
+                                       "info_",
+                                       "is_",
+                                       "ksp_",
+                                       "log_",
+                                       "malloc",
+                                       "malloc_",
+                                       "mat_",
+                                       "memory_view",
+                                       "no_signal_handler",
+                                       "nox",
+                                       "objects_dump",
+                                       "on_error_",
+                                       "options_",
+                                       "pc_",
+                                       "petscpartitioner_",
+                                       "petscsection_",
+                                       "python",
+                                       "sf_",
+                                       "shared_tmp",
+                                       "skip_petscrc",
+                                       "snes_",
+                                       "start_in_debugger",
+                                       "stop_for_debugger",
+                                       "sub_",
+                                       "tao_",
+                                       "ts_",
+                                       "vec_",
+                                       "vecscatter_",
+                                       "version",
+                                       "viewer_",
+                                       NULL};
 
 static PetscBool IsPetscOwn(const char *key)
 {
@@ -272,9 +322,9 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
 
   PetscFunctionBeginUser;
   for (int i = 1; i < argc; i++) {
-    const char *key = OptionKey(argv[i]);
+    const char *option = argv[i], *key = OptionKey(option);
     if (!key) {
-      Complain(message, "", 0, "", "'%.200s' is not an option; options are -key value", argv[i]);
+      Complain(message, "", 0, "", "'%.200s' is not an option; options are -key value", option);
       break;
     }
     const char *value = i + 1 < argc && !OptionKey(argv[i + 1]) ? argv[++i] : "";
@@ -286,8 +336,9 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
       if (entry->kind == ENTRY_SECTION) DropOthers(list, entry);
       entry->kind = ENTRY_VALUE;
       entry->line = 0;
-    } else PetscCall(EntriesAdd(list, key, value, ENTRY_VALUE, 0));
-    PetscCall(PetscOptionsHasName(NULL, NULL, argv[i - (value[0] ? 1 : 0)], &known_to_petsc)); // not left over
+    } else
+      PetscCall(EntriesAdd(list, key, value, ENTRY_VALUE, 0));
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known_to_petsc)); // not left over
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

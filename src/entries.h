@@ -22,7 +22,8 @@ typedef struct {
 } Entries;
 
 /* message: receives the first fault found in the text or among the arguments; file: for messages */
-PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length, char *message);
+PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
+                               char *message);
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
 /* The entry with this key, NULL if there is none. Does not mark it as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
@@ -30,9 +31,10 @@ PetscErrorCode EntriesDestroy(Entries *list);
 
 /* True for [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */
 PetscBool NameIsValid(const char *name);
-/* Copies the next item of a comma list into `item`, without blanks around it; returns the rest, NULL after the last. */
+/* Copies the next item of a comma list into `item`, without blanks around it; returns the rest, NULL after
+ * the last. */
 const char *NextItem(const char *list, char item[LABEL_LENGTH]);
 /* Writes "file:line: key: text" in one line, unless message already holds an earlier fault.
    line 0: "command line: -key_with_underscores: text"; -1: the file as a whole. */
 void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
-  PETSC_ATTRIBUTE_FORMAT(5, 6);
+    PETSC_ATTRIBUTE_FORMAT(5, 6);

@@ -54,6 +54,15 @@ PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, Pe
 /* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1: deformable. */
 PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid);
 
+/* Owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
+PetscErrorCode RigidBodiesCreate(Model *model);
+/* Row of the owned rigid body that holds the owned rigid vertex v (bisection). */
+PetscInt RigidOfVertex(const Model *model, PetscInt v);
+/* Sums the forces at vertices of rigid bodies into force and moment at the mass centre, (14)-(15). u, f: dof arrays. */
+void RigidForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* Displacements of vertices from those of the bodies, (21)-(22) in finite form. u: dof array. */
+void RigidMotion(const Model *model, PetscReal *u);
+
 /* ---- partition.c: rank 0 only */
 PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks);
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
@@ -97,6 +106,83 @@ PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_n
 PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *energy);
 /* Principal stresses s1 >= s2 of (sxx,syy,sxy) and angle [rad] of s1 from x. */
 void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *angle);
+/* Exact area [m2], centroid [m] and polar second moment about the centroid [m4] of one block; vertices: (n_nodes,) ccw
+   rows of X (n,2) [m]. */
+void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area, PetscReal centroid[2],
+                   PetscReal *polar);
+
+/* ---- contact.c */
+/* Collective. Finds all face-to-face contacts that touch an owned vertex, in the reference state (section 2.2). */
+PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
+PetscErrorCode ContactsDestroy(Contacts *contacts);
+PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
+/* Collective. Fails when a macroblock hangs on nothing: no support, and no contact path to one that has a support. */
+PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
+
+/* ---- contact_force.c */
+/* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and the arrays of
+   the last evaluation. joints: the stage's table. u, f: vertex arrays. */
+PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u, PetscReal *f);
+
+/* ---- ghost.c: owned vertices' displacements to the ranks that read them. Collective. u: vertex array. */
+PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
+PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
+
+/* ---- loads.c */
+/* Collective. Marks model->fixed from the scene's supports. */
+PetscErrorCode SupportsApply(const Scene *scene, Model *model);
+/* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its face). */
+PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
+/* f_ext = (1 - ramp) f_start + ramp f_target. */
+void LoadsApply(const Model *model, State *state, PetscReal ramp);
+
+/* ---- timestep.c */
+/* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints times dt is 2 safety. */
+PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints, const Contacts *contacts, State *state);
+
+/* ---- integrate.c */
+typedef struct {
+  PetscReal num[2], den[2]; /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
+  PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
+} QuotientSums;
+/* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way. */
+void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
+
+/* ---- relax.c */
+typedef struct {
+  QuotientSums sums;    /* of the last cycle, over all ranks */
+  PetscReal q_ray;      /* [1/s2] last positive Rayleigh quotient (37) */
+  MPI_Op reduce;        /* sums first, then maxima */
+  MPI_Datatype reduce_type;
+  /* evidence for the verdict, per chunk of cycles */
+  PetscReal *u_chunk, *du_chunk; /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
+  PetscReal *ratios;    /* unbalanced ratios seen in this chunk */
+  PetscInt n_ratios, max_ratios, stalled; /* stalled: chunks in a row that looked like a mechanism */
+  PetscReal last_median, last_norm;
+  PetscInt64 chunk_start, chunk_length;
+} Relaxation;
+PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
+PetscErrorCode RelaxationDestroy(Relaxation *r);
+/* Start of a stage: forgets the evidence. */
+PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
+/* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
+PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r, const QuotientSums *local);
+/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets ratio, increment, kinetic. */
+PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale, StageResult *result);
+/* Collective. The verdict after a check, VERDICT_NONE: go on. */
+PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state, Relaxation *r, StageResult *result);
+
+/* ---- step.c */
+/* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof. */
+PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts, State *state, Relaxation *relax,
+                    PetscReal *contact_scale);
+
+/* ---- stages.c */
+/* Collective. Runs one stage to its verdict. */
+PetscErrorCode StageRun(const Scene *scene, const Model *model, const Stage *stage, PetscInt number, Contacts *contacts, State *state,
+                        Relaxation *relax, struct _p_Output *output, StageResult *result);
+PetscErrorCode StateCreate(const Model *model, State *state);
+PetscErrorCode StateDestroy(State *state);
 
 /* ---- stress_models.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm, "StressModelKind", "STRESS_" , NULL */

@@ -186,6 +186,7 @@ typedef struct {
   PetscMPIInt rank, size;
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
   PetscReal diameter; /* [m] of the bounding box of the whole mesh */
+  PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
 
   /* vertices */
   PetscInt n_deformable; /* owned, of deformable blocks */
@@ -195,6 +196,7 @@ typedef struct {
   PetscInt *vertex_gid;  /* (n_vertices,) */
   PetscInt *vertex_file; /* (n_vertices,) */
   PetscInt *vertex_body; /* (n_vertices,) macroblock */
+  PetscInt *vertex_rigid; /* (n_vertices,) rigid body (global number), -1: deformable */
 
   /* rigid bodies owned here (all their vertices are owned here too) */
   PetscInt n_bodies;
@@ -232,7 +234,8 @@ typedef struct {
   PetscInt *face_set_faces; /* rows of `faces` (local blocks only), ascending gid within a set */
   PetscInt *point_vertex;   /* (n_points,) local vertex, -1: not on this rank */
 
-  PetscSF ghost; /* leaves: ghost vertices; roots: owned vertices of their owners; unit: 2 doubles */
+  PetscSF ghost;     /* leaves: ghost vertices; roots: owned vertices of their owners */
+  MPI_Datatype pair; /* its unit: 2 doubles */
 } Model;
 
 /* ------------------------------------------------------------------------------------------- Contacts
@@ -286,6 +289,8 @@ typedef struct {
   PetscReal dt;      /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
   PetscInt64 cycle;  /* cycles since the start of the run */
+  PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
+  PetscReal ramp;    /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */

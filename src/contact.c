@@ -1,0 +1,257 @@
+/* contact.c: finding and storing face-to-face contacts (sections 2.1-2.2). Every rank keeps the contacts that touch a
+   vertex it owns, in ascending (stress model, face, face). */
+#include "internal.h"
+#include "contact_geometry.h"
+
+/* A contact before it has its place in the batches. */
+typedef struct {
+  StressModelKind model;
+  PetscInt key[2], face[2], joint;
+  FacePair pair;
+} Candidate;
+
+static int candidate_order(const void *a, const void *b)
+{
+  const Candidate *p = a, *q = b;
+  if (p->model != q->model) return (p->model > q->model) - (p->model < q->model);
+  if (p->key[0] != q->key[0]) return (p->key[0] > q->key[0]) - (p->key[0] < q->key[0]);
+  return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
+}
+
+/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the default. */
+static PetscInt joint_of_pair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
+{
+  const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g];
+  if (jf >= 0 || jg >= 0) return jf < 0 ? jg : jg < 0 ? jf : PetscMin(jf, jg);
+  const char *a = m->group_names[m->faces.group[f]], *b = m->group_names[m->faces.group[g]];
+  for (PetscInt j = 1; j < scene->n_joints; j++) {
+    const char *name = scene->joints[j].name, *plus = strchr(name, '+');
+    if (!plus) continue;
+    const size_t na = strlen(a), nb = strlen(b), first = (size_t)(plus - name);
+    if (first == na && !strncmp(name, a, na) && !strcmp(plus + 1, b)) return j;
+    if (first == nb && !strncmp(name, b, nb) && !strcmp(plus + 1, a)) return j;
+  }
+  return 0;
+}
+
+/* Whether two faces may touch at all: different blocks, not of one rigid body, one of them at an owned vertex. */
+static PetscBool may_touch(const Model *m, PetscInt f, PetscInt g)
+{
+  const PetscInt *vf = m->faces.vertex + 2 * f, *vg = m->faces.vertex + 2 * g;
+  if (m->faces.gid[f] / 4 == m->faces.gid[g] / 4) return PETSC_FALSE;
+  if (m->faces.rigid[f] >= 0 && m->faces.rigid[f] == m->faces.rigid[g]) return PETSC_FALSE;
+  return (PetscBool)(vf[0] < m->n_owned || vf[1] < m->n_owned || vg[0] < m->n_owned || vg[1] < m->n_owned);
+}
+
+static void face_coordinates(const Model *m, PetscInt f, PetscReal x[4])
+{
+  for (int i = 0; i < 4; i++) x[i] = m->X[2 * m->faces.vertex[2 * f + i / 2] + i % 2];
+}
+
+/* The two faces as a contact, or nothing: returns PETSC_FALSE when they do not touch. */
+static PetscBool make_candidate(const Scene *scene, const Model *m, PetscInt f, PetscInt g, Candidate *c)
+{
+  PetscReal a[4], b[4];
+  if (m->faces.gid[f] > m->faces.gid[g]) return make_candidate(scene, m, g, f, c);
+  face_coordinates(m, f, a);
+  face_coordinates(m, g, b);
+  const PetscReal shorter = PetscMin(PetscHypotReal(a[2] - a[0], a[3] - a[1]), PetscHypotReal(b[2] - b[0], b[3] - b[1]));
+  const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
+  // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
+  const PetscReal depth = m->faces.body[f] == m->faces.body[g] ? FACE_MIN_OVERLAP * shorter : scene->overlap_tolerance;
+  if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
+  c->key[0] = m->faces.gid[f], c->key[1] = m->faces.gid[g];
+  c->face[0] = f, c->face[1] = g;
+  c->joint = joint_of_pair(scene, m, f, g);
+  c->model = scene->joints[c->joint].stress_model;
+  return PETSC_TRUE;
+}
+
+static PetscErrorCode find_candidates(const Scene *scene, const Model *m, PetscInt *n, Candidate **candidates)
+{
+  PetscInt n_pairs, *pairs;
+  PetscReal *box, x[4];
+  Candidate *list, c;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(4 * m->faces.n, &box));
+  for (PetscInt f = 0; f < m->faces.n; f++) {
+    face_coordinates(m, f, x);
+    FaceBox(x, x + 2, m->contact_margin, box + 4 * f);
+  }
+  PetscCall(GridPairs(m->faces.n, box, &n_pairs, &pairs));
+  PetscCall(PetscMalloc1(n_pairs, &list));
+  *n = 0;
+  for (PetscInt p = 0; p < n_pairs; p++) {
+    if (!may_touch(m, pairs[2 * p], pairs[2 * p + 1])) continue;
+    if (make_candidate(scene, m, pairs[2 * p], pairs[2 * p + 1], &c)) list[(*n)++] = c;
+  }
+  qsort(list, *n, sizeof(Candidate), candidate_order);
+  PetscCall(PetscFree(box));
+  PetscCall(PetscFree(pairs));
+  *candidates = list;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A contact whose joint has no properties is an error of the scene. */
+static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt n, const Candidate *list)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n && !message[0]; i++) {
+    if (list[i].joint || scene->joints[0].k_n > 0.) continue;
+    const char *a = m->group_names[m->faces.group[list[i].face[0]]], *b = m->group_names[m->faces.group[list[i].face[1]]];
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: joints: blocks of groups %s and %s touch, but no joint names a face set between them, the pair "
+                            "%s+%s or default", scene->file, a, b, a, b));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode allocate(Contacts *c)
+{
+  const PetscInt n = c->n_padded;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n, &c->length, 2 * n, &c->state));
+  PetscCall(PetscCalloc5(2 * n, &c->t, 4 * n, &c->gap, 2 * n, &c->rest, 2 * n, &c->slip, 2 * n, &c->broken));
+  PetscCall(PetscCalloc4(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A padding lane: a contact of length 0 between vertices of the dummy square. */
+static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts *c)
+{
+  c->key[2 * at] = c->key[2 * at + 1] = -1;
+  c->joint[at] = joint;
+  for (int i = 0; i < 6; i++) c->vertex[((at / BATCH) * 6 + i) * BATCH + at % BATCH] = m->n_vertices + i % 3;
+}
+
+static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
+{
+  c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
+  c->klass[at] = p->pair.klass;
+  c->joint[at] = p->joint;
+  c->length[at] = p->pair.length;
+  c->owned[at] = (PetscBool)(m->faces.vertex[2 * p->face[0]] < m->n_owned);
+  for (int k = 0; k < 2; k++) {
+    const PetscInt source = p->pair.source[k];
+    const PetscInt *destination = m->faces.vertex + 2 * p->face[1 - source];
+    const PetscInt P = m->faces.vertex[2 * p->face[source] + p->pair.corner[k]], A = destination[0], B = destination[1];
+    PetscInt *vertex = c->vertex + ((at / BATCH) * 6 + 3 * k) * BATCH + at % BATCH;
+    const PetscReal t = p->pair.t[k];
+    vertex[0] = P, vertex[BATCH] = A, vertex[2 * BATCH] = B;
+    c->t[SUB(at, k)] = t;
+    for (int i = 0; i < 2; i++)
+      c->gap[((at / BATCH) * 4 + 2 * k + i) * BATCH + at % BATCH] = m->X[2 * P + i] - ((1. - t) * m->X[2 * A + i] + t * m->X[2 * B + i]);
+    c->rest[SUB(at, k)] = PetscMin(p->pair.gap[k], 0.);
+  }
+}
+
+PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
+{
+  Candidate *list;
+  PetscInt n, count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  PetscCall(find_candidates(scene, m, &n, &list));
+  PetscCall(check_joints(scene, m, n, list));
+  for (PetscInt i = 0; i < n; i++) count[list[i].model]++;
+  for (int s = 0; s < STRESS_MODELS; s++) {
+    first[s] = s ? first[s - 1] + count[s - 1] : 0;
+    c->model_start[s + 1] = c->model_start[s] + (count[s] + BATCH - 1) / BATCH * BATCH;
+  }
+  c->n = n;
+  c->n_padded = c->model_start[STRESS_MODELS];
+  PetscCall(allocate(c));
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
+      const PetscInt i = at - c->model_start[s];
+      if (i < count[s]) store(m, list + first[s] + i, at, c);
+      else store_padding(m, at, list[first[s]].joint, c);
+    }
+  PetscCall(PetscFree(list));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsDestroy(Contacts *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
+  PetscCall(PetscFree5(c->t, c->gap, c->rest, c->slip, c->broken));
+  PetscCall(PetscFree4(c->u_n, c->u_s, c->sigma, c->tau));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *valid)
+{
+  PetscInt bad = 0, n = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0) { bad += c->length[i] != 0.; continue; }
+    n++;
+    bad += c->key[2 * i] >= c->key[2 * i + 1] || !(c->length[i] > 0.);
+    PetscBool owned = PETSC_FALSE;
+    for (int k = 0; k < 6; k++) {
+      const PetscInt v = c->vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
+      bad += v < 0 || v >= m->n_vertices;
+      owned = (PetscBool)(owned || v < m->n_owned);
+    }
+    for (int k = 0; k < 2; k++) bad += !(c->t[SUB(i, k)] > -1e-6 && c->t[SUB(i, k)] < 1. + 1e-6);
+    const PetscInt before = i && c->key[2 * (i - 1)] >= 0 ? i - 1 : -1; // ascending within a stress model
+    if (before >= 0) bad += c->key[2 * before] > c->key[2 * i] && c->joint[before] == c->joint[i];
+    bad += c->owned[i] && !owned;
+  }
+  bad += n != c->n;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_SUM, m->comm));
+  *valid = (PetscBool)(bad == 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscInt root_of(PetscInt *parent, PetscInt i)
+{
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/* Links and supports of this rank, merged on all ranks by exchanging the union-find roots. */
+PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Contacts *c)
+{
+  const PetscInt n = m->n_bodies_global;
+  PetscInt *parent, *held, *all, changed = 1;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (scene->allow_floating) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc3(n, &parent, n, &held, n, &all));
+  for (PetscInt b = 0; b < n; b++) parent[b] = b, held[b] = 0;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0) continue;
+    const PetscInt *v = c->vertex + (i / BATCH) * 6 * BATCH + i % BATCH;
+    const PetscInt a = m->vertex_body[v[0]], b = m->vertex_body[v[BATCH]];
+    parent[PetscMax(root_of(parent, a), root_of(parent, b))] = PetscMin(root_of(parent, a), root_of(parent, b));
+  }
+  while (changed) { // every rank takes over the others' links until nothing changes; a handful of rounds
+    for (PetscInt b = 0; b < n; b++) all[b] = root_of(parent, b);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, n, MPIU_INT, MPI_MIN, m->comm));
+    changed = 0;
+    for (PetscInt b = 0; b < n; b++) {
+      const PetscInt p = root_of(parent, b), q = root_of(parent, all[b]);
+      if (p != q) parent[PetscMax(p, q)] = PetscMin(p, q), changed = 1;
+    }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, m->comm));
+  }
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (m->fixed[d]) held[root_of(parent, m->dof_body[d])] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, n, MPIU_INT, MPI_MAX, m->comm));
+  for (PetscInt b = 0, e; b < n && !message[0]; b++) {
+    if (held[root_of(parent, b)]) continue;
+    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // where it is, if this rank knows
+    if (e < m->n_owned)
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT ", x = %g m, y = %g m) hangs on nothing: "
+                              "it touches no supported block; add a support, or set relaxation.allow_floating",
+                              scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1]));
+  }
+  PetscCall(PetscFree3(parent, held, all));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

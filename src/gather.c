@@ -1,0 +1,342 @@
+/* gather.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order). Everything that
+   is written or summed for people goes through here, so that it has the same bits on any number of ranks. */
+#include "internal.h"
+#include <stdlib.h>
+
+/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
+static PetscErrorCode gather_bytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all, void **all)
+{
+  PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
+  MPI_Datatype row;
+  PetscInt total = 0;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMPIIntCast(n, &mine));
+  if (!rank) PetscCall(PetscMalloc2(size, &counts, size, &starts));
+  PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts, 1, MPI_INT, 0, comm));
+  for (PetscMPIInt r = 0; !rank && r < size; r++) {
+    PetscCall(PetscMPIIntCast(total, &starts[r]));
+    total += counts[r];
+  }
+  *all = NULL;
+  if (!rank) PetscCall(PetscMalloc((size_t)PetscMax(total, 1) * unit, all));
+  PetscCallMPI(MPI_Type_contiguous((int)unit, MPI_BYTE, &row));
+  PetscCallMPI(MPI_Type_commit(&row));
+  PetscCallMPI(MPI_Gatherv(rows, mine, row, *all, counts, starts, row, 0, comm));
+  PetscCallMPI(MPI_Type_free(&row));
+  if (!rank) PetscCall(PetscFree2(counts, starts));
+  *n_all = total;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. place: row of the result for each of the n rows; frees place and rows. all: (n_all, width) on rank 0. */
+static PetscErrorCode gather_placed(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                                    PetscInt n_all, PetscReal **all)
+{
+  PetscInt n_places, n_rows, *places;
+  PetscReal *gathered;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(gather_bytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
+  PetscCall(gather_bytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
+  *all = NULL;
+  if (!rank) PetscCall(PetscCalloc1(1 + (size_t)n_all * width, all));
+  for (PetscInt i = 0; i < n_rows; i++) {
+    for (PetscInt j = 0; j < width; j++) (*all)[places[i] * width + j] = gathered[i * width + j];
+  }
+  PetscCall(PetscFree(places));
+  PetscCall(PetscFree(gathered));
+  PetscCall(PetscFree(place));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+enum { BLOCK_ROW = 8 };
+
+/* file id, gid, group, macroblock, and vertices of the owned elements of one list */
+static void block_rows(const Model *model, const Elements *e, int n_nodes, PetscInt *n, PetscInt (*rows)[BLOCK_ROW])
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    if (!e->owned[i]) continue;
+    PetscInt *row = rows[(*n)++];
+    row[0] = e->file[i];
+    row[1] = e->gid[i];
+    row[2] = e->group[i];
+    row[3] = e->body[i];
+    for (int k = 0; k < 4; k++) {
+      row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]] : -1;
+    }
+  }
+}
+
+static PetscErrorCode gather_vertices(const Model *model, MeshFields *mesh)
+{
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, model->n_owned), &place));
+  PetscCall(PetscMalloc1(PetscMax(1, 2 * model->n_owned), &rows));
+  PetscCall(PetscArraycpy(place, model->vertex_file, model->n_owned));
+  PetscCall(PetscArraycpy(rows, model->X, 2 * model->n_owned));
+  PetscCall(gather_placed(model->comm, model->n_owned, place, 2, rows, mesh->n_vertices, &mesh->X));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
+{
+  const Elements *lists[] = {&model->t3, &model->q4, &model->rigid_t3, &model->rigid_q4};
+  PetscInt n = 0, n_all, most = 1, (*rows)[BLOCK_ROW], (*all)[BLOCK_ROW];
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
+  mesh->n_vertices = model->n_vertices_global;
+  mesh->n_blocks = model->n_blocks_global;
+  PetscCall(gather_vertices(model, mesh));
+  for (int l = 0; l < 4; l++) most += lists[l]->n;
+  PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
+  for (int l = 0; l < 4; l++) block_rows(model, lists[l], 3 + l % 2, &n, rows);
+  PetscCall(gather_bytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
+  PetscCall(PetscFree(rows));
+  if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc4(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all, &mesh->file));
+  for (PetscInt i = 0; i < n_all; i++) {
+    const PetscInt *row = all[i], b = row[0];
+    mesh->file[row[1]] = b;
+    mesh->group[b] = row[2];
+    mesh->macroblock[b] = row[3];
+    PetscCall(PetscArraycpy(mesh->blocks + 4 * b, row + 4, 4));
+  }
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(mesh->X));
+  PetscCall(PetscFree4(mesh->blocks, mesh->group, mesh->macroblock, mesh->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Displacement, reaction of supports and applied force of the owned vertices. */
+static PetscErrorCode gather_motion(const Model *model, const State *state, StageFields *s)
+{
+  const PetscInt n = model->n_owned, first = 3 * model->n_bodies;
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, n), &place));
+  PetscCall(PetscCalloc1(PetscMax(1, VERTEX_WIDTH * n), &rows));
+  for (PetscInt i = 0; i < n; i++) {
+    place[i] = model->vertex_file[i];
+    for (int x = 0; x < 2; x++) {
+      const PetscInt dof = first + 2 * i + x;
+      rows[VERTEX_WIDTH * i + x] = state->u[dof];
+      if (i >= model->n_deformable) continue;
+      if (model->fixed[dof]) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
+      rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof];
+    }
+  }
+  PetscCall(gather_placed(model->comm, n, place, VERTEX_WIDTH, rows, model->n_vertices_global, &s->vertex));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same of the rigid bodies, about their centroids. */
+static PetscErrorCode gather_bodies(const Model *model, const State *state, StageFields *s)
+{
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, model->n_bodies), &place));
+  PetscCall(PetscCalloc1(PetscMax(1, BODY_WIDTH * model->n_bodies), &rows));
+  for (PetscInt i = 0; i < model->n_bodies; i++) {
+    place[i] = model->body_gid[i];
+    for (int x = 0; x < 3; x++) {
+      const PetscInt dof = 3 * i + x;
+      rows[BODY_WIDTH * i + x] = state->u[dof];
+      if (model->fixed[dof]) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
+      rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof];
+    }
+  }
+  s->n_bodies = model->n_rigid_global;
+  PetscCall(gather_placed(model->comm, model->n_bodies, place, BODY_WIDTH, rows, s->n_bodies, &s->body));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stress and energy of one list of deformable elements. */
+static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscInt *n,
+                                   PetscInt *place, PetscReal *rows)
+{
+  const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
+  PetscReal *centre, *gauss, *energy;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc3(3 * e->n_padded, &centre, 3 * n_gauss * e->n_padded, &gauss, e->n_padded, &energy));
+  PetscCall(ElementStress(model, e, n_nodes, u, centre));
+  PetscCall(ElementStressGauss(model, e, n_nodes, u, gauss));
+  PetscCall(ElementEnergy(model, e, n_nodes, u, energy));
+  for (PetscInt i = 0; i < e->n; i++) {
+    if (!e->owned[i]) continue;
+    PetscReal *row = rows + BLOCK_WIDTH * *n;
+    place[(*n)++] = e->file[i];
+    for (int k = 0; k < 3; k++) row[k] = centre[3 * i + k];
+    PrincipalStress(row, row + 3, row + 5);
+    row[6] = energy[i];
+    row[7] = NAN;
+    for (int k = 0; k < 12; k++) row[8 + k] = k < 3 * n_gauss ? gauss[3 * n_gauss * i + k] : NAN;
+  }
+  PetscCall(PetscFree3(centre, gauss, energy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from vertex n_deformable on. */
+static void rigid_rows(const Model *model, const State *state, const Elements *e, int n_nodes, const PetscInt *body_of,
+                       PetscInt *n, PetscInt *place, PetscReal *rows)
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    if (!e->owned[i]) continue;
+    PetscReal *row = rows + BLOCK_WIDTH * *n;
+    const PetscInt vertex = e->vertex[i / BATCH * n_nodes * BATCH + i % BATCH];
+    place[(*n)++] = e->file[i];
+    for (int k = 0; k < BLOCK_WIDTH; k++) row[k] = NAN;
+    row[6] = 0;
+    row[7] = state->u[3 * body_of[vertex - model->n_deformable] + 2];
+  }
+}
+
+static PetscErrorCode gather_blocks(const Model *model, const State *state, StageFields *s)
+{
+  const PetscReal *u = state->u + 3 * model->n_bodies;
+  PetscInt n = 0, most = 1 + model->t3.n + model->q4.n + model->rigid_t3.n + model->rigid_q4.n, *place, *body_of;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(most, &place));
+  PetscCall(PetscMalloc1(BLOCK_WIDTH * most, &rows));
+  PetscCall(PetscMalloc1(1 + model->n_owned - model->n_deformable, &body_of));
+  for (PetscInt i = 0; i < model->n_bodies; i++) {
+    for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++) body_of[v - model->n_deformable] = i;
+  }
+  PetscCall(element_rows(model, &model->t3, 3, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
+  rigid_rows(model, state, &model->rigid_t3, 3, body_of, &n, place, rows);
+  rigid_rows(model, state, &model->rigid_q4, 4, body_of, &n, place, rows);
+  PetscCall(PetscFree(body_of));
+  PetscCall(gather_placed(model->comm, n, place, BLOCK_WIDTH, rows, model->n_blocks_global, &s->block));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* End forces [N] of a contact from its stored opening, slip and history. Nothing stored changes. */
+static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
+                               PetscReal thickness, ContactRow *row)
+{
+  ContactPoint p;
+  for (int k = 0; k < 2; k++) {
+    const PetscInt j = SUB(i, k);
+    p.u_n[k] = c->u_n[j] - c->rest[j];
+    p.u_s[k] = c->u_s[j];
+    p.slip[k] = c->slip[j];
+    p.broken[k] = c->broken[j];
+  }
+  StressModelRespond(kind, joint, c->length[i], &p);
+  for (int k = 0; k < 2; k++) {
+    row->end[k].opening = p.u_n[k];
+    row->end[k].force[0] = thickness * p.F_n[k];
+    row->end[k].force[1] = thickness * p.F_s[k];
+  }
+}
+
+/* Where end k of contact i stands, and the outward normal of its destination face as it lies now. */
+static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k, ContactEnd *end)
+{
+  const PetscInt *v = c->vertex + (i / BATCH * 6 + 3 * k) * BATCH + i % BATCH;
+  const PetscInt P = v[0], A = v[BATCH], B = v[2 * BATCH];
+  PetscReal along[2];
+  for (int x = 0; x < 2; x++) {
+    end->point[x] = model->X[2 * P + x];
+    end->displacement[x] = u[2 * P + x];
+    along[x] = model->X[2 * B + x] + u[2 * B + x] - model->X[2 * A + x] - u[2 * A + x];
+  }
+  const PetscReal length = PetscSqrtReal(along[0] * along[0] + along[1] * along[1]);
+  end->normal[0] = along[1] / length;
+  end->normal[1] = -along[0] / length;
+}
+
+static void contact_row(const Model *model, const State *state, const Contacts *c, PetscInt i, StressModelKind kind,
+                        const Joint *joints, ContactRow *row)
+{
+  row->face[0] = c->key[2 * i];
+  row->face[1] = c->key[2 * i + 1];
+  row->klass = c->klass[i];
+  row->joint = c->joint[i];
+  row->length = c->length[i];
+  for (int k = 0; k < 2; k++) {
+    const PetscInt j = SUB(i, k);
+    ContactEnd *end = &row->end[k];
+    contact_end_place(model, state->u + 3 * model->n_bodies, c, i, k, end);
+    end->sliding = c->u_s[j];
+    end->slip = c->slip[j];
+    end->broken = c->broken[j];
+    end->sigma = c->sigma[j];
+    end->tau = c->tau[j];
+    end->state = c->state[j];
+  }
+  contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, row);
+}
+
+static int compare_contacts(const void *a, const void *b)
+{
+  const ContactRow *p = a, *q = b;
+  for (int i = 0; i < 2; i++) {
+    if (p->face[i] != q->face[i]) return p->face[i] < q->face[i] ? -1 : 1;
+  }
+  return 0;
+}
+
+static PetscErrorCode gather_contacts(const Model *model, const State *state, const Contacts *c, const Stage *stage,
+                                      const MeshFields *mesh, StageFields *s)
+{
+  PetscInt n = 0;
+  ContactRow *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(PetscMax(1, c->n), &rows));
+  for (int kind = 0; kind < STRESS_MODELS; kind++) {
+    for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++) {
+      if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+      contact_row(model, state, c, i, (StressModelKind)kind, stage->joints, &rows[n++]);
+    }
+  }
+  PetscCall(gather_bytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
+  PetscCall(PetscFree(rows));
+  for (PetscInt i = 0; i < s->n_contacts; i++) {
+    for (int k = 0; k < 2; k++) {
+      const PetscInt face = s->contact[i].face[k];
+      s->contact[i].face[k] = 4 * mesh->file[face / 4] + face % 4;
+    }
+  }
+  if (s->n_contacts) qsort(s->contact, s->n_contacts, sizeof(ContactRow), compare_contacts);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts, const Stage *stage,
+                           const MeshFields *mesh, StageFields *s)
+{
+  PetscInt counts[2] = {model->n_dof, 0};
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(s, sizeof(*s)));
+  PetscCall(gather_motion(model, state, s));
+  PetscCall(gather_bodies(model, state, s));
+  PetscCall(gather_blocks(model, state, s));
+  PetscCall(gather_contacts(model, state, contacts, stage, mesh, s));
+  PetscCallMPI(MPI_Reduce(counts, &s->n_dof, 1, MPIU_INT, MPI_SUM, 0, model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherStageDestroy(StageFields *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(s->vertex));
+  PetscCall(PetscFree(s->body));
+  PetscCall(PetscFree(s->block));
+  PetscCall(PetscFree(s->contact));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,433 @@
+/* results_file.c: results.h5 (docs/results_format.md) and results.xdmf that points into it. Rank 0 only: the serial HDF5
+   interface. The only C file that knows the format. */
+#include "internal.h"
+#include <errno.h>
+#include <hdf5.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define MEMORY_INT (sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32)
+
+static const char *const VERDICT_NAMES[] = {"none", "converged", "collapsed", "diverged", "undecided", "interrupted"};
+
+const char *VerdictName(Verdict verdict)
+{
+  return VERDICT_NAMES[verdict];
+}
+
+/* ---- HDF5 in small pieces: each returns 0, or -1 on failure */
+
+static int write_data(hid_t group, const char *name, hid_t file_type, hid_t memory_type, int rank, const hsize_t *dims,
+                      const void *data)
+{
+  const hid_t space = H5Screate_simple(rank, dims, NULL);
+  const hid_t set = H5Dcreate2(group, name, file_type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  int error = set < 0;
+  hsize_t size = 1;
+  for (int i = 0; i < rank; i++) size *= dims[i];
+  if (!error && size) error = H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0;
+  if (set >= 0) H5Dclose(set);
+  H5Sclose(space);
+  return -error;
+}
+
+static int write_reals(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *data)
+{
+  return write_data(group, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, rank, dims, data);
+}
+
+static int write_ints(hid_t group, const char *name, hsize_t rows, hsize_t columns, const PetscInt *data)
+{
+  const hsize_t dims[2] = {rows, columns};
+  return write_data(group, name, H5T_STD_I32LE, MEMORY_INT, columns ? 2 : 1, dims, data);
+}
+
+static int write_names(hid_t group, const char *name, PetscInt n, char (*names)[NAME_LENGTH])
+{
+  const hsize_t dims[1] = {(hsize_t)n};
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, NAME_LENGTH);
+  const int error = write_data(group, name, type, type, 1, dims, names);
+  H5Tclose(type);
+  return error;
+}
+
+static int write_attribute(hid_t where, const char *name, hid_t type, hid_t memory_type, const void *value)
+{
+  const hid_t space = H5Screate(H5S_SCALAR);
+  const hid_t attribute = H5Acreate2(where, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+  const int error = attribute < 0 || H5Awrite(attribute, memory_type, value) < 0;
+  if (attribute >= 0) H5Aclose(attribute);
+  H5Sclose(space);
+  return -error;
+}
+
+static int write_text(hid_t where, const char *name, const char *text)
+{
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, strlen(text) + 1);
+  const int error = write_attribute(where, name, type, type, text);
+  H5Tclose(type);
+  return error;
+}
+
+static int write_number(hid_t where, const char *name, double value)
+{
+  return write_attribute(where, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
+}
+
+static int write_count(hid_t where, const char *name, long long value)
+{
+  return write_attribute(where, name, H5T_STD_I64LE, H5T_NATIVE_LLONG, &value);
+}
+
+/* One column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
+static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table, int width,
+                         int first)
+{
+  PetscReal *copy;
+  int columns = 1;
+  for (int i = 1; i < rank; i++) columns *= (int)dims[i];
+  copy = malloc(((size_t)dims[0] * columns + 1) * sizeof(*copy));
+  if (!copy) return -1;
+  for (size_t i = 0; i < dims[0]; i++) memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
+  const int error = write_reals(group, name, rank, dims, copy);
+  free(copy);
+  return error;
+}
+
+/* ---- the mesh part */
+
+/* Entries of the XDMF topology: the cell type before the vertices of each block. */
+static PetscInt topology_size(const MeshFields *mesh)
+{
+  PetscInt size = 0;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) size += mesh->blocks[4 * b + 3] < 0 ? 4 : 5;
+  return size;
+}
+
+static int write_topology(hid_t group, const MeshFields *mesh)
+{
+  enum { XDMF_TRIANGLE = 4, XDMF_QUADRILATERAL = 5 };
+  PetscInt n = 0, *topology = malloc((topology_size(mesh) + 1) * sizeof(*topology));
+  if (!topology) return -1;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt *v = mesh->blocks + 4 * b;
+    topology[n++] = v[3] < 0 ? XDMF_TRIANGLE : XDMF_QUADRILATERAL;
+    for (int k = 0; k < 4; k++) {
+      if (v[k] >= 0) topology[n++] = v[k];
+    }
+  }
+  const int error = write_ints(group, "xdmf_topology", n, 0, topology);
+  free(topology);
+  return error;
+}
+
+static int write_mesh(hid_t file, const ResultsFile *results)
+{
+  const Scene *scene = results->scene;
+  const Model *model = results->model;
+  const MeshFields *mesh = results->mesh;
+  const hsize_t dims[2] = {mesh->n_vertices, 2};
+  const hid_t group = H5Gcreate2(file, "mesh", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  char(*joints)[NAME_LENGTH] = calloc(scene->n_joints + 1, NAME_LENGTH);
+  int error = group < 0 || !joints;
+  for (PetscInt j = 0; !error && j < scene->n_joints; j++) strcpy(joints[j], scene->joints[j].name);
+  error = error || write_reals(group, "vertices", 2, dims, mesh->X) ||
+          write_ints(group, "blocks", mesh->n_blocks, 4, mesh->blocks) ||
+          write_ints(group, "block_group", mesh->n_blocks, 0, mesh->group) ||
+          write_ints(group, "macroblock", mesh->n_blocks, 0, mesh->macroblock) ||
+          write_names(group, "group_names", model->n_groups, model->group_names) ||
+          write_ints(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
+          write_names(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);
+  free(joints);
+  if (group >= 0) H5Gclose(group);
+  return -error;
+}
+
+/* ---- a stage */
+
+static int write_stage_attributes(hid_t group, PetscInt stage, const StageResult *result)
+{
+  return write_count(group, "index", stage) || write_text(group, "verdict", VerdictName(result->verdict)) ||
+         write_text(group, "evidence", result->evidence) || write_count(group, "cycles", result->cycles) ||
+         write_number(group, "ratio", result->ratio);
+}
+
+static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFields *fields)
+{
+  const hsize_t nv = mesh->n_vertices, nb = mesh->n_blocks;
+  const hsize_t plane[2] = {nv, 2}, tensor[2] = {nb, 3}, gauss[3] = {nb, 4, 3};
+  const PetscReal *block = fields->block;
+  return write_columns(group, "displacement", 2, plane, fields->vertex, VERTEX_WIDTH, 0) ||
+         write_columns(group, "stress", 2, tensor, block, BLOCK_WIDTH, 0) ||
+         write_columns(group, "s1", 1, &nb, block, BLOCK_WIDTH, 3) ||
+         write_columns(group, "s2", 1, &nb, block, BLOCK_WIDTH, 4) ||
+         write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
+         write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
+         write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8);
+}
+
+/* A dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
+static int write_contact_ints(hid_t group, const char *name, const StageFields *fields, int columns, size_t offset,
+                              size_t stride)
+{
+  const PetscInt n = fields->n_contacts;
+  PetscInt *copy = malloc((columns * (size_t)n + 1) * sizeof(*copy));
+  if (!copy) return -1;
+  for (PetscInt i = 0; i < n; i++) {
+    const char *row = (const char *)&fields->contact[i] + offset;
+    for (int k = 0; k < columns; k++) copy[columns * i + k] = *(const PetscInt *)(row + k * stride);
+  }
+  const int error = write_ints(group, name, n, columns > 1 ? columns : 0, copy);
+  free(copy);
+  return error;
+}
+
+/* width: reals of the member: 1 makes (n_contacts, 2 ends), 2 makes (n_contacts, 2 ends, 2). */
+static int write_end_reals(hid_t group, const char *name, const StageFields *fields, int width, size_t offset)
+{
+  const hsize_t dims[3] = {fields->n_contacts, 2, 2};
+  PetscReal *copy = malloc((4 * (size_t)fields->n_contacts + 1) * sizeof(*copy));
+  size_t n = 0;
+  if (!copy) return -1;
+  for (PetscInt i = 0; i < fields->n_contacts; i++) {
+    for (int k = 0; k < 2; k++) {
+      const PetscReal *value = (const PetscReal *)((const char *)&fields->contact[i].end[k] + offset);
+      for (int x = 0; x < width; x++) copy[n++] = value[x];
+    }
+  }
+  const int error = write_reals(group, name, 1 + width, dims, copy);
+  free(copy);
+  return error;
+}
+
+static int write_faces_lengths(hid_t group, const StageFields *fields)
+{
+  const hsize_t n = fields->n_contacts;
+  PetscInt *face = malloc((4 * n + 1) * sizeof(*face));
+  PetscReal *length = malloc((n + 1) * sizeof(*length));
+  int error = !face || !length;
+  for (hsize_t i = 0; !error && i < n; i++) {
+    for (int k = 0; k < 2; k++) {
+      face[4 * i + 2 * k] = fields->contact[i].face[k] / 4;
+      face[4 * i + 2 * k + 1] = fields->contact[i].face[k] % 4;
+    }
+    length[i] = fields->contact[i].length;
+  }
+  error = error || write_ints(group, "face", n, 4, face) || write_reals(group, "length", 1, &n, length);
+  free(face);
+  free(length);
+  return -error;
+}
+
+static int write_contacts(hid_t stage, const StageFields *fields)
+{
+  const size_t ends = offsetof(ContactRow, end);
+  const hid_t group = H5Gcreate2(stage, "contacts", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  if (group < 0) return -1;
+  const int error =
+      write_faces_lengths(group, fields) ||
+      write_contact_ints(group, "joint", fields, 1, offsetof(ContactRow, joint), 0) ||
+      write_contact_ints(group, "class", fields, 1, offsetof(ContactRow, klass), 0) ||
+      write_contact_ints(group, "state", fields, 2, ends + offsetof(ContactEnd, state), sizeof(ContactEnd)) ||
+      write_end_reals(group, "point", fields, 2, offsetof(ContactEnd, point)) ||
+      write_end_reals(group, "displacement", fields, 2, offsetof(ContactEnd, displacement)) ||
+      write_end_reals(group, "normal", fields, 2, offsetof(ContactEnd, normal)) ||
+      write_end_reals(group, "opening", fields, 1, offsetof(ContactEnd, opening)) ||
+      write_end_reals(group, "sliding", fields, 1, offsetof(ContactEnd, sliding)) ||
+      write_end_reals(group, "slip", fields, 1, offsetof(ContactEnd, slip)) ||
+      write_end_reals(group, "broken", fields, 1, offsetof(ContactEnd, broken)) ||
+      write_end_reals(group, "sigma", fields, 1, offsetof(ContactEnd, sigma)) ||
+      write_end_reals(group, "tau", fields, 1, offsetof(ContactEnd, tau)) ||
+      write_end_reals(group, "force", fields, 2, offsetof(ContactEnd, force));
+  H5Gclose(group);
+  return error;
+}
+
+/* ---- XDMF */
+
+static void put_item(FILE *f, const char *dims, const char *type, int precision, const char *path)
+{
+  fprintf(f, "<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"%d\" Format=\"HDF\">results.h5:%s</DataItem>", dims,
+          type, precision, path);
+}
+
+static void put_attribute(FILE *f, const char *name, const char *kind, const char *centre, const char *dims,
+                          const char *stage, const char *path)
+{
+  char full[256];
+  const int is_int = !strcmp(name, "state") || !strcmp(name, "joint");
+  snprintf(full, sizeof(full), "/stages/%s/%s", stage, path);
+  fprintf(f, "      <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, kind, centre);
+  put_item(f, dims, is_int ? "Int" : "Float", is_int ? 4 : 8, full);
+  fprintf(f, "</Attribute>\n");
+}
+
+static void put_blocks(FILE *f, const MeshFields *mesh, const char *stage)
+{
+  char nb[64], nv2[64], nb3[64], size[64];
+  snprintf(nb, sizeof(nb), "%d", (int)mesh->n_blocks);
+  snprintf(nb3, sizeof(nb3), "%d 3", (int)mesh->n_blocks);
+  snprintf(nv2, sizeof(nv2), "%d 2", (int)mesh->n_vertices);
+  snprintf(size, sizeof(size), "%d", (int)topology_size(mesh));
+  fprintf(f, "     <Grid Name=\"blocks\">\n      <Topology TopologyType=\"Mixed\" NumberOfElements=\"%s\">", nb);
+  put_item(f, size, "Int", 4, "/mesh/xdmf_topology");
+  fprintf(f, "</Topology>\n      <Geometry GeometryType=\"XY\">");
+  put_item(f, nv2, "Float", 8, "/mesh/vertices");
+  fprintf(f, "</Geometry>\n");
+  put_attribute(f, "displacement", "Vector", "Node", nv2, stage, "displacement");
+  put_attribute(f, "stress_xx_yy_xy", "Vector", "Cell", nb3, stage, "stress");
+  put_attribute(f, "s1", "Scalar", "Cell", nb, stage, "s1");
+  put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
+  put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
+  fprintf(f, "      <Attribute Name=\"group\" AttributeType=\"Scalar\" Center=\"Cell\">");
+  put_item(f, nb, "Int", 4, "/mesh/block_group");
+  fprintf(f, "</Attribute>\n      <Attribute Name=\"macroblock\" AttributeType=\"Scalar\" Center=\"Cell\">");
+  put_item(f, nb, "Int", 4, "/mesh/macroblock");
+  fprintf(f, "</Attribute>\n     </Grid>\n");
+}
+
+/* Lines between the two ends of each contact, with the values at the ends. */
+static void put_contacts(FILE *f, PetscInt n, const char *stage)
+{
+  static const char *const scalars[] = {"sigma", "tau", "opening", "sliding", "slip", "broken", "state"};
+  char n_cells[64], n_ends[64], plane[64], path[256];
+  if (!n) return;
+  snprintf(n_cells, sizeof(n_cells), "%d", (int)n);
+  snprintf(n_ends, sizeof(n_ends), "%d", (int)(2 * n));
+  snprintf(plane, sizeof(plane), "%d 2", (int)(2 * n));
+  fprintf(f, "     <Grid Name=\"contacts\">\n      <Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" "
+             "NumberOfElements=\"%s\"/>\n      <Geometry GeometryType=\"XY\">", n_cells);
+  snprintf(path, sizeof(path), "/stages/%s/contacts/point", stage);
+  put_item(f, plane, "Float", 8, path);
+  fprintf(f, "</Geometry>\n");
+  put_attribute(f, "displacement", "Vector", "Node", plane, stage, "contacts/displacement");
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(scalars); i++) {
+    snprintf(path, sizeof(path), "contacts/%s", scalars[i]);
+    put_attribute(f, scalars[i], "Scalar", "Node", n_ends, stage, path);
+  }
+  put_attribute(f, "joint", "Scalar", "Cell", n_cells, stage, "contacts/joint");
+  fprintf(f, "     </Grid>\n");
+}
+
+/* Appends the grids of a stage to results->xdmf. Time is the number of the stage, from 1. */
+static int add_stage_grids(ResultsFile *results, PetscInt stage, const char *name, PetscInt n_contacts)
+{
+  char *text = NULL;
+  size_t size = 0;
+  FILE *f = open_memstream(&text, &size);
+  if (!f) return -1;
+  fprintf(f, "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time Value=\"%d\"/>\n",
+          results->xdmf ? results->xdmf : "", name, (int)stage + 1);
+  put_blocks(f, results->mesh, name);
+  put_contacts(f, n_contacts, name);
+  fprintf(f, "    </Grid>\n");
+  const int error = fclose(f);
+  free(results->xdmf);
+  results->xdmf = text;
+  return error;
+}
+
+/* ---- whole files */
+
+/* Opens folder/name.part for writing. */
+FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/%s.part", folder, name);
+  FILE *f = fopen(path, "w");
+  if (!f) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+  return f;
+}
+
+void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH])
+{
+  char part[PETSC_MAX_PATH_LEN + 64], path[PETSC_MAX_PATH_LEN + 64];
+  if (message[0]) return;
+  snprintf(part, sizeof(part), "%s/%s.part", folder, name);
+  snprintf(path, sizeof(path), "%s/%s", folder, name);
+  if (rename(part, path)) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+}
+
+static void write_xdmf(const ResultsFile *results, char message[MESSAGE_LENGTH])
+{
+  FILE *f = message[0] ? NULL : PartOpen(results->folder, "results.xdmf", message);
+  if (!f) return;
+  fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
+             "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n", results->xdmf);
+  if (fclose(f)) snprintf(message, MESSAGE_LENGTH, "output: cannot write results.xdmf: %s", strerror(errno));
+  PartRename(results->folder, "results.xdmf", message);
+}
+
+PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  hid_t file;
+  PetscFunctionBeginUser;
+  snprintf(path, sizeof(path), "%s/results.h5.part", results->folder);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  int error = file < 0 || write_text(file, "format", "quoin-results") || write_count(file, "version", 1) ||
+              write_text(file, "title", results->scene->title) || write_text(file, "scene", results->scene->file) ||
+              write_text(file, "model", results->scene->model) ||
+              write_number(file, "thickness", results->scene->thickness) || write_mesh(file, results);
+  const hid_t stages = error ? -1 : H5Gcreate2(file, "stages", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  error = error || stages < 0;
+  if (stages >= 0) H5Gclose(stages);
+  if (file >= 0) error = H5Fclose(file) < 0 || error;
+  if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s'", path);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The finished file goes on as the .part of the next stage, so that results.h5 is whole at any time. */
+static int copy_file(const char *from, const char *to)
+{
+  FILE *in = fopen(from, "rb"), *out = in ? fopen(to, "wb") : NULL;
+  int error = !in || !out;
+  enum { CHUNK = 1 << 20 };
+  char *chunk = malloc(CHUNK);
+  for (size_t n = 1; !error && chunk && n;) {
+    n = fread(chunk, 1, CHUNK, in);
+    error = ferror(in) || fwrite(chunk, 1, n, out) != n;
+  }
+  free(chunk);
+  if (in) fclose(in);
+  if (out) error = fclose(out) || error;
+  return -(error || !chunk);
+}
+
+PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const StageResult *result,
+                                const StageFields *fields, char message[MESSAGE_LENGTH])
+{
+  const char *name = results->scene->stages[stage].name;
+  char part[PETSC_MAX_PATH_LEN + 64], path[PETSC_MAX_PATH_LEN + 64];
+  hid_t file = -1, group = -1;
+  PetscFunctionBeginUser;
+  snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  int error = results->xdmf && copy_file(path, part);
+  if (!error) file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
+  if (stages >= 0) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  error = group < 0 || write_stage_attributes(group, stage, result) || write_body_fields(group, results->mesh, fields) ||
+          write_contacts(group, fields) || add_stage_grids(results, stage, name, fields->n_contacts);
+  if (group >= 0) H5Gclose(group);
+  if (stages >= 0) H5Gclose(stages);
+  if (file >= 0) error = H5Fclose(file) < 0 || error;
+  if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s'", name, part);
+  PartRename(results->folder, "results.h5", message);
+  write_xdmf(results, message);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ResultsFileDestroy(ResultsFile *results)
+{
+  PetscFunctionBeginUser;
+  free(results->xdmf);
+  results->xdmf = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

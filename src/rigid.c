@@ -1,0 +1,142 @@
+/* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex forces go to the centroid,
+   vertex positions come from centroid and angle (never by adding velocities: the shape would drift). */
+#include "internal.h"
+
+PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid)
+{
+  PetscInt *start, *blocks, *stack, *id;
+  PetscFunctionBeginUser;
+  PetscCall(MeshVertexBlocks(mesh, &start, &blocks));
+  PetscCall(PetscMalloc1(mesh->n_blocks, &stack));
+  PetscCall(PetscMalloc1(mesh->n_blocks, &id));
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) id[b] = -1;
+  *n_rigid = 0;
+  for (PetscInt first = 0; first < mesh->n_blocks; first++) {
+    PetscInt depth = 0;
+    if (id[first] >= 0 || !mesh->group_rigid[mesh->block_group[first]]) continue;
+    stack[depth++] = first;
+    id[first] = (*n_rigid)++;
+    while (depth) { // all rigid blocks that hang together by vertices
+      const PetscInt *ring = mesh->blocks + 4 * stack[--depth];
+      for (int k = 0; k < 4 && ring[k] >= 0; k++)
+        for (PetscInt i = start[ring[k]]; i < start[ring[k] + 1]; i++) {
+          const PetscInt other = blocks[i];
+          if (id[other] >= 0 || !mesh->group_rigid[mesh->block_group[other]]) continue;
+          id[other] = id[first];
+          stack[depth++] = other;
+        }
+    }
+  }
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(blocks));
+  PetscCall(PetscFree(stack));
+  *rigid = id;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt RigidOfVertex(const Model *m, PetscInt v)
+{
+  PetscInt low = 0, high = m->n_bodies; // body_start[low] <= v < body_start[high]
+  while (high - low > 1) {
+    const PetscInt middle = (low + high) / 2;
+    if (m->body_start[middle] <= v) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
+/* Sums over the blocks of a body, moments about `about` (n_bodies,2), NULL: the origin. */
+typedef struct {
+  PetscReal area, area_x, area_y, mass, mass_x, mass_y, inertia;
+} BodySums;
+
+static void add_blocks(const Model *m, const Elements *e, int n_nodes, const PetscReal *about, BodySums *sum)
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    PetscInt vertex[4];
+    PetscReal area, centroid[2], polar;
+    for (int k = 0; k < n_nodes; k++) vertex[k] = e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH];
+    if (vertex[0] >= m->n_owned) continue; // a ghost: its body is elsewhere
+    const PetscInt body = RigidOfVertex(m, vertex[0]);
+    BlockGeometry(m->X, vertex, n_nodes, &area, centroid, &polar);
+    const PetscReal mass = m->density[e->group[i]] * m->thickness * area;
+    const PetscReal dx = centroid[0] - (about ? about[2 * body] : 0.), dy = centroid[1] - (about ? about[2 * body + 1] : 0.);
+    BodySums *s = sum + body;
+    s->area += area, s->area_x += area * dx, s->area_y += area * dy;
+    s->mass += mass, s->mass_x += mass * dx, s->mass_y += mass * dy;
+    s->inertia += m->density[e->group[i]] * m->thickness * polar + mass * (dx * dx + dy * dy);
+  }
+}
+
+/* Centre of mass (of area for a weightless body), then mass and inertia (30) about it, exact for polygons. */
+static PetscErrorCode body_masses(Model *m)
+{
+  BodySums *sum;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_bodies, &sum));
+  add_blocks(m, &m->rigid_q4, 4, NULL, sum);
+  add_blocks(m, &m->rigid_t3, 3, NULL, sum);
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscBool heavy = (PetscBool)(sum[b].mass > 0.);
+    m->body_X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
+    m->body_X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
+  }
+  PetscCall(PetscArrayzero(sum, m->n_bodies));
+  add_blocks(m, &m->rigid_q4, 4, m->body_X, sum);
+  add_blocks(m, &m->rigid_t3, 3, m->body_X, sum);
+  for (PetscInt b = 0; b < m->n_bodies; b++) m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RigidBodiesCreate(Model *m)
+{
+  PetscFunctionBeginUser;
+  m->n_bodies = 0;
+  for (PetscInt v = m->n_deformable; v < m->n_owned; v++)
+    if (v == m->n_deformable || m->vertex_rigid[v] != m->vertex_rigid[v - 1]) m->n_bodies++;
+  PetscCall(PetscMalloc5(m->n_bodies, &m->body_gid, m->n_bodies + 1, &m->body_start, 2 * m->n_bodies, &m->body_X,
+                         2 * m->n_bodies, &m->body_mass, m->n_bodies, &m->body_body));
+  PetscInt body = 0;
+  for (PetscInt v = m->n_deformable; v < m->n_owned; v++) {
+    if (v > m->n_deformable && m->vertex_rigid[v] == m->vertex_rigid[v - 1]) continue;
+    m->body_gid[body] = m->vertex_rigid[v];
+    m->body_body[body] = m->vertex_body[v];
+    m->body_start[body++] = v;
+  }
+  m->body_start[m->n_bodies] = m->n_owned;
+  PetscCall(body_masses(m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
+{
+  const PetscReal *u_vertex = u + 3 * m->n_bodies, *f_vertex = f + 3 * m->n_bodies;
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscReal *C = m->body_X + 2 * b;
+    PetscReal fx = 0., fy = 0., moment = 0.;
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      // lever arm in the present position: vertex minus centroid
+      const PetscReal rx = (m->X[2 * v] - C[0]) + (u_vertex[2 * v] - u[3 * b]);
+      const PetscReal ry = (m->X[2 * v + 1] - C[1]) + (u_vertex[2 * v + 1] - u[3 * b + 1]);
+      fx += f_vertex[2 * v];
+      fy += f_vertex[2 * v + 1];
+      moment += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
+    }
+    f[3 * b] = fx, f[3 * b + 1] = fy, f[3 * b + 2] = moment;
+  }
+}
+
+void RigidMotion(const Model *m, PetscReal *u)
+{
+  PetscReal *u_vertex = u + 3 * m->n_bodies;
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscReal *C = m->body_X + 2 * b, theta = u[3 * b + 2], half = PetscSinReal(0.5 * theta);
+    const PetscReal s = PetscSinReal(theta), c1 = -2. * half * half; // cos theta - 1 without loss of digits
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
+      u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);     // (21) integrated exactly
+      u_vertex[2 * v + 1] = u[3 * b + 1] + (s * rx + c1 * ry); // (22)
+    }
+  }
+}

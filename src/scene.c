@@ -1,0 +1,376 @@
+/* scene.c: YAML scene and command line -> Scene. What the keys are stands in scene_keys.h; names are checked
+   against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so comes to the same
+   Scene. */
+#include "scene_keys.h"
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+// all keys of one section into the struct `base`; kind: of a load, which is its first key
+static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, void *base,
+                                  const LoadKind *kind)
+{
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  for (const Key *key = Keys; key < Keys + KEYS; key++) {
+    if (key->section != section || key->type == TYPE_CHANGES) continue;
+    PetscCall(Ask(r, path, key->name, &entry));
+    if (!key->loads || key->loads & BIT(*kind))
+      PetscCall(ReadKey(r, key, entry, base));
+    else if (entry)
+      COMPLAIN(r, "does not belong to a load of type %s", LoadTypes[*kind]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "materials", &scene->n_materials, &names));
+  if (!scene->n_materials) COMPLAIN(r, "missing: every group of the mesh needs a material");
+  PetscCall(PetscCalloc1(scene->n_materials, &scene->materials));
+  for (PetscInt i = 0; i < scene->n_materials; i++) {
+    Material *m = &scene->materials[i];
+    memcpy(m->name, names[i].name, NAME_LENGTH);
+    m->line = names[i].line;
+    m->young = m->poisson = NAN; // until SceneResolve knows whether the mesh says rigid
+    m->rigid = -1;
+    PetscCall(AskSection(r, "materials", m->name, path));
+    PetscCall(ReadSection(r, SECTION_MATERIALS, path, m, NULL));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadSupports(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "supports", &scene->n_supports, &names));
+  PetscCall(PetscCalloc1(scene->n_supports, &scene->supports));
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    Support *s = &scene->supports[i];
+    memcpy(s->name, names[i].name, NAME_LENGTH);
+    memcpy(s->target, names[i].name, NAME_LENGTH);
+    s->line = names[i].line;
+    PetscCall(AskSection(r, "supports", s->name, path));
+    PetscCall(ReadSection(r, SECTION_SUPPORTS, path, s, NULL));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadLoads(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "loads", &scene->n_loads, &names));
+  PetscCall(PetscCalloc1(scene->n_loads, &scene->loads));
+  for (PetscInt i = 0; i < scene->n_loads; i++) {
+    Load *load = &scene->loads[i];
+    memcpy(load->name, names[i].name, NAME_LENGTH);
+    load->line = names[i].line;
+    PetscCall(AskSection(r, "loads", load->name, path));
+    PetscCall(ReadSection(r, SECTION_LOADS, path, load, &load->kind));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------ joints */
+
+// given[j * KEYS + k]: where key k of joint j is given, NULL: nowhere. Entries below `path` replace what
+// stood there.
+static PetscErrorCode AskJoints(Reader *r, const char *path, PetscInt n, const Joint *joints,
+                                const Entry **given)
+{
+  char section[LABEL_LENGTH];
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < n; j++) {
+    if (j == 0 && !joints[0].defined) continue;
+    PetscCall(AskSection(r, path, joints[j].name, section));
+    for (PetscInt k = 0; k < KEYS; k++) {
+      if (Keys[k].section != SECTION_JOINTS) continue;
+      PetscCall(Ask(r, section, Keys[k].name, &entry));
+      if (entry) given[j * KEYS + k] = entry;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// friction is needed for limited shear; strength can only be lost
+static void CompleteJoint(Reader *r, Joint *joint)
+{
+  if (PetscIsNanReal(joint->friction[0])) {
+    if (joint->law == LAW_MOHR_COULOMB)
+      COMPLAIN(r, "friction is missing (law mohr_coulomb: angle of friction [degree])");
+    joint->friction[0] = 0;
+  }
+  if (PetscIsNanReal(joint->friction[1])) joint->friction[1] = joint->friction[0];
+  if (joint->friction[1] > joint->friction[0]) COMPLAIN(r, "friction_residual is larger than friction");
+  if (joint->cohesion[1] > joint->cohesion[0]) COMPLAIN(r, "cohesion_residual is larger than cohesion");
+  if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
+}
+
+// a key not given for a joint is that of the default joint, then the one in the table
+static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Joint *joints,
+                                     const Entry **given)
+{
+  char section[LABEL_LENGTH];
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < n; j++) {
+    joints[j].friction[0] = joints[j].friction[1] = NAN;
+    if (!joints[j].defined) continue;
+    for (PetscInt k = 0; k < KEYS; k++) {
+      if (Keys[k].section != SECTION_JOINTS) continue;
+      const Entry *source = given[j * KEYS + k] ? given[j * KEYS + k] : given[k];
+      PetscCall(AskSection(r, path, joints[j].name, section));
+      PetscCall(Ask(r, section, Keys[k].name, &entry));
+      if (source) {
+        snprintf(r->label, LABEL_LENGTH, "%s", source->key);
+        r->line = source->line;
+      }
+      PetscCall(ReadKey(r, &Keys[k], source, &joints[j]));
+    }
+    PetscCall(AskSection(r, path, joints[j].name, section));
+    CompleteJoint(r, &joints[j]);
+  }
+  if (!joints[0].defined) joints[0].friction[0] = joints[0].friction[1] = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// row 0 is "default", given or not; free `given` with PetscFree
+static PetscErrorCode ReadJoints(Reader *r, Scene *scene, const Entry ***given)
+{
+  PetscInt n_names;
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "joints", &n_names, &names));
+  PetscCall(PetscCalloc1(n_names + 1, &scene->joints));
+  snprintf(scene->joints[0].name, NAME_LENGTH, "default");
+  scene->n_joints = 1;
+  for (PetscInt i = 0; i < n_names; i++) {
+    Joint *joint = strcmp(names[i].name, "default") ? &scene->joints[scene->n_joints++] : &scene->joints[0];
+    memcpy(joint->name, names[i].name, NAME_LENGTH);
+    joint->line = names[i].line;
+    joint->defined = PETSC_TRUE;
+  }
+  PetscCall(PetscFree(names));
+  PetscCall(PetscCalloc1(scene->n_joints * KEYS, given));
+  PetscCall(AskJoints(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscCall(ReadJointTable(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------ stages */
+
+// the joints of a stage are those of the stage before with its own changes; they are read anew from what is
+// given
+static PetscErrorCode ReadStageJoints(Reader *r, const char *parent, const Scene *scene, Stage *stage,
+                                      const Entry **given)
+{
+  char path[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(scene->n_joints, &stage->joints));
+  PetscCall(PetscArraycpy(stage->joints, scene->joints, scene->n_joints));
+  PetscCall(AskSection(r, parent, "joints", path));
+  PetscCall(AskJoints(r, path, scene->n_joints, scene->joints, given));
+  PetscCall(ReadJointTable(r, path, scene->n_joints, stage->joints, given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "stages", &scene->n_stages, &names));
+  if (!scene->n_stages) COMPLAIN(r, "missing: at least one stage is needed");
+  PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
+  for (PetscInt i = 0; i < scene->n_stages; i++) {
+    Stage *stage = &scene->stages[i];
+    *stage = r->defaults;
+    memcpy(stage->name, names[i].name, NAME_LENGTH);
+    PetscCall(AskSection(r, "stages", stage->name, path));
+    PetscCall(ReadSection(r, SECTION_STAGES, path, stage, NULL));
+    PetscCall(ReadStageJoints(r, path, scene, stage, given));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------- whole */
+
+// the text of the file on all ranks; NULL and a message if it cannot be read; free with PetscFree
+static PetscErrorCode ReadText(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  *length = -1;
+  *text = NULL;
+  if (rank == 0) {
+    errno = 0;
+    FILE *file = fopen(path, "rb");
+    long size = file && !fseek(file, 0, SEEK_END) ? ftell(file) : -1;
+    if (size >= 0 && size < 1 << 24) {
+      rewind(file);
+      PetscCall(PetscMalloc1(size + 1, text));
+      if (fread(*text, 1, size, file) == (size_t)size) *length = (PetscInt)size;
+    }
+    if (*length < 0)
+      Complain(message, path, -1, "", "cannot read the scene: %s", errno ? strerror(errno) : "too large");
+    if (file) fclose(file);
+  }
+  PetscCallMPI(MPI_Bcast(length, 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(message, MESSAGE_LENGTH, MPI_CHAR, 0, comm));
+  if (*length >= 0 && rank) PetscCall(PetscMalloc1(*length + 1, text));
+  if (*length >= 0) PetscCallMPI(MPI_Bcast(*text, *length, MPI_CHAR, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// the model lies in the working directory or beside the scene
+static PetscErrorCode FindModel(MPI_Comm comm, Scene *scene)
+{
+  char beside[PETSC_MAX_PATH_LEN];
+  const char *slash = strrchr(scene->file, '/');
+  PetscBool here = PETSC_FALSE, there = PETSC_FALSE;
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0 && slash && scene->model[0] != '/') {
+    int n = snprintf(beside, sizeof beside, "%.*s/%s", (int)(slash - scene->file), scene->file, scene->model);
+    PetscCall(PetscTestFile(scene->model, 'r', &here));
+    if (!here && n < (int)sizeof beside) PetscCall(PetscTestFile(beside, 'r', &there));
+    if (there) memcpy(scene->model, beside, sizeof beside);
+  }
+  PetscCallMPI(MPI_Bcast(scene->model, PETSC_MAX_PATH_LEN, MPI_CHAR, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadAll(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  const Entry **given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSegBufferCreate(1, 512 * LABEL_LENGTH, &r->asked));
+  PetscCall(ReadSection(r, SECTION_TOP, "", scene, NULL));
+  PetscCall(AskSection(r, "", "contact", path));
+  PetscCall(ReadSection(r, SECTION_CONTACT, path, scene, NULL));
+  PetscCall(AskSection(r, "", "relaxation", path));
+  PetscCall(ReadSection(r, SECTION_RELAXATION, path, scene, NULL));
+  PetscCall(ReadSection(r, SECTION_STAGE_DEFAULTS, path, &r->defaults, NULL));
+  PetscCall(ReadMaterials(r, scene));
+  PetscCall(ReadJoints(r, scene, &given));
+  PetscCall(ReadSupports(r, scene));
+  PetscCall(ReadLoads(r, scene));
+  PetscCall(ReadStages(r, scene, given));
+  PetscCall(CheckUnknown(r));
+  PetscCall(PetscFree(given));
+  PetscCall(PetscSegBufferDestroy(&r->asked));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene)
+{
+  Reader r = {.scene = scene};
+  PetscInt length = 0;
+  char *text = NULL;
+
+  PetscFunctionBeginUser;
+  memset(scene, 0, sizeof *scene);
+  if (file) {
+    snprintf(scene->file, sizeof scene->file, "%s", file);
+    PetscCall(ReadText(comm, file, &text, &length, r.message));
+  }
+  if (!r.message[0] && text) PetscCall(EntriesReadYAML(&r.entries, file, text, length, r.message));
+  if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
+  if (!r.message[0]) PetscCall(ReadAll(&r, scene));
+  PetscCall(PetscFree(text));
+  PetscCall(EntriesDestroy(&r.entries));
+  PetscCall(CheckMessage(comm, r.message));
+  PetscCall(FindModel(comm, scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SceneDestroy(Scene *scene)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; scene->loads && i < scene->n_loads; i++) PetscCall(PetscFree(scene->loads[i].groups));
+  for (PetscInt i = 0; scene->stages && i < scene->n_stages; i++) {
+    PetscCall(PetscFree(scene->stages[i].loads));
+    PetscCall(PetscFree(scene->stages[i].joints));
+  }
+  PetscCall(PetscFree(scene->damping_groups));
+  PetscCall(PetscFree(scene->materials));
+  PetscCall(PetscFree(scene->joints));
+  PetscCall(PetscFree(scene->supports));
+  PetscCall(PetscFree(scene->loads));
+  PetscCall(PetscFree(scene->stages));
+  memset(scene, 0, sizeof *scene);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -------------------------------------------------------------------------------------------- help */
+
+// what a value may be, in words
+static void DescribeValues(const Key *key, char text[256])
+{
+  static const char *const words[] = {[TYPE_TITLE] = "text",
+                                      [TYPE_PATH] = "path",
+                                      [TYPE_NAME] = "name",
+                                      [TYPE_REAL] = "number",
+                                      [TYPE_LIMIT] = "number or inf",
+                                      [TYPE_INT] = "whole number",
+                                      [TYPE_BOOL] = "true, false",
+                                      [TYPE_TRISTATE] = "true, false",
+                                      [TYPE_PAIR] = "[number, number]",
+                                      [TYPE_FIX] = "x, y, xy",
+                                      [TYPE_NAMES] = "list of names",
+                                      [TYPE_LOADS] = "list of loads",
+                                      [TYPE_CHANGES] = "keys"};
+  size_t used = 0;
+
+  if (key->type != TYPE_CHOICE) {
+    snprintf(text, 256, "%s%s%s", words[key->type], key->range ? " " : "", key->range ? key->range : "");
+    return;
+  }
+  for (int i = 0; key->choices[i + 2] && used < 256; i++)
+    used += snprintf(text + used, 256 - used, "%s%s", i ? ", " : "", key->choices[i]);
+}
+
+PetscErrorCode SceneHelp(MPI_Comm comm)
+{
+  char path[LABEL_LENGTH], values[256];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscPrintf(comm, "| key | default | unit | value | meaning |\n|---|---|---|---|---|\n"));
+  for (const Key *key = Keys; key < Keys + KEYS; key++) {
+    const char *preset = key->preset ? key->preset : "required";
+    if (key->preset && !preset[0]) preset = "empty";
+    if (preset[0] == '=') preset += 2;
+    snprintf(path, sizeof path, "`%s%s`", SectionPaths[key->section], key->name);
+    DescribeValues(key, values);
+    PetscCall(PetscPrintf(comm, "| %-38s | %-28s | %-9s | %-24s | %s |\n", path, preset, key->unit, values,
+                          key->help));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,134 @@
+/* scene_keys.h: the one table of all keys of a scene: it drives reading, defaults, range checks, -help and
+   docs/scene.md. Included by scene.c only. */
+#pragma once
+#include "scene_reader.h"
+#include <stddef.h>
+
+static const char *const SectionPaths[SECTIONS] = {"",
+                                                   "contact.",
+                                                   "relaxation.",
+                                                   "relaxation.",
+                                                   "materials.<name>.",
+                                                   "joints.<name>.",
+                                                   "supports.<name>.",
+                                                   "loads.<name>.",
+                                                   "stages.<name>."};
+
+static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
+static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
+static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
+static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", "point_force",
+                                        "LoadKind",    "LOAD_",     NULL};
+static const char *const Dampings[] = {"adaptive", "fixed", "none", "DampingKind", "DAMPING_", NULL};
+
+#define BIT(kind) (1 << (kind))
+#define KEY(in, word, kind_of_value, holder, field, value, limits, si, text, ...)                                     \
+  {.section = SECTION_##in, .name = word, .type = TYPE_##kind_of_value, .offset = offsetof(holder, field),             \
+   .preset = value, .range = limits, .unit = si, .help = text, __VA_ARGS__}
+
+// section, key, type, where it goes, default, range, unit, meaning
+// clang-format off
+static const Key Keys[] = {
+  KEY(TOP, "title", TITLE, Scene, title, "", NULL, "", "name of the run, for results"),
+  KEY(TOP, "model", PATH, Scene, model, NULL, NULL, "",
+      "block mesh (HDF5); looked for in the working directory, then beside the scene file"),
+  KEY(TOP, "output", PATH, Scene, output, "out", NULL, "", "folder for results, from the working directory"),
+  KEY(TOP, "plane", CHOICE, Scene, plane, "strain", NULL, "", "plane strain or plane stress",
+      .choices = Planes),
+  KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",
+      "large: total Lagrangian, St Venant-Kirchhoff, exact under rotation; small: linear",
+      .choices = Strains),
+  KEY(TOP, "thickness", REAL, Scene, thickness, "1", "> 0", "m", "of the slice"),
+  KEY(TOP, "gravity", REAL, Scene, gravity, "9.81", ">= 0", "m/s2", "acts downwards (-y)"),
+
+  KEY(CONTACT, "tolerance", REAL, Scene, contact_tolerance, "0.005", ">= 0", "m",
+      "faces no farther apart than this form a contact"),
+  KEY(CONTACT, "relative", BOOL, Scene, contact_relative, "false", NULL, "",
+      "contact.tolerance is a fraction of the smaller face instead"),
+  KEY(CONTACT, "overlap", REAL, Scene, overlap_tolerance, "0.005", ">= 0", "m",
+      "two bodies of the mesh may overlap this deep"),
+
+  KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "", "how alpha is chosen",
+      .choices = Dampings),
+  KEY(RELAXATION, "alpha_dt", REAL, Scene, alpha_dt, "0.1", ">= 0, < 2", "-",
+      "alpha times the time step, for damping: fixed"),
+  KEY(RELAXATION, "groups", NAMES, Scene, damping_groups, "= all", NULL, "",
+      "groups of blocks that the adaptive damping looks at", .count = offsetof(Scene, n_damping_groups)),
+  KEY(RELAXATION, "safety", REAL, Scene, safety, "0.9", "> 0, <= 1", "-",
+      "time step over the stability bound (sets the scaled masses)"),
+  KEY(RELAXATION, "check_every", INT, Scene, check_every, "50", ">= 1", "cycles",
+      "between tests of convergence"),
+  KEY(RELAXATION, "history_every", INT, Scene, history_every, "100", ">= 1", "cycles",
+      "between rows of history.csv"),
+  KEY(RELAXATION, "allow_floating", BOOL, Scene, allow_floating, "false", NULL, "",
+      "accept bodies that nothing holds"),
+
+  KEY(STAGE_DEFAULTS, "ramp", INT, Stage, ramp, "1000", ">= 0", "cycles", "for stages that give none"),
+  KEY(STAGE_DEFAULTS, "max_cycles", INT, Stage, max_cycles, "1000000", ">= 1", "cycles",
+      "for stages that give none"),
+  KEY(STAGE_DEFAULTS, "tolerance", REAL, Stage, tolerance, "1e-6", "> 0", "-", "for stages that give none"),
+  KEY(STAGE_DEFAULTS, "velocity_tolerance", REAL, Stage, velocity_tolerance, "1e-6", "> 0", "-",
+      "for stages that give none"),
+
+  KEY(MATERIALS, "density", REAL, Material, density, NULL, ">= 0", "kg/m3", "0: weightless"),
+  KEY(MATERIALS, "young", REAL, Material, young, "= required unless rigid", "> 0", "Pa",
+      "modulus of elasticity"),
+  KEY(MATERIALS, "poisson", REAL, Material, poisson, "= required unless rigid", "> -1, < 0.5", "-",
+      "Poisson's ratio"),
+  KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
+      "bodies of this group are rigid"),
+
+  KEY(JOINTS, "law", CHOICE, Joint, law, "mohr_coulomb", NULL, "", "elastic: no limits, tension included",
+      .choices = Laws),
+  KEY(JOINTS, "stress_model", CHOICE, Joint, stress_model, "tptm", NULL, "",
+      "how stress is distributed along a contact", .choices = StressModels),
+  KEY(JOINTS, "k_n", REAL, Joint, k_n, NULL, "> 0", "Pa/m", "normal stiffness"),
+  KEY(JOINTS, "k_s", REAL, Joint, k_s, NULL, ">= 0", "Pa/m", "shear stiffness"),
+  KEY(JOINTS, "friction", REAL, Joint, friction[0], "= required unless elastic", ">= 0, < 90", "degree",
+      "angle of friction"),
+  KEY(JOINTS, "cohesion", REAL, Joint, cohesion[0], "0", ">= 0", "Pa",
+      "shear strength without normal stress"),
+  KEY(JOINTS, "tension", REAL, Joint, tension[0], "0", ">= 0", "Pa", "tensile strength"),
+  KEY(JOINTS, "compression", LIMIT, Joint, compression, "inf", "> 0", "Pa",
+      "compressive strength; inf: no limit"),
+  KEY(JOINTS, "friction_residual", REAL, Joint, friction[1], "= friction", ">= 0, < 90", "degree",
+      "once the joint has failed"),
+  KEY(JOINTS, "cohesion_residual", REAL, Joint, cohesion[1], "0", ">= 0", "Pa", "once the joint has failed"),
+  KEY(JOINTS, "tension_residual", REAL, Joint, tension[1], "0", ">= 0", "Pa", "once the joint has failed"),
+
+  KEY(SUPPORTS, "fix", FIX, Support, fix, NULL, NULL, "", "directions held: x, y or xy"),
+  KEY(SUPPORTS, "target", NAME, Support, target, "= name of the support", NULL, "",
+      "face set, group or point held"),
+
+  KEY(LOADS, "type", CHOICE, Load, kind, NULL, NULL, "", "what it is; decides which keys follow",
+      .choices = LoadTypes),
+  KEY(LOADS, "groups", NAMES, Load, groups, "= all", NULL, "", "self_weight: groups that get their weight",
+      .count = offsetof(Load, n_groups), .loads = BIT(LOAD_SELF_WEIGHT)),
+  KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "", "reservoir, traction: face set it acts on",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION)),
+  KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m", "reservoir: elevation of the water surface",
+      .loads = BIT(LOAD_RESERVOIR)),
+  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir: of the water",
+      .loads = BIT(LOAD_RESERVOIR)),
+  KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
+      .loads = BIT(LOAD_POINT_FORCE)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa or N/m",
+      "x, y of a traction [Pa] or of a point_force [N per m of thickness]",
+      .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
+
+  KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
+      "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
+  KEY(STAGES, "ramp", INT, Stage, ramp, "= relaxation.ramp", ">= 0", "cycles",
+      "over which loads go from those of the stage before to these"),
+  KEY(STAGES, "max_cycles", INT, Stage, max_cycles, "= relaxation.max_cycles", ">= 1", "cycles",
+      "after them the stage ends undecided"),
+  KEY(STAGES, "tolerance", REAL, Stage, tolerance, "= relaxation.tolerance", "> 0", "-",
+      "unbalanced ratio of the worst body at which the stage has converged"),
+  KEY(STAGES, "velocity_tolerance", REAL, Stage, velocity_tolerance, "= relaxation.velocity_tolerance", "> 0",
+      "-", "largest displacement increment of a cycle over largest displacement, likewise"),
+  KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
+      "any key of this joint, changed from this stage on"),
+};
+// clang-format on
+
+enum { KEYS = sizeof Keys / sizeof Keys[0] };

@@ -1,0 +1,180 @@
+/* scene_resolve.c: the names in a scene against those in the mesh. Every rank has all names and comes to the
+ * same end. */
+#include "entries.h"
+#include "internal.h"
+#include <stdio.h>
+#include <string.h>
+
+typedef char NameText[NAME_LENGTH];
+
+static PetscInt FindName(const char *name, PetscInt n, const NameText *names)
+{
+  for (PetscInt i = 0; i < n; i++)
+    if (!strcmp(names[i], name)) return i;
+  return -1;
+}
+
+static PetscInt FindGroup(const BlockMesh *mesh, const char *name)
+{
+  return FindName(name, mesh->n_groups, (const NameText *)mesh->group_names);
+}
+
+static PetscInt FindFaceSet(const BlockMesh *mesh, const char *name)
+{
+  return FindName(name, mesh->n_face_sets, (const NameText *)mesh->face_set_names);
+}
+
+static PetscInt FindPoint(const BlockMesh *mesh, const char *name)
+{
+  return FindName(name, mesh->n_points, (const NameText *)mesh->point_names);
+}
+
+// "; groups: a, b", as far as there is room
+static void AppendNames(char text[MESSAGE_LENGTH], const char *what, PetscInt n, const NameText *names)
+{
+  size_t used = strlen(text);
+  used += snprintf(text + used, MESSAGE_LENGTH - used, "; %s: %s", what, n ? "" : "none");
+  for (PetscInt i = 0; i < n && used < MESSAGE_LENGTH; i++) {
+    PetscBool full = (PetscBool)(used > MESSAGE_LENGTH / 2);
+    used += snprintf(text + used, MESSAGE_LENGTH - used, "%s%s", i ? ", " : "", full ? ".." : names[i]);
+    if (full) break;
+  }
+}
+
+enum { GROUPS = 1, FACE_SETS = 2, POINTS = 4 };
+
+// complains unless `name` is exactly one of the kinds of thing asked for
+static void CheckTarget(const Scene *scene, const BlockMesh *mesh, int kinds, const char *name, int line,
+                        const char *key, char *message)
+{
+  static const char *const words[] = {
+      "",      "group",          "face set",          "group or face set",
+      "point", "group or point", "face set or point", "group, face set or point"};
+  int found = (kinds & GROUPS && FindGroup(mesh, name) >= 0) +
+              (kinds & FACE_SETS && FindFaceSet(mesh, name) >= 0) +
+              (kinds & POINTS && FindPoint(mesh, name) >= 0);
+  char text[MESSAGE_LENGTH];
+
+  if (found == 1) return;
+  if (found > 1) {
+    Complain(message, scene->file, line, key,
+             "'%s' names more than one of group, face set and point of the mesh: rename one", name);
+    return;
+  }
+  snprintf(text, sizeof text, "the mesh has no %s '%s'", words[kinds], name);
+  if (kinds & GROUPS) AppendNames(text, "groups", mesh->n_groups, (const NameText *)mesh->group_names);
+  if (kinds & FACE_SETS)
+    AppendNames(text, "face sets", mesh->n_face_sets, (const NameText *)mesh->face_set_names);
+  if (kinds & POINTS) AppendNames(text, "points", mesh->n_points, (const NameText *)mesh->point_names);
+  Complain(message, scene->file, line, key, "%s", text);
+}
+
+/* ------------------------------------------------------------------------------------------------------ */
+
+// a deformable group needs elastic constants, a rigid one has none
+static void CompleteMaterial(const Scene *scene, const BlockMesh *mesh, PetscInt group, Material *m,
+                             char *message)
+{
+  char key[LABEL_LENGTH];
+
+  snprintf(key, sizeof key, "materials.%s", m->name);
+  if (m->rigid < 0) m->rigid = mesh->group_rigid[group] != 0;
+  if (!m->rigid && PetscIsNanReal(m->young))
+    Complain(message, scene->file, m->line, key, "young is missing [Pa] (or rigid: true)");
+  if (!m->rigid && PetscIsNanReal(m->poisson))
+    Complain(message, scene->file, m->line, key, "poisson is missing (or rigid: true)");
+  if (PetscIsNanReal(m->young)) m->young = 0;
+  if (PetscIsNanReal(m->poisson)) m->poisson = 0;
+}
+
+// materials in the order of the mesh's groups, one each
+static PetscErrorCode ResolveMaterials(Scene *scene, const BlockMesh *mesh, char *message)
+{
+  Material *ordered;
+  char key[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < scene->n_materials; i++) {
+    snprintf(key, sizeof key, "materials.%s", scene->materials[i].name);
+    CheckTarget(scene, mesh, GROUPS, scene->materials[i].name, scene->materials[i].line, key, message);
+  }
+  PetscCall(PetscCalloc1(mesh->n_groups, &ordered));
+  for (PetscInt g = 0; g < mesh->n_groups; g++) {
+    const char *group = mesh->group_names[g];
+    PetscInt i = 0;
+    while (i < scene->n_materials && strcmp(scene->materials[i].name, group)) i++;
+    if (i < scene->n_materials) {
+      ordered[g] = scene->materials[i];
+      CompleteMaterial(scene, mesh, g, &ordered[g], message);
+    } else
+      Complain(message, scene->file, -1, "materials", "no material for the group '%s' of the mesh", group);
+  }
+  PetscCall(PetscFree(scene->materials));
+  scene->materials = ordered;
+  scene->n_materials = mesh->n_groups;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// "default", a face set, or two groups joined by +
+static void CheckJoints(const Scene *scene, const BlockMesh *mesh, char *message)
+{
+  char key[LABEL_LENGTH], reversed[2 * NAME_LENGTH];
+
+  for (PetscInt j = 1; j < scene->n_joints; j++) {
+    const Joint *joint = &scene->joints[j];
+    NameText first;
+    snprintf(key, sizeof key, "joints.%s", joint->name);
+    const char *plus = strchr(joint->name, '+');
+    if (!plus) {
+      CheckTarget(scene, mesh, FACE_SETS, joint->name, joint->line, key, message);
+      continue;
+    }
+    snprintf(first, sizeof first, "%.*s", (int)(plus - joint->name), joint->name);
+    CheckTarget(scene, mesh, GROUPS, first, joint->line, key, message);
+    CheckTarget(scene, mesh, GROUPS, plus + 1, joint->line, key, message);
+    snprintf(reversed, sizeof reversed, "%s+%s", plus + 1, first);
+    for (PetscInt i = 1; i < j; i++)
+      if (!strcmp(scene->joints[i].name, reversed))
+        Complain(message, scene->file, joint->line, key, "the same pair of groups as %s", reversed);
+  }
+}
+
+static void CheckSupports(const Scene *scene, const BlockMesh *mesh, char *message)
+{
+  char key[LABEL_LENGTH];
+
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
+    snprintf(key, sizeof key, "supports.%s", s->name);
+    CheckTarget(scene, mesh, GROUPS | FACE_SETS | POINTS, s->target, s->line, key, message);
+  }
+}
+
+static void CheckLoads(const Scene *scene, const BlockMesh *mesh, char *message)
+{
+  static const int kinds[] = {
+      [LOAD_RESERVOIR] = FACE_SETS, [LOAD_TRACTION] = FACE_SETS, [LOAD_POINT_FORCE] = POINTS};
+  char key[LABEL_LENGTH];
+
+  for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
+    snprintf(key, sizeof key, "loads.%s", load->name);
+    for (PetscInt g = 0; g < load->n_groups; g++)
+      CheckTarget(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
+    if (load->kind != LOAD_SELF_WEIGHT)
+      CheckTarget(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
+  }
+}
+
+PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
+{
+  char message[MESSAGE_LENGTH] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(ResolveMaterials(scene, mesh, message));
+  CheckJoints(scene, mesh, message);
+  CheckSupports(scene, mesh, message);
+  CheckLoads(scene, mesh, message);
+  for (PetscInt g = 0; g < scene->n_damping_groups; g++)
+    CheckTarget(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
+  PetscCall(CheckMessage(comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

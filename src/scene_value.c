@@ -1,0 +1,317 @@
+/* scene_value.c: asking for keys and turning text into checked values; every complaint names the key and its
+ * line. */
+#include "scene_reader.h"
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ------------------------------------------------------------------------------------------- asking */
+
+PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry)
+{
+  char *known, label[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  snprintf(label, LABEL_LENGTH, "%s%s%s", parent, parent[0] ? "." : "", name);
+  PetscCall(PetscSegBufferGet(r->asked, LABEL_LENGTH, &known));
+  memcpy(known, label, LABEL_LENGTH);
+  memcpy(r->label, label, LABEL_LENGTH);
+  *entry = EntriesFind(&r->entries, label);
+  if (*entry) (*entry)->used = PETSC_TRUE;
+  const Entry *holder = *entry ? *entry : EntriesFind(&r->entries, parent);
+  r->line = holder ? holder->line : -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char path[LABEL_LENGTH])
+{
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  PetscCall(Ask(r, parent, name, &entry));
+  if (entry && entry->kind != ENTRY_SECTION)
+    COMPLAIN(r, "keys below it expected ({key: value, ..}), not a value");
+  memcpy(path, r->label, LABEL_LENGTH);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void AddName(Reader *r, Name *names, PetscInt *n, const char *name, int line)
+{
+  r->line = line;
+  if (!NameIsValid(name)) COMPLAIN(r, "'%.80s' is not a name", name);
+  for (PetscInt i = 0; i < *n; i++)
+    if (!strcmp(names[i].name, name)) COMPLAIN(r, "'%s' twice", name);
+  snprintf(names[*n].name, NAME_LENGTH, "%.*s", NAME_LENGTH - 1, name);
+  names[(*n)++].line = line;
+}
+
+PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names)
+{
+  char path[LABEL_LENGTH], item[LABEL_LENGTH];
+  Entry *list;
+
+  PetscFunctionBeginUser;
+  PetscCall(Ask(r, "", section, &list));
+  *n = 0;
+  PetscCall(PetscMalloc1(r->entries.n + (list ? strlen(list->value) : 0) + 1, names));
+  if (list && list->kind == ENTRY_SECTION) {
+    for (const Entry *e = r->entries.entries; e < r->entries.entries + r->entries.n; e++) {
+      size_t length = strlen(section);
+      if (strncmp(e->key, section, length) || e->key[length] != '.') continue;
+      if (!strchr(e->key + length + 1, '.')) AddName(r, *names, n, e->key + length + 1, e->line);
+    }
+  } else if (list && list->line == 0) {
+    for (const char *rest = list->value; rest;) {
+      rest = NextItem(rest, item);
+      AddName(r, *names, n, item, 0);
+    }
+  } else if (list)
+    COMPLAIN(r, "names with keys below them expected ({name: {key: value, ..}, ..})");
+  for (PetscInt i = 0; i < *n; i++) PetscCall(AskSection(r, section, (*names)[i].name, path));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --------------------------------------------------------------------------------------- one value */
+
+static PetscBool InRange(const char *range, double x)
+{
+  while (range && *range) {
+    char side = *range++;
+    PetscBool equal = (PetscBool)(*range == '=');
+    char *end;
+    double bound = strtod(range + equal, &end);
+    if (!(side == '>' ? x > bound : x < bound) && !(equal && x == bound)) return PETSC_FALSE;
+    range = end + strspn(end, ", ");
+  }
+  return PETSC_TRUE;
+}
+
+static double ConvertNumber(Reader *r, const Key *key, const char *text)
+{
+  const char *unit = key->unit;
+  char *end;
+  double x = strtod(text, &end);
+
+  if (key->type == TYPE_LIMIT && (!strcmp(text, "inf") || !strcmp(text, ".inf"))) return PETSC_INFINITY;
+  if (end == text || *end || text[strspn(text, "0123456789+-.eE")])
+    COMPLAIN(r, "'%.60s' is not a number [%s]", text, unit);
+  if (!isfinite(x)) COMPLAIN(r, "%.60s is too large for a number", text);
+  if (key->type == TYPE_INT && (x != rint(x) || fabs(x) > 1e9))
+    COMPLAIN(r, "%.60s is not a whole number up to 1e9 [%s]", text, unit);
+  if (!InRange(key->range, x)) COMPLAIN(r, "%.60s is out of range: must be %s [%s]", text, key->range, unit);
+  return x;
+}
+
+static PetscBool ConvertBool(Reader *r, const char *text)
+{
+  static const char *const words[] = {"false", "true", "no", "yes", "off", "on", "0", "1"};
+  for (int i = 0; i < 8; i++)
+    if (!strcmp(text, words[i])) return (PetscBool)(i % 2);
+  if (text[0] || r->line) COMPLAIN(r, "'%.60s' is neither true nor false", text);
+  return PETSC_TRUE; // a bare -key
+}
+
+static int ConvertChoice(Reader *r, const char *const *choices, const char *text)
+{
+  char known[256] = "";
+  size_t used = 0;
+  for (int i = 0; choices[i + 2]; i++) { // the last two are names of the enum itself
+    if (!strcmp(text, choices[i])) return i;
+    if (choices[i + 3] && used < sizeof known)
+      used += snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", choices[i]);
+  }
+  COMPLAIN(r, "'%.60s' is not one of: %s", text, known);
+  return 0;
+}
+
+static void ConvertText(Reader *r, const Key *key, const char *text, char *value)
+{
+  size_t size = key->type == TYPE_TITLE ? sizeof r->scene->title : PETSC_MAX_PATH_LEN;
+  if (key->type == TYPE_NAME) size = NAME_LENGTH;
+  if (strlen(text) >= size) COMPLAIN(r, "longer than %d characters", (int)size - 1);
+  if (!text[0] && key->type == TYPE_PATH) COMPLAIN(r, "empty");
+  if (key->type == TYPE_NAME && !NameIsValid(text)) COMPLAIN(r, "'%.80s' is not a name", text);
+  snprintf(value, size, "%s", text);
+}
+
+static void ConvertFix(Reader *r, const char *text, PetscBool fix[2])
+{
+  fix[0] = (PetscBool)(strchr(text, 'x') != NULL);
+  fix[1] = (PetscBool)(strchr(text, 'y') != NULL);
+  if (strcmp(text, "x") && strcmp(text, "y") && strcmp(text, "xy"))
+    COMPLAIN(r, "'%.60s' is not one of: x, y, xy", text);
+}
+
+static void ConvertPair(Reader *r, const Key *key, const char *text, PetscReal value[2])
+{
+  char item[LABEL_LENGTH];
+  int n = 0;
+  for (const char *rest = text; rest; n++) {
+    rest = NextItem(rest, item);
+    double x = ConvertNumber(r, key, item);
+    if (n < 2) value[n] = x;
+  }
+  if (n != 2) COMPLAIN(r, "two numbers [x, y] expected [%s]", key->unit);
+}
+
+static PetscErrorCode ConvertNames(Reader *r, const char *text, PetscInt *n, char (**names)[NAME_LENGTH])
+{
+  char item[LABEL_LENGTH];
+  Name *found;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(strlen(text) + 1, &found));
+  *n = 0;
+  for (const char *rest = text; rest;) {
+    rest = NextItem(rest, item);
+    AddName(r, found, n, item, r->line);
+  }
+  PetscCall(PetscMalloc1(*n, names));
+  for (PetscInt i = 0; i < *n; i++) memcpy((*names)[i], found[i].name, NAME_LENGTH);
+  PetscCall(PetscFree(found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ConvertLoads(Reader *r, const char *text, PetscInt *n, PetscInt **loads)
+{
+  char(*names)[NAME_LENGTH], known[512] = "none";
+  size_t used = 0;
+
+  PetscFunctionBeginUser;
+  if (!text[0]) COMPLAIN(r, "a stage needs at least one load");
+  for (PetscInt l = 0; l < r->scene->n_loads && used < sizeof known; l++)
+    used += snprintf(known + used, sizeof known - used, "%s%s", l ? ", " : "", r->scene->loads[l].name);
+  PetscCall(ConvertNames(r, text, n, &names));
+  PetscCall(PetscMalloc1(*n, loads));
+  for (PetscInt i = 0; i < *n; i++) {
+    (*loads)[i] = -1;
+    for (PetscInt l = 0; l < r->scene->n_loads; l++)
+      if (!strcmp(names[i], r->scene->loads[l].name)) (*loads)[i] = l;
+    if ((*loads)[i] < 0) COMPLAIN(r, "no load named '%s'; loads: %s", names[i], known);
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// writes the value of one key into its field of `base`
+static PetscErrorCode Convert(Reader *r, const Key *key, const char *text, void *base)
+{
+  void *field = (char *)base + key->offset, *count = (char *)base + key->count;
+
+  PetscFunctionBeginUser;
+  switch (key->type) {
+  case TYPE_TITLE:
+  case TYPE_PATH:
+  case TYPE_NAME:
+    ConvertText(r, key, text, field);
+    break;
+  case TYPE_REAL:
+  case TYPE_LIMIT:
+    *(PetscReal *)field = ConvertNumber(r, key, text);
+    break;
+  case TYPE_INT:
+    *(PetscInt *)field = (PetscInt)PetscClipInterval(ConvertNumber(r, key, text), -1e9, 1e9);
+    break;
+  case TYPE_BOOL:
+    *(PetscBool *)field = ConvertBool(r, text);
+    break;
+  case TYPE_TRISTATE:
+    *(PetscInt *)field = ConvertBool(r, text);
+    break;
+  case TYPE_CHOICE:
+    *(int *)field = ConvertChoice(r, key->choices, text);
+    break;
+  case TYPE_FIX:
+    ConvertFix(r, text, field);
+    break;
+  case TYPE_PAIR:
+    ConvertPair(r, key, text, field);
+    break;
+  case TYPE_NAMES:
+    PetscCall(ConvertNames(r, text, count, field));
+    break;
+  case TYPE_LOADS:
+    PetscCall(ConvertLoads(r, text, count, field));
+    break;
+  case TYPE_CHANGES:
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---------------------------------------------------------------------------------------- sections */
+
+PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base)
+{
+  PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NAMES ||
+                                  key->type == TYPE_LOADS);
+  const char *text = entry ? entry->value : key->preset;
+
+  PetscFunctionBeginUser;
+  if (entry && entry->kind == ENTRY_SECTION)
+    COMPLAIN(r, "a value expected, not keys below it");
+  else if (entry && entry->kind == ENTRY_LIST && !is_list)
+    COMPLAIN(r, "a single value expected, not a list");
+  else if (!text)
+    COMPLAIN(r, "missing%s%s%s", key->unit[0] ? " [" : "", key->unit, key->unit[0] ? "]" : "");
+  else if (text[0] != '=' || entry)
+    PetscCall(Convert(r, key, text, base));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------ unknown keys */
+
+static char Plain(char c)
+{
+  return c == '.' ? '_' : c;
+}
+
+// number of letters to change, drop or add to make one key of the other; 0 also when b only ends in more
+// letters
+static size_t KeyDistance(const char *a, const char *b)
+{
+  size_t n = strlen(b), same = 0, row[LABEL_LENGTH + 1];
+
+  while (a[same] && Plain(a[same]) == Plain(b[same])) same++;
+  if (!a[same] && !strchr(b + same, '.')) return 0;
+  for (size_t j = 0; j <= n; j++) row[j] = j;
+  for (size_t i = 1; a[i - 1]; i++) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= n; j++) {
+      size_t change = diagonal + (Plain(a[i - 1]) != Plain(b[j - 1]));
+      diagonal = row[j];
+      row[j] = PetscMin(change, PetscMin(row[j], row[j - 1]) + 1);
+    }
+  }
+  return row[n];
+}
+
+// it goes before other complaints, as it may be their cause
+PetscErrorCode CheckUnknown(Reader *r)
+{
+  char *known, nearest[LABEL_LENGTH + 1] = "";
+  const Entry *e = r->entries.entries, *end = e + r->entries.n;
+  size_t n, best;
+
+  PetscFunctionBeginUser;
+  while (e < end && e->used) e++;
+  if (e == end) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSegBufferGetSize(r->asked, &n));
+  PetscCall(PetscSegBufferExtractInPlace(r->asked, &known));
+  best = 3 + strlen(e->key) / 16;
+  for (char *k = known; k < known + n; k += LABEL_LENGTH) {
+    size_t distance = strlen(e->key) < LABEL_LENGTH ? KeyDistance(e->key, k) : best;
+    if (distance >= best) continue;
+    best = distance;
+    snprintf(nearest, sizeof nearest, "%s%s", e->line ? "" : "-", k);
+  }
+  for (char *c = nearest; !e->line && *c; c++)
+    if (*c == '.') *c = '_';
+  r->message[0] = '\0';
+  Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
+           nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,216 @@
+/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered arrays in their order. */
+#include "internal.h"
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- JSON: text is a line of its own; a name, a value, and what follows */
+
+static void put_text(FILE *f, const char *text)
+{
+  fputc('"', f);
+  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+    if (*c == '"' || *c == '\\') fprintf(f, "\\%c", *c);
+    else if (*c < 0x20) fprintf(f, "\\u%04x", *c);
+    else fputc(*c, f);
+  }
+  fputc('"', f);
+}
+
+static void text(FILE *f, const char *name, const char *value, const char *tail)
+{
+  fprintf(f, "\"%s\": ", name);
+  put_text(f, value);
+  fputs(tail, f);
+}
+
+static void number(FILE *f, const char *name, PetscReal value, const char *tail)
+{
+  if (isfinite(value)) fprintf(f, "\"%s\": %.17g%s", name, value, tail);
+  else fprintf(f, "\"%s\": null%s", name, tail);
+}
+
+static void count(FILE *f, const char *name, long long value, const char *tail)
+{
+  fprintf(f, "\"%s\": %lld%s", name, value, tail);
+}
+
+/* ---- blocks: energies, forces, extremes */
+
+static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s, int vertex_column,
+                       int body_column)
+{
+  PetscReal sum[2] = {0, 0};
+  for (int x = 0; x < 2; x++) {
+    for (PetscInt i = 0; i < mesh->n_vertices; i++) sum[x] += s->vertex[VERTEX_WIDTH * i + vertex_column + x];
+    for (PetscInt i = 0; i < s->n_bodies; i++) sum[x] += s->body[BODY_WIDTH * i + body_column + x];
+  }
+  fprintf(f, "      \"%s\": {", name);
+  number(f, "x", sum[0], ", ");
+  number(f, "y", sum[1], "},\n");
+}
+
+static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
+{
+  PetscReal strain = 0, joints = 0;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) strain += s->block[BLOCK_WIDTH * b + 6];
+  for (PetscInt i = 0; i < s->n_contacts; i++) {
+    for (int k = 0; k < 2; k++) {
+      const ContactEnd *end = &s->contact[i].end[k];
+      joints += 0.5 * (end->force[0] * end->opening + end->force[1] * (end->sliding - end->slip));
+    }
+  }
+  fprintf(f, "      \"energy\": {");
+  number(f, "strain", strain, ", ");
+  number(f, "joints", joints, ", ");
+  number(f, "kinetic", result->kinetic, "},\n");
+}
+
+static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
+{
+  const PetscInt *v = mesh->blocks + 4 * b;
+  const int n = v[3] < 0 ? 3 : 4;
+  centre[0] = centre[1] = 0;
+  for (int k = 0; k < n; k++) {
+    for (int x = 0; x < 2; x++) centre[x] += mesh->X[2 * v[k] + x] / n;
+  }
+}
+
+/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the first block at a tie. */
+static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s, PetscInt group, int sign,
+                        const char *tail)
+{
+  PetscInt best = -1;
+  PetscReal most = -INFINITY, centre[2];
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscReal value = sign * s->block[BLOCK_WIDTH * b + (sign > 0 ? 3 : 4)];
+    if ((group < 0 || mesh->group[b] == group) && value > most) most = value, best = b;
+  }
+  if (best < 0) {
+    fprintf(f, "\"%s\": null%s", name, tail);
+    return;
+  }
+  block_centre(mesh, best, centre);
+  fprintf(f, "\"%s\": {", name);
+  number(f, "value", sign * most, ", ");
+  count(f, "block", best, ", ");
+  number(f, "x", centre[0], ", ");
+  number(f, "y", centre[1], "}");
+  fputs(tail, f);
+}
+
+static void put_extremes(FILE *f, const Model *model, const MeshFields *mesh, const StageFields *s)
+{
+  fprintf(f, "      \"stress\": {");
+  put_extreme(f, "s1_max", mesh, s, -1, 1, ", ");
+  put_extreme(f, "s2_min", mesh, s, -1, -1, "},\n      \"stress_by_group\": {");
+  for (PetscInt g = 0; g < model->n_groups; g++) {
+    fprintf(f, "%s\n        ", g ? "," : "");
+    put_text(f, model->group_names[g]);
+    fprintf(f, ": {");
+    put_extreme(f, "s1_max", mesh, s, g, 1, ", ");
+    put_extreme(f, "s2_min", mesh, s, g, -1, "}");
+  }
+  fprintf(f, "\n      },\n");
+}
+
+static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields *s)
+{
+  PetscInt best = 0;
+  PetscReal most = -1;
+  for (PetscInt i = 0; i < mesh->n_vertices; i++) {
+    const PetscReal *u = s->vertex + VERTEX_WIDTH * i, size = hypot(u[0], u[1]);
+    if (!(size <= most)) most = size, best = i;
+  }
+  fprintf(f, "      \"max_displacement\": {");
+  number(f, "value", most, ", ");
+  count(f, "vertex", best, ", ");
+  number(f, "x", mesh->X[2 * best], ", ");
+  number(f, "y", mesh->X[2 * best + 1], "},\n");
+}
+
+static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
+{
+  fprintf(f, "      \"probes\": {");
+  for (PetscInt p = 0; p < model->n_points; p++) {
+    fprintf(f, "%s\n        ", p ? "," : "");
+    put_text(f, model->point_names[p]);
+    fprintf(f, ": {");
+    number(f, "x", probes[4 * p], ", ");
+    number(f, "y", probes[4 * p + 1], ", ");
+    number(f, "u_x", probes[4 * p + 2], ", ");
+    number(f, "u_y", probes[4 * p + 3], "}");
+  }
+  fprintf(f, "\n      },\n");
+}
+
+/* ---- a stage and the file */
+
+PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state, const MeshFields *mesh,
+                            const StageFields *fields, PetscInt stage, const StageResult *result, const PetscReal *probes,
+                            uint64_t checksum, char **json)
+{
+  char hex[32];
+  size_t size = 0;
+  FILE *f;
+  PetscFunctionBeginUser;
+  *json = NULL;
+  f = open_memstream(json, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
+  fprintf(f, "    {\n      ");
+  text(f, "name", scene->stages[stage].name, ",\n      ");
+  text(f, "verdict", VerdictName(result->verdict), ",\n      ");
+  text(f, "evidence", result->evidence, ",\n      ");
+  count(f, "cycles", result->cycles, ",\n      ");
+  number(f, "wall_s", result->wall, ",\n      ");
+  number(f, "ratio", result->ratio, ",\n      ");
+  count(f, "worst_macroblock", result->worst_body, ",\n      ");
+  number(f, "increment", result->increment, ",\n      ");
+  number(f, "alpha", state->alpha, ",\n      ");
+  number(f, "dt", state->dt, ",\n      ");
+  text(f, "checksum", hex, ",\n");
+  put_probes(f, model, probes);
+  put_displacement(f, mesh, fields);
+  put_forces(f, "applied", mesh, fields, 4, 6);
+  put_forces(f, "reaction", mesh, fields, 2, 3);
+  put_energies(f, mesh, fields, result);
+  put_extremes(f, model, mesh, fields);
+  PetscCall(SummaryJoints(f, scene, stage, fields));
+  fprintf(f, "    }");
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model, const MeshFields *mesh,
+                            const StageFields *fields, PetscInt n_stages, char *const *stages, char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  FILE *f = message[0] ? NULL : PartOpen(folder, "summary.json", message);
+  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(f, "{\n  ");
+  text(f, "format", "quoin-summary", ",\n  ");
+  text(f, "quoin", QUOIN_VERSION, ",\n  ");
+  text(f, "title", scene->title, ",\n  ");
+  text(f, "scene", scene->file, ",\n  ");
+  text(f, "model", scene->model, ",\n  ");
+  text(f, "units", "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression positive",
+       ",\n  ");
+  count(f, "ranks", model->size, ",\n  ");
+  number(f, "thickness", scene->thickness, ",\n  ");
+  count(f, "n_blocks", mesh->n_blocks, ",\n  ");
+  count(f, "n_vertices", mesh->n_vertices, ",\n  ");
+  count(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
+  count(f, "n_rigid", model->n_rigid_global, ",\n  ");
+  count(f, "n_contacts", fields->n_contacts, ",\n  ");
+  count(f, "n_dofs", fields->n_dof, ",\n");
+  fprintf(f, "  \"stages\": [\n");
+  for (PetscInt s = 0; s < n_stages; s++) fprintf(f, "%s%s\n", stages[s], s + 1 < n_stages ? "," : "");
+  fprintf(f, "  ]\n}\n");
+  const int failed = ferror(f);
+  if (fclose(f) || failed) snprintf(message, MESSAGE_LENGTH, "output: cannot write summary.json: %s", strerror(errno));
+  PartRename(folder, "summary.json", message);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,213 @@
+/* summary_joints.c: the resultants of each joint, as the gravity method asks for them. Rank 0 only.
+
+   A joint whose contacts lie along one line has a direction e from its start to its end (to the right; upwards when it
+   is upright), and an upper side, to the left of e. R is the force of the upper side on the lower one:
+     N = -R.left (compression positive), T = R.e, M = moment of the normal forces about the middle of the line, so that
+     the gravity method's stress is -N/L + 12 M x / L^3 at the distance x from the middle.
+   A joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear forces|, and no M. */
+#include "internal.h"
+#include <math.h>
+#include <stdio.h>
+
+typedef struct {
+  PetscInt n;                 /* contacts */
+  PetscBool is_line;
+  PetscReal start[2], end[2]; /* [m] ends of the chord */
+  PetscReal e[2];             /* [-] from start to end */
+  PetscReal chord, length;    /* [m] of the chord; sum over contacts */
+  const ContactEnd *first, *last;
+} JointLine;
+
+typedef struct {
+  PetscReal N, T, M;                  /* [N], [N m] */
+  PetscReal R[2];                     /* [N] */
+  PetscReal open, slipping, crushing; /* [m] */
+  const ContactEnd *lowest, *highest; /* of sigma */
+} JointSums;
+
+static void number(FILE *f, const char *name, PetscReal value, const char *tail)
+{
+  if (isfinite(value)) fprintf(f, "\"%s\": %.17g%s", name, value, tail);
+  else fprintf(f, "\"%s\": null%s", name, tail);
+}
+
+/* Main direction of the end points, weighted by the length of their contacts. */
+static void main_direction(const StageFields *s, PetscInt joint, PetscReal e[2])
+{
+  PetscReal weight = 0, mean[2] = {0, 0}, xx = 0, xy = 0, yy = 0;
+  for (PetscInt i = 0; i < 2 * s->n_contacts; i++) {
+    const ContactRow *c = &s->contact[i / 2];
+    if (c->joint != joint) continue;
+    weight += c->length;
+    for (int x = 0; x < 2; x++) mean[x] += c->length * c->end[i % 2].point[x];
+  }
+  for (PetscInt i = 0; i < 2 * s->n_contacts; i++) {
+    const ContactRow *c = &s->contact[i / 2];
+    if (c->joint != joint) continue;
+    const PetscReal *p = c->end[i % 2].point, dx = p[0] - mean[0] / weight, dy = p[1] - mean[1] / weight;
+    xx += c->length * dx * dx;
+    xy += c->length * dx * dy;
+    yy += c->length * dy * dy;
+  }
+  const PetscReal angle = 0.5 * atan2(2 * xy, xx - yy);
+  e[0] = cos(angle);
+  e[1] = sin(angle);
+  if (e[0] < -1e-6 || (e[0] < 1e-6 && e[1] < 0)) e[0] = -e[0], e[1] = -e[1];
+}
+
+/* Largest distance of an end point from the chord. */
+static PetscReal deviation(const StageFields *s, PetscInt joint, const JointLine *line)
+{
+  PetscReal most = 0;
+  for (PetscInt i = 0; i < 2 * s->n_contacts; i++) {
+    const PetscReal *p = s->contact[i / 2].end[i % 2].point;
+    if (s->contact[i / 2].joint != joint) continue;
+    most = PetscMax(most, fabs(line->e[0] * (p[1] - line->start[1]) - line->e[1] * (p[0] - line->start[0])));
+  }
+  return most;
+}
+
+static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
+{
+  PetscReal low = INFINITY, high = -INFINITY;
+  *line = (JointLine){.n = 0};
+  main_direction(s, joint, line->e);
+  for (PetscInt i = 0; i < 2 * s->n_contacts; i++) {
+    const ContactRow *c = &s->contact[i / 2];
+    const ContactEnd *end = &c->end[i % 2];
+    if (c->joint != joint) continue;
+    const PetscReal at = end->point[0] * line->e[0] + end->point[1] * line->e[1];
+    if (at < low) low = at, line->first = end;
+    if (at > high) high = at, line->last = end;
+    if (i % 2) line->n++, line->length += c->length;
+  }
+  if (!line->n) return;
+
+  // the chord joins the outermost points
+  for (int x = 0; x < 2; x++) {
+    line->start[x] = line->first->point[x];
+    line->end[x] = line->last->point[x];
+  }
+  line->chord = hypot(line->end[0] - line->start[0], line->end[1] - line->start[1]);
+  if (!(line->chord > 0)) return;
+  for (int x = 0; x < 2; x++) line->e[x] = (line->end[x] - line->start[x]) / line->chord;
+  line->is_line = (PetscBool)(deviation(s, joint, line) <= 0.1 * line->chord && line->length <= 1.25 * line->chord);
+}
+
+/* Part of a contact that is open: where the linear opening between its ends is positive. */
+static PetscReal open_part(const ContactRow *c)
+{
+  const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
+  if (open[0] == open[1]) return open[0];
+  const PetscReal in = c->end[open[1]].opening, out = c->end[open[0]].opening; // at the open, at the closed end
+  return in > 0 && out < 0 ? in / (in - out) : 0.5;
+}
+
+static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sums)
+{
+  const PetscReal *e = line->e, *n = end->normal, *F = end->force;
+  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0 ? 1 : -1; // 1: the destination is the lower side
+  const PetscReal R[2] = {side * (F[0] * n[0] - F[1] * n[1]), side * (F[0] * n[1] + F[1] * n[0])};
+  const PetscReal dx = end->point[0] - 0.5 * (line->start[0] + line->end[0]);
+  const PetscReal dy = end->point[1] - 0.5 * (line->start[1] + line->end[1]), up = R[1] * e[0] - R[0] * e[1];
+  if (line->is_line) {
+    sums->R[0] += R[0];
+    sums->R[1] += R[1];
+    sums->N -= up;
+    sums->T += R[0] * e[0] + R[1] * e[1];
+    sums->M += up * (dx * e[0] + dy * e[1]);
+  } else {
+    sums->N -= F[0];
+    sums->T += fabs(F[1]);
+  }
+  if (!sums->lowest || end->sigma < sums->lowest->sigma) sums->lowest = end;
+  if (!sums->highest || end->sigma > sums->highest->sigma) sums->highest = end;
+}
+
+static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *line, JointSums *sums)
+{
+  *sums = (JointSums){.N = 0};
+  for (PetscInt i = 0; i < s->n_contacts; i++) {
+    const ContactRow *c = &s->contact[i];
+    if (c->joint != joint) continue;
+    sums->open += c->length * open_part(c);
+    for (int k = 0; k < 2; k++) {
+      add_end(line, &c->end[k], sums);
+      if (c->end[k].state & CONTACT_SLIPPING) sums->slipping += 0.5 * c->length;
+      if (c->end[k].state & CONTACT_CRUSHING) sums->crushing += 0.5 * c->length;
+    }
+  }
+}
+
+static void put_end(FILE *f, const char *name, const ContactEnd *end, const char *tail)
+{
+  fprintf(f, "          \"%s\": {", name);
+  number(f, "x", end->point[0], ", ");
+  number(f, "y", end->point[1], ", ");
+  number(f, "sigma", end->sigma, ", ");
+  number(f, "tau", end->tau, ", ");
+  number(f, "opening", end->opening, ", ");
+  number(f, "sliding", end->sliding, "}");
+  fputs(tail, f);
+}
+
+static void put_line(FILE *f, const JointLine *line, const JointSums *sums)
+{
+  const PetscReal L = line->chord, N = sums->N, M = sums->M;
+  number(f, "M", M, ",\n          ");
+  fprintf(f, "\"force\": {");
+  number(f, "x", sums->R[0], ", ");
+  number(f, "y", sums->R[1], "},\n          ");
+  number(f, "chord", L, ",\n          ");
+  number(f, "sigma_linear_start", -N / L - 6 * M / (L * L), ",\n          ");
+  number(f, "sigma_linear_end", -N / L + 6 * M / (L * L), ",\n");
+  put_end(f, "start", line->first, ",\n");
+  put_end(f, "end", line->last, ",\n");
+}
+
+/* Strength over demand: (N tan phi + c L) / |T|; L is the area over the thickness. */
+static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const JointSums *sums, PetscReal thickness,
+                                int residual)
+{
+  const PetscReal tangent = tan(joint->friction[residual] * PETSC_PI / 180.);
+  const PetscReal strength = PetscMax(0., sums->N) * tangent + joint->cohesion[residual] * line->length * thickness;
+  return joint->law == LAW_ELASTIC ? NAN : strength / fabs(sums->T);
+}
+
+static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums, PetscReal thickness)
+{
+  fprintf(f, "        \"%s\": {\n          \"line\": %s,\n          \"law\": \"%s\",\n          \"n_contacts\": %d,\n          ",
+          joint->name, line->is_line ? "true" : "false", joint->law == LAW_ELASTIC ? "elastic" : "mohr_coulomb",
+          (int)line->n);
+  number(f, "length", line->length, ",\n          ");
+  number(f, "open_length", sums->open, ",\n          ");
+  number(f, "slipping_length", sums->slipping, ",\n          ");
+  number(f, "crushing_length", sums->crushing, ",\n          ");
+  number(f, "N", sums->N, ",\n          ");
+  number(f, "T", sums->T, ",\n          ");
+  number(f, "friction_needed", atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI, ",\n          ");
+  number(f, "sliding_factor_peak", sliding_factor(joint, line, sums, thickness, 0), ",\n          ");
+  number(f, "sliding_factor_residual", sliding_factor(joint, line, sums, thickness, 1), ",\n          ");
+  if (line->is_line) put_line(f, line, sums);
+  else fprintf(f, "\n");
+  put_end(f, "sigma_min", sums->lowest, ",\n");
+  put_end(f, "sigma_max", sums->highest, "\n        }");
+}
+
+PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, PetscInt stage, const StageFields *fields)
+{
+  PetscInt written = 0;
+  JointLine line;
+  JointSums sums;
+  PetscFunctionBeginUser;
+  fprintf(f, "      \"joints\": {");
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    find_line(fields, j, &line);
+    if (!line.n) continue;
+    add_contacts(fields, j, &line, &sums);
+    fprintf(f, written++ ? ",\n" : "\n");
+    put_joint(f, &scene->stages[stage].joints[j], &line, &sums, scene->thickness);
+  }
+  fprintf(f, "\n      }\n");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
