@@ -8,8 +8,9 @@ import sys
 
 import matplotlib
 import numpy as np
+import shapely
 
-from quoin_tools.blockmesh import MeshError, check_blocks, closed_rings, face_ends, macroblocks, read
+from quoin_tools.blockmesh import TOLERANCE, MeshError, check_blocks, closed_rings, face_ends, read
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 from matplotlib import pyplot  # noqa: E402
@@ -22,31 +23,28 @@ JOINT = "#c01818"
 MANY = 30_000  # blocks beyond which their outlines would only blacken the picture
 
 
-def is_joint(mesh, rows, component):
-    """A set with both sides of a joint: its outward normals cancel, and it is not two sides of one body."""
-    if len(rows) < 2:
-        return False
+def is_joint(mesh, rows):
+    """A set with both sides of a joint: the middle of a face lies on another one that runs the other way."""
     ends = mesh.vertices[face_ends(mesh, rows)]
+    tree = shapely.STRtree(shapely.linestrings(ends))
+    one, two = tree.query(shapely.points(ends.mean(axis=1)), predicate="dwithin", distance=TOLERANCE)
     edge = ends[:, 1] - ends[:, 0]
-    if np.abs(edge.sum(axis=0)).max() > 1e-6 * np.abs(edge).sum():
-        return False
-    middle = np.round(ends.mean(axis=1), 9)
-    paired = 2 * len(np.unique(middle, axis=0)) == len(rows)
-    return paired or len(np.unique(component[rows[:, 0]])) > 1
+    return bool(((edge[one] * edge[two]).sum(axis=1) < 0).any())
 
 
 def draw(mesh, axes, zoom=None, names=True):
     """Draw the mesh on matplotlib axes; zoom: x_min, x_max, y_min, y_max [m]; names of points on request."""
-    ring, component = mesh.vertices[closed_rings(mesh)], macroblocks(mesh)
+    ring = mesh.vertices[closed_rings(mesh)]
     edges = {"edgecolors": "#6b6b6b", "linewidths": 0.35} if len(mesh.blocks) <= MANY else {}
     handles = []
     for row, name in enumerate(mesh.group_names):
         fill = FILLS[row % len(FILLS)]
         hatch = "////" if mesh.group_rigid[row] else None
-        axes.add_collection(PolyCollection(ring[mesh.block_group == row], facecolors=fill, hatch=hatch, **edges))
+        mine = ring[mesh.block_group == row]
+        axes.add_collection(PolyCollection(mine, facecolors=fill, hatch=hatch, **edges))
         label = f"{name} (rigid)" if mesh.group_rigid[row] else name
         handles.append(Patch(facecolor=fill, edgecolor="#6b6b6b", hatch=hatch, label=label))
-    handles += draw_sets(mesh, axes, component)
+    handles += draw_sets(mesh, axes)
     set_limits(mesh, axes, zoom)
     if names:
         draw_points(mesh, axes)
@@ -56,13 +54,14 @@ def draw(mesh, axes, zoom=None, names=True):
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
 
 
-def draw_sets(mesh, axes, component):
+def draw_sets(mesh, axes):
     """Joints first and thick, so that a set of part of a joint shows on top of it."""
-    joints = {name: is_joint(mesh, rows, component) for name, rows in mesh.face_sets.items()}
+    joints = {name: is_joint(mesh, rows) for name, rows in mesh.face_sets.items()}
     handles, colour = [], 0
     for name in sorted(mesh.face_sets, key=lambda name: (not joints[name], name)):
         ends = mesh.vertices[face_ends(mesh, mesh.face_sets[name])]
-        style = {"colors": JOINT, "linewidths": 2.4, "label": f"{name} (joint)"}
+        label = name if name.startswith("joint") else f"{name} (joint)"
+        style = {"colors": JOINT, "linewidths": 2.4, "label": label}
         if not joints[name]:
             style = {"colors": LINES[colour % len(LINES)], "linewidths": 1.6, "label": name}
             colour += 1
@@ -74,14 +73,14 @@ def draw_sets(mesh, axes, component):
 
 def set_limits(mesh, axes, zoom):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    margin = 0.05 * (high - low).max()
+    margin = 0.1 * (high - low).max()
     left, right, bottom, top = zoom or (low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
 
 
 def draw_points(mesh, axes):
-    """Names at one place (both sides of a joint) share a label."""
+    """Names at one place (both sides of a joint) share a label, on the outer side of points of its level."""
     places = {}
     for name, vertex in sorted(mesh.points.items()):
         places.setdefault(tuple(np.round(mesh.vertices[vertex], 6)), []).append(name)
@@ -90,7 +89,8 @@ def draw_points(mesh, axes):
         if not (left <= x <= right and bottom <= y <= top):
             continue
         axes.plot(x, y, "o", color="black", markersize=3.5, zorder=5)
-        on_right = x > 0.5 * (left + right)
+        level = [u for u, v in places if abs(v - y) < 0.05 * (top - bottom)]
+        on_right = x > (np.mean(level) if len(level) > 1 else 0.5 * (left + right))
         axes.annotate("\n".join(names), (x, y), xytext=(4 if on_right else -4, 4), fontsize=7, zorder=6,
                       textcoords="offset points", ha="left" if on_right else "right",
                       bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.6})
