@@ -93,6 +93,7 @@ CONTENT = {
                  "block 0 at (0, 0): inverted, its vertices run clockwise (area -1 m2)"),
     "inverted triangle": (lambda m: change_blocks(m, 2, (2, 5, 6, -1)), "block 2 at (2, 0): inverted"),
     "no area": (lambda m: raise_vertex(m, 6, (2, 0.5)), "block 2 at (2, 0): its area is zero"),
+    "huge": (lambda m: raise_vertex(m, 9, (1e300, 1e300)), "block 3 at (0, 1): its area is zero"),
     "bow tie": (lambda m: change_blocks(m, 3, (7, 9, 8, 10)), "block 3 at (0, 1): its area is zero"),
     "not convex": (lambda m: raise_vertex(m, 9, (0.3, 1.3)),
                    "block 3: not convex at its vertex 9 (0.3, 1.3)"),

@@ -176,7 +176,7 @@ def read(path):
             return parse(file)
         except MeshError as error:
             raise MeshError(f"{path}: {error}") from None
-        except (OSError, RuntimeError, KeyError) as error:  # damaged inside
+        except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:  # damaged inside
             raise MeshError(f"{path}: cannot be read ({str(error).splitlines()[0]})") from None
 
 
@@ -302,12 +302,13 @@ def check_blocks(mesh):
         raise MeshError(f"vertex {bad} at {xy_text(mesh.vertices[bad])}: no block uses it")
 
 
+@np.errstate(over="ignore", invalid="ignore")  # absurd coordinates: refused, without a warning
 def check_shapes(mesh):
     area = areas(mesh)
     xy = mesh.vertices[closed_rings(mesh)]
     edge = np.roll(xy, -1, axis=1) - xy
     smallest = 1e-12 * (edge ** 2).sum(axis=2).max(axis=1)  # rounding, relative to the block's own size
-    bad = first(np.abs(area) <= smallest)
+    bad = first(~(np.abs(area) > smallest))
     if bad is not None:
         raise MeshError(f"block {bad} at {xy_text(xy[bad, 0])}: its area is zero")
     bad = first(area < 0)
