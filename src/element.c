@@ -18,17 +18,10 @@ _Static_assert(BATCH % LANES == 0 && LANES == 4,
 /* x and y of one vertex, as they lie in memory */
 typedef PetscReal Pair __attribute__((vector_size(2 * sizeof(PetscReal)), aligned(sizeof(PetscReal))));
 
-/* LANES elements with what the kernels read; u is left out where there is none. */
-typedef struct {
-  const PetscInt *vertex; /* of lane 0; vertex i of a lane stands at [i * BATCH + lane] */
-  LanesVector X[4], u[4];
-  LanesMaterial material;
-} ElementLanes;
-
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
-/* Vectors of vertex i of all lanes: loads of pairs, then a transposition. */
-KERNEL LanesVector Gather(const PetscReal *x, const PetscInt *vertex)
+/* Vectors of one vertex of all lanes: loads of pairs, then a transposition. */
+KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
 {
   Pair p[LANES];
   for (int lane = 0; lane < LANES; lane++) p[lane] = *(const Pair *)(x + 2 * vertex[lane]);
@@ -36,6 +29,11 @@ KERNEL LanesVector Gather(const PetscReal *x, const PetscInt *vertex)
   const Lanes odd = __builtin_shufflevector(p[1], p[3], 0, 1, 2, 3);
   return (LanesVector){__builtin_shufflevector(even, odd, 0, 4, 2, 6),
                        __builtin_shufflevector(even, odd, 1, 5, 3, 7)};
+}
+
+KERNEL void Gather(int n_nodes, const PetscReal *x, const PetscInt *vertex, LanesVector *p)
+{
+  for (int i = 0; i < n_nodes; i++) p[i] = GatherVertex(x, vertex + i * BATCH);
 }
 
 /* The inverse of Gather, adding; lane by lane, so that elements are added in ascending order. */
@@ -61,16 +59,10 @@ KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
                          {mu[g[0]], mu[g[1]], mu[g[2]], mu[g[3]]}};
 }
 
-/* Elements first .. first + LANES - 1 of the list. */
-KERNEL ElementLanes LoadElements(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
-                                 PetscInt first)
+/* Vertices of LANES elements from element `first` on: vertex i of a lane stands at [i * BATCH + lane]. */
+KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
 {
-  ElementLanes b = {.vertex = e->vertex + (first / BATCH) * n_nodes * BATCH + first % BATCH,
-                    .material = LoadMaterial(model, e->group + first)};
-  for (int i = 0; i < n_nodes; i++) b.X[i] = Gather(model->X, b.vertex + i * BATCH);
-  if (u)
-    for (int i = 0; i < n_nodes; i++) b.u[i] = Gather(u, b.vertex + i * BATCH);
-  return b;
+  return e->vertex + (first / BATCH) * n_nodes * BATCH + first % BATCH;
 }
 
 /* ------------------------------------------------------------------------------------------ forces (10) */
@@ -79,10 +71,13 @@ KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int la
                       const PetscReal *restrict u, PetscReal *restrict f)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
-    LanesVector F[4];
-    const ElementLanes b = LoadElements(model, e, n_nodes, u, first);
-    ElementForce(n_nodes, b.X, b.u, &b.material, model->thickness, large, F);
-    ScatterAdd(n_nodes, F, b.vertex, f);
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    LanesVector X[4], U[4], F[4];
+    Gather(n_nodes, model->X, vertex, X);
+    Gather(n_nodes, u, vertex, U);
+    ElementForce(n_nodes, X, U, &material, model->thickness, large, F);
+    ScatterAdd(n_nodes, F, vertex, f);
   }
 }
 
@@ -112,7 +107,8 @@ PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *
 
 /* Row sums of |K| of LANES elements. Column (j, direction) of the reference stiffness is the small-strain
    force of a unit displacement there, so K is by construction the tangent of the force kernel. */
-static void RowSums(const ElementLanes *b, int n_nodes, PetscReal thickness, PetscReal sum[4][2][LANES])
+static void RowSums(const LanesVector *X, const LanesMaterial *material, int n_nodes, PetscReal thickness,
+                    PetscReal sum[4][2][LANES])
 {
   for (int column = 0; column < 2 * n_nodes; column++) {
     LanesVector unit[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[4];
@@ -120,7 +116,7 @@ static void RowSums(const ElementLanes *b, int n_nodes, PetscReal thickness, Pet
       unit[column / 2].x += 1.0;
     else
       unit[column / 2].y += 1.0;
-    ElementForce(n_nodes, b->X, unit, &b->material, thickness, 0, F);
+    ElementForce(n_nodes, X, unit, material, thickness, 0, F);
     for (int i = 0; i < n_nodes; i++) {
       for (int lane = 0; lane < LANES; lane++) {
         sum[i][0][lane] += PetscAbsReal(F[i].x[lane]);
@@ -138,11 +134,14 @@ static void StiffnessLoop(const Model *model, const Elements *e, int n_nodes, Pe
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
     PetscReal sum[4][2][LANES] = {{{0}}};
-    const ElementLanes b = LoadElements(model, e, n_nodes, NULL, first);
-    RowSums(&b, n_nodes, model->thickness, sum);
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    LanesVector X[4];
+    Gather(n_nodes, model->X, vertex, X);
+    RowSums(X, &material, n_nodes, model->thickness, sum);
     for (int lane = 0; lane < LANES; lane++)
       for (int i = 0; i < n_nodes; i++)
-        k[b.vertex[i * BATCH + lane]] += PetscMax(sum[i][0][lane], sum[i][1][lane]);
+        k[vertex[i * BATCH + lane]] += PetscMax(sum[i][0][lane], sum[i][1][lane]);
   }
 }
 
@@ -157,12 +156,14 @@ PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
 static void MassLoop(const Model *model, const Elements *e, int n_nodes, PetscReal *m)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    LanesVector X[4];
     Lanes area[4];
-    const ElementLanes b = LoadElements(model, e, n_nodes, NULL, first);
-    ElementAreas(n_nodes, b.X, area);
+    Gather(n_nodes, model->X, vertex, X);
+    ElementAreas(n_nodes, X, area);
     for (int lane = 0; lane < LANES; lane++) {
       const PetscReal density = model->density[e->group[first + lane]] * model->thickness;
-      for (int i = 0; i < n_nodes; i++) m[b.vertex[i * BATCH + lane]] += density * area[i][lane];
+      for (int i = 0; i < n_nodes; i++) m[vertex[i * BATCH + lane]] += density * area[i][lane];
     }
   }
 }
@@ -178,32 +179,38 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 /* ------------------------------------------------------------------------------------ stresses and energies
  */
 
-/* Cauchy stress of LANES elements at one point, to stress[(first + lane) * stride]. */
-static void PointStress(const Model *model, const ElementLanes *b, int n_nodes, const PetscReal point[2],
-                        PetscInt lanes, PetscInt stride, PetscReal *stress)
+/* The modes of X and u of LANES elements. */
+static void GatherModes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                        PetscInt first, LanesModes *XM, LanesModes *uM)
 {
-  const int large = model->strain == STRAIN_LARGE;
-  const LanesModes X = ElementModes(n_nodes, b->X), u = ElementModes(n_nodes, b->u);
-  Lanes J;
-  LanesGradient G;
-  LanesTensor E;
-  PointStrain(&X, &u, point[0], point[1], large, &J, &G, &E);
-  const LanesTensor S = BlockStress(&b->material, &E), sigma = CauchyStress(&G, &S, large);
-  for (PetscInt lane = 0; lane < lanes; lane++) {
-    stress[lane * stride + 0] = sigma.xx[lane];
-    stress[lane * stride + 1] = sigma.yy[lane];
-    stress[lane * stride + 2] = sigma.xy[lane];
-  }
+  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+  LanesVector X[4], U[4];
+  Gather(n_nodes, model->X, vertex, X);
+  Gather(n_nodes, u, vertex, U);
+  *XM = ElementModes(n_nodes, X);
+  *uM = ElementModes(n_nodes, U);
 }
 
+/* Cauchy stress at points of each element, (n, n_points, 3). */
 static void StressLoop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
                        const PetscReal points[][2], PetscReal *stress)
 {
+  const int large = model->strain == STRAIN_LARGE;
   for (PetscInt first = 0; first < e->n; first += LANES) {
-    const ElementLanes b = LoadElements(model, e, n_nodes, u, first);
-    for (int p = 0; p < n_points; p++)
-      PointStress(model, &b, n_nodes, points[p], PetscMin(LANES, e->n - first), 3 * n_points,
-                  stress + 3 * (first * n_points + p));
+    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    LanesModes X, U;
+    GatherModes(model, e, n_nodes, u, first, &X, &U);
+    for (int p = 0; p < n_points; p++) {
+      Lanes J;
+      LanesGradient G;
+      LanesTensor E;
+      PointStrain(&X, &U, points[p][0], points[p][1], large, &J, &G, &E);
+      const LanesTensor S = BlockStress(&material, &E), sigma = CauchyStress(&G, &S, large);
+      for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
+        PetscReal *s = stress + 3 * ((first + lane) * n_points + p);
+        s[0] = sigma.xx[lane], s[1] = sigma.yy[lane], s[2] = sigma.xy[lane];
+      }
+    }
   }
 }
 
@@ -234,15 +241,16 @@ PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes,
 
   PetscFunctionBeginUser;
   for (PetscInt first = 0; first < e->n; first += LANES) {
-    const ElementLanes b = LoadElements(model, e, n_nodes, u, first);
-    const LanesModes X = ElementModes(n_nodes, b.X), U = ElementModes(n_nodes, b.u);
+    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    LanesModes X, U;
     Lanes sum = {0};
+    GatherModes(model, e, n_nodes, u, first, &X, &U);
     for (int p = 0; p < n_points; p++) {
       Lanes J;
       LanesGradient G;
       LanesTensor E;
       PointStrain(&X, &U, Q4_POINTS[p][0], Q4_POINTS[p][1], large, &J, &G, &E);
-      sum += weight * J * BlockEnergy(&b.material, &E);
+      sum += weight * J * BlockEnergy(&material, &E);
     }
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */

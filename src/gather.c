@@ -1,10 +1,12 @@
-/* gather.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order). Everything that
-   is written or summed for people goes through here, so that it has the same bits on any number of ranks. */
+/* gather.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order).
+   Everything that is written or summed for people goes through here, so that it has the same bits on any
+   number of ranks. */
 #include "internal.h"
 #include <stdlib.h>
 
 /* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
-static PetscErrorCode gather_bytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all, void **all)
+static PetscErrorCode gather_bytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                                   void **all)
 {
   PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
   MPI_Datatype row;
@@ -30,9 +32,10 @@ static PetscErrorCode gather_bytes(MPI_Comm comm, PetscInt n, size_t unit, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. place: row of the result for each of the n rows; frees place and rows. all: (n_all, width) on rank 0. */
-static PetscErrorCode gather_placed(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
-                                    PetscInt n_all, PetscReal **all)
+/* Collective. place: row of the result for each of the n rows; frees place and rows. all: (n_all, width) on
+ * rank 0. */
+static PetscErrorCode gather_placed(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width,
+                                    PetscReal *rows, PetscInt n_all, PetscReal **all)
 {
   PetscInt n_places, n_rows, *places;
   PetscReal *gathered;
@@ -56,7 +59,8 @@ static PetscErrorCode gather_placed(MPI_Comm comm, PetscInt n, PetscInt *place, 
 enum { BLOCK_ROW = 8 };
 
 /* file id, gid, group, macroblock, and vertices of the owned elements of one list */
-static void block_rows(const Model *model, const Elements *e, int n_nodes, PetscInt *n, PetscInt (*rows)[BLOCK_ROW])
+static void block_rows(const Model *model, const Elements *e, int n_nodes, PetscInt *n,
+                       PetscInt (*rows)[BLOCK_ROW])
 {
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
@@ -66,7 +70,8 @@ static void block_rows(const Model *model, const Elements *e, int n_nodes, Petsc
     row[2] = e->group[i];
     row[3] = e->body[i];
     for (int k = 0; k < 4; k++) {
-      row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]] : -1;
+      row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]]
+                               : -1;
     }
   }
 }
@@ -99,7 +104,8 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
   PetscCall(gather_bytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   PetscCall(PetscFree(rows));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc4(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all, &mesh->file));
+  PetscCall(PetscMalloc4(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all,
+                         &mesh->file));
   for (PetscInt i = 0; i < n_all; i++) {
     const PetscInt *row = all[i], b = row[0];
     mesh->file[row[1]] = b;
@@ -165,8 +171,8 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
 }
 
 /* Stress and energy of one list of deformable elements. */
-static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscInt *n,
-                                   PetscInt *place, PetscReal *rows)
+static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                   PetscInt *n, PetscInt *place, PetscReal *rows)
 {
   const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
   PetscReal *centre, *gauss, *energy;
@@ -189,9 +195,10 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from vertex n_deformable on. */
-static void rigid_rows(const Model *model, const State *state, const Elements *e, int n_nodes, const PetscInt *body_of,
-                       PetscInt *n, PetscInt *place, PetscReal *rows)
+/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from vertex n_deformable
+ * on. */
+static void rigid_rows(const Model *model, const State *state, const Elements *e, int n_nodes,
+                       const PetscInt *body_of, PetscInt *n, PetscInt *place, PetscReal *rows)
 {
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
@@ -207,14 +214,16 @@ static void rigid_rows(const Model *model, const State *state, const Elements *e
 static PetscErrorCode gather_blocks(const Model *model, const State *state, StageFields *s)
 {
   const PetscReal *u = state->u + 3 * model->n_bodies;
-  PetscInt n = 0, most = 1 + model->t3.n + model->q4.n + model->rigid_t3.n + model->rigid_q4.n, *place, *body_of;
+  PetscInt n = 0, most = 1 + model->t3.n + model->q4.n + model->rigid_t3.n + model->rigid_q4.n, *place,
+           *body_of;
   PetscReal *rows;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(most, &place));
   PetscCall(PetscMalloc1(BLOCK_WIDTH * most, &rows));
   PetscCall(PetscMalloc1(1 + model->n_owned - model->n_deformable, &body_of));
   for (PetscInt i = 0; i < model->n_bodies; i++) {
-    for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++) body_of[v - model->n_deformable] = i;
+    for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++)
+      body_of[v - model->n_deformable] = i;
   }
   PetscCall(element_rows(model, &model->t3, 3, u, &n, place, rows));
   PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
@@ -246,7 +255,8 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
 }
 
 /* Where end k of contact i stands, and the outward normal of its destination face as it lies now. */
-static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k, ContactEnd *end)
+static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
+                              ContactEnd *end)
 {
   const PetscInt *v = c->vertex + (i / BATCH * 6 + 3 * k) * BATCH + i % BATCH;
   const PetscInt P = v[0], A = v[BATCH], B = v[2 * BATCH];
@@ -261,8 +271,8 @@ static void contact_end_place(const Model *model, const PetscReal *u, const Cont
   end->normal[1] = -along[0] / length;
 }
 
-static void contact_row(const Model *model, const State *state, const Contacts *c, PetscInt i, StressModelKind kind,
-                        const Joint *joints, ContactRow *row)
+static void contact_row(const Model *model, const State *state, const Contacts *c, PetscInt i,
+                        StressModelKind kind, const Joint *joints, ContactRow *row)
 {
   row->face[0] = c->key[2 * i];
   row->face[1] = c->key[2 * i + 1];
@@ -292,8 +302,8 @@ static int compare_contacts(const void *a, const void *b)
   return 0;
 }
 
-static PetscErrorCode gather_contacts(const Model *model, const State *state, const Contacts *c, const Stage *stage,
-                                      const MeshFields *mesh, StageFields *s)
+static PetscErrorCode gather_contacts(const Model *model, const State *state, const Contacts *c,
+                                      const Stage *stage, const MeshFields *mesh, StageFields *s)
 {
   PetscInt n = 0;
   ContactRow *rows;
@@ -317,8 +327,8 @@ static PetscErrorCode gather_contacts(const Model *model, const State *state, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts, const Stage *stage,
-                           const MeshFields *mesh, StageFields *s)
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
+                           const Stage *stage, const MeshFields *mesh, StageFields *s)
 {
   PetscInt counts[2] = {model->n_dof, 0};
   PetscFunctionBeginUser;

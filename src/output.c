@@ -1,5 +1,5 @@
-/* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json at the end of
-   each stage. Files are written as <name>.part and take their name when they are whole. */
+/* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json
+   at the end of each stage. Files are written as <name>.part and take their name when they are whole. */
 #include "internal.h"
 #include <errno.h>
 #include <math.h>
@@ -76,8 +76,10 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output
   PetscCall(GatherMesh(model, &output->mesh));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
-    output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model, .mesh = &output->mesh};
-    if (!make_folder(output->folder, message)) output->history = PartOpen(output->folder, "history.csv", message);
+    output->results = (ResultsFile){
+        .folder = output->folder, .scene = scene, .model = model, .mesh = &output->mesh};
+    if (!make_folder(output->folder, message))
+      output->history = PartOpen(output->folder, "history.csv", message);
     if (output->history) {
       history_header(output->history, model);
       PetscCall(ResultsFileCreate(&output->results, message));
@@ -87,16 +89,17 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state, PetscInt stage,
-                             PetscReal ramp, const StageResult *result)
+PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
+                             PetscInt stage, PetscReal ramp, const StageResult *result)
 {
   FILE *f = output->history;
   PetscReal u_max;
   PetscFunctionBeginUser;
   PetscCall(update_probes(model, state, output, &u_max));
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)state->cycle, scene->stages[stage].name,
-          ramp, result->ratio, result->kinetic, state->alpha, state->dt, state->alpha * state->dt, u_max);
+  fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)state->cycle,
+          scene->stages[stage].name, ramp, result->ratio, result->kinetic, state->alpha, state->dt,
+          state->alpha * state->dt, u_max);
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, ",%.10g,%.10g", output->probes[4 * p + 2], output->probes[4 * p + 3]);
   }
@@ -119,9 +122,10 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
   if (!model->rank) {
     const PetscInt first = !output->n_stages;
     PetscCall(ResultsFileStage(&output->results, stage, result, &fields, message));
-    PetscCall(SummaryStage(scene, model, state, &output->mesh, &fields, stage, result, output->probes, checksum,
-                           &output->stages[output->n_stages++]));
-    PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages, output->stages, message));
+    PetscCall(SummaryStage(scene, model, state, &output->mesh, &fields, stage, result, output->probes,
+                           checksum, &output->stages[output->n_stages++]));
+    PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,
+                           output->stages, message));
     if (first) PartRename(output->folder, "history.csv", message);
   }
   PetscCall(GatherStageDestroy(&fields));

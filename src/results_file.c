@@ -1,5 +1,5 @@
-/* results_file.c: results.h5 (docs/results_format.md) and results.xdmf that points into it. Rank 0 only: the serial HDF5
-   interface. The only C file that knows the format. */
+/* results_file.c: results.h5 (docs/results_format.md) and results.xdmf that points into it. Rank 0 only: the
+   serial HDF5 interface. The only C file that knows the format. */
 #include "internal.h"
 #include <errno.h>
 #include <hdf5.h>
@@ -10,7 +10,8 @@
 
 #define MEMORY_INT (sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32)
 
-static const char *const VERDICT_NAMES[] = {"none", "converged", "collapsed", "diverged", "undecided", "interrupted"};
+static const char *const VERDICT_NAMES[] = {"none",     "converged", "collapsed",
+                                            "diverged", "undecided", "interrupted"};
 
 const char *VerdictName(Verdict verdict)
 {
@@ -19,8 +20,8 @@ const char *VerdictName(Verdict verdict)
 
 /* ---- HDF5 in small pieces: each returns 0, or -1 on failure */
 
-static int write_data(hid_t group, const char *name, hid_t file_type, hid_t memory_type, int rank, const hsize_t *dims,
-                      const void *data)
+static int write_data(hid_t group, const char *name, hid_t file_type, hid_t memory_type, int rank,
+                      const hsize_t *dims, const void *data)
 {
   const hid_t space = H5Screate_simple(rank, dims, NULL);
   const hid_t set = H5Dcreate2(group, name, file_type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
@@ -84,15 +85,16 @@ static int write_count(hid_t where, const char *name, long long value)
 }
 
 /* One column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
-static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table, int width,
-                         int first)
+static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
+                         int width, int first)
 {
   PetscReal *copy;
   int columns = 1;
   for (int i = 1; i < rank; i++) columns *= (int)dims[i];
   copy = malloc(((size_t)dims[0] * columns + 1) * sizeof(*copy));
   if (!copy) return -1;
-  for (size_t i = 0; i < dims[0]; i++) memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
+  for (size_t i = 0; i < dims[0]; i++)
+    memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
   const int error = write_reals(group, name, rank, dims, copy);
   free(copy);
   return error;
@@ -171,8 +173,8 @@ static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFie
 }
 
 /* A dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
-static int write_contact_ints(hid_t group, const char *name, const StageFields *fields, int columns, size_t offset,
-                              size_t stride)
+static int write_contact_ints(hid_t group, const char *name, const StageFields *fields, int columns,
+                              size_t offset, size_t stride)
 {
   const PetscInt n = fields->n_contacts;
   PetscInt *copy = malloc((columns * (size_t)n + 1) * sizeof(*copy));
@@ -228,21 +230,21 @@ static int write_contacts(hid_t stage, const StageFields *fields)
   const size_t ends = offsetof(ContactRow, end);
   const hid_t group = H5Gcreate2(stage, "contacts", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   if (group < 0) return -1;
-  const int error =
-      write_faces_lengths(group, fields) ||
-      write_contact_ints(group, "joint", fields, 1, offsetof(ContactRow, joint), 0) ||
-      write_contact_ints(group, "class", fields, 1, offsetof(ContactRow, klass), 0) ||
-      write_contact_ints(group, "state", fields, 2, ends + offsetof(ContactEnd, state), sizeof(ContactEnd)) ||
-      write_end_reals(group, "point", fields, 2, offsetof(ContactEnd, point)) ||
-      write_end_reals(group, "displacement", fields, 2, offsetof(ContactEnd, displacement)) ||
-      write_end_reals(group, "normal", fields, 2, offsetof(ContactEnd, normal)) ||
-      write_end_reals(group, "opening", fields, 1, offsetof(ContactEnd, opening)) ||
-      write_end_reals(group, "sliding", fields, 1, offsetof(ContactEnd, sliding)) ||
-      write_end_reals(group, "slip", fields, 1, offsetof(ContactEnd, slip)) ||
-      write_end_reals(group, "broken", fields, 1, offsetof(ContactEnd, broken)) ||
-      write_end_reals(group, "sigma", fields, 1, offsetof(ContactEnd, sigma)) ||
-      write_end_reals(group, "tau", fields, 1, offsetof(ContactEnd, tau)) ||
-      write_end_reals(group, "force", fields, 2, offsetof(ContactEnd, force));
+  const int error = write_faces_lengths(group, fields) ||
+                    write_contact_ints(group, "joint", fields, 1, offsetof(ContactRow, joint), 0) ||
+                    write_contact_ints(group, "class", fields, 1, offsetof(ContactRow, klass), 0) ||
+                    write_contact_ints(group, "state", fields, 2, ends + offsetof(ContactEnd, state),
+                                       sizeof(ContactEnd)) ||
+                    write_end_reals(group, "point", fields, 2, offsetof(ContactEnd, point)) ||
+                    write_end_reals(group, "displacement", fields, 2, offsetof(ContactEnd, displacement)) ||
+                    write_end_reals(group, "normal", fields, 2, offsetof(ContactEnd, normal)) ||
+                    write_end_reals(group, "opening", fields, 1, offsetof(ContactEnd, opening)) ||
+                    write_end_reals(group, "sliding", fields, 1, offsetof(ContactEnd, sliding)) ||
+                    write_end_reals(group, "slip", fields, 1, offsetof(ContactEnd, slip)) ||
+                    write_end_reals(group, "broken", fields, 1, offsetof(ContactEnd, broken)) ||
+                    write_end_reals(group, "sigma", fields, 1, offsetof(ContactEnd, sigma)) ||
+                    write_end_reals(group, "tau", fields, 1, offsetof(ContactEnd, tau)) ||
+                    write_end_reals(group, "force", fields, 2, offsetof(ContactEnd, force));
   H5Gclose(group);
   return error;
 }
@@ -251,8 +253,10 @@ static int write_contacts(hid_t stage, const StageFields *fields)
 
 static void put_item(FILE *f, const char *dims, const char *type, int precision, const char *path)
 {
-  fprintf(f, "<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"%d\" Format=\"HDF\">results.h5:%s</DataItem>", dims,
-          type, precision, path);
+  fprintf(f,
+          "<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"%d\" "
+          "Format=\"HDF\">results.h5:%s</DataItem>",
+          dims, type, precision, path);
 }
 
 static void put_attribute(FILE *f, const char *name, const char *kind, const char *centre, const char *dims,
@@ -273,7 +277,8 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const char *stage)
   snprintf(nb3, sizeof(nb3), "%d 3", (int)mesh->n_blocks);
   snprintf(nv2, sizeof(nv2), "%d 2", (int)mesh->n_vertices);
   snprintf(size, sizeof(size), "%d", (int)topology_size(mesh));
-  fprintf(f, "     <Grid Name=\"blocks\">\n      <Topology TopologyType=\"Mixed\" NumberOfElements=\"%s\">", nb);
+  fprintf(f, "     <Grid Name=\"blocks\">\n      <Topology TopologyType=\"Mixed\" NumberOfElements=\"%s\">",
+          nb);
   put_item(f, size, "Int", 4, "/mesh/xdmf_topology");
   fprintf(f, "</Topology>\n      <Geometry GeometryType=\"XY\">");
   put_item(f, nv2, "Float", 8, "/mesh/vertices");
@@ -299,8 +304,10 @@ static void put_contacts(FILE *f, PetscInt n, const char *stage)
   snprintf(n_cells, sizeof(n_cells), "%d", (int)n);
   snprintf(n_ends, sizeof(n_ends), "%d", (int)(2 * n));
   snprintf(plane, sizeof(plane), "%d 2", (int)(2 * n));
-  fprintf(f, "     <Grid Name=\"contacts\">\n      <Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" "
-             "NumberOfElements=\"%s\"/>\n      <Geometry GeometryType=\"XY\">", n_cells);
+  fprintf(f,
+          "     <Grid Name=\"contacts\">\n      <Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" "
+          "NumberOfElements=\"%s\"/>\n      <Geometry GeometryType=\"XY\">",
+          n_cells);
   snprintf(path, sizeof(path), "/stages/%s/contacts/point", stage);
   put_item(f, plane, "Float", 8, path);
   fprintf(f, "</Geometry>\n");
@@ -320,7 +327,9 @@ static int add_stage_grids(ResultsFile *results, PetscInt stage, const char *nam
   size_t size = 0;
   FILE *f = open_memstream(&text, &size);
   if (!f) return -1;
-  fprintf(f, "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time Value=\"%d\"/>\n",
+  fprintf(f,
+          "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
+          "Value=\"%d\"/>\n",
           results->xdmf ? results->xdmf : "", name, (int)stage + 1);
   put_blocks(f, results->mesh, name);
   put_contacts(f, n_contacts, name);
@@ -349,15 +358,18 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
   if (message[0]) return;
   snprintf(part, sizeof(part), "%s/%s.part", folder, name);
   snprintf(path, sizeof(path), "%s/%s", folder, name);
-  if (rename(part, path)) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+  if (rename(part, path))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
 }
 
 static void write_xdmf(const ResultsFile *results, char message[MESSAGE_LENGTH])
 {
   FILE *f = message[0] ? NULL : PartOpen(results->folder, "results.xdmf", message);
   if (!f) return;
-  fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
-             "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n", results->xdmf);
+  fprintf(f,
+          "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
+          "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n",
+          results->xdmf);
   if (fclose(f)) snprintf(message, MESSAGE_LENGTH, "output: cannot write results.xdmf: %s", strerror(errno));
   PartRename(results->folder, "results.xdmf", message);
 }
@@ -371,7 +383,8 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   int error = file < 0 || write_text(file, "format", "quoin-results") || write_count(file, "version", 1) ||
-              write_text(file, "title", results->scene->title) || write_text(file, "scene", results->scene->file) ||
+              write_text(file, "title", results->scene->title) ||
+              write_text(file, "scene", results->scene->file) ||
               write_text(file, "model", results->scene->model) ||
               write_number(file, "thickness", results->scene->thickness) || write_mesh(file, results);
   const hid_t stages = error ? -1 : H5Gcreate2(file, "stages", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
@@ -413,12 +426,14 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const Stag
   if (!error) file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
   const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   if (stages >= 0) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  error = group < 0 || write_stage_attributes(group, stage, result) || write_body_fields(group, results->mesh, fields) ||
-          write_contacts(group, fields) || add_stage_grids(results, stage, name, fields->n_contacts);
+  error = group < 0 || write_stage_attributes(group, stage, result) ||
+          write_body_fields(group, results->mesh, fields) || write_contacts(group, fields) ||
+          add_stage_grids(results, stage, name, fields->n_contacts);
   if (group >= 0) H5Gclose(group);
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) error = H5Fclose(file) < 0 || error;
-  if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s'", name, part);
+  if (error && !message[0])
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s'", name, part);
   PartRename(results->folder, "results.h5", message);
   write_xdmf(results, message);
   PetscFunctionReturn(PETSC_SUCCESS);

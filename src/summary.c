@@ -1,4 +1,5 @@
-/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered arrays in their order. */
+/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered arrays in their
+ * order. */
 #include "internal.h"
 #include <errno.h>
 #include <math.h>
@@ -12,9 +13,12 @@ static void put_text(FILE *f, const char *text)
 {
   fputc('"', f);
   for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-    if (*c == '"' || *c == '\\') fprintf(f, "\\%c", *c);
-    else if (*c < 0x20) fprintf(f, "\\u%04x", *c);
-    else fputc(*c, f);
+    if (*c == '"' || *c == '\\')
+      fprintf(f, "\\%c", *c);
+    else if (*c < 0x20)
+      fprintf(f, "\\u%04x", *c);
+    else
+      fputc(*c, f);
   }
   fputc('"', f);
 }
@@ -28,8 +32,10 @@ static void text(FILE *f, const char *name, const char *value, const char *tail)
 
 static void number(FILE *f, const char *name, PetscReal value, const char *tail)
 {
-  if (isfinite(value)) fprintf(f, "\"%s\": %.17g%s", name, value, tail);
-  else fprintf(f, "\"%s\": null%s", name, tail);
+  if (isfinite(value))
+    fprintf(f, "\"%s\": %.17g%s", name, value, tail);
+  else
+    fprintf(f, "\"%s\": null%s", name, tail);
 }
 
 static void count(FILE *f, const char *name, long long value, const char *tail)
@@ -39,8 +45,8 @@ static void count(FILE *f, const char *name, long long value, const char *tail)
 
 /* ---- blocks: energies, forces, extremes */
 
-static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s, int vertex_column,
-                       int body_column)
+static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
+                       int vertex_column, int body_column)
 {
   PetscReal sum[2] = {0, 0};
   for (int x = 0; x < 2; x++) {
@@ -78,9 +84,10 @@ static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2]
   }
 }
 
-/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the first block at a tie. */
-static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s, PetscInt group, int sign,
-                        const char *tail)
+/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the first block at a
+ * tie. */
+static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
+                        PetscInt group, int sign, const char *tail)
 {
   PetscInt best = -1;
   PetscReal most = -INFINITY, centre[2];
@@ -148,9 +155,10 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
 
 /* ---- a stage and the file */
 
-PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state, const MeshFields *mesh,
-                            const StageFields *fields, PetscInt stage, const StageResult *result, const PetscReal *probes,
-                            uint64_t checksum, char **json)
+PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
+                            const MeshFields *mesh, const StageFields *fields, PetscInt stage,
+                            const StageResult *result, const PetscReal *probes, uint64_t checksum,
+                            char **json)
 {
   char hex[32];
   size_t size = 0;
@@ -184,8 +192,9 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model, const MeshFields *mesh,
-                            const StageFields *fields, PetscInt n_stages, char *const *stages, char message[MESSAGE_LENGTH])
+PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model,
+                            const MeshFields *mesh, const StageFields *fields, PetscInt n_stages,
+                            char *const *stages, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   FILE *f = message[0] ? NULL : PartOpen(folder, "summary.json", message);
@@ -196,7 +205,9 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
   text(f, "title", scene->title, ",\n  ");
   text(f, "scene", scene->file, ",\n  ");
   text(f, "model", scene->model, ",\n  ");
-  text(f, "units", "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression positive",
+  text(f, "units",
+       "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression "
+       "positive",
        ",\n  ");
   count(f, "ranks", model->size, ",\n  ");
   number(f, "thickness", scene->thickness, ",\n  ");
@@ -210,7 +221,8 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
   for (PetscInt s = 0; s < n_stages; s++) fprintf(f, "%s%s\n", stages[s], s + 1 < n_stages ? "," : "");
   fprintf(f, "  ]\n}\n");
   const int failed = ferror(f);
-  if (fclose(f) || failed) snprintf(message, MESSAGE_LENGTH, "output: cannot write summary.json: %s", strerror(errno));
+  if (fclose(f) || failed)
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write summary.json: %s", strerror(errno));
   PartRename(folder, "summary.json", message);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

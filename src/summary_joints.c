@@ -1,16 +1,17 @@
 /* summary_joints.c: the resultants of each joint, as the gravity method asks for them. Rank 0 only.
 
-   A joint whose contacts lie along one line has a direction e from its start to its end (to the right; upwards when it
-   is upright), and an upper side, to the left of e. R is the force of the upper side on the lower one:
-     N = -R.left (compression positive), T = R.e, M = moment of the normal forces about the middle of the line, so that
-     the gravity method's stress is -N/L + 12 M x / L^3 at the distance x from the middle.
-   A joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear forces|, and no M. */
+   A joint whose contacts lie along one line has a direction e from its start to its end (to the right;
+   upwards when it is upright), and an upper side, to the left of e. R is the force of the upper side on the
+   lower one: N = -R.left (compression positive), T = R.e, M = moment of the normal forces about the middle of
+   the line, so that the gravity method's stress is -N/L + 12 M x / L^3 at the distance x from the middle. A
+   joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear forces|, and
+   no M. */
 #include "internal.h"
 #include <math.h>
 #include <stdio.h>
 
 typedef struct {
-  PetscInt n;                 /* contacts */
+  PetscInt n; /* contacts */
   PetscBool is_line;
   PetscReal start[2], end[2]; /* [m] ends of the chord */
   PetscReal e[2];             /* [-] from start to end */
@@ -27,8 +28,10 @@ typedef struct {
 
 static void number(FILE *f, const char *name, PetscReal value, const char *tail)
 {
-  if (isfinite(value)) fprintf(f, "\"%s\": %.17g%s", name, value, tail);
-  else fprintf(f, "\"%s\": null%s", name, tail);
+  if (isfinite(value))
+    fprintf(f, "\"%s\": %.17g%s", name, value, tail);
+  else
+    fprintf(f, "\"%s\": null%s", name, tail);
 }
 
 /* Main direction of the end points, weighted by the length of their contacts. */
@@ -91,7 +94,8 @@ static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
   line->chord = hypot(line->end[0] - line->start[0], line->end[1] - line->start[1]);
   if (!(line->chord > 0)) return;
   for (int x = 0; x < 2; x++) line->e[x] = (line->end[x] - line->start[x]) / line->chord;
-  line->is_line = (PetscBool)(deviation(s, joint, line) <= 0.1 * line->chord && line->length <= 1.25 * line->chord);
+  line->is_line = (PetscBool)(deviation(s, joint, line) <= 0.1 * line->chord &&
+                              line->length <= 1.25 * line->chord);
 }
 
 /* Part of a contact that is open: where the linear opening between its ends is positive. */
@@ -99,7 +103,8 @@ static PetscReal open_part(const ContactRow *c)
 {
   const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
   if (open[0] == open[1]) return open[0];
-  const PetscReal in = c->end[open[1]].opening, out = c->end[open[0]].opening; // at the open, at the closed end
+  const PetscReal in = c->end[open[1]].opening,
+                  out = c->end[open[0]].opening; // at the open, at the closed end
   return in > 0 && out < 0 ? in / (in - out) : 0.5;
 }
 
@@ -166,19 +171,23 @@ static void put_line(FILE *f, const JointLine *line, const JointSums *sums)
 }
 
 /* Strength over demand: (N tan phi + c L) / |T|; L is the area over the thickness. */
-static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const JointSums *sums, PetscReal thickness,
-                                int residual)
+static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const JointSums *sums,
+                                PetscReal thickness, int residual)
 {
   const PetscReal tangent = tan(joint->friction[residual] * PETSC_PI / 180.);
-  const PetscReal strength = PetscMax(0., sums->N) * tangent + joint->cohesion[residual] * line->length * thickness;
+  const PetscReal strength = PetscMax(0., sums->N) * tangent +
+                             joint->cohesion[residual] * line->length * thickness;
   return joint->law == LAW_ELASTIC ? NAN : strength / fabs(sums->T);
 }
 
-static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums, PetscReal thickness)
+static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums,
+                      PetscReal thickness)
 {
-  fprintf(f, "        \"%s\": {\n          \"line\": %s,\n          \"law\": \"%s\",\n          \"n_contacts\": %d,\n          ",
-          joint->name, line->is_line ? "true" : "false", joint->law == LAW_ELASTIC ? "elastic" : "mohr_coulomb",
-          (int)line->n);
+  fprintf(f,
+          "        \"%s\": {\n          \"line\": %s,\n          \"law\": \"%s\",\n          \"n_contacts\": "
+          "%d,\n          ",
+          joint->name, line->is_line ? "true" : "false",
+          joint->law == LAW_ELASTIC ? "elastic" : "mohr_coulomb", (int)line->n);
   number(f, "length", line->length, ",\n          ");
   number(f, "open_length", sums->open, ",\n          ");
   number(f, "slipping_length", sums->slipping, ",\n          ");
@@ -188,8 +197,10 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
   number(f, "friction_needed", atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI, ",\n          ");
   number(f, "sliding_factor_peak", sliding_factor(joint, line, sums, thickness, 0), ",\n          ");
   number(f, "sliding_factor_residual", sliding_factor(joint, line, sums, thickness, 1), ",\n          ");
-  if (line->is_line) put_line(f, line, sums);
-  else fprintf(f, "\n");
+  if (line->is_line)
+    put_line(f, line, sums);
+  else
+    fprintf(f, "\n");
   put_end(f, "sigma_min", sums->lowest, ",\n");
   put_end(f, "sigma_max", sums->highest, "\n        }");
 }
