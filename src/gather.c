@@ -241,7 +241,7 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
   ContactPoint p;
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
-    p.u_n[k] = c->u_n[j] - c->rest[j];
+    p.u_n[k] = c->u_n[j];
     p.u_s[k] = c->u_s[j];
     p.slip[k] = c->slip[j];
     p.broken[k] = c->broken[j];
@@ -254,17 +254,18 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
   }
 }
 
-/* Where end k of contact i stands, and the outward normal of its destination face as it lies now. */
+/* Where end k of contact i stands, and the outward normal of its destination face in contact_force.c. */
 static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
                               ContactEnd *end)
 {
   const PetscInt *v = c->vertex + (i / BATCH * 6 + 3 * k) * BATCH + i % BATCH;
   const PetscInt P = v[0], A = v[BATCH], B = v[2 * BATCH];
+  const PetscReal moving = model->strain == STRAIN_LARGE ? 1 : 0;
   PetscReal along[2];
   for (int x = 0; x < 2; x++) {
     end->point[x] = model->X[2 * P + x];
     end->displacement[x] = u[2 * P + x];
-    along[x] = model->X[2 * B + x] + u[2 * B + x] - model->X[2 * A + x] - u[2 * A + x];
+    along[x] = model->X[2 * B + x] - model->X[2 * A + x] + moving * (u[2 * B + x] - u[2 * A + x]);
   }
   const PetscReal length = PetscSqrtReal(along[0] * along[0] + along[1] * along[1]);
   end->normal[0] = along[1] / length;

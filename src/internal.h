@@ -178,6 +178,7 @@ PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints,
                     PetscReal *contact_scale);
 
 /* ---- stages.c */
+struct _p_Output;
 /* Collective. Runs one stage to its verdict. */
 PetscErrorCode StageRun(const Scene *scene, const Model *model, const Stage *stage, PetscInt number, Contacts *contacts, State *state,
                         Relaxation *relax, struct _p_Output *output, StageResult *result);
@@ -200,3 +201,110 @@ void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal len
 /* True when the law holds elastically at both ends and nothing is broken: then the elastic row gives the same answer. */
 /* (the vectorised form of this test stands in contact_force.c) */
 PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2], const PetscReal broken[2]);
+
+/* ---- gather.c: what is written for people, on rank 0 (arrays NULL elsewhere), in file order */
+typedef struct {
+  PetscInt n_vertices, n_blocks;
+  PetscReal *X;         /* [m] (n_vertices,2) */
+  PetscInt *blocks;     /* (n_blocks,4) file vertices, -1 in the last column of a triangle */
+  PetscInt *group;      /* (n_blocks,) */
+  PetscInt *macroblock; /* (n_blocks,) */
+  PetscInt *file;       /* (n_blocks,) file id of each block gid */
+} MeshFields;
+
+enum {
+  VERTEX_WIDTH = 6, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid vertices: 0 */
+  BODY_WIDTH = 9,   /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise */
+  BLOCK_WIDTH = 20  /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses (4,3) [Pa];
+                       NaN where the kind of block has none */
+};
+
+typedef struct {
+  PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
+  PetscReal normal[2];                 /* [-] outward normal of the destination face that forces act along */
+  PetscReal opening, sliding, slip;    /* [m] u_n less rest; u_s; plastic part of u_s */
+  PetscReal broken;                    /* [-] */
+  PetscReal sigma, tau;                /* [Pa] */
+  PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
+  PetscInt state;                      /* ContactState bits */
+} ContactEnd;
+
+typedef struct {
+  PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key */
+  PetscInt klass, joint;
+  PetscReal length; /* [m] */
+  ContactEnd end[2];
+} ContactRow;
+
+typedef struct {
+  PetscInt n_contacts, n_bodies, n_dof; /* of the whole model */
+  PetscReal *vertex;   /* (n_vertices, VERTEX_WIDTH) */
+  PetscReal *body;     /* (n_bodies, BODY_WIDTH) rigid bodies by number */
+  PetscReal *block;    /* (n_blocks, BLOCK_WIDTH) */
+  ContactRow *contact; /* (n_contacts,) ascending faces */
+} StageFields;
+
+/* All collective. */
+PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
+PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts, const Stage *stage,
+                           const MeshFields *mesh, StageFields *fields);
+PetscErrorCode GatherStageDestroy(StageFields *fields);
+
+/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when there is none. */
+typedef struct {
+  const char *folder;
+  const Scene *scene;
+  const Model *model; /* names only */
+  const MeshFields *mesh;
+  char *xdmf;         /* grids of the stages written so far */
+} ResultsFile;
+/* Writes the mesh part into results.h5.part. */
+PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
+/* Adds a stage; the finished file replaces results.h5, then results.xdmf follows. */
+PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result, const StageFields *fields,
+                                char message[MESSAGE_LENGTH]);
+PetscErrorCode ResultsFileDestroy(ResultsFile *file);
+const char *VerdictName(Verdict verdict);
+/* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not "". */
+FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+
+#ifndef QUOIN_VERSION
+#define QUOIN_VERSION "0.1.0"
+#endif
+
+/* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
+/* One JSON object of a stage, to be freed with free(). probes: (n_points,4) x y [m], u_x u_y [m]. */
+PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state, const MeshFields *mesh,
+                            const StageFields *fields, PetscInt stage, const StageResult *result, const PetscReal *probes,
+                            uint64_t checksum, char **json);
+/* The whole file from the objects of the stages so far, replaced in one go. */
+PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model, const MeshFields *mesh,
+                            const StageFields *fields, PetscInt n_stages, char *const *stages,
+                            char message[MESSAGE_LENGTH]);
+
+/* ---- summary_joints.c: rank 0 only */
+/* The "joints" member of a stage's object, from the joints table of the stage. */
+PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, PetscInt stage, const StageFields *fields);
+
+/* ---- output.c: the output folder. All collective. */
+typedef struct _p_Output {
+  char folder[PETSC_MAX_PATH_LEN];
+  PetscInt n_stages;   /* written so far */
+  char **stages;       /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes;   /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;
+  ResultsFile results; /* rank 0 */
+  FILE *history;       /* rank 0 */
+} Output;
+/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written, starts results.h5.part and
+   history.csv.part. Results of an older run stay until the first stage is complete. `output` must not move in memory. */
+PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output);
+/* A row of history.csv. ramp: part of the stage's load change that acts, 0 to 1. */
+PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state, PetscInt stage,
+                             PetscReal ramp, const StageResult *result);
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its name. */
+PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,
+                           const Contacts *contacts, PetscInt stage, const StageResult *result);
+PetscErrorCode OutputClose(Output *output);
