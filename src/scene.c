@@ -111,12 +111,13 @@ static PetscErrorCode AskJoints(Reader *r, const char *path, PetscInt n, const J
 // friction is needed for limited shear; strength can only be lost
 static void CompleteJoint(Reader *r, Joint *joint)
 {
-  if (PetscIsNanReal(joint->friction[0])) {
-    if (joint->law == LAW_MOHR_COULOMB)
-      COMPLAIN(r, "friction is missing (law mohr_coulomb: angle of friction [degree])");
-    joint->friction[0] = 0;
-  }
+  PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
+
+  if (limited && PetscIsNanReal(joint->friction[0]))
+    COMPLAIN(r, "friction is missing [degree] (or law: elastic)");
+  if (PetscIsNanReal(joint->friction[0])) joint->friction[0] = 0;
   if (PetscIsNanReal(joint->friction[1])) joint->friction[1] = joint->friction[0];
+  if (!limited) return;
   if (joint->friction[1] > joint->friction[0]) COMPLAIN(r, "friction_residual is larger than friction");
   if (joint->cohesion[1] > joint->cohesion[0]) COMPLAIN(r, "cohesion_residual is larger than cohesion");
   if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
@@ -216,6 +217,8 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
 
 /* ------------------------------------------------------------------------------------------- whole */
 
+enum { LARGEST_SCENE = 1 << 24 }; /* [byte] */
+
 // the text of the file on all ranks; NULL and a message if it cannot be read; free with PetscFree
 static PetscErrorCode ReadText(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
 {
@@ -229,13 +232,13 @@ static PetscErrorCode ReadText(MPI_Comm comm, const char *path, char **text, Pet
     errno = 0;
     FILE *file = fopen(path, "rb");
     long size = file && !fseek(file, 0, SEEK_END) ? ftell(file) : -1;
-    if (size >= 0 && size < 1 << 24) {
+    if (size >= 0 && size < LARGEST_SCENE) {
       rewind(file);
       PetscCall(PetscMalloc1(size + 1, text));
       if (fread(*text, 1, size, file) == (size_t)size) *length = (PetscInt)size;
     }
     if (*length < 0)
-      Complain(message, path, -1, "", "cannot read the scene: %s", errno ? strerror(errno) : "too large");
+      Complain(message, path, -1, "", "cannot read the scene: %s", errno ? strerror(errno) : "no file");
     if (file) fclose(file);
   }
   PetscCallMPI(MPI_Bcast(length, 1, MPIU_INT, 0, comm));
@@ -338,7 +341,7 @@ static void DescribeValues(const Key *key, char text[256])
                                       [TYPE_PATH] = "path",
                                       [TYPE_NAME] = "name",
                                       [TYPE_REAL] = "number",
-                                      [TYPE_LIMIT] = "number or inf",
+                                      [TYPE_LIMIT] = "inf or number",
                                       [TYPE_INT] = "whole number",
                                       [TYPE_BOOL] = "true, false",
                                       [TYPE_TRISTATE] = "true, false",
@@ -369,7 +372,7 @@ PetscErrorCode SceneHelp(MPI_Comm comm)
     if (preset[0] == '=') preset += 2;
     snprintf(path, sizeof path, "`%s%s`", SectionPaths[key->section], key->name);
     DescribeValues(key, values);
-    PetscCall(PetscPrintf(comm, "| %-38s | %-28s | %-9s | %-24s | %s |\n", path, preset, key->unit, values,
+    PetscCall(PetscPrintf(comm, "| %-36s | %-29s | %-9s | %-26s | %s |\n", path, preset, key->unit, values,
                           key->help));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

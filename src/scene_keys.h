@@ -4,15 +4,11 @@
 #include "scene_reader.h"
 #include <stddef.h>
 
-static const char *const SectionPaths[SECTIONS] = {"",
-                                                   "contact.",
-                                                   "relaxation.",
-                                                   "relaxation.",
-                                                   "materials.<name>.",
-                                                   "joints.<name>.",
-                                                   "supports.<name>.",
-                                                   "loads.<name>.",
-                                                   "stages.<name>."};
+// clang-format off
+static const char *const SectionPaths[SECTIONS] = {
+  "", "contact.", "relaxation.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
+  "loads.<name>.", "stages.<name>."};
+// clang-format on
 
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
@@ -22,9 +18,11 @@ static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", 
 static const char *const Dampings[] = {"adaptive", "fixed", "none", "DampingKind", "DAMPING_", NULL};
 
 #define BIT(kind) (1 << (kind))
-#define KEY(in, word, kind_of_value, holder, field, value, limits, si, text, ...)                                     \
-  {.section = SECTION_##in, .name = word, .type = TYPE_##kind_of_value, .offset = offsetof(holder, field),             \
-   .preset = value, .range = limits, .unit = si, .help = text, __VA_ARGS__}
+#define KEY(in, word, kind_of_value, holder, field, value, limits, si, text, ...)                            \
+  {                                                                                                          \
+    .section = SECTION_##in, .name = word, .type = TYPE_##kind_of_value, .offset = offsetof(holder, field),  \
+    .preset = value, .range = limits, .unit = si, .help = text, __VA_ARGS__                                  \
+  }
 
 // section, key, type, where it goes, default, range, unit, meaning
 // clang-format off

@@ -109,7 +109,7 @@ static PetscBool ConvertBool(Reader *r, const char *text)
   static const char *const words[] = {"false", "true", "no", "yes", "off", "on", "0", "1"};
   for (int i = 0; i < 8; i++)
     if (!strcmp(text, words[i])) return (PetscBool)(i % 2);
-  if (text[0] || r->line) COMPLAIN(r, "'%.60s' is neither true nor false", text);
+  if (text[0]) COMPLAIN(r, "'%.60s' is neither true nor false", text);
   return PETSC_TRUE; // a bare -key
 }
 
@@ -131,7 +131,6 @@ static void ConvertText(Reader *r, const Key *key, const char *text, char *value
   size_t size = key->type == TYPE_TITLE ? sizeof r->scene->title : PETSC_MAX_PATH_LEN;
   if (key->type == TYPE_NAME) size = NAME_LENGTH;
   if (strlen(text) >= size) COMPLAIN(r, "longer than %d characters", (int)size - 1);
-  if (!text[0] && key->type == TYPE_PATH) COMPLAIN(r, "empty");
   if (key->type == TYPE_NAME && !NameIsValid(text)) COMPLAIN(r, "'%.80s' is not a name", text);
   snprintf(value, size, "%s", text);
 }
@@ -247,15 +246,20 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
 {
   PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NAMES ||
                                   key->type == TYPE_LOADS);
+  PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
   const char *text = entry ? entry->value : key->preset;
 
   PetscFunctionBeginUser;
+  if (entry && !entry->line && (key->type == TYPE_BOOL || key->type == TYPE_TRISTATE))
+    may_be_bare = PETSC_TRUE;
   if (entry && entry->kind == ENTRY_SECTION)
     COMPLAIN(r, "a value expected, not keys below it");
   else if (entry && entry->kind == ENTRY_LIST && !is_list)
     COMPLAIN(r, "a single value expected, not a list");
   else if (!text)
     COMPLAIN(r, "missing%s%s%s", key->unit[0] ? " [" : "", key->unit, key->unit[0] ? "]" : "");
+  else if (entry && !text[0] && !may_be_bare)
+    COMPLAIN(r, "no value given");
   else if (text[0] != '=' || entry)
     PetscCall(Convert(r, key, text, base));
   PetscFunctionReturn(PETSC_SUCCESS);
