@@ -105,8 +105,8 @@ static inline void HoldAt(Holds *holds, PetscReal xi, PetscReal limit)
 
 /* Returns the line tau to the limits of its ends, as far as every hold keeps min(|trial|, limit); the
    smallest theta in  held = returned + theta (trial - returned),  which theta = 1 always satisfies. */
-static void ReturnShear(const Holds *holds, const PetscReal trial[2], const PetscReal limit[2],
-                        PetscReal held[2])
+static inline void ReturnShear(const Holds *holds, const PetscReal trial[2], const PetscReal limit[2],
+                               PetscReal held[2])
 {
   PetscReal returned[2], theta = 0;
 
@@ -125,8 +125,8 @@ static void ReturnShear(const Holds *holds, const PetscReal trial[2], const Pets
 
 /* Books what was returned as plastic slip; untouched where nothing was, so that it cannot drift by rounding.
  */
-static void AdvanceSlip(const Joint *joint, const PetscReal trial[2], const PetscReal held[2],
-                        ContactPoint *p)
+static inline void AdvanceSlip(const Joint *joint, const PetscReal trial[2], const PetscReal held[2],
+                               ContactPoint *p)
 {
   for (int k = 0; k < 2; k++) {
     if (held[k] == trial[k]) continue;
@@ -135,7 +135,8 @@ static void AdvanceSlip(const Joint *joint, const PetscReal trial[2], const Pets
 }
 
 /* sigma, tau and state at the ends, from the trial stresses and the strengths there */
-static void EndStresses(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2], ContactPoint *p)
+static inline void EndStresses(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
+                               ContactPoint *p)
 {
   for (int k = 0; k < 2; k++) {
     int strength = EndStrength(p->broken, k);
@@ -278,7 +279,7 @@ static inline int StrengthAt(const Cuts *cuts, PetscReal xi)
   return xi < cuts->front[0] || xi > cuts->front[1];
 }
 
-static void CutAt(Cuts *cuts, PetscReal xi)
+static inline void CutAt(Cuts *cuts, PetscReal xi)
 {
   int i;
 
@@ -291,8 +292,8 @@ static void CutAt(Cuts *cuts, PetscReal xi)
    is brittle, and then they are equal) and where it passes the compression strength. Of these, the places
    with a say in the return of shear: a closing point or a front behind which the limit steps up, and the kink
    of the limit at crushing. */
-static void MakeCuts(const Joint *joint, const PetscReal s[2], const PetscReal broken[2], Cuts *cuts,
-                     Holds *holds)
+static inline void MakeCuts(const Joint *joint, const PetscReal s[2], const PetscReal broken[2], Cuts *cuts,
+                            Holds *holds)
 {
   PetscReal T = joint->tension[1], C = joint->compression, xi;
 
@@ -317,20 +318,21 @@ static void MakeCuts(const Joint *joint, const PetscReal s[2], const PetscReal b
   cuts->xi[++cuts->n] = 1;
 }
 
-/* Shares of the two ends, in units of L, of a continuous diagram v linear between the points xi[0..n]:
-   integral of v (1-x) and v x. Each end sums from its own side, so that exchanged ends sum alike. */
-static void Integrate(int n, const PetscReal *xi, const PetscReal *v, PetscReal share[2])
+/* Shares of the two ends, in units of L, of a trapezoid v[0], v[1] over xi[0], xi[1]: integral of v (1-x) and
+ * v x. */
+static inline void Trapezoid(const PetscReal *xi, const PetscReal *v, PetscReal share[2])
 {
-  PetscReal f[PIECES][2];
+  PetscReal h = (xi[1] - xi[0]) *
+                (1. / 24); /* half of its length, over 6, and 1/2 of the two weights 1 -+ xi */
+  PetscReal a0 = 1 - xi[0], b0 = 1 - xi[1], a1 = 1 + xi[0], b1 = 1 + xi[1];
 
-  for (int i = 0; i < n; i++) {
-    PetscReal h = (xi[i + 1] - xi[i]) /
-                  24; /* half of the piece, over 6, and 1/2 of the two weights 1 -+ xi */
-    for (int k = 0; k < 2; k++) {
-      PetscReal a = k ? 1 + xi[i] : 1 - xi[i], b = k ? 1 + xi[i + 1] : 1 - xi[i + 1];
-      f[i][k] = h * (v[i] * (2 * a + b) + v[i + 1] * (a + 2 * b));
-    }
-  }
+  share[0] = h * (v[0] * (2 * a0 + b0) + v[1] * (a0 + 2 * b0));
+  share[1] = h * (v[0] * (2 * a1 + b1) + v[1] * (a1 + 2 * b1));
+}
+
+/* Each end sums from its own side, so that exchanged ends sum alike. */
+static inline void SumShares(int n, PetscReal f[][2], PetscReal share[2])
+{
   share[0] = share[1] = 0;
   for (int i = 0; i < n; i++) share[0] += f[i][0], share[1] += f[n - 1 - i][1];
 }
@@ -339,19 +341,29 @@ static void Integrate(int n, const PetscReal *xi, const PetscReal *v, PetscReal 
 static void ShearPiece(const PetscReal xi[2], const PetscReal tau[2], const PetscReal cone[2],
                        PetscReal share[2])
 {
+  PetscReal up = Crossing(cone[0] - tau[0], cone[1] - tau[1]),
+            down = Crossing(cone[0] + tau[0], cone[1] + tau[1]);
+  PetscReal apex = Crossing(cone[0], cone[1]), v[STATIONS], f[PIECES][2];
   Cuts cuts = {.n = 0, .xi[0] = -1};
-  PetscReal v[STATIONS];
 
-  CutAt(&cuts, Crossing(cone[0] - tau[0], cone[1] - tau[1]));
-  CutAt(&cuts, Crossing(cone[0] + tau[0], cone[1] + tau[1]));
-  CutAt(&cuts, Crossing(cone[0], cone[1]));
-  cuts.xi[++cuts.n] = 1;
-  for (int i = 0; i <= cuts.n; i++) {
+  for (int k = 0; k < 2; k++) v[k] = JointClip(tau[k], cone[k] < 0 ? 0 : cone[k]);
+  if (up > 1 && down > 1 && apex > 1) {
+    Trapezoid(xi, v, share);
+    return;
+  }
+  CutAt(&cuts, up);
+  CutAt(&cuts, down);
+  CutAt(&cuts, apex);
+  v[cuts.n + 1] = v[1];
+  for (int i = 1; i <= cuts.n; i++) {
     PetscReal limit = Line(cone, cuts.xi[i]);
     v[i] = JointClip(Line(tau, cuts.xi[i]), limit < 0 ? 0 : limit);
+    cuts.xi[i] = Line(xi, cuts.xi[i]);
   }
-  for (int i = 0; i <= cuts.n; i++) cuts.xi[i] = Line(xi, cuts.xi[i]);
-  Integrate(cuts.n, cuts.xi, v, share);
+  cuts.xi[0] = xi[0];
+  cuts.xi[++cuts.n] = xi[1];
+  for (int i = 0; i < cuts.n; i++) Trapezoid(cuts.xi + i, v + i, f[i]);
+  SumShares(cuts.n, f, share);
 }
 
 static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal sigma[2],
@@ -380,20 +392,19 @@ static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal 
     for (int k = 0; k < 2; k++) {
       s[k] = JointNormal(joint, strength, Line(sigma, xi[k]));
       t[k] = Line(held, xi[k]);
-      cone[k] = JointIsOpen(joint, strength, Line(sigma, middle)) ? 0 : JointCone(joint, strength, s[k]);
+      cone[k] = JointCone(joint, strength, s[k]);
     }
-    Integrate(1, xi, s, f_n[i]);
-    ShearPiece(xi, t, cone, f_s[i]);
+    Trapezoid(xi, s, f_n[i]);
+    if (JointIsOpen(joint, strength, Line(sigma, middle)))
+      f_s[i][0] = f_s[i][1] = 0;
+    else
+      ShearPiece(xi, t, cone, f_s[i]);
   }
 
-  /* forces, each end summed from its own side */
-  for (int k = 0; k < 2; k++) {
-    p->F_n[k] = p->F_s[k] = 0;
-    for (int i = 0; i < cuts.n; i++) {
-      int j = k ? cuts.n - 1 - i : i;
-      p->F_n[k] += length * f_n[j][k], p->F_s[k] += length * f_s[j][k];
-    }
-  }
+  /* forces */
+  SumShares(cuts.n, f_n, p->F_n);
+  SumShares(cuts.n, f_s, p->F_s);
+  for (int k = 0; k < 2; k++) p->F_n[k] *= length, p->F_s[k] *= length;
 }
 
 /* ------------------------------------------------------------------------------------------------ */
