@@ -30,11 +30,6 @@ typedef struct {
   unsigned mask;
 } Grid;
 
-typedef struct {
-  PetscInt n, capacity;
-  PetscInt *pair; /* (capacity,2) */
-} PairList;
-
 static int CompareReal(const void *a, const void *b)
 {
   const PetscReal x = *(const PetscReal *)a, y = *(const PetscReal *)b;
@@ -128,38 +123,25 @@ static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PairListAdd(PairList *list, PetscInt i, PetscInt j)
-{
-  PetscFunctionBegin;
-  if (list->n == list->capacity) {
-    PetscCheck(list->n < PETSC_MAX_INT / 4, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "Too many pairs of overlapping boxes: more than %" PetscInt_FMT, list->n);
-    list->capacity *= 2;
-    PetscCall(PetscRealloc(sizeof(PetscInt) * 2 * (size_t)list->capacity, &list->pair));
-  }
-  list->pair[2 * list->n] = PetscMin(i, j);
-  list->pair[2 * list->n + 1] = PetscMax(i, j);
-  list->n++;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds the pairs of box i with boxes filed in one cell of its own or a coarser level. */
+/* Visits the pairs of box i with boxes filed in one cell of its own or a coarser level. */
 static inline PetscErrorCode VisitCell(const Grid *g, PetscInt i, PetscInt level, PetscInt column,
-                                       PetscInt row, PairList *list)
+                                       PetscInt row, GridVisitor visit, PetscBool *stop, void *context)
 {
   const PetscReal *a = g->box + 4 * i;
   PetscFunctionBegin;
-  for (PetscInt j = g->head[Bucket(g, level, column, row)]; j != NO_BOX; j = g->next[j]) {
+  for (PetscInt j = g->head[Bucket(g, level, column, row)]; j != NO_BOX && !*stop; j = g->next[j]) {
     const PetscReal *b = g->box + 4 * j;
     if (g->column[j] != column || g->row[j] != row || g->level[j] != level)
       continue;                                   /* another cell's, same bucket */
     if (level == g->level[i] && j <= i) continue; /* both boxes come here: one of them counts */
-    if (a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3]) PetscCall(PairListAdd(list, i, j));
+    if (a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3])
+      PetscCall(visit(PetscMin(i, j), PetscMax(i, j), stop, context));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode VisitLevel(const Grid *g, PetscInt i, PetscInt level, PairList *list)
+static PetscErrorCode VisitLevel(const Grid *g, PetscInt i, PetscInt level, GridVisitor visit,
+                                 PetscBool *stop, void *context)
 {
   const PetscReal *b = g->box + 4 * i;
   PetscFunctionBegin;
@@ -168,7 +150,47 @@ static PetscErrorCode VisitLevel(const Grid *g, PetscInt i, PetscInt level, Pair
   const PetscInt row_0 = CellOf(g, level, 1, b[1]) - 1, row_1 = CellOf(g, level, 1, b[3]);
   for (PetscInt row = row_0; row <= row_1; row++)
     for (PetscInt column = column_0; column <= column_1; column++)
-      PetscCall(VisitCell(g, i, level, column, row, list));
+      PetscCall(VisitCell(g, i, level, column, row, visit, stop, context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context)
+{
+  Grid grid;
+  PetscBool stop = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (n < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GridCreate(n, box, &grid));
+  for (PetscInt i = 0; i < n && !stop; i++)
+    for (PetscInt l = 0; l < grid.n_levels; l++)
+      if (grid.levels[l] >= grid.level[i])
+        PetscCall(VisitLevel(&grid, i, grid.levels[l], visit, &stop, context));
+  PetscCall(PetscFree5(grid.level, grid.column, grid.row, grid.next, grid.head));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- as a list */
+
+typedef struct {
+  PetscInt n, capacity;
+  PetscInt *pair; /* (capacity,2) */
+} PairList;
+
+static PetscErrorCode AddPair(PetscInt i, PetscInt j, PetscBool *stop, void *context)
+{
+  PairList *list = context;
+  PetscFunctionBegin;
+  (void)stop;
+  if (list->n == list->capacity) {
+    PetscCheck(list->n < PETSC_MAX_INT / 4, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "Too many pairs of overlapping boxes: more than %" PetscInt_FMT, list->n);
+    list->capacity *= 2;
+    PetscCall(PetscRealloc(sizeof(PetscInt) * 2 * (size_t)list->capacity, &list->pair));
+  }
+  list->pair[2 * list->n] = i;
+  list->pair[2 * list->n + 1] = j;
+  list->n++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -198,21 +220,11 @@ static PetscErrorCode SortPairs(PetscInt n, const PairList *list, PetscInt *sort
 
 PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs)
 {
-  Grid grid;
   PairList list = {.capacity = PetscMax(16, n)};
 
   PetscFunctionBegin;
-  *n_pairs = 0;
-  *pairs = NULL;
-  if (n < 2) PetscFunctionReturn(PETSC_SUCCESS);
-
-  PetscCall(GridCreate(n, box, &grid));
   PetscCall(PetscMalloc1(2 * (size_t)list.capacity, &list.pair));
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt l = 0; l < grid.n_levels; l++)
-      if (grid.levels[l] >= grid.level[i]) PetscCall(VisitLevel(&grid, i, grid.levels[l], &list));
-  PetscCall(PetscFree5(grid.level, grid.column, grid.row, grid.next, grid.head));
-
+  PetscCall(GridVisit(n, box, AddPair, &list));
   PetscCall(PetscMalloc1(2 * (size_t)list.n, pairs));
   PetscCall(SortPairs(n, &list, *pairs));
   PetscCall(PetscFree(list.pair));

@@ -49,6 +49,9 @@ static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal
 /* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch; free with
    PetscFree. Boxes are finite; cost O(n), a little more for each power of two between the sizes. */
 PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs);
+/* The same pairs one by one, in an order of its own, until the visitor stops it. */
+typedef PetscErrorCode (*GridVisitor)(PetscInt i, PetscInt j, PetscBool *stop, void *context);
+PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context);
 
 /* ---- rigid.c (numbering at set-up) */
 /* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1: deformable. */

@@ -172,7 +172,7 @@ static PetscErrorCode VertexGraph(const BlockMesh *mesh, PetscInt **row_start, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* old: (n_vertices,) old number of each new vertex, by reverse Cuthill-McKee. */
+/* old: (n_vertices,) old number of each new vertex, by reverse Cuthill-McKee within each macroblock. */
 static PetscErrorCode OrderVertices(const BlockMesh *mesh, PetscInt *old)
 {
   PetscInt *row_start, *columns;
@@ -194,6 +194,93 @@ static PetscErrorCode OrderVertices(const BlockMesh *mesh, PetscInt *old)
   PetscCall(MatDestroy(&graph));
   PetscCall(PetscFree(row_start));
   PetscCall(PetscFree(columns));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Place of cell (x,y) of 2^16 x 2^16 on a Hilbert curve: cells near on the curve are near in the plane. */
+static unsigned HilbertIndex(unsigned x, unsigned y)
+{
+  unsigned index = 0;
+  for (unsigned side = 1u << 15; side > 0; side /= 2) {
+    const unsigned right = (x & side) != 0, up = (y & side) != 0;
+    index += side * side * ((3 * right) ^ up);
+    /* the curve in a lower quarter is the transposed one, in the lower right also mirrored */
+    if (!up) {
+      if (right) {
+        x = ~x;
+        y = ~y;
+      }
+      const unsigned t = x;
+      x = y;
+      y = t;
+    }
+  }
+  return index;
+}
+
+typedef struct {
+  unsigned place;
+  PetscInt body;
+} BodyKey;
+
+static int CompareBodyKeys(const void *a, const void *b)
+{
+  const BodyKey *x = a, *y = b;
+  if (x->place != y->place) return x->place < y->place ? -1 : 1;
+  return (x->body > y->body) - (x->body < y->body);
+}
+
+/* rank: (n_bodies,) place of each macroblock when they are visited along a Hilbert curve through their
+   centres. Joints connect macroblocks, but no block does: without this, bodies that touch could stand far
+   apart in memory. */
+static PetscErrorCode RankBodies(const BlockMesh *mesh, const PetscInt *vertex_body, PetscInt *rank)
+{
+  const PetscInt n = mesh->n_bodies;
+  PetscReal *box, low[2] = {PETSC_INFINITY, PETSC_INFINITY}, extent = 0;
+  BodyKey *key;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(4 * (size_t)n, &box, n, &key));
+  for (PetscInt i = 0; i < 4 * n; i++) box[i] = i % 4 < 2 ? PETSC_INFINITY : -PETSC_INFINITY;
+  for (PetscInt v = 0; v < mesh->n_vertices; v++)
+    for (int a = 0; a < 2; a++) {
+      PetscReal *b = box + 4 * vertex_body[v] + a;
+      b[0] = PetscMin(b[0], mesh->X[2 * v + a]);
+      b[2] = PetscMax(b[2], mesh->X[2 * v + a]);
+      low[a] = PetscMin(low[a], mesh->X[2 * v + a]);
+    }
+  for (PetscInt i = 0; i < 4 * n; i++)
+    if (i % 4 >= 2) extent = PetscMax(extent, box[i] - low[i % 2]);
+  for (PetscInt i = 0; i < n; i++) {
+    unsigned cell[2];
+    for (int a = 0; a < 2; a++)
+      cell[a] = (unsigned)(65535 * ((0.5 * (box[4 * i + a] + box[4 * i + 2 + a]) - low[a]) / extent));
+    key[i] = (BodyKey){.place = HilbertIndex(cell[0], cell[1]), .body = i};
+  }
+  qsort(key, (size_t)n, sizeof *key, CompareBodyKeys);
+  for (PetscInt i = 0; i < n; i++) rank[key[i].body] = i;
+  PetscCall(PetscFree2(box, key));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Puts the macroblocks one after the other; within each, the order of old stays. */
+static PetscErrorCode GroupByBody(const BlockMesh *mesh, PetscInt *old)
+{
+  const PetscInt n = mesh->n_vertices;
+  PetscInt *vertex_body, *rank, *start, *grouped;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc3(n, &vertex_body, mesh->n_bodies, &rank, n, &grouped));
+  PetscCall(PetscCalloc1((size_t)mesh->n_bodies + 1, &start));
+  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
+    if (mesh->blocks[i] >= 0) vertex_body[mesh->blocks[i]] = mesh->body[i / 4];
+  PetscCall(RankBodies(mesh, vertex_body, rank));
+  for (PetscInt v = 0; v < n; v++) start[rank[vertex_body[v]] + 1]++;
+  for (PetscInt i = 0; i < mesh->n_bodies; i++) start[i + 1] += start[i];
+  for (PetscInt v = 0; v < n; v++) grouped[start[rank[vertex_body[old[v]]]]++] = old[v];
+  PetscCall(PetscArraycpy(old, grouped, n));
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree3(vertex_body, rank, grouped));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -256,6 +343,7 @@ static PetscErrorCode RenumberVertices(BlockMesh *mesh)
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(n, &old, n, &new));
   PetscCall(OrderVertices(mesh, old));
+  PetscCall(GroupByBody(mesh, old));
   for (PetscInt v = 0; v < n; v++) new[old[v]] = v;
 
   PetscCall(PetscMalloc1(2 * (size_t)n, &X));
