@@ -149,8 +149,8 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
 
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
 {
-  Candidate *list;
-  PetscInt n, count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
+  Candidate *list = NULL;
+  PetscInt n = 0, count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   PetscCall(find_candidates(scene, m, &n, &list));

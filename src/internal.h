@@ -3,12 +3,21 @@
 #pragma once
 #include "quoin.h"
 #include "types.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct _p_Relaxation;
 
 /* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns PETSC_ERR_USER_INPUT on all ranks. */
 /* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all ranks with the
    message of the lowest rank that has one. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 PetscErrorCode QuoinErrorHandlerPush(void);
+extern const char *const VerdictNames[];
+/* The insides of a Quoin, for the project's own tests and benchmarks. */
+PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts, struct _p_Relaxation **relax);
 
 /* ---- scene.c */
 /* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Fails on unknown keys. */
@@ -139,7 +148,12 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *
 /* f_ext = (1 - ramp) f_start + ramp f_target. */
 void LoadsApply(const Model *model, State *state, PetscReal ramp);
 
+/* Water pressure on one face, see loads.c. x: (4) its ends, f: (4) forces at them [N]. */
+void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);
+
 /* ---- timestep.c */
+/* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */
+PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness, PetscReal *k);
 /* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints times dt is 2 safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints, const Contacts *contacts, State *state);
 
@@ -152,7 +166,7 @@ typedef struct {
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
 
 /* ---- relax.c */
-typedef struct {
+typedef struct _p_Relaxation {
   QuotientSums sums;    /* of the last cycle, over all ranks */
   PetscReal q_ray;      /* [1/s2] last positive Rayleigh quotient (37) */
   MPI_Op reduce;        /* sums first, then maxima */
@@ -176,6 +190,8 @@ PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscRea
 PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state, Relaxation *r, StageResult *result);
 
 /* ---- step.c */
+/* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the present displacements. */
+PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state, PetscReal *contact_scale);
 /* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof. */
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts, State *state, Relaxation *relax,
                     PetscReal *contact_scale);
@@ -185,6 +201,8 @@ struct _p_Output;
 /* Collective. Runs one stage to its verdict. */
 PetscErrorCode StageRun(const Scene *scene, const Model *model, const Stage *stage, PetscInt number, Contacts *contacts, State *state,
                         Relaxation *relax, struct _p_Output *output, StageResult *result);
+/* Turns SIGUSR1, SIGTERM and SIGINT into a request to stop at the next check. */
+PetscErrorCode SignalsCatch(void);
 PetscErrorCode StateCreate(const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
 

@@ -292,8 +292,8 @@ static PetscErrorCode is_needed(const Builder *b, PetscInt c, PetscMPIInt rank, 
 /* Ghosts: vertices of needed elements and kept faces that other ranks own; ascending gid, each once. */
 static PetscErrorCode find_ghosts(Builder *b, PetscMPIInt rank)
 {
-  PetscInt n = 0, v[4], k_max;
-  PetscBool needed;
+  PetscInt n = 0, v[4], k_max = 0;
+  PetscBool needed = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * (b->c_end - b->c_start) + 2 * b->n_faces, &b->ghost));
   for (PetscInt c = b->c_start; c < b->c_end; c++) {
@@ -355,8 +355,8 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 /* One list of elements: n_nodes 3 or 4, deformable or rigid. */
 static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_nodes, PetscBool rigid, Elements *e)
 {
-  PetscInt *point, v[4], k_max, n = 0;
-  PetscBool needed;
+  PetscInt *point, v[4], k_max = 0, n = 0;
+  PetscBool needed = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(b->c_end - b->c_start, &point));
   PetscCall(PetscMalloc1(b->c_end - b->c_start, &e->gid));
@@ -468,6 +468,8 @@ static PetscErrorCode ghost_sf(const Builder *b, Model *m)
   PetscCall(PetscSFCreate(m->comm, &m->ghost));
   PetscCall(PetscSFSetGraph(m->ghost, m->n_owned, b->n_ghosts, leaves, PETSC_OWN_POINTER, roots, PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(m->ghost));
+  PetscCallMPI(MPI_Type_contiguous(2, MPIU_REAL, &m->pair));
+  PetscCallMPI(MPI_Type_commit(&m->pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -579,5 +581,34 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(PetscFree(b.x));
   PetscCall(PetscFree(b.face));
   PetscCall(PetscFree(b.ghost));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode elements_destroy(Elements *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(e->gid));
+  PetscCall(PetscFree2(e->vertex, e->group));
+  PetscCall(PetscFree3(e->file, e->body, e->owned));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ModelDestroy(Model *m)
+{
+  Faces *f = &m->faces;
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree5(m->X, m->vertex_gid, m->vertex_file, m->vertex_body, m->vertex_rigid));
+  PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
+  PetscCall(PetscFree4(m->mass, m->fixed, m->in_quotient, m->dof_body));
+  PetscCall(elements_destroy(&m->q4));
+  PetscCall(elements_destroy(&m->t3));
+  PetscCall(elements_destroy(&m->rigid_q4));
+  PetscCall(elements_destroy(&m->rigid_t3));
+  PetscCall(PetscFree6(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint));
+  PetscCall(PetscFree5(m->group_names, m->group_rigid, m->lambda, m->mu, m->density));
+  PetscCall(PetscFree2(m->face_set_names, m->point_names));
+  PetscCall(PetscFree3(m->face_set_start, m->face_set_faces, m->point_vertex));
+  PetscCall(PetscSFDestroy(&m->ghost));
+  PetscCallMPI(MPI_Type_free(&m->pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,7 +31,7 @@ static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
 
   PetscFunctionBeginUser;
   PetscCall(AskNames(r, "materials", &scene->n_materials, &names));
-  if (!scene->n_materials) COMPLAIN(r, "missing: every group of the mesh needs a material");
+  if (!scene->n_materials) COMPLAIN_MISSING(r, "missing: every group of the mesh needs a material");
   PetscCall(PetscCalloc1(scene->n_materials, &scene->materials));
   for (PetscInt i = 0; i < scene->n_materials; i++) {
     Material *m = &scene->materials[i];
@@ -114,7 +114,7 @@ static void CompleteJoint(Reader *r, Joint *joint)
   PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
 
   if (limited && PetscIsNanReal(joint->friction[0]))
-    COMPLAIN(r, "friction is missing [degree] (or law: elastic)");
+    COMPLAIN_MISSING(r, "friction is missing [degree] (or law: elastic)");
   if (PetscIsNanReal(joint->friction[0])) joint->friction[0] = 0;
   if (PetscIsNanReal(joint->friction[1])) joint->friction[1] = joint->friction[0];
   if (!limited) return;
@@ -201,7 +201,7 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
 
   PetscFunctionBeginUser;
   PetscCall(AskNames(r, "stages", &scene->n_stages, &names));
-  if (!scene->n_stages) COMPLAIN(r, "missing: at least one stage is needed");
+  if (!scene->n_stages) COMPLAIN_MISSING(r, "missing: at least one stage is needed");
   PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
   for (PetscInt i = 0; i < scene->n_stages; i++) {
     Stage *stage = &scene->stages[i];
@@ -286,7 +286,7 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
   PetscCall(ReadSupports(r, scene));
   PetscCall(ReadLoads(r, scene));
   PetscCall(ReadStages(r, scene, given));
-  PetscCall(CheckUnknown(r));
+  PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));
   PetscCall(PetscSegBufferDestroy(&r->asked));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -350,14 +350,11 @@ static void DescribeValues(const Key *key, char text[256])
                                       [TYPE_NAMES] = "list of names",
                                       [TYPE_LOADS] = "list of loads",
                                       [TYPE_CHANGES] = "keys"};
-  size_t used = 0;
 
-  if (key->type != TYPE_CHOICE) {
+  if (key->type == TYPE_CHOICE)
+    DescribeChoices(key->choices, text);
+  else
     snprintf(text, 256, "%s%s%s", words[key->type], key->range ? " " : "", key->range ? key->range : "");
-    return;
-  }
-  for (int i = 0; key->choices[i + 2] && used < 256; i++)
-    used += snprintf(text + used, 256 - used, "%s%s", i ? ", " : "", key->choices[i]);
 }
 
 PetscErrorCode SceneHelp(MPI_Comm comm)

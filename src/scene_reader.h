@@ -50,11 +50,12 @@ typedef struct {
 typedef struct {
   Scene *scene;
   Entries entries;
-  Stage defaults;           /* what `relaxation` says about stages */
-  PetscSegBuffer asked;     /* every key asked for, LABEL_LENGTH each: the known keys */
-  char label[LABEL_LENGTH]; /* of the key being read, for messages */
-  int line;                 /* of that key, or of what should hold it */
-  char message[MESSAGE_LENGTH];
+  Stage defaults;               /* what `relaxation` says about stages */
+  PetscSegBuffer asked;         /* every key asked for, LABEL_LENGTH each: the known keys */
+  char label[LABEL_LENGTH];     /* of the key being read, for messages */
+  int line;                     /* of that key, or of what should hold it */
+  char message[MESSAGE_LENGTH]; /* first wrong value */
+  char missing[MESSAGE_LENGTH]; /* first thing missing: told only if no unknown key explains it */
 } Reader;
 
 typedef struct {
@@ -63,6 +64,7 @@ typedef struct {
 } Name;
 
 #define COMPLAIN(r, ...) Complain((r)->message, (r)->scene->file, (r)->line, (r)->label, __VA_ARGS__)
+#define COMPLAIN_MISSING(r, ...) Complain((r)->missing, (r)->scene->file, (r)->line, (r)->label, __VA_ARGS__)
 
 /* The entry of a key, NULL if it is not given; writes label and line of the reader. */
 PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry);
@@ -72,5 +74,8 @@ PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char 
 PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names);
 /* Value or default of the key last asked for, into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
-/* Complains about the first entry that nobody asked for. */
-PetscErrorCode CheckUnknown(Reader *r);
+/* Writes the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing key.
+ */
+PetscErrorCode ConcludeMessage(Reader *r);
+/* "a, b, c" of a list in the manner of PetscEnum. */
+void DescribeChoices(const char *const *choices, char text[256]);

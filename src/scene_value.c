@@ -88,19 +88,26 @@ static PetscBool InRange(const char *range, double x)
   return PETSC_TRUE;
 }
 
+// " [Pa]", to stand behind a message
+static void DescribeUnit(const Key *key, char text[32])
+{
+  PetscBool plain = (PetscBool)(!key->unit[0] || !strcmp(key->unit, "-"));
+  snprintf(text, 32, "%s%s%s", plain ? "" : " [", plain ? "" : key->unit, plain ? "" : "]");
+}
+
 static double ConvertNumber(Reader *r, const Key *key, const char *text)
 {
-  const char *unit = key->unit;
-  char *end;
+  char *end, unit[32];
   double x = strtod(text, &end);
 
   if (key->type == TYPE_LIMIT && (!strcmp(text, "inf") || !strcmp(text, ".inf"))) return PETSC_INFINITY;
+  DescribeUnit(key, unit);
   if (end == text || *end || text[strspn(text, "0123456789+-.eE")])
-    COMPLAIN(r, "'%.60s' is not a number [%s]", text, unit);
+    COMPLAIN(r, "'%.60s' is not a number%s", text, unit);
   if (!isfinite(x)) COMPLAIN(r, "%.60s is too large for a number", text);
   if (key->type == TYPE_INT && (x != rint(x) || fabs(x) > 1e9))
-    COMPLAIN(r, "%.60s is not a whole number up to 1e9 [%s]", text, unit);
-  if (!InRange(key->range, x)) COMPLAIN(r, "%.60s is out of range: must be %s [%s]", text, key->range, unit);
+    COMPLAIN(r, "%.60s is not a whole number up to 1e9%s", text, unit);
+  if (!InRange(key->range, x)) COMPLAIN(r, "%.60s is out of range: must be %s%s", text, key->range, unit);
   return x;
 }
 
@@ -113,15 +120,20 @@ static PetscBool ConvertBool(Reader *r, const char *text)
   return PETSC_TRUE; // a bare -key
 }
 
+void DescribeChoices(const char *const *choices, char text[256])
+{
+  size_t used = 0;
+  text[0] = '\0';
+  for (int i = 0; choices[i + 2] && used < 256; i++) // the last two are names of the enum itself
+    used += snprintf(text + used, 256 - used, "%s%s", i ? ", " : "", choices[i]);
+}
+
 static int ConvertChoice(Reader *r, const char *const *choices, const char *text)
 {
-  char known[256] = "";
-  size_t used = 0;
-  for (int i = 0; choices[i + 2]; i++) { // the last two are names of the enum itself
+  char known[256];
+  for (int i = 0; choices[i + 2]; i++)
     if (!strcmp(text, choices[i])) return i;
-    if (choices[i + 3] && used < sizeof known)
-      used += snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", choices[i]);
-  }
+  DescribeChoices(choices, known);
   COMPLAIN(r, "'%.60s' is not one of: %s", text, known);
   return 0;
 }
@@ -152,7 +164,7 @@ static void ConvertPair(Reader *r, const Key *key, const char *text, PetscReal v
     double x = ConvertNumber(r, key, item);
     if (n < 2) value[n] = x;
   }
-  if (n != 2) COMPLAIN(r, "two numbers [x, y] expected [%s]", key->unit);
+  if (n != 2) COMPLAIN(r, "two numbers expected: [x, y]");
 }
 
 static PetscErrorCode ConvertNames(Reader *r, const char *text, PetscInt *n, char (**names)[NAME_LENGTH])
@@ -163,6 +175,7 @@ static PetscErrorCode ConvertNames(Reader *r, const char *text, PetscInt *n, cha
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(strlen(text) + 1, &found));
   *n = 0;
+  if (!text[0]) COMPLAIN(r, "the list is empty");
   for (const char *rest = text; rest;) {
     rest = NextItem(rest, item);
     AddName(r, found, n, item, r->line);
@@ -188,7 +201,7 @@ static PetscErrorCode ConvertLoads(Reader *r, const char *text, PetscInt *n, Pet
     (*loads)[i] = -1;
     for (PetscInt l = 0; l < r->scene->n_loads; l++)
       if (!strcmp(names[i], r->scene->loads[l].name)) (*loads)[i] = l;
-    if ((*loads)[i] < 0) COMPLAIN(r, "no load named '%s'; loads: %s", names[i], known);
+    if ((*loads)[i] < 0) COMPLAIN_MISSING(r, "no load named '%s'; loads: %s", names[i], known);
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -248,8 +261,10 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
                                   key->type == TYPE_LOADS);
   PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
   const char *text = entry ? entry->value : key->preset;
+  char unit[32];
 
   PetscFunctionBeginUser;
+  DescribeUnit(key, unit);
   if (entry && !entry->line && (key->type == TYPE_BOOL || key->type == TYPE_TRISTATE))
     may_be_bare = PETSC_TRUE;
   if (entry && entry->kind == ENTRY_SECTION)
@@ -293,29 +308,39 @@ static size_t KeyDistance(const char *a, const char *b)
   return row[n];
 }
 
-// it goes before other complaints, as it may be their cause
-PetscErrorCode CheckUnknown(Reader *r)
+// the known key nearest to that of an entry, as it would be written there; "" if none is near
+static PetscErrorCode NearestKey(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
 {
-  char *known, nearest[LABEL_LENGTH + 1] = "";
+  size_t n, best = 3 + strlen(e->key) / 16;
+  char *known;
+
+  PetscFunctionBeginUser;
+  nearest[0] = '\0';
+  if (strlen(e->key) >= LABEL_LENGTH) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSegBufferGetSize(r->asked, &n));
+  PetscCall(PetscSegBufferExtractInPlace(r->asked, &known));
+  for (char *k = known; k < known + n; k += LABEL_LENGTH) {
+    size_t distance = KeyDistance(e->key, k);
+    if (distance >= best) continue;
+    best = distance;
+    snprintf(nearest, LABEL_LENGTH + 1, "%s%s", e->line ? "" : "-", k);
+  }
+  for (char *c = nearest; !e->line && *c; c++) *c = Plain(*c);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ConcludeMessage(Reader *r)
+{
   const Entry *e = r->entries.entries, *end = e + r->entries.n;
-  size_t n, best;
+  char nearest[LABEL_LENGTH + 1];
 
   PetscFunctionBeginUser;
   while (e < end && e->used) e++;
-  if (e == end) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSegBufferGetSize(r->asked, &n));
-  PetscCall(PetscSegBufferExtractInPlace(r->asked, &known));
-  best = 3 + strlen(e->key) / 16;
-  for (char *k = known; k < known + n; k += LABEL_LENGTH) {
-    size_t distance = strlen(e->key) < LABEL_LENGTH ? KeyDistance(e->key, k) : best;
-    if (distance >= best) continue;
-    best = distance;
-    snprintf(nearest, sizeof nearest, "%s%s", e->line ? "" : "-", k);
+  if (e < end) {
+    PetscCall(NearestKey(r, e, nearest));
+    Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
+             nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");
   }
-  for (char *c = nearest; !e->line && *c; c++)
-    if (*c == '.') *c = '_';
-  r->message[0] = '\0';
-  Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
-           nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");
+  if (!r->message[0]) memcpy(r->message, r->missing, MESSAGE_LENGTH);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

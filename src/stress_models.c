@@ -103,8 +103,10 @@ static inline void HoldAt(Holds *holds, PetscReal xi, PetscReal limit)
   holds->limit[holds->n++] = limit;
 }
 
-/* Returns the line tau to the limits of its ends, as far as every hold keeps min(|trial|, limit); the
-   smallest theta in  held = returned + theta (trial - returned),  which theta = 1 always satisfies. */
+/* Returns the line tau to the limits of its ends, as far as no hold gets another stress than clip(trial):
+   with held = returned + theta (trial - returned), the smallest theta that leaves an elastic hold alone and a
+   slipping one at its limit or above. theta = 1 always does; nearly 1 is 1, or rounding would creep into the
+   slip. */
 static inline void ReturnShear(const Holds *holds, const PetscReal trial[2], const PetscReal limit[2],
                                PetscReal held[2])
 {
@@ -112,14 +114,14 @@ static inline void ReturnShear(const Holds *holds, const PetscReal trial[2], con
 
   for (int k = 0; k < 2; k++) returned[k] = JointClip(trial[k], limit[k]);
   for (int i = 0; i < holds->n; i++) {
-    PetscReal t = Line(trial, holds->xi[i]), r = Line(returned, holds->xi[i]), need;
+    PetscReal t = Line(trial, holds->xi[i]), r = Line(returned, holds->xi[i]), most = holds->limit[i];
 
     if (t < 0) t = -t, r = -r;
-    need = t < holds->limit[i] ? t : holds->limit[i];
-    if (r < need && theta < (need - r) / (t - r)) theta = (need - r) / (t - r);
+    if (t <= most && r != t) theta = 1;
+    if (t > most && r < most && theta < (most - r) / (t - r)) theta = (most - r) / (t - r);
   }
   for (int k = 0; k < 2; k++) {
-    held[k] = theta >= 1 ? trial[k] : returned[k] + theta * (trial[k] - returned[k]);
+    held[k] = theta > 1 - 1e-12 ? trial[k] : returned[k] + theta * (trial[k] - returned[k]);
   }
 }
 
@@ -310,10 +312,8 @@ static inline void MakeCuts(const Joint *joint, const PetscReal s[2], const Pets
     HoldAt(holds, xi, JointCone(joint, StrengthAt(cuts, xi), -C));
   }
   for (int k = 0; k < 2 && broken[0] + broken[1] < 1; k++) {
-    PetscReal sigma = Line(s, cuts->front[k]), peak = JointShearLimit(joint, 0, sigma);
-
     CutAt(cuts, cuts->front[k]);
-    if (peak > JointShearLimit(joint, 1, sigma)) HoldAt(holds, cuts->front[k], peak);
+    HoldAt(holds, cuts->front[k], JointCone(joint, 0, JointNormal(joint, 0, Line(s, cuts->front[k]))));
   }
   cuts->xi[++cuts->n] = 1;
 }

@@ -3,7 +3,7 @@
    A joint whose contacts lie along one line has a direction e from its start to its end (to the right;
    upwards when it is upright), and an upper side, to the left of e. R is the force of the upper side on the
    lower one: N = -R.left (compression positive), T = R.e, M = moment of the normal forces about the middle of
-   the line, so that the gravity method's stress is -N/L + 12 M x / L^3 at the distance x from the middle. A
+   the line, so that the gravity method's stress is (-N/L + 12 M x / L^3) / thickness at the distance x from the middle. A
    joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear forces|, and
    no M. */
 #include "internal.h"
@@ -156,7 +156,7 @@ static void put_end(FILE *f, const char *name, const ContactEnd *end, const char
   fputs(tail, f);
 }
 
-static void put_line(FILE *f, const JointLine *line, const JointSums *sums)
+static void put_line(FILE *f, const JointLine *line, const JointSums *sums, PetscReal thickness)
 {
   const PetscReal L = line->chord, N = sums->N, M = sums->M;
   number(f, "M", M, ",\n          ");
@@ -164,13 +164,13 @@ static void put_line(FILE *f, const JointLine *line, const JointSums *sums)
   number(f, "x", sums->R[0], ", ");
   number(f, "y", sums->R[1], "},\n          ");
   number(f, "chord", L, ",\n          ");
-  number(f, "sigma_linear_start", -N / L - 6 * M / (L * L), ",\n          ");
-  number(f, "sigma_linear_end", -N / L + 6 * M / (L * L), ",\n");
+  number(f, "sigma_linear_start", (-N / L - 6 * M / (L * L)) / thickness, ",\n          ");
+  number(f, "sigma_linear_end", (-N / L + 6 * M / (L * L)) / thickness, ",\n");
   put_end(f, "start", line->first, ",\n");
   put_end(f, "end", line->last, ",\n");
 }
 
-/* Strength over demand: (N tan phi + c L) / |T|; L is the area over the thickness. */
+/* Strength over demand: (N tan phi + c L thickness) / |T|. */
 static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const JointSums *sums,
                                 PetscReal thickness, int residual)
 {
@@ -198,7 +198,7 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
   number(f, "sliding_factor_peak", sliding_factor(joint, line, sums, thickness, 0), ",\n          ");
   number(f, "sliding_factor_residual", sliding_factor(joint, line, sums, thickness, 1), ",\n          ");
   if (line->is_line)
-    put_line(f, line, sums);
+    put_line(f, line, sums, thickness);
   else
     fprintf(f, "\n");
   put_end(f, "sigma_min", sums->lowest, ",\n");

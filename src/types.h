@@ -285,7 +285,7 @@ typedef struct {
   PetscReal *f_ext;  /* [N, N m] applied force; loads.c */
   PetscReal *m;      /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); timestep.c */
   PetscReal *m_inv;  /* (n_dof,) 1/m, 0 where held */
-  Vec u_vec, v_vec, f_vec, f_ext_vec, m_vec; /* (n_dof,) views of the arrays above */
+  Vec u_vec, v_vec;  /* (n_dof,) views of u and v for PETSc */
   PetscReal dt;      /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
   PetscInt64 cycle;  /* cycles since the start of the run */
@@ -306,4 +306,6 @@ typedef struct {
   PetscReal increment;      /* [-] largest displacement increment of a cycle over largest displacement */
   PetscReal kinetic;        /* [J] with scaled masses */
   double wall;              /* [s] */
+  PetscReal displacement;   /* [m] largest */
+  PetscBool finite;         /* no NaN or infinity among forces and displacements */
 } StageResult;

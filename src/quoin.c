@@ -1,0 +1,171 @@
+/* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
+#include "internal.h"
+
+struct _p_Quoin {
+  MPI_Comm comm;
+  Scene scene;
+  Model model;
+  State state;
+  Contacts contacts;
+  Relaxation relax;
+  Output output;
+  StageResult last;
+  PetscBool has_model, has_output;
+};
+
+const char *const VerdictNames[] = {"none", "converged", "collapsed", "diverged", "undecided", "interrupted"};
+
+/* ---- errors */
+
+/* Bad input is one line on stderr of rank 0; everything else is a fault of the program and keeps PETSc's trace. */
+static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code, PetscErrorType type,
+                               const char *message, void *context)
+{
+  PetscMPIInt rank = 0;
+  if (code != PETSC_ERR_USER_INPUT) return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
+  if (type == PETSC_ERROR_INITIAL) {
+    MPI_Comm_rank(comm, &rank);
+    if (rank == 0) {
+      fprintf(stderr, "quoin: error: %s\n", message);
+      fflush(stderr);
+    }
+  }
+  return code;
+}
+
+PetscErrorCode QuoinErrorHandlerPush(void)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscPushErrorHandler(on_error, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
+{
+  char text[MESSAGE_LENGTH];
+  PetscMPIInt rank, size, first;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  first = message[0] ? rank : size;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
+  if (first == size) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(text, message, sizeof(text)));
+  PetscCallMPI(MPI_Bcast(text, MESSAGE_LENGTH, MPI_CHAR, first, comm));
+  SETERRQ(comm, PETSC_ERR_USER_INPUT, "%s", text);
+}
+
+/* ---- life */
+
+PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(q));
+  (*q)->comm = comm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv)
+{
+  PetscFunctionBeginUser;
+  PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What only shows when mesh, scene and ranks are seen together. */
+static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscMPIInt rank, size;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
+  PetscCallMPI(MPI_Comm_size(q->comm, &size));
+  if (rank == 0) {
+    char fault[MESSAGE_LENGTH] = "";
+    PetscCall(MeshCheck(mesh, q->scene.overlap_tolerance, fault));
+    if (fault[0]) PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %s", q->scene.model, fault));
+    else if (size > mesh->n_blocks)
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %d ranks for %" PetscInt_FMT " blocks: expected at most one rank per block",
+                              q->scene.model, size, mesh->n_blocks));
+  }
+  PetscCall(CheckMessage(q->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode QuoinSetUp(Quoin q)
+{
+  BlockMesh mesh;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
+  PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
+  PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
+  PetscCall(check_mesh(q, &mesh));
+  if (rank == 0) PetscCall(MeshReorder(&mesh));
+  PetscCall(ModelCreate(q->comm, &q->scene, &mesh, &q->model));
+  PetscCall(MeshDestroy(&mesh));
+  PetscCall(SupportsApply(&q->scene, &q->model));
+  PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
+  PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
+  PetscCall(StateCreate(&q->model, &q->state));
+  PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
+  q->has_model = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode QuoinView(Quoin q)
+{
+  PetscInt n[2] = {q->model.n_dof, 0};
+  PetscFunctionBeginUser;
+  for (PetscInt c = 0; c < q->contacts.n_padded; c++) n[1] += q->contacts.owned[c];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, q->comm));
+  PetscCall(PetscPrintf(q->comm, "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT " macroblocks, %" PetscInt_FMT " rigid bodies, %" PetscInt_FMT
+                        " contacts, %" PetscInt_FMT " degrees of freedom on %d rank%s\n",
+                        QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global, q->model.n_rigid_global, n[1], n[0], q->model.size,
+                        q->model.size == 1 ? "" : "s"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode QuoinRun(Quoin q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(SignalsCatch());
+  PetscCall(OutputOpen(&q->scene, &q->model, &q->output));
+  q->has_output = PETSC_TRUE;
+  for (PetscInt s = 0; s < q->scene.n_stages; s++) {
+    PetscCall(StageRun(&q->scene, &q->model, q->scene.stages + s, s, &q->contacts, &q->state, &q->relax, &q->output, &q->last));
+    PetscCall(OutputStage(&q->output, &q->scene, &q->model, &q->state, &q->contacts, s, &q->last));
+    if (q->last.verdict != VERDICT_CONVERGED) break; // the next stage would start from no equilibrium
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int QuoinExitCode(Quoin q)
+{
+  static const int code[] = {QUOIN_OK, QUOIN_OK, QUOIN_COLLAPSED, QUOIN_DIVERGED, QUOIN_UNDECIDED, QUOIN_INTERRUPTED};
+  return code[q->last.verdict];
+}
+
+PetscErrorCode QuoinDestroy(Quoin *q)
+{
+  PetscFunctionBeginUser;
+  if (!*q) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output));
+  if ((*q)->has_model) {
+    PetscCall(RelaxationDestroy(&(*q)->relax));
+    PetscCall(StateDestroy(&(*q)->state));
+    PetscCall(ContactsDestroy(&(*q)->contacts));
+    PetscCall(ModelDestroy(&(*q)->model));
+  }
+  PetscCall(SceneDestroy(&(*q)->scene));
+  PetscCall(PetscFree(*q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The insides, for the project's own tests and benchmarks (src/internal.h). */
+PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts, Relaxation **relax)
+{
+  PetscFunctionBeginUser;
+  *scene = &q->scene, *model = &q->model, *state = &q->state, *contacts = &q->contacts, *relax = &q->relax;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,231 @@
+/* relax.c: adaptive Rayleigh damping (35)-(38), and how a static stage ends.
+
+   Damping. With du = v dt the products k_tan du^2 of (37) are df.du, df the change of the RESISTING force over the step, so
+     Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)),   alpha = 2 sqrt(Q),
+   the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in f: their ramp must not
+   look like stiffness. Q <= 0 happens when contacts open: the last positive value stays. alpha dt is capped at 1.9. */
+#include "internal.h"
+#include "reproducible.h"
+
+static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
+enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 3 };
+
+/* Sums add, maxima take the larger: one reduction a cycle. */
+static void MPIAPI reduce_sums(void *in, void *inout, PetscMPIInt *n, MPI_Datatype *type)
+{
+  const QuotientSums *a = in;
+  QuotientSums *b = inout;
+  (void)type;
+  for (PetscMPIInt i = 0; i < *n; i++) {
+    for (int k = 0; k < 2; k++) b[i].num[k] += a[i].num[k], b[i].den[k] += a[i].den[k];
+    b[i].num_max = PetscMax(a[i].num_max, b[i].num_max);
+    b[i].den_max = PetscMax(a[i].den_max, b[i].den_max);
+  }
+}
+
+PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(r, sizeof(*r)));
+  PetscCallMPI(MPI_Op_create(reduce_sums, 1, &r->reduce));
+  PetscCallMPI(MPI_Type_contiguous(sizeof(QuotientSums) / sizeof(PetscReal), MPIU_REAL, &r->reduce_type));
+  PetscCallMPI(MPI_Type_commit(&r->reduce_type));
+  r->max_ratios = CHUNK_MAX / scene->check_every + 2;
+  PetscCall(PetscCalloc3(m->n_dof, &r->u_chunk, m->n_dof, &r->du_chunk, r->max_ratios, &r->ratios));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RelaxationDestroy(Relaxation *r)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Op_free(&r->reduce));
+  PetscCallMPI(MPI_Type_free(&r->reduce_type));
+  PetscCall(PetscFree3(r->u_chunk, r->du_chunk, r->ratios));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxation *r, const QuotientSums *local)
+{
+  QuotientSums total = *local;
+  PetscFunctionBeginUser;
+  if (scene->damping == DAMPING_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (scene->damping == DAMPING_FIXED) {
+    state->alpha = scene->alpha_dt / state->dt;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, r->reduce_type, r->reduce, m->comm));
+  const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
+  const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max && total.den_max <= GROWTH * r->sums.den_max);
+  if (fits && num > 0. && den > 0.) r->q_ray = num / (den * state->dt); // (37)
+  state->alpha = PetscMin(2. * PetscSqrtReal(r->q_ray), ALPHA_DT_MAX / state->dt); // (38)
+  r->sums = total;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Length that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of its body; 1 else. */
+static PetscReal dof_length(const Model *m, const State *state, PetscInt d)
+{
+  return d < 3 * m->n_bodies && d % 3 == 2 ? PetscSqrtReal(state->m[d] / state->m[d - 2]) : 1.;
+}
+
+/* Largest terms over all ranks, so that the sums can be binned; not finite: "bad" > 0. */
+typedef struct {
+  PetscReal unbalanced, scale, kinetic, displacement, increment, bad;
+} Largest;
+
+static Largest largest_terms(const Model *m, const State *state, const PetscReal *contact_scale)
+{
+  Largest l = {0., 0., 0., 0., 0., 0.};
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = dof_length(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
+    const PetscReal u = PetscAbsReal(state->u[d]) * length, du = PetscAbsReal(state->v[d]) * state->dt * length;
+    l.unbalanced = PetscMax(l.unbalanced, r);
+    l.scale = PetscMax(l.scale, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + r);
+    l.kinetic = PetscMax(l.kinetic, 0.5 * state->m[d] * state->v[d] * state->v[d]);
+    l.displacement = PetscMax(l.displacement, u);
+    l.increment = PetscMax(l.increment, du);
+    if (!(r < PETSC_MAX_REAL / 4. && u < PETSC_MAX_REAL / 4.)) l.bad = 1.;
+  }
+  return l;
+}
+
+PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *contact_scale, StageResult *result)
+{
+  const PetscInt nb = m->n_bodies_global;
+  Largest l = largest_terms(m, state, contact_scale);
+  PetscReal *sum, floor = 0.;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &l, sizeof(l) / sizeof(PetscReal), MPIU_REAL, MPI_MAX, m->comm));
+  result->increment = l.increment / PetscMax(l.displacement, PETSC_MIN_REAL);
+  result->displacement = l.displacement;
+  result->finite = (PetscBool)(l.bad == 0.);
+  if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
+
+  // per macroblock: sum |unbalanced| over free dofs, sum |applied| + |contact| + |reaction|; two bins each
+  const Bins r_bins = BinsFor(PetscMax(l.unbalanced, 1e-290)), s_bins = BinsFor(PetscMax(l.scale, 1e-290)),
+             k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
+  PetscCall(PetscCalloc1(4 * nb + 2, &sum));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = dof_length(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
+    PetscReal *s = sum + 4 * m->dof_body[d];
+    BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + 4 * nb);
+    if (!m->fixed[d]) BinAdd(&r_bins, r, s);
+    BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (m->fixed[d] ? r : 0.), s + 2);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4 * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
+  // a body that carries next to nothing is not judged by rounding noise
+  for (PetscInt b = 0; b < nb; b++) floor = PetscMax(floor, 1e-6 * (sum[4 * b + 2] + sum[4 * b + 3]));
+  result->ratio = 0.;
+  result->worst_body = -1;
+  for (PetscInt b = 0; b < nb; b++) {
+    const PetscReal unbalanced = sum[4 * b] + sum[4 * b + 1], scale = PetscMax(sum[4 * b + 2] + sum[4 * b + 3], floor);
+    if (unbalanced <= 0.) continue;
+    if (unbalanced / scale > result->ratio) result->ratio = unbalanced / scale, result->worst_body = b;
+  }
+  result->kinetic = sum[4 * nb] + sum[4 * nb + 1];
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- verdicts */
+
+static void start_chunk(const Model *m, const State *state, Relaxation *r)
+{
+  // about one period of the slowest mode: omega_min = alpha/2 at the right damping
+  const PetscReal period = state->alpha > 0. ? 4. * PETSC_PI / (state->alpha * state->dt) : CHUNK_MIN;
+  r->chunk_length = (PetscInt64)PetscMin(PetscMax(period, CHUNK_MIN), CHUNK_MAX);
+  r->chunk_start = state->cycle;
+  r->n_ratios = 0;
+  for (PetscInt d = 0; d < m->n_dof; d++) r->u_chunk[d] = state->u[d];
+}
+
+PetscErrorCode RelaxationReset(const Scene *scene, const Model *m, const State *state, Relaxation *r)
+{
+  PetscFunctionBeginUser;
+  (void)scene;
+  r->stalled = 0;
+  r->last_median = r->last_norm = -1.;
+  PetscCall(PetscArrayzero(r->du_chunk, m->n_dof));
+  start_chunk(m, state, r);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The displacement of the chunk just ended: its norm and its cosine with that of the chunk before. */
+static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, PetscReal *norm, PetscReal *cosine)
+{
+  PetscReal top[2] = {0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = dof_length(m, state, d);
+    top[0] = PetscMax(top[0], PetscAbsReal(state->u[d] - r->u_chunk[d]) * length);
+    top[1] = PetscMax(top[1], PetscAbsReal(r->du_chunk[d]) * length);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
+  // increments in units of the largest, so that one set of bins serves
+  const PetscReal unit = PetscMax(PetscMax(top[0], top[1]), PETSC_MIN_REAL * 1e20);
+  const Bins bins = BinsFor(1.);
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = dof_length(m, state, d), now = (state->u[d] - r->u_chunk[d]) * length / unit,
+                    before = r->du_chunk[d] * length / unit;
+    BinAdd(&bins, now * now, sum);
+    BinAdd(&bins, now * before, sum + 2);
+    BinAdd(&bins, before * before, sum + 4);
+    r->du_chunk[d] = state->u[d] - r->u_chunk[d];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
+  const PetscReal nn = sum[0] + sum[1], nb = sum[2] + sum[3], bb = sum[4] + sum[5];
+  *norm = unit * PetscSqrtReal(nn);
+  *cosine = nn > 0. && bb > 0. ? nb / PetscSqrtReal(nn * bb) : 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collapse. Below the limit unbalanced ratio and motion fall together; past it a mechanism moves on: over several chunks the
+   median ratio does not fall, the displacement increments do not shrink and keep their direction. */
+static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation *r, StageResult *result)
+{
+  PetscReal norm, cosine;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSortReal(r->n_ratios, r->ratios));
+  const PetscReal median = r->ratios[r->n_ratios / 2];
+  PetscCall(chunk_motion(m, state, r, &norm, &cosine));
+  const PetscBool moves_on = (PetscBool)(r->last_norm > 0. && norm > 0.9 * r->last_norm && median > 0.9 * r->last_median && cosine > 0.98);
+  r->stalled = moves_on ? r->stalled + 1 : 0;
+  if (r->stalled >= CHUNKS_TO_COLLAPSE) {
+    result->verdict = VERDICT_COLLAPSED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "%" PetscInt_FMT " chunks of %" PetscInt64_FMT " cycles: median ratio %.3g after %.3g, motion %.3g m after %.3g m, cosine %.4f",
+                            r->stalled + 1, r->chunk_length, (double)median, (double)r->last_median, (double)norm, (double)r->last_norm,
+                            (double)cosine));
+  }
+  r->last_median = median;
+  r->last_norm = norm;
+  start_chunk(m, state, r);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, const State *state, Relaxation *r, StageResult *result)
+{
+  PetscFunctionBeginUser;
+  (void)scene;
+  if (!result->finite || result->displacement > 1e3 * m->diameter) {
+    result->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), result->finite ? "displacement %g m is a thousand times the model" : "a force or displacement is not a finite number",
+                            (double)result->displacement));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  if (result->ratio <= stage->tolerance && result->increment <= stage->velocity_tolerance) {
+    result->verdict = VERDICT_CONVERGED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g, increment %.3g <= %.3g",
+                            (double)result->ratio, (double)stage->tolerance, (double)result->increment, (double)stage->velocity_tolerance));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (r->n_ratios < r->max_ratios) r->ratios[r->n_ratios++] = result->ratio;
+  if (state->cycle - r->chunk_start >= r->chunk_length) PetscCall(judge_chunk(m, state, r, result));
+  if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
+    result->verdict = VERDICT_UNDECIDED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g",
+                            result->cycles, (double)result->ratio, (double)stage->tolerance, (double)result->increment, (double)stage->velocity_tolerance));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

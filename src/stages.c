@@ -1,0 +1,131 @@
+/* stages.c: the stages of a scene, one after the other; each ends with a verdict. */
+#include "internal.h"
+#include <signal.h>
+#include <unistd.h>
+
+static volatile sig_atomic_t stop_signal = 0;
+
+static void on_signal(int number)
+{
+  stop_signal = number;
+}
+
+/* SIGUSR1 reaches all ranks through mpirun at once; SIGTERM and SIGINT leave about a second. */
+PetscErrorCode SignalsCatch(void)
+{
+  struct sigaction action = {.sa_handler = on_signal};
+  PetscFunctionBeginUser;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGUSR1, &action, NULL);
+  sigaction(SIGTERM, &action, NULL);
+  sigaction(SIGINT, &action, NULL);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateCreate(const Model *m, State *s)
+{
+  const PetscInt n = 3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(s, sizeof(*s)));
+  PetscCall(PetscCalloc7(n, &s->u, m->n_dof, &s->v, n, &s->f, n, &s->f_old, n, &s->f_ext, n, &s->f_start, n, &s->f_target));
+  PetscCall(PetscCalloc2(m->n_dof, &s->m, m->n_dof, &s->m_inv));
+  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
+  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
+  s->dt = 1.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateDestroy(State *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(VecDestroy(&s->u_vec));
+  PetscCall(VecDestroy(&s->v_vec));
+  PetscCall(PetscFree7(s->u, s->v, s->f, s->f_old, s->f_ext, s->f_start, s->f_target));
+  PetscCall(PetscFree2(s->m, s->m_inv));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pressure that follows its face changes with the displacements. */
+static PetscBool loads_follow(const Scene *scene, const Stage *stage)
+{
+  PetscBool follow = PETSC_FALSE;
+  for (PetscInt l = 0; l < stage->n_loads; l++) follow = (PetscBool)(follow || scene->loads[stage->loads[l]].kind == LOAD_RESERVOIR);
+  return (PetscBool)(follow && scene->strain == STRAIN_LARGE);
+}
+
+/* On a terminal only: where the stage is and about how long it still takes, from the decay of the ratio since it started. */
+static void progress(const Model *m, const Stage *stage, const StageResult *now, const State *state, PetscReal first_ratio, double first_wall)
+{
+  if (m->rank || !isatty(STDOUT_FILENO)) return;
+  const double decay = log(first_ratio / PetscMax(now->ratio, 1e-300)), left = log(now->ratio / stage->tolerance);
+  printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", stage->name, now->cycles, (double)now->ratio, (double)state->alpha);
+  if (decay > 0.5 && left > 0.) printf("  about %.0f s left   ", (now->wall - first_wall) / decay * left);
+  else printf("                    ");
+  fflush(stdout);
+}
+
+static PetscErrorCode report(const Model *m, const Stage *stage, const StageResult *r)
+{
+  PetscFunctionBeginUser;
+  if (!m->rank && isatty(STDOUT_FILENO)) printf("\r%100s\r", "");
+  PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name, VerdictNames[r->verdict], r->cycles,
+                        r->wall, r->evidence));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A stop asked for by signal on any rank stops all. */
+static PetscErrorCode interrupted(const Model *m, StageResult *result)
+{
+  int signal_number = stop_signal;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal_number, 1, MPI_INT, MPI_MAX, m->comm));
+  if (signal_number) {
+    result->verdict = VERDICT_INTERRUPTED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "signal %d at ratio %.3g", signal_number, (double)result->ratio));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, PetscInt number, Contacts *contacts, State *state,
+                        Relaxation *relax, struct _p_Output *output, StageResult *result)
+{
+  const PetscBool follow = loads_follow(scene, stage);
+  PetscReal *contact_scale, first_ratio = 0.;
+  double first_wall = 0.;
+  const double start = MPI_Wtime();
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(result, sizeof(*result)));
+  PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
+  PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+  PetscCall(LoadsTarget(scene, m, stage, state));
+  PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  state->ramp = 0.;
+  while (result->verdict == VERDICT_NONE) {
+    const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
+    if (state->ramp < 1.) {
+      LoadsApply(m, state, stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1) / stage->ramp) : 1.);
+      PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from the full load on
+    }
+    PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? contact_scale : NULL));
+    result->cycles++;
+    if (!check) continue;
+    PetscCall(Unbalanced(m, state, contact_scale, result));
+    result->wall = MPI_Wtime() - start;
+    PetscCall(Judge(scene, stage, m, state, relax, result));
+    PetscCall(interrupted(m, result));
+    if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
+      PetscCall(OutputHistory(output, scene, m, state, number, state->ramp, result));
+    if (state->ramp >= 1. && first_ratio == 0.) first_ratio = result->ratio, first_wall = result->wall;
+    progress(m, stage, result, state, first_ratio, first_wall);
+    if (follow) {
+      PetscCall(LoadsTarget(scene, m, stage, state));
+      LoadsApply(m, state, state->ramp);
+    }
+  }
+  // what is written belongs to the last displacements: forces, stresses and joint states once more
+  PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  result->wall = MPI_Wtime() - start;
+  PetscCall(PetscFree(contact_scale));
+  PetscCall(report(m, stage, result));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
