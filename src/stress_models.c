@@ -18,13 +18,14 @@
    run in from the ends only.
 
    Return of shear. The plastic slip is kept at the ends only and so is linear between; a slipping end returns
-   to its limit, an open end to zero (so that it closes again without shear). Where a stronger place begins
-   inside (beyond the open or broken part, or at the middle), returning the end by its own weak limit would
-   unload the strong place too: in small steps a partly open contact would never reach its cohesion times its
-   closed length. So the return is scaled back, by one factor 1 - theta for both ends, until no such place has
-   less than its own law gives for the trial field (ReturnShear). Ends then lie above their limit; the diagram
-   is clipped there. With cohesion 0 and one friction angle no such place exists and theta = 0. Full sliding
-   gives F_s = tan(phi) F_n + c (closed length), and the answer for the same displacement is the same when
+   to its limit, an open end to zero, so that it closes again without shear. Where a stronger place begins
+   inside (behind an open or broken end, or at the middle), a return by the weak limit of the end would unload
+   the strong place too: in small steps a partly open contact would never reach its cohesion times its closed
+   length, and a front of failure would stop. So the return is scaled back, by one factor 1 - theta for both
+   ends, until every such place has what its own law gives for the trial field (ReturnShear). The ends may
+   then lie above their limit; the diagram is clipped there. With cohesion 0 and nothing brittle no such place
+   exists and theta = 0. Full sliding gives F_s = tan(phi) F_n + c (closed length), a brittle tptm contact
+   sheared in one step or in many gives the same, and the answer for the same displacement is the same when
    asked again. */
 #include "internal.h"
 #include "joint_law.h"
@@ -117,8 +118,10 @@ static inline void ReturnShear(const Holds *holds, const PetscReal trial[2], con
     PetscReal t = Line(trial, holds->xi[i]), r = Line(returned, holds->xi[i]), most = holds->limit[i];
 
     if (t < 0) t = -t, r = -r;
-    if (t <= most && r != t) theta = 1;
-    if (t > most && r < most && theta < (most - r) / (t - r)) theta = (most - r) / (t - r);
+    if (t <= most ? r != t : r > t)
+      theta = 1;
+    else if (t > most && r < most && theta < (most - r) / (t - r))
+      theta = (most - r) / (t - r);
   }
   for (int k = 0; k < 2; k++) {
     held[k] = theta > 1 - 1e-12 ? trial[k] : returned[k] + theta * (trial[k] - returned[k]);
@@ -198,7 +201,8 @@ static void HoldMiddle(const Joint *joint, const PetscReal sigma[2], const Petsc
         JointIsCrushing(joint, sigma[k]) != JointIsCrushing(joint, sm))
       differs = PETSC_TRUE;
   }
-  if (differs && lm > 0.5 * (limit[0] + limit[1])) HoldAt(holds, 0, lm);
+  if (differs && ((JointIsBrittle(joint) && strength == 0) || lm > 0.5 * (limit[0] + limit[1])))
+    HoldAt(holds, 0, lm);
 }
 
 static void RespondFixed(StressModelKind model, const Joint *joint, PetscReal length,

@@ -1,0 +1,271 @@
+/* test_joint_law.c: the joint law as one contact shows it, in all six stress models: direct shear (V07 of the
+   verification plan), memory of the gap, brittle failure, the envelope, compression cut-off, NaN. */
+#include "contact_point.h"
+
+static const double MPa = 1e6, mm = 1e-3;
+
+/* V07: k_n = 10, k_s = 3 GPa/m, c = 0.1 MPa, phi = 35, tension 0.05 MPa */
+static Joint ShearBox(double cohesion_residual, double friction_residual)
+{
+  Joint joint = MakeJoint(10e9, 3e9, 35, 0.1 * MPa, 0.05 * MPa);
+
+  joint.cohesion[1] = cohesion_residual;
+  joint.friction[1] = friction_residual;
+  joint.tension[1] = 0;
+  JointPrepare(&joint);
+  return joint;
+}
+
+/* shears the contact to u_s in steps; the largest shear force on the way */
+static double Shear(int model, const Joint *joint, double u_s, int steps, ContactPoint *p)
+{
+  double start = p->u_s[0], peak = 0;
+
+  for (int i = 1; i <= steps; i++) {
+    p->u_s[0] = p->u_s[1] = start + (u_s - start) * i / steps;
+    StressModelRespond(model, joint, 1, p);
+    peak = fmax(peak, SumS(p));
+  }
+  return peak;
+}
+
+static void SetNormal(int model, const Joint *joint, double u_n0, double u_n1, ContactPoint *p)
+{
+  p->u_n[0] = u_n0;
+  p->u_n[1] = u_n1;
+  StressModelRespond(model, joint, 1, p);
+}
+
+/* a) sigma_n = 0.5 MPa: peak 450.1 kPa at u_s = 0.1500 mm; then 288.7 kPa (c = 0, phi = 30), or 450.1 when
+ * ductile */
+static void TestDirectShear(void)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint brittle = ShearBox(0, 30), ductile = MakeJoint(10e9, 3e9, 35, 0.1 * MPa, 0);
+    ContactPoint p = {.broken = {0}}, q = {.broken = {0}};
+
+    SetNormal(model, &brittle, -0.05 * mm, -0.05 * mm, &p);
+    ENSURE_NEAR(Shear(model, &brittle, 0.1500 * mm, 150, &p), 450.0e3, 1);
+    ENSURE(p.broken[0] == 0 && p.broken[1] == 0 && p.slip[0] == 0);
+    ENSURE_NEAR(Shear(model, &brittle, 0.1501 * mm, 1, &p), 288.675e3, 1);
+    ENSURE(p.broken[0] + p.broken[1] >= 1 && p.state[0] == CONTACT_SLIPPING &&
+           p.state[1] == CONTACT_SLIPPING);
+    Shear(model, &brittle, 1 * mm, 37, &p);
+    ENSURE_NEAR(SumS(&p), 0.5 * MPa * tan(PETSC_PI / 6), 1e-6);
+    ENSURE_NEAR(p.slip[0], 1 * mm - 288.675e3 / 3e9, 1e-9);
+
+    SetNormal(model, &ductile, -0.05 * mm, -0.05 * mm, &q);
+    ENSURE_NEAR(Shear(model, &ductile, 1 * mm, 100, &q), 450.104e3, 1);
+    ENSURE(q.broken[0] == 0 && q.broken[1] == 0);
+    Shear(model, &ductile, 0.9 * mm, 1, &q); /* elastic on the way back */
+    ENSURE_NEAR(SumS(&q), 450.104e3 - 300e3, 1);
+  }
+}
+
+/* b) pull: opens at 0.005 mm; then neither tension nor cohesion, 350.1 kPa of shear at 0.5 MPa */
+static void TestPull(void)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint joint = ShearBox(0, 35);
+    ContactPoint p = {.broken = {0}};
+
+    SetNormal(model, &joint, 0.00499 * mm, 0.00499 * mm, &p);
+    ENSURE_NEAR(SumN(&p), 0.0499 * MPa, 1e-6);
+    ENSURE(p.state[0] == CONTACT_ELASTIC);
+    SetNormal(model, &joint, 0.00501 * mm, 0.00501 * mm, &p);
+    ENSURE(SumN(&p) == 0 && SumS(&p) == 0 && p.state[0] == CONTACT_OPEN && p.state[1] == CONTACT_OPEN);
+    SetNormal(model, &joint, 0.003 * mm, 0.003 * mm, &p);
+    ENSURE(SumN(&p) == 0);
+    SetNormal(model, &joint, -0.05 * mm, -0.05 * mm, &p);
+    ENSURE_NEAR(Shear(model, &joint, 1 * mm, 50, &p), 350.104e3, 1);
+  }
+}
+
+/* c) memory: open to 1.0 mm, back to a gap of 0.4 mm: no stress; contact again only when the gap is 0,
+ * without shear */
+static void TestMemoryOfGap(void)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint joint = ShearBox(0, 35);
+    ContactPoint p = {.broken = {0}};
+
+    SetNormal(model, &joint, -0.05 * mm, -0.05 * mm, &p);
+    for (int i = 0; i <= 100; i++) SetNormal(model, &joint, 0.01 * i * mm, 0.01 * i * mm, &p);
+    Shear(model, &joint, 2 * mm, 10, &p);
+    ENSURE(SumS(&p) == 0 && p.slip[0] == 2 * mm && p.slip[1] == 2 * mm);
+    for (int i = 100; i > 0; i--) {
+      SetNormal(model, &joint, 0.01 * i * mm, 0.01 * i * mm, &p);
+      ENSURE(SumN(&p) == 0 && SumS(&p) == 0 && p.sigma[0] == 0 && p.tau[1] == 0);
+    }
+    SetNormal(model, &joint, -0.05 * mm, -0.05 * mm, &p);
+    ENSURE_NEAR(SumN(&p), -0.5 * MPa, 1e-6);
+    ENSURE_NEAR(SumS(&p), 0, 1e-6);
+  }
+}
+
+/* d) e = 0.3 L: tptm is closed over 0.6 m and bears c 0.6 + N tan(phi); pt keeps the cohesion of 1.0 m */
+static void TestEccentricShear(void)
+{
+  double N = 1 * MPa, t = tan(35 * PETSC_PI / 180);
+
+  for (int steps = 1; steps <= 1000; steps += 999) {
+    Joint joint = MakeJoint(10e9, 3e9, 35, 0.1 * MPa, 0);
+    ContactPoint p = {.broken = {0}}, q = {.broken = {0}};
+
+    SetNormal(STRESS_TPTM, &joint, -2 * N / 0.6 / 10e9, 2 * N / 0.6 / 10e9 * 0.4 / 0.6, &p);
+    ENSURE_NEAR(SumN(&p), -N, 1e-6);
+    ENSURE_NEAR(p.F_n[0], -0.8 * N, 1e-6);
+    ENSURE_NEAR(Shear(STRESS_TPTM, &joint, 5 * mm, steps, &p), 0.1 * MPa * 0.6 + N * t, 1e-4);
+    SetNormal(STRESS_PT, &joint, -1.6 * N / 10e9, -0.4 * N / 10e9, &q);
+    ENSURE_NEAR(q.F_n[0], -0.8 * N, 1e-6);
+    ENSURE_NEAR(Shear(STRESS_PT, &joint, 5 * mm, steps, &q), 0.1 * MPa * 1.0 + N * t, 1e-4);
+  }
+}
+
+/* after tension has broken 0.4 m, tptm keeps the cohesion of the other 0.6 m, and nothing more after failing
+ * in shear */
+static void TestCohesionLeft(void)
+{
+  double t = tan(35 * PETSC_PI / 180);
+
+  for (int steps = 2; steps <= 2000; steps *= 10) {
+    Joint joint = ShearBox(0, 35);
+    ContactPoint p = {.broken = {0}};
+
+    SetNormal(STRESS_TPTM, &joint, -0.010 * mm, 0.015 * mm, &p); /* sigma = 0.05 MPa at 0.6 m */
+    ENSURE_NEAR(p.broken[1], 0.4, 1e-14);
+    ENSURE(p.broken[0] == 0);
+    SetNormal(STRESS_TPTM, &joint, -0.05 * mm, -0.05 * mm, &p);
+    ENSURE_NEAR(p.broken[1], 0.4, 1e-14);
+    ENSURE_NEAR(Shear(STRESS_TPTM, &joint, 0.45010 * mm / 3, steps, &p), 0.06 * MPa + 0.5 * MPa * t, 20);
+    Shear(STRESS_TPTM, &joint, 0.46 * mm / 3, 2, &p);
+    ENSURE_NEAR(SumS(&p), 0.5 * MPa * t, 1e-4);
+    ENSURE(p.broken[0] == 1 && p.broken[1] == 1);
+  }
+}
+
+/* a brittle tptm contact in monotonic shear gives the same answer whatever the step */
+static void TestStepSize(void)
+{
+  for (int n = 0; n < 200; n++) {
+    Joint joint = RandomJoint();
+    ContactPoint coarse = RandomPoint(PETSC_FALSE), fine;
+    double u_s = Random(0, 2);
+
+    joint.cohesion[1] = joint.cohesion[0];
+    joint.friction[1] = joint.friction[0];
+    JointPrepare(&joint);
+    coarse.u_s[0] = coarse.u_s[1] = 0;
+    fine = coarse;
+    Shear(STRESS_TPTM, &joint, u_s, 1, &coarse);
+    Shear(STRESS_TPTM, &joint, u_s, 500, &fine);
+    ENSURE_NEAR(SumN(&fine), SumN(&coarse), 1e-12);
+    ENSURE_NEAR(SumS(&fine), SumS(&coarse), 1e-9);
+  }
+}
+
+/* on any path: ends within the law, fronts within [0,1] and never back, the same question gives the same
+ * answer */
+static void TestEnvelope(void)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    for (int n = 0; n < 50; n++) {
+      Joint joint = RandomJoint();
+      ContactPoint p = RandomPoint(PETSC_FALSE), old, again;
+
+      for (int step = 0; step < 200; step++) {
+        for (int k = 0; k < 2; k++) p.u_n[k] += Random(-0.1, 0.1), p.u_s[k] += Random(-0.2, 0.2);
+        old = p;
+        StressModelRespond(model, &joint, 1.5, &p);
+        for (int k = 0; k < 2; k++) {
+          int strength = p.broken[k] > 0;
+          ENSURE(p.sigma[k] <= joint.tension[strength] && p.sigma[k] >= -joint.compression);
+          ENSURE(fabs(p.tau[k]) <= fmax(0, JointCone(&joint, strength, p.sigma[k])));
+          ENSURE(p.broken[k] >= old.broken[k] && p.broken[k] <= 1);
+          if (p.state[k] & CONTACT_OPEN) ENSURE(p.tau[k] == 0);
+        }
+        again = p;
+        StressModelRespond(model, &joint, 1.5, &again);
+        for (int k = 0; k < 2; k++) {
+          ENSURE_NEAR(again.F_n[k], p.F_n[k], 1e-12);
+          ENSURE_NEAR(again.F_s[k], p.F_s[k], 1e-11);
+          ENSURE_NEAR(again.slip[k], p.slip[k], 1e-11);
+          ENSURE(again.broken[k] == p.broken[k]);
+        }
+      }
+    }
+  }
+}
+
+/* compression is held at its strength and remembers nothing; friction is that of the stress held */
+static void TestCrushing(void)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint joint = MakeJoint(10e9, 3e9, 30, 0, 0);
+    ContactPoint p = {.broken = {0}};
+
+    joint.compression = 2 * MPa;
+    SetNormal(model, &joint, -0.5 * mm, -0.5 * mm, &p);
+    ENSURE_NEAR(SumN(&p), -2 * MPa, 1e-6);
+    ENSURE(p.state[0] == CONTACT_CRUSHING && p.state[1] == CONTACT_CRUSHING);
+    ENSURE_NEAR(Shear(model, &joint, 2 * mm, 10, &p), 2 * MPa * tan(PETSC_PI / 6), 1e-6);
+    ENSURE(p.state[0] == (CONTACT_CRUSHING | CONTACT_SLIPPING));
+    SetNormal(model, &joint, -0.1 * mm, -0.1 * mm, &p);
+    ENSURE_NEAR(SumN(&p), -1 * MPa, 1e-6);
+  }
+}
+
+/* the middle of a three-point model fails with the more violated end */
+static void TestBrokenParts(void)
+{
+  const StressModelKind models[] = {STRESS_PT, STRESS_R2PT, STRESS_T2PT, STRESS_R3PT, STRESS_T3PT};
+
+  for (int i = 0; i < 5; i++) {
+    Joint joint = ShearBox(0, 30);
+    ContactPoint p = {.broken = {0}};
+    PetscBool three = (PetscBool)(i >= 3);
+
+    SetNormal(models[i], &joint, -0.05 * mm, 0.02 * mm, &p); /* middle in compression */
+    ENSURE(p.broken[0] == 0 && p.broken[1] == (three ? 0.25 : 0.5));
+    SetNormal(models[i], &joint, -0.01 * mm, 0.04 * mm, &p); /* middle above the tension strength */
+    ENSURE(p.broken[0] == 0 && p.broken[1] == (three ? 0.75 : 0.5));
+    SetNormal(models[i], &joint, 0.01 * mm, 0.04 * mm, &p);
+    ENSURE(p.broken[0] == (three ? 0.25 : 0.5));
+    ENSURE(SumN(&p) == 0);
+  }
+}
+
+/* an elastic joint has no strength; a NaN is not lost in a clip */
+static void TestElasticAndNaN(void)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint joint = ShearBox(0, 30);
+    ContactPoint p = {.u_n = {1, 2}, .u_s = {3, -4}}, q = {.u_n = {NAN, -1}},
+                 r = {.u_n = {-1, -1}, .u_s = {0, NAN}};
+
+    StressModelRespond(model, &joint, 1, &q);
+    ENSURE(isnan(SumN(&q)));
+    StressModelRespond(model, &joint, 1, &r);
+    ENSURE(isnan(SumS(&r)));
+    joint.law = LAW_ELASTIC;
+    StressModelRespond(model, &joint, 2, &p);
+    ENSURE_NEAR(SumN(&p), 30e9, 1e-3);
+    ENSURE_NEAR(SumS(&p), -3e9, 1e-3);
+    ENSURE(p.broken[0] == 0 && p.slip[0] == 0);
+  }
+}
+
+int main(void)
+{
+  RUN_TEST(TestDirectShear);
+  RUN_TEST(TestPull);
+  RUN_TEST(TestMemoryOfGap);
+  RUN_TEST(TestEccentricShear);
+  RUN_TEST(TestCohesionLeft);
+  RUN_TEST(TestStepSize);
+  RUN_TEST(TestEnvelope);
+  RUN_TEST(TestCrushing);
+  RUN_TEST(TestBrokenParts);
+  RUN_TEST(TestElasticAndNaN);
+  return CheckSummary();
+}
