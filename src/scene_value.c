@@ -272,7 +272,7 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
   else if (entry && entry->kind == ENTRY_LIST && !is_list)
     COMPLAIN(r, "a single value expected, not a list");
   else if (!text)
-    COMPLAIN(r, "missing%s%s%s", key->unit[0] ? " [" : "", key->unit, key->unit[0] ? "]" : "");
+    COMPLAIN_MISSING(r, "missing%s", unit);
   else if (entry && !text[0] && !may_be_bare)
     COMPLAIN(r, "no value given");
   else if (text[0] != '=' || entry)

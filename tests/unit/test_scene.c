@@ -1,0 +1,399 @@
+/* Scene from YAML and command line: values, defaults, overrides, about 100 kinds of bad input, names against a
+   mesh, and docs/scene.md against -help.
+
+   ranks: 1 2 */
+#include "internal.h"
+#include "check.h"
+#include "scene_faults.h"
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static char folder[64];                  // temporary
+static char message[2 * MESSAGE_LENGTH]; // of the last error, without the folder
+static PetscMPIInt rank;
+
+// line numbers matter: the tests below name them
+// clang-format off
+static const char good[] = "title: Wall, first\n"                                              // 1
+                           "model: model.h5\n"                                                 // 2
+                           "gravity: 9.81\n"                                                   // 3
+                           "contact: {tolerance: 0.002, relative: yes}\n"                      // 4
+                           "relaxation: {groups: [dam], ramp: 500, tolerance: 1e-7}\n"         // 5
+                           "materials:\n"                                                      // 6
+                           "  rock: {density: 0, young: 20e9, poisson: 0.25}\n"                // 7
+                           "  dam: {density: 2400, young: 1.0e10, poisson: 0.2}\n"             // 8
+                           "  ground: {density: 0, rigid: true}\n"                             // 9
+                           "joints:\n"                                                         // 10
+                           "  base: {friction: 45, cohesion: 1e5, compression: 5e6}\n"         // 11
+                           "  default: {k_n: 10e9, k_s: 3e9, friction: 35, tension: 2e5}\n"    // 12
+                           "  dam+rock: {law: elastic, stress_model: r2pt}\n"                  // 13
+                           "supports:\n"                                                       // 14
+                           "  sides: {fix: x}\n"                                               // 15
+                           "  foot: {fix: xy, target: ground}\n"                               // 16
+                           "loads:\n"                                                          // 17
+                           "  weight: {type: self_weight, groups: [dam, rock]}\n"              // 18
+                           "  water: {type: reservoir, faces: upstream, level: 33}\n"          // 19
+                           "  push: {type: traction, faces: sides, value: [1e6, -2]}\n"        // 20
+                           "  pull: {type: point_force, point: tip, value: [0, -1e3]}\n"       // 21
+                           "stages:\n"                                                         // 22
+                           "  - sw: {loads: [weight]}\n"                                       // 23
+                           "  - hp: {loads: [weight, water], ramp: 0,\n"                       // 24
+                           "         joints: {base: {friction: 30}, default: {k_s: 1e9}}}\n"   // 25
+                           "  - last: {loads: [pull, push], joints: {base: {cohesion: 7}}}\n"; // 26
+// clang-format on
+
+static PetscErrorCode Catch(MPI_Comm comm, int line, const char *function, const char *file,
+                            PetscErrorCode code, PetscErrorType type, const char *text, void *context)
+{
+  (void)comm, (void)line, (void)function, (void)file, (void)context;
+  if (type != PETSC_ERROR_INITIAL) return code;
+  size_t skip = strncmp(text, folder, strlen(folder)) ? 0 : strlen(folder) + 1;
+  snprintf(message, sizeof message, "%s", text + skip);
+  return code;
+}
+
+static void WritePath(const char *name, char path[PETSC_MAX_PATH_LEN])
+{
+  snprintf(path, PETSC_MAX_PATH_LEN, "%s/%s", folder, name);
+}
+
+static PetscErrorCode WriteFile(const char *name, const char *text)
+{
+  char path[PETSC_MAX_PATH_LEN];
+  WritePath(name, path);
+  if (rank) return 0;
+  FILE *file = fopen(path, "w");
+  if (!file) return PETSC_ERR_FILE_OPEN;
+  fputs(text, file);
+  return fclose(file);
+}
+
+// reads a scene text with options, given as one string with blanks; message: "" if all went well
+static PetscErrorCode Read(const char *text, const char *options, Scene *scene)
+{
+  char path[PETSC_MAX_PATH_LEN], copy[512], *argv[32] = {"quoin"};
+  int argc = 1;
+
+  PetscCall(WriteFile("scene.yaml", text ? text : ""));
+  WritePath("scene.yaml", path);
+  snprintf(copy, sizeof copy, "%s", options);
+  for (char *word = strtok(copy, " "); word && argc < 32; word = strtok(NULL, " ")) argv[argc++] = word;
+  message[0] = '\0';
+  PetscErrorCode code = SceneRead(PETSC_COMM_WORLD, text ? path : NULL, argc, argv, scene);
+  ENSURE(!code == !message[0]);
+  ENSURE(!code || code == PETSC_ERR_USER_INPUT);
+  return 0;
+}
+
+// the good scene with one piece of text replaced
+static void Change(const char *from, const char *to, char text[4096])
+{
+  const char *at = strstr(good, from);
+  ENSURE(at);
+  snprintf(text, 4096, "%.*s%s%s", at ? (int)(at - good) : 0, good, to, at ? at + strlen(from) : "");
+}
+
+static void EnsureMessage(const char *expected, const char *what)
+{
+  if (strcmp(message, expected))
+    printf("from:     %s\nexpected: %s\nbut was:  %s\n", what, expected, message);
+  ENSURE(!strcmp(message, expected));
+}
+
+/* ---------------------------------------------------------------------------------------- good input */
+
+static PetscErrorCode TestValues(void)
+{
+  Scene s;
+
+  PetscCall(Read(good, "", &s));
+  EnsureMessage("", "good");
+  ENSURE(!strcmp(s.title, "Wall, first") && !strcmp(s.model, "model.h5") && !strcmp(s.output, "out"));
+  ENSURE(s.plane == PLANE_STRAIN && s.strain == STRAIN_LARGE && s.damping == DAMPING_ADAPTIVE);
+  ENSURE(s.thickness == 1 && s.gravity == 9.81 && s.contact_relative && !s.allow_floating);
+  ENSURE(s.contact_tolerance == 0.002 && s.overlap_tolerance == 0.005 && s.safety == 0.9 &&
+         s.alpha_dt == 0.1);
+  ENSURE(s.check_every == 50 && s.history_every == 100);
+  ENSURE(s.n_damping_groups == 1 && !strcmp(s.damping_groups[0], "dam"));
+  ENSURE(s.n_materials == 3 && s.n_joints == 3 && s.n_supports == 2 && s.n_loads == 4 && s.n_stages == 3);
+  ENSURE(s.materials[0].rigid == -1 && s.materials[2].rigid == 1 && s.materials[2].line == 9);
+  ENSURE(s.materials[1].density == 2400 && s.materials[1].young == 1e10 && s.materials[1].poisson == 0.2);
+  ENSURE(s.supports[0].fix[0] && !s.supports[0].fix[1] && !strcmp(s.supports[0].target, "sides"));
+  ENSURE(s.supports[1].fix[0] && s.supports[1].fix[1] && !strcmp(s.supports[1].target, "ground"));
+  ENSURE(s.loads[0].kind == LOAD_SELF_WEIGHT && s.loads[0].n_groups == 2 &&
+         !strcmp(s.loads[0].groups[1], "rock"));
+  ENSURE(s.loads[1].kind == LOAD_RESERVOIR && s.loads[1].level == 33 && s.loads[1].density == 1000);
+  ENSURE(s.loads[2].traction[0] == 1e6 && s.loads[2].traction[1] == -2 &&
+         !strcmp(s.loads[2].target, "sides"));
+  ENSURE(s.loads[3].kind == LOAD_POINT_FORCE && !strcmp(s.loads[3].target, "tip") && s.loads[3].line == 21);
+  ENSURE(s.stages[0].ramp == 500 && s.stages[1].ramp == 0 && s.stages[2].max_cycles == 1000000);
+  ENSURE(s.stages[0].tolerance == 1e-7 && s.stages[0].velocity_tolerance == 1e-6);
+  ENSURE(s.stages[2].n_loads == 2 && s.stages[2].loads[0] == 3 && s.stages[2].loads[1] == 2);
+  PetscCall(SceneDestroy(&s));
+  return 0;
+}
+
+static PetscErrorCode TestJoints(void)
+{
+  Scene s;
+
+  // row 0 is the default; others inherit from it
+  PetscCall(Read(good, "", &s));
+  const Joint *fall = &s.joints[0], *base = &s.joints[1], *pair = &s.joints[2];
+  ENSURE(!strcmp(fall->name, "default") && fall->defined && fall->line == 12 &&
+         !strcmp(pair->name, "dam+rock"));
+  ENSURE(fall->law == LAW_MOHR_COULOMB && fall->stress_model == STRESS_TPTM &&
+         fall->compression == PETSC_INFINITY);
+  ENSURE(base->k_n == 10e9 && base->k_s == 3e9 && base->tension[0] == 2e5 && base->tension[1] == 0);
+  ENSURE(base->friction[0] == 45 && base->friction[1] == 45 && base->cohesion[0] == 1e5 &&
+         base->cohesion[1] == 0);
+  ENSURE(base->compression == 5e6 && pair->law == LAW_ELASTIC && pair->stress_model == STRESS_R2PT);
+
+  // changes of a stage stay; what hangs on them follows
+  ENSURE(s.stages[0].joints[1].friction[0] == 45 && s.stages[0].joints[1].k_s == 3e9);
+  for (int i = 1; i < 3; i++) {
+    base = &s.stages[i].joints[1];
+    ENSURE(base->friction[0] == 30 && base->friction[1] == 30 && base->k_s == 1e9 && base->k_n == 10e9);
+    ENSURE(s.stages[i].joints[0].k_s == 1e9 && s.stages[i].joints[0].friction[0] == 35);
+    ENSURE(base->cohesion[0] == (i == 1 ? 1e5 : 7));
+  }
+  PetscCall(SceneDestroy(&s));
+
+  // without default the row is marked
+  PetscCall(Read("model: m.h5\nmaterials: {a: {density: 1}}\njoints: {b: {k_n: 1, k_s: 0, friction: 1}}\n"
+                 "loads: {w: {type: self_weight}}\nstages: {one: {loads: [w]}}\n",
+                 "", &s));
+  EnsureMessage("", "no default");
+  ENSURE(s.n_joints == 2 && !s.joints[0].defined && s.joints[1].defined && s.joints[0].k_n == 0);
+  ENSURE(!s.stages[0].joints[0].defined && s.loads[0].n_groups == 0 && s.joints[1].k_n == 1);
+  PetscCall(SceneDestroy(&s));
+  return 0;
+}
+
+static PetscErrorCode TestCommandLine(void)
+{
+  Scene s;
+
+  PetscCall(
+      Read(good,
+           "-materials_dam_density 2500 -contact_relative -contact_tolerance 1e-3 -log_view -malloc_dump no "
+           "-loads_push_value -5,6 -joints_dam+rock_k_n 1e6 -joints_base_compression inf "
+           "-stages_last_joints_dam+rock_k_s 4 -stages sw,last --gravity 1",
+           &s));
+  EnsureMessage("", "options");
+  ENSURE(s.materials[1].density == 2500 && s.contact_tolerance == 1e-3 && s.contact_relative &&
+         s.gravity == 1);
+  ENSURE(s.loads[2].traction[0] == -5 && s.loads[2].traction[1] == 6 && s.joints[2].k_n == 1e6);
+  ENSURE(s.n_stages == 2 && !strcmp(s.stages[1].name, "last") && s.stages[1].joints[2].k_s == 4);
+  ENSURE(s.stages[1].joints[1].friction[0] == 45 && s.stages[1].joints[1].compression == PETSC_INFINITY);
+  PetscCall(SceneDestroy(&s));
+
+  // no file at all
+  PetscCall(
+      Read(NULL,
+           "-model m.h5 -materials a,b -materials_a_density 1 -materials_b_density 2 -materials_b_rigid "
+           "-loads w -loads_w_type self_weight -stages one -stages_one_loads w",
+           &s));
+  EnsureMessage("", "options only");
+  ENSURE(s.n_materials == 2 && s.materials[1].density == 2 && s.materials[1].rigid == 1 && s.n_joints == 1);
+  PetscCall(SceneDestroy(&s));
+  return 0;
+}
+
+// the model is looked for here, then beside the scene
+static PetscErrorCode TestModelPath(void)
+{
+  char path[PETSC_MAX_PATH_LEN];
+  Scene s;
+
+  WritePath("beside.h5", path);
+  PetscCall(WriteFile("beside.h5", "x"));
+  PetscCall(Read(good, "-model beside.h5", &s));
+  ENSURE(!strcmp(s.model, path));
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Read(good, "-model nowhere.h5", &s));
+  ENSURE(!strcmp(s.model, "nowhere.h5"));
+  PetscCall(SceneDestroy(&s));
+  if (rank == 0) unlink(path);
+  return 0;
+}
+
+/* ----------------------------------------------------------------------------------------- bad input */
+
+static PetscErrorCode TestBadInput(void)
+{
+  char text[4096];
+  Scene s;
+
+  for (size_t i = 0; i < sizeof bad_input / sizeof bad_input[0]; i++) {
+    Change(bad_input[i].from, bad_input[i].to, text);
+    PetscCall(Read(text, bad_input[i].options, &s));
+    EnsureMessage(bad_input[i].expected, bad_input[i].to[0] ? bad_input[i].to : bad_input[i].options);
+    PetscCall(SceneDestroy(&s));
+  }
+  return 0;
+}
+
+static PetscErrorCode TestBadFiles(void)
+{
+  char path[PETSC_MAX_PATH_LEN], *argv[] = {"quoin"};
+  Scene s;
+
+  PetscCall(Read("", "", &s));
+  EnsureMessage("scene.yaml: the scene is empty", "empty");
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Read("- a\n- b\n", "", &s));
+  EnsureMessage("scene.yaml:1: a scene is made of 'key: value' lines", "list");
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Read("a: &a {b: *a}\n", "", &s));
+  EnsureMessage("scene.yaml:1: a.b.b.b.b.b.b: nested too deeply", "circle");
+  PetscCall(SceneDestroy(&s));
+  WritePath("none.yaml", path);
+  ENSURE(SceneRead(PETSC_COMM_WORLD, path, 1, argv, &s) == PETSC_ERR_USER_INPUT);
+  EnsureMessage("none.yaml: cannot read the scene: No such file or directory", "no file");
+  PetscCall(SceneDestroy(&s));
+  return 0;
+}
+
+/* ---------------------------------------------------------------------------------------- the mesh */
+
+static PetscErrorCode Resolve(const char *from, const char *to, Scene *s)
+{
+  char groups[3][NAME_LENGTH] = {"dam", "ground", "rock"},
+       sets[4][NAME_LENGTH] = {"base", "upstream", "sides", "both"};
+  char points[2][NAME_LENGTH] = {"tip", "both"}, text[4096];
+  PetscInt rigid[3] = {0, 0, 1};
+  BlockMesh mesh = {.n_groups = 3,
+                    .n_face_sets = 4,
+                    .n_points = 2,
+                    .group_names = groups,
+                    .group_rigid = rigid,
+                    .face_set_names = sets,
+                    .point_names = points};
+
+  Change(from, to, text);
+  PetscCall(Read(text, "", s));
+  EnsureMessage("", to);
+  PetscErrorCode code = SceneResolve(PETSC_COMM_WORLD, s, &mesh);
+  ENSURE(!code == !message[0]);
+  return 0;
+}
+
+static PetscErrorCode TestResolve(void)
+{
+  Scene s;
+
+  PetscCall(Resolve("title", "title", &s));
+  EnsureMessage("", "good");
+  ENSURE(s.n_materials == 3 && !strcmp(s.materials[0].name, "dam") && !strcmp(s.materials[2].name, "rock"));
+  ENSURE(s.materials[0].rigid == 0 && s.materials[1].rigid == 1 && s.materials[2].rigid == 1);
+  ENSURE(s.materials[0].young == 1e10 && s.materials[1].young == 0 && s.materials[1].poisson == 0);
+  PetscCall(SceneDestroy(&s));
+
+  // rigid in the mesh only: no elastic constants needed; overridden: needed
+  PetscCall(Resolve("rock: {density: 0, young: 20e9, poisson: 0.25}", "rock: {density: 3}", &s));
+  EnsureMessage("", "rigid by mesh");
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Resolve("  dam: {density: 2400, young: 1.0e10, poisson: 0.2}\n",
+                    "  dam: {density: 2400, rigid: true}\n", &s));
+  ENSURE(s.materials[0].rigid == 1);
+  PetscCall(SceneDestroy(&s));
+  return 0;
+}
+
+static PetscErrorCode TestBadNames(void)
+{
+  Scene s;
+
+  for (size_t i = 0; i < sizeof bad_names / sizeof bad_names[0]; i++) {
+    PetscCall(Resolve(bad_names[i].from, bad_names[i].to, &s));
+    EnsureMessage(bad_names[i].expected, bad_names[i].to);
+    PetscCall(SceneDestroy(&s));
+  }
+  return 0;
+}
+
+/* ------------------------------------------------------------------------------------------ the docs */
+
+// docs/scene.md, NULL if it is not there
+static char *ReadDocs(void)
+{
+  char path[PETSC_MAX_PATH_LEN];
+  snprintf(path, sizeof path, "%.*s../../docs/scene.md", (int)(strlen(__FILE__) - strlen("test_scene.c")),
+           __FILE__);
+  FILE *file = fopen(path, "r");
+  char *text = calloc(1, 1 << 16);
+  ENSURE(file != NULL);
+  if (file) ENSURE(fread(text, 1, (1 << 16) - 1, file) > 0);
+  if (file) fclose(file);
+  return text;
+}
+
+// every line of -help stands in the docs, and the table there has no more
+static PetscErrorCode TestHelp(void)
+{
+  char *docs = ReadDocs(), line[1024];
+  FILE *file = tmpfile(), *before = PETSC_STDOUT;
+  int n_help = 0, n_docs = 0;
+
+  PETSC_STDOUT = file;
+  PetscCall(SceneHelp(PETSC_COMM_WORLD));
+  PETSC_STDOUT = before;
+  rewind(file);
+  while (fgets(line, sizeof line, file)) {
+    n_help++;
+    if (!strstr(docs, line)) printf("not in docs/scene.md: %s", line);
+    ENSURE(strstr(docs, line));
+  }
+  for (const char *c = docs; (c = strstr(c, "\n|")); c++) n_docs++;
+  ENSURE(rank > 0 || (n_help == n_docs && n_help > 40));
+  fclose(file);
+  free(docs);
+  return 0;
+}
+
+static PetscErrorCode TestExample(void)
+{
+  char *docs = ReadDocs(), *start = strstr(docs, "```yaml\n"), *end = start ? strstr(start + 8, "```") : NULL;
+  Scene s;
+
+  ENSURE(end != NULL);
+  if (end) {
+    *end = '\0';
+    PetscCall(Read(start + 8, "", &s));
+    EnsureMessage("", "example of docs/scene.md");
+    ENSURE(s.n_stages == 4 && s.stages[3].joints[1].friction[0] == 30);
+    PetscCall(SceneDestroy(&s));
+  }
+  free(docs);
+  return 0;
+}
+
+int main(int argc, char **argv)
+{
+  char path[PETSC_MAX_PATH_LEN];
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCall(PetscPushErrorHandler(Catch, NULL));
+  snprintf(folder, sizeof folder, "/tmp/quoin_scene_XXXXXX");
+  if (rank == 0) ENSURE(mkdtemp(folder));
+  PetscCallMPI(MPI_Bcast(folder, sizeof folder, MPI_CHAR, 0, PETSC_COMM_WORLD));
+  RUN_TEST(TestValues);
+  RUN_TEST(TestJoints);
+  RUN_TEST(TestCommandLine);
+  RUN_TEST(TestModelPath);
+  RUN_TEST(TestBadInput);
+  RUN_TEST(TestBadFiles);
+  RUN_TEST(TestResolve);
+  RUN_TEST(TestBadNames);
+  RUN_TEST(TestHelp);
+  RUN_TEST(TestExample);
+  WritePath("scene.yaml", path);
+  if (rank == 0) unlink(path), rmdir(folder);
+  PetscCall(PetscPopErrorHandler());
+  int failed = CheckSummary();
+  PetscCall(PetscFinalize());
+  return failed;
+}
