@@ -422,7 +422,7 @@ static PetscErrorCode fill_sets(const Builder *b, const BlockMesh *mesh, Model *
     m->face_set_start[s + 1] = n;
   }
   PetscCall(PetscMalloc1(m->n_points, &vertex_of_point));
-  if (mesh->n_points) PetscCall(PetscArraycpy(vertex_of_point, mesh->point_vertex, mesh->n_points));
+  if (m->rank == 0) PetscCall(PetscArraycpy(vertex_of_point, mesh->point_vertex, mesh->n_points));
   PetscCallMPI(MPI_Bcast(vertex_of_point, m->n_points, MPIU_INT, 0, m->comm));
   for (PetscInt i = 0; i < m->n_points; i++) {
     m->point_vertex[i] = -1;

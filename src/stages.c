@@ -53,10 +53,26 @@ static PetscBool loads_follow(const Scene *scene, const Stage *stage)
   return (PetscBool)(follow && scene->strain == STRAIN_LARGE);
 }
 
-/* On a terminal only: where the stage is and about how long it still takes, from the decay of the ratio since it started. */
+/* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun puts a terminal of
+   its own between its ranks and wherever its output goes. */
+static PetscBool on_terminal(void)
+{
+  char link[64], target[PETSC_MAX_PATH_LEN];
+  ssize_t n;
+  if (!isatty(STDOUT_FILENO)) return PETSC_FALSE;
+  snprintf(link, sizeof(link), "/proc/%d/fd/1", (int)getppid());
+  n = readlink(link, target, sizeof(target) - 1);
+  if (n < 0) return PETSC_TRUE;
+  target[n] = 0;
+  return (PetscBool)(!strncmp(target, "/dev/pts/", 9) || !strncmp(target, "/dev/tty", 8));
+}
+
+/* On a terminal, twice a second: where the stage is and about how long it still takes, from the decay of the ratio since it started. */
 static void progress(const Model *m, const Stage *stage, const StageResult *now, const State *state, PetscReal first_ratio, double first_wall)
 {
-  if (m->rank || !isatty(STDOUT_FILENO)) return;
+  static double last_shown = 0.;
+  if (m->rank || MPI_Wtime() - last_shown < 0.5 || !on_terminal()) return;
+  last_shown = MPI_Wtime();
   const double decay = log(first_ratio / PetscMax(now->ratio, 1e-300)), left = log(now->ratio / stage->tolerance);
   printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", stage->name, now->cycles, (double)now->ratio, (double)state->alpha);
   if (decay > 0.5 && left > 0.) printf("  about %.0f s left   ", (now->wall - first_wall) / decay * left);
@@ -67,7 +83,7 @@ static void progress(const Model *m, const Stage *stage, const StageResult *now,
 static PetscErrorCode report(const Model *m, const Stage *stage, const StageResult *r)
 {
   PetscFunctionBeginUser;
-  if (!m->rank && isatty(STDOUT_FILENO)) printf("\r%100s\r", "");
+  if (!m->rank && on_terminal()) printf("\r%100s\r", "");
   PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name, VerdictNames[r->verdict], r->cycles,
                         r->wall, r->evidence));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -158,7 +158,7 @@ def fill(file, mesh):
     file["groups/name"] = np.array([name.encode() for name in mesh.group_names], dtype=f"S{NAME_SIZE}")
     file["groups/rigid"] = mesh.group_rigid
     for name in sorted(mesh.face_sets):
-        file[f"face_sets/{name}"] = mesh.face_sets[name]
+        file[f"face_sets/{name}"] = np.asarray(mesh.face_sets[name], dtype=np.int32).reshape(-1, 2)
     for name in sorted(mesh.points):
         file[f"points/{name}"] = np.array([mesh.points[name]], dtype=np.int32)
 
