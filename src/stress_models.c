@@ -387,19 +387,21 @@ static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal 
   EndStresses(joint, sigma, tau, p);
   AdvanceSlip(joint, tau, held, p);
 
-  /* diagrams, one strength and one state per piece */
+  /* diagrams; strength and state of a piece are those of its middle, so that rounding at a cut does not
+   * spread */
   for (int i = 0; i < cuts.n; i++) {
-    const PetscReal *xi = cuts.xi + i, middle = 0.5 * (xi[0] + xi[1]);
+    const PetscReal *xi = cuts.xi + i, middle = 0.5 * (xi[0] + xi[1]), sm = Line(sigma, middle);
     int strength = StrengthAt(&cuts, middle);
+    PetscBool open = JointIsOpen(joint, strength, sm), flat = (PetscBool)(open || JointIsCrushing(joint, sm));
     PetscReal s[2], t[2], cone[2];
 
     for (int k = 0; k < 2; k++) {
-      s[k] = JointNormal(joint, strength, Line(sigma, xi[k]));
+      s[k] = JointNormal(joint, strength, flat ? sm : Line(sigma, xi[k]));
       t[k] = Line(held, xi[k]);
       cone[k] = JointCone(joint, strength, s[k]);
     }
     Trapezoid(xi, s, f_n[i]);
-    if (JointIsOpen(joint, strength, Line(sigma, middle)))
+    if (open)
       f_s[i][0] = f_s[i][1] = 0;
     else
       ShearPiece(xi, t, cone, f_s[i]);
