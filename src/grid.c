@@ -14,7 +14,7 @@
 #define NO_BOX (-1)
 
 enum {
-  CELL_BITS = 26, /* the finest grid has at most 2^26 cells in a row */
+  CELL_BITS = 30, /* the finest grid has at most 2^30 cells in a row */
   MAX_LEVELS = CELL_BITS + 4,
   SAMPLE = 1000 /* boxes looked at to find the proportions of a cell */
 };
