@@ -100,6 +100,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
+  for (PetscInt g = 0; g < mesh.n_groups; g++) mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(check_mesh(q, &mesh));
   if (rank == 0) PetscCall(MeshReorder(&mesh));
   PetscCall(ModelCreate(q->comm, &q->scene, &mesh, &q->model));

@@ -3,9 +3,9 @@
    A joint whose contacts lie along one line has a direction e from its start to its end (to the right;
    upwards when it is upright), and an upper side, to the left of e. R is the force of the upper side on the
    lower one: N = -R.left (compression positive), T = R.e, M = moment of the normal forces about the middle of
-   the line, so that the gravity method's stress is (-N/L + 12 M x / L^3) / thickness at the distance x from the middle. A
-   joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear forces|, and
-   no M. */
+   the line, so that the gravity method's stress is (-N/L + 12 M x / L^3) / thickness at the distance x from
+   the middle. A joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear
+   forces|, and no M. */
 #include "internal.h"
 #include <math.h>
 #include <stdio.h>

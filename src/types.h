@@ -127,7 +127,7 @@ typedef struct {
 } Scene;
 
 /* ------------------------------------------------------------------------------------------ BlockMesh
-   model.h5 as it is, on rank 0 only (all counts 0 elsewhere); written by MeshRead, renumbered by MeshReorder. */
+   model.h5 as it is, on rank 0 only (elsewhere only names and their counts are set, n_vertices and n_blocks are 0); written by MeshRead, renumbered by MeshReorder. */
 
 typedef struct {
   char name[NAME_LENGTH];
