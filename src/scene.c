@@ -2,6 +2,7 @@
    against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so comes to the same
    Scene. */
 #include "scene_keys.h"
+#include "joint_law.h"
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -147,6 +148,7 @@ static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Jo
     }
     PetscCall(AskSection(r, path, joints[j].name, section));
     CompleteJoint(r, &joints[j]);
+    JointPrepare(&joints[j]);
   }
   if (!joints[0].defined) joints[0].friction[0] = joints[0].friction[1] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
