@@ -364,6 +364,11 @@ static PetscErrorCode ReadArrays(Reader *r, BlockMesh *mesh)
   PetscCall(ReadNames(r, "/groups/name", mesh->n_groups, mesh->group_names));
   PetscCall(PetscMalloc1(mesh->n_groups, &mesh->group_rigid));
   ReadNumbers(r, "/groups/rigid", ITEM_INT, mesh->group_rigid);
+  for (PetscInt g = 0; g < mesh->n_groups && Sound(r);
+       g++) /* here: a scene may override the flags before MeshCheck */
+    if (mesh->group_rigid[g] != 0 && mesh->group_rigid[g] != 1)
+      Fault(r, "group '%s': rigid is %" PetscInt_FMT ", expected 0 or 1", mesh->group_names[g],
+            mesh->group_rigid[g]);
   for (PetscInt s = 0; s < mesh->n_face_sets; s++) {
     PetscCall(PetscMalloc1(2 * (size_t)mesh->face_sets[s].n, &mesh->face_sets[s].faces));
     snprintf(path, sizeof path, "/face_sets/%s", mesh->face_set_names[s]);

@@ -59,10 +59,6 @@ static PetscErrorCode CheckGroups(Check *c)
   char(*names)[NAME_LENGTH];
 
   PetscFunctionBegin;
-  for (PetscInt g = 0; g < mesh->n_groups; g++)
-    if (mesh->group_rigid[g] != 0 && mesh->group_rigid[g] != 1)
-      Fault(c, "group '%s': rigid is %" PetscInt_FMT ", expected 0 or 1", mesh->group_names[g],
-            mesh->group_rigid[g]);
   if (mesh->n_groups == 0)
     PetscFunctionReturn(PETSC_SUCCESS); /* then every block's group row is out of range */
   PetscCall(PetscMalloc1(mesh->n_groups, &names));

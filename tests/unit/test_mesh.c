@@ -320,7 +320,8 @@ static const char *const spoilings[] = {
     "dataset /blocks has 1000000000 rows, more than the 268435456",
     "dataset /blocks: its data are in other files",
     "dataset /blocks: its data are in other files",
-    "group '1st': a name is a letter"};
+    "group '1st': a name is a letter",
+    "group 'bed-rock_2': rigid is 2, expected 0 or 1"};
 
 static void Spoil(int i, hid_t file)
 {
@@ -335,7 +336,8 @@ static void Spoil(int i, hid_t file)
   if (i == 3) H5Adelete(file, "version");
   if (i == 4) PutAttribute(file, "version", H5T_NATIVE_INT, &two);
   if (i == 5) PutAttribute(file, "version", H5T_NATIVE_DOUBLE, &real);
-  if (i == 6 || i >= 9) H5Lmove(file, "/blocks", file, "/other_blocks", H5P_DEFAULT, H5P_DEFAULT);
+  if (i == 6 || (i >= 9 && i <= 12))
+    H5Lmove(file, "/blocks", file, "/other_blocks", H5P_DEFAULT, H5P_DEFAULT);
   if (i == 6) H5Lcreate_soft("/other_blocks", file, "/blocks", H5P_DEFAULT, H5P_DEFAULT);
   if (i == 7) {
     H5Lmove(file, "/groups", file, "/other_groups", H5P_DEFAULT, H5P_DEFAULT);
@@ -353,9 +355,12 @@ static void Spoil(int i, hid_t file)
   if (i == 11 || i == 12) PutEmpty(file, "/blocks", 3, properties);
   if (i == 13) {
     char names[SMALL_GROUPS][NAME_LENGTH] = {"ok", "1st"};
-    H5Lmove(file, "/other_blocks", file, "/blocks", H5P_DEFAULT, H5P_DEFAULT);
     H5Ldelete(file, "/groups/name", H5P_DEFAULT);
     Put(file, "/groups/name", BYTES64, 1, (hsize_t[]){SMALL_GROUPS}, names);
+  }
+  if (i == 14) {
+    H5Ldelete(file, "/groups/rigid", H5P_DEFAULT);
+    Put(file, "/groups/rigid", INT32, 1, (hsize_t[]){SMALL_GROUPS}, (PetscInt[]){1, 2});
   }
   H5Pclose(properties);
   H5Tclose(variable);

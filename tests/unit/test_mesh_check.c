@@ -20,7 +20,7 @@ static PetscErrorCode Expect(const BlockMesh *mesh, const char *fragment)
 
 /* ---- one number of the small mesh changed */
 
-typedef enum { X, BLOCK, GROUP, RIGID, BASE, JOINT, POINT } Table;
+typedef enum { X, BLOCK, GROUP, BASE, JOINT, POINT } Table;
 
 typedef struct {
   Table table;
@@ -44,7 +44,6 @@ static const Change changes[] = {
     {BLOCK, 11, -1, "vertex 8 at (1, 1): no block uses it"},
     {GROUP, 1, -1, "block 1: group row -1 does not exist, the mesh has 2 groups"},
     {GROUP, 2, 2, "block 2: group row 2 does not exist, the mesh has 2 groups"},
-    {RIGID, 1, 2, "group 'bed-rock_2': rigid is 2, expected 0 or 1"},
     {X, 9, 1, "block 1 at (0, 1): its area is zero"},
     {X, 9, 1 + 1e-14, "block 1 at (0, 1): its area is zero"},
     {X, 9, 0.5, "block 1 at (0, 1): inverted, its vertices run clockwise (area -0.25 m2)"},
@@ -66,7 +65,6 @@ static void Apply(const Change *change, BlockMesh *mesh)
 {
   PetscInt *const tables[] = {[BLOCK] = mesh->blocks,
                               [GROUP] = mesh->block_group,
-                              [RIGID] = mesh->group_rigid,
                               [BASE] = mesh->face_sets[0].faces,
                               [JOINT] = mesh->face_sets[1].faces,
                               [POINT] = mesh->point_vertex};
