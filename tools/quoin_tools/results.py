@@ -1,0 +1,321 @@
+"""Results of a run (docs/results_format.md): the only Python module that knows the files of an output folder.
+
+python -m quoin_tools.results FOLDER    table of stages, probes, joints and extreme stresses
+
+results = Results("out")
+results.stages                     # names, in order
+stage = results.stage("water")     # .displacement, .s1, .contacts.sigma, ...
+results.summary, results.history   # dict of summary.json; dict of the columns of history.csv
+"""
+
+import argparse
+import csv
+import json
+import os
+import sys
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+
+FORMAT, VERSION = "quoin-results", 1
+OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
+STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
+CONTACT_FIELDS = (
+    "face",
+    "joint",
+    "class",
+    "length",
+    "point",
+    "displacement",
+    "normal",
+    "opening",
+    "sliding",
+    "slip",
+    "broken",
+    "sigma",
+    "tau",
+    "force",
+    "state",
+)
+
+
+class ResultsError(ValueError):
+    """What is wrong with an output folder, in one line."""
+
+
+@dataclass
+class Mesh:
+    """Blocks as they were at the start; see docs/results_format.md."""
+
+    vertices: np.ndarray
+    blocks: np.ndarray
+    block_group: np.ndarray
+    macroblock: np.ndarray
+    group_names: list
+    group_rigid: np.ndarray
+    joint_names: list
+
+    def rings(self, vertices=None):
+        """Corners (n_blocks, 4, 2), here or with vertices elsewhere; triangles repeat the first."""
+        ring = np.where(self.blocks < 0, self.blocks[:, :1], self.blocks)
+        return (self.vertices if vertices is None else vertices)[ring]
+
+    def areas(self):
+        """[m2] (n_blocks,)"""
+        x, y = np.moveaxis(self.rings(), 2, 0)
+        return 0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
+
+    def centres(self):
+        """[m] (n_blocks, 2), mean of the vertices."""
+        used = (self.blocks >= 0)[:, :, None]
+        return (self.vertices[self.blocks] * used).sum(axis=1) / used.sum(axis=1)
+
+    def outline(self):
+        """Vertices (n, 2) of the outer faces of all macroblocks."""
+        following = np.where(
+            np.roll(self.blocks, -1, axis=1) < 0, self.blocks[:, :1], np.roll(self.blocks, -1, axis=1)
+        )
+        edges = np.stack([self.blocks, following], axis=2).reshape(-1, 2)
+        edges = edges[edges[:, 0] >= 0]
+        _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+        return edges[np.sort(first[count == 1])]
+
+
+class Contacts:
+    """Contacts of a stage: an array per name of CONTACT_FIELDS (`class` as klass)."""
+
+    def __init__(self, group):
+        for name in CONTACT_FIELDS:
+            setattr(self, "klass" if name == "class" else name, np.array(group[name]))
+
+    def __len__(self):
+        return len(self.length)
+
+
+class Stage:
+    """Fields at the end of a stage; arrays are read when they are asked for."""
+
+    def __init__(self, path, name):
+        self.path, self.name = path, name
+        with h5py.File(path) as file:
+            group = file["stages"][name]
+            self.index, self.cycles = int(group.attrs["index"]), int(group.attrs["cycles"])
+            self.ratio = float(group.attrs["ratio"])
+            self.verdict, self.evidence = text(group.attrs["verdict"]), text(group.attrs["evidence"])
+
+    def __getattr__(self, name):
+        if name not in STAGE_FIELDS and name != "contacts":
+            raise AttributeError(name)
+        with h5py.File(self.path) as file:
+            item = file["stages"][self.name][name]
+            value = Contacts(item) if name == "contacts" else np.array(item)
+        setattr(self, name, value)
+        return value
+
+
+class Results:
+    """An output folder."""
+
+    def __init__(self, folder):
+        self.folder = os.fspath(folder)
+        self.path = os.path.join(self.folder, "results.h5")
+        if not os.path.isfile(self.path):
+            raise ResultsError(
+                f"{self.folder}: no results.h5 (a run writes it at the end of its first stage)"
+            )
+        try:
+            with h5py.File(self.path) as file:
+                self._read(file)
+        except (KeyError, OSError) as error:
+            raise ResultsError(f"{self.path}: not a complete results file ({error})") from error
+        self._summary = self._history = None
+
+    def _read(self, file):
+        if text(file.attrs.get("format", b"")) != FORMAT:
+            raise ResultsError(f"{self.path}: not a results file of Quoin")
+        if file.attrs["version"] != VERSION:
+            raise ResultsError(f"{self.path}: version {file.attrs['version']}, this program reads {VERSION}")
+        self.title, self.scene, self.model = (text(file.attrs[name]) for name in ("title", "scene", "model"))
+        self.thickness = float(file.attrs["thickness"])
+        mesh = file["mesh"]
+        arrays = {
+            name: np.array(mesh[name])
+            for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")
+        }
+        names = {name: [text(word) for word in mesh[name]] for name in ("group_names", "joint_names")}
+        self.mesh = Mesh(**arrays, **names)
+        stages = file["stages"]
+        self.stages = sorted(stages, key=lambda name: stages[name].attrs["index"])
+
+    def stage(self, name=None):
+        """A stage by name; the last one by default."""
+        if not self.stages:
+            raise ResultsError(f"{self.path}: holds no stage")
+        name = self.stages[-1] if name is None else name
+        if name not in self.stages:
+            raise ResultsError(f"{self.path}: no stage '{name}', there are: {', '.join(self.stages)}")
+        return Stage(self.path, name)
+
+    @property
+    def summary(self):
+        """summary.json; null becomes None."""
+        if self._summary is None:
+            path = os.path.join(self.folder, "summary.json")
+            try:
+                with open(path, encoding="utf-8", errors="replace") as file:
+                    self._summary = json.load(file)
+            except (OSError, ValueError) as error:
+                raise ResultsError(f"{path}: {error}") from error
+        return self._summary
+
+    def stage_summary(self, name):
+        """The member of summary["stages"] with this name."""
+        for stage in self.summary["stages"]:
+            if stage["name"] == name:
+                return stage
+        raise ResultsError(f"{self.folder}: summary.json has no stage '{name}'")
+
+    @property
+    def history(self):
+        """Columns of history.csv: arrays of numbers, `stage` an array of names."""
+        if self._history is None:
+            self._history = read_history(os.path.join(self.folder, "history.csv"))
+        return self._history
+
+    def joint_profile(self, stage, joint):
+        """Distance from the start of the joint [m], sigma, tau [Pa]: each (n, 2), a row per contact in order.
+
+        None for a joint that is no line. tau is positive when the upper side pushes the lower one to the end.
+        """
+        line = self.stage_summary(stage)["joints"].get(joint)
+        if line is None or not line["line"]:
+            return None
+        contacts = self.stage(stage).contacts
+        mine = contacts.joint == self.mesh.joint_names.index(joint)
+        start, end = (np.array([line[name]["x"], line[name]["y"]]) for name in ("start", "end"))
+        distance = (contacts.point[mine] - start) @ (end - start) / line["chord"]
+        order = np.argsort(distance, axis=1, kind="stable")
+        columns = [
+            np.take_along_axis(array, order, axis=1)
+            for array in (distance, contacts.sigma[mine], -contacts.tau[mine])
+        ]
+        rows = np.argsort(columns[0].sum(axis=1), kind="stable")
+        return tuple(array[rows] for array in columns)
+
+
+def text(value):
+    """HDF5 hands out bytes or str."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def read_history(path):
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            rows = [row for row in csv.reader(file) if row]
+    except OSError as error:
+        raise ResultsError(f"{path}: {error}") from error
+    header = rows[0] if rows else []
+    rows = [
+        row for row in rows[1:] if len(row) == len(header)
+    ]  # the last one may be cut off in a run that goes on
+    columns = zip(*rows) if rows else [()] * len(header)
+    return {
+        name: np.array(column, dtype=str if name == "stage" else float)
+        for name, column in zip(header, columns)
+    }
+
+
+# ---- table for the terminal
+
+
+def table(header, rows):
+    """Lines of text: words to the left, numbers to the right."""
+    cells = [header] + [[str(cell) for cell in row] for row in rows]
+    columns = []
+    for column in zip(*cells):
+        width = max(map(len, column))
+        is_number = all(cell[-1].isdigit() or cell in ("-", "nan", "inf") for cell in column[1:])
+        lines = [cell.rjust(width) if is_number else cell.ljust(width) for cell in column]
+        columns.append([lines[0], "-" * width, *lines[1:]])
+    return ["  " + "  ".join(line).rstrip() for line in zip(*columns)]
+
+
+def fixed(value, scale=1.0, digits=3):
+    return "-" if value is None else f"{round(value * scale, digits) + 0.0:.{digits}f}"
+
+
+def place(end):
+    return "-" if end is None else f"({end['x']:.2f}, {end['y']:.2f})"
+
+
+def stage_rows(s):
+    ratio = "-" if s["ratio"] is None else f"{s['ratio']:.2e}"
+    forces = [fixed(s[force][x], 1e-3, 1) for force in ("applied", "reaction") for x in "xy"]
+    return [(s["verdict"], s["cycles"], fixed(s["wall_s"], 1, 2), ratio, *forces)]
+
+
+def probe_rows(s):
+    return [(name, fixed(p["u_x"], 1e3), fixed(p["u_y"], 1e3)) for name, p in s["probes"].items()]
+
+
+def joint_rows(s):
+    rows = []
+    for name, j in s["joints"].items():
+        ends = [fixed(j[end]["sigma"] if j["line"] else None, 1e-6) for end in ("start", "end")]
+        forces = (fixed(j["N"], 1e-3, 1), fixed(j["T"], 1e-3, 1), fixed(j["friction_needed"], 1, 2))
+        factors = (fixed(j["sliding_factor_peak"]), fixed(j["sliding_factor_residual"]))
+        lengths = (fixed(j["length"]), fixed(j["open_length"]), fixed(j["slipping_length"]))
+        rows.append((name, *forces, *factors, *lengths, *ends))
+    return rows
+
+
+def extreme_rows(s):
+    rows = []
+    for name, group in s["stress_by_group"].items():
+        high, low = group["s1_max"], group["s2_min"]
+        if high is not None:
+            ends = [(fixed(end["value"], 1e-6), place(end)) for end in (high, low)]
+            rows.append((name, *ends[0], *ends[1]))
+    return rows
+
+
+SECTIONS = (  # title, columns after the stage, rows of one stage
+    ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
+    ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
+    ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak|residual|length m|open m|slipping m|"
+               "sigma start MPa|sigma end MPa", joint_rows),
+    ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),
+)  # fmt: skip
+
+
+def report(summary):
+    """Text of the whole table."""
+    stages, ranks = summary["stages"], summary["ranks"]
+    names = ("blocks", "vertices", "macroblocks", "contacts", "dofs")
+    sizes = [f"{summary['n_' + name]} {name}" for name in names]
+    lines = [summary["title"] or summary["model"], ", ".join(sizes + [f"{ranks} rank{'s' * (ranks != 1)}"])]
+    for title, header, rows_of in SECTIONS:
+        rows = [(s["name"], *row) for s in stages for row in rows_of(s)]
+        if rows:
+            lines += ["", title, *table(["stage", *header.split("|")], rows)]
+    lines += ["", "Why"] + [f"  {s['name']}: {s['evidence']}" for s in stages]
+    return "\n".join(lines)
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m quoin_tools.results", description="Table of the results of a run."
+    )
+    parser.add_argument("folder", help="output folder of a run")
+    options = parser.parse_args(arguments)
+    try:
+        print(report(Results(options.folder).summary))
+    except ResultsError as error:
+        print(f"results: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
