@@ -1,0 +1,280 @@
+"""Run verification cases: tests/verification/<case>/case.py compares the solver with closed forms and references.
+
+    python tests/verification/driver.py patch stack --quoin build/quoin
+    python tests/verification/driver.py --all --table docs/verification.md
+    python tests/verification/driver.py bending --keep out/        # leave folders of the runs there
+
+A case.py has WHAT (one line), SOURCE (closed form or reference) and run(case), which runs scenes and checks numbers:
+
+    stage = case.run(mesh, scene, ranks=2).stage("weight")
+    case.check("closure of the base [m]", -stage.contacts.opening[0], 4.7088e-6, relative=1e-6)
+
+Exit code 0: every check of every case holds; 1: one does not; 2: no such case or program."""
+
+import argparse
+import copy
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+REFERENCE = ROOT / "tests" / "data" / "reference"
+sys.path.insert(0, str(ROOT / "tools"))
+
+from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.results import Results  # noqa: E402
+
+ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+               "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
+               "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+VERDICTS = {0: "converged", 2: "bad input", 3: "diverged", 4: "undecided", 5: "interrupted", 6: "collapsed"}
+MODELS = ("pt", "r2pt", "r3pt", "t2pt", "t3pt", "tptm")
+
+
+@dataclass
+class Check:
+    """One row of the table; of arrays the entry with the largest error against its tolerance."""
+
+    what: str
+    expected: object
+    ours: object
+    error: float
+    tolerance: float
+    kind: str  # relative, absolute or equal
+    ranks: str
+    seconds: float
+    passed: bool
+
+
+class Run(Results):
+    """Results of a run, with its exit code (0: all stages converged) and what it printed."""
+
+    def __init__(self, folder, exit_code, stdout, stderr, seconds):
+        self.exit_code, self.stdout, self.stderr, self.seconds = exit_code, stdout, stderr, seconds
+        self.verdict = VERDICTS.get(exit_code, f"exit code {exit_code}")
+        if exit_code in VERDICTS and exit_code != 2:
+            super().__init__(folder)
+        elif exit_code != 2:
+            raise RuntimeError(f"{folder}: exit code {exit_code}\n{stdout[-2000:]}{stderr[-4000:]}")
+
+    def probe(self, stage, point):
+        """Displacement (u_x, u_y) [m] of a named point at the end of a stage."""
+        values = self.stage_summary(stage)["probes"][point]
+        return np.array([values["u_x"], values["u_y"]])
+
+
+class Case:
+    """What a case.py works with: runs of the solver, and checks."""
+
+    def __init__(self, name, quoin, folder):
+        self.name, self.quoin, self.folder = name, quoin, Path(folder)
+        self.checks = []
+        self.runs = 0
+        self._since = []  # (ranks, seconds) of the runs since the last check
+
+    def run(self, mesh, scene, *options, ranks=1):
+        """Run a scene (dict, or its text) on a mesh (BlockMesh, or a path) in a folder of its own."""
+        self.runs += 1
+        folder = self.folder / f"run_{self.runs:03d}"
+        folder.mkdir(parents=True)
+        if mesh is not None and not isinstance(mesh, (str, os.PathLike)):
+            write(str(folder / "model.h5"), mesh)
+        if scene is not None:
+            text = scene if isinstance(scene, str) else dump(scene, mesh)
+            (folder / "scene.yaml").write_text(text, encoding="utf-8")
+        return self.again(folder, *options, ranks=ranks)
+
+    def again(self, folder, *options, ranks=1):
+        """Run what is in a folder."""
+        start = time.monotonic()
+        command = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", self.quoin]
+        if (folder / "scene.yaml").exists():
+            command += ["-options_file", "scene.yaml"]
+        done = subprocess.run(command + [str(word) for word in options], cwd=folder, capture_output=True, text=True,
+                              errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=500)
+        seconds = time.monotonic() - start
+        self._since.append((ranks, seconds))
+        return Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
+
+    def run_all(self, jobs):
+        """Runs of one rank, two at a time; jobs: (mesh, scene) pairs. Results in the same order."""
+        folders = []
+        for mesh, scene in jobs:
+            self.runs += 1
+            folders.append(self.folder / f"run_{self.runs:03d}")
+            folders[-1].mkdir(parents=True)
+            write(str(folders[-1] / "model.h5"), mesh)
+            (folders[-1] / "scene.yaml").write_text(dump(scene, mesh), encoding="utf-8")
+        with ThreadPoolExecutor(2) as pool:
+            return list(pool.map(self.again, folders))
+
+    def check(self, what, ours, expected, relative=None, absolute=None):
+        """Compare numbers, or arrays entry by entry; without a tolerance: equal."""
+        ranks, seconds = ", ".join(str(n) for n in sorted({n for n, _ in self._since})), sum(t for _, t in self._since)
+        self._since = []
+        if relative is None and absolute is None:
+            row = Check(what, expected, ours, 0.0 if ours == expected else 1.0, 0.0, "equal", ranks, seconds,
+                        bool(ours == expected))
+        else:
+            row = compare(what, ours, expected, relative, absolute)
+            row.ranks, row.seconds = ranks, seconds
+        self.checks.append(row)
+
+
+def compare(what, ours, expected, relative, absolute):
+    ours, expected = np.atleast_1d(np.asarray(ours, dtype=float)), np.atleast_1d(np.asarray(expected, dtype=float))
+    ours, expected = (array.ravel() for array in np.broadcast_arrays(ours, expected))
+    if not len(ours):
+        return Check(what, None, None, float("nan"), relative or absolute, "absolute", "", 0.0, False)
+    error = np.abs(ours - expected)
+    if relative is not None:
+        error = error / np.abs(expected)
+    error = np.where(np.isfinite(error), error, np.inf)
+    worst = int(np.argmax(error))
+    tolerance, kind = (absolute, "absolute") if relative is None else (relative, "relative")
+    what = f"{what}: worst of {len(ours)}" if len(ours) > 1 else what
+    return Check(what, float(expected[worst]), float(ours[worst]), float(error[worst]), tolerance, kind, "", 0.0,
+                 bool(error[worst] <= tolerance))
+
+
+def dump(scene, mesh):
+    """YAML of a scene; `model` may be left out, tuples are lists."""
+    scene = {"model": os.fspath(mesh) if isinstance(mesh, (str, os.PathLike)) else "model.h5"} | scene
+    return yaml.safe_dump(json.loads(json.dumps(scene)), sort_keys=False, default_flow_style=None, width=120)
+
+
+def changed(scene, *changes):
+    """A copy of a scene with dotted keys set: changed(scene, ("joints.default.friction", 30))."""
+    scene = copy.deepcopy(scene)
+    for key, value in changes:
+        *path, last = key.split(".")
+        at = scene
+        for word in path:
+            at = at[word]
+        at[last] = value
+    return scene
+
+
+# ---- cases, records, the table
+
+def case_names():
+    return sorted(path.parent.name for path in HERE.glob("*/case.py"))
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(f"case_{name}", HERE / name / "case.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def run_case(name, quoin, folder):
+    """Run one case; the record of it as a dict."""
+    module = load(name)
+    case = Case(name, quoin, folder)
+    start, problem = time.monotonic(), None
+    try:
+        module.run(case)
+    except Exception:  # a case that breaks is a failure of that case only
+        problem = traceback.format_exc()
+    record = {"case": name, "what": module.WHAT, "source": module.SOURCE, "runs": case.runs,
+              "seconds": time.monotonic() - start, "problem": problem,
+              "passed": problem is None and bool(case.checks) and all(check.passed for check in case.checks),
+              "checks": [asdict(check) for check in case.checks]}
+    return record
+
+
+def number(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    return f"{value:.7g}"
+
+
+def cells(check):
+    # an equality shows no error
+    error, tolerance = ("", "equal") if check["kind"] == "equal" else (f"{check['error']:.1e}", f"{check['tolerance']:g}")
+    if check["kind"] == "absolute":
+        tolerance += " abs."
+    return [check["what"], number(check["expected"]), number(check["ours"]), error, tolerance, check["ranks"],
+            f"{check['seconds']:.1f}" if check["ranks"] else "", "" if check["passed"] else "FAILED"]
+
+
+def show(record):
+    print(f"{record['case']}: {record['what']}")
+    rows = [["check", "expected", "ours", "error", "tolerance", "ranks", "s", ""]] + [cells(c) for c in record["checks"]]
+    widths = [max(len(row[i]) for row in rows) for i in range(8)]
+    for row in rows:
+        print("  " + "  ".join(word.ljust(w) if i == 0 else word.rjust(w)
+                               for i, (word, w) in enumerate(zip(row, widths))).rstrip())
+    if record["problem"]:
+        print(record["problem"])
+    failed = sum(not check["passed"] for check in record["checks"])
+    print(f"{record['case']}: {len(record['checks']) - failed} of {len(record['checks'])} checks hold, "
+          f"{record['runs']} runs, {record['seconds']:.1f} s\n", flush=True)
+
+
+def write_table(path, records):
+    """docs/verification.md."""
+    checks = sum(len(record["checks"]) for record in records)
+    passed = sum(check["passed"] for record in records for check in record["checks"])
+    lines = ["# Verification", "",
+             f"{passed} of {checks} checks hold ({len(records)} cases, {sum(r['runs'] for r in records)} runs, "
+             f"{sum(r['seconds'] for r in records):.0f} s). Written by",
+             "`python tests/verification/driver.py --all --table docs/verification.md`; a case is",
+             "`tests/verification/<case>/case.py`, its closed forms stand beside its checks. Errors are relative to the expected",
+             "number unless marked abs.; of several numbers the worst is shown. Times are of the runs for that row [s].", ""]
+    for record in records:
+        lines += [f"## {record['case']}: {record['what']}", "", f"Source: {record['source']}", "",
+                  "| check | expected | ours | error | tolerance | ranks | s | |", "|---|---|---|---|---|---|---|---|"]
+        lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells(check)) + " |"
+                  for check in record["checks"]]
+        lines += ["", f"This case broke: `{record['problem'].strip().splitlines()[-1]}`"] if record["problem"] else []
+        lines.append("")
+    Path(path).write_text("\n".join(lines), encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Run verification cases.")
+    parser.add_argument("cases", nargs="*", help=", ".join(case_names()))
+    parser.add_argument("--all", action="store_true", help="every case")
+    parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"), help="the program (%(default)s)")
+    parser.add_argument("--table", help="write a table of all that ran (Markdown)")
+    parser.add_argument("--json", help="write a record of all that ran")
+    parser.add_argument("--keep", help="folder to keep the runs in")
+    options = parser.parse_args()
+    names = case_names() if options.all else options.cases
+    unknown = [name for name in names if name not in case_names()]
+    if unknown or not names:
+        parser.error(f"no case {', '.join(unknown)}; there are: {', '.join(case_names())}")
+    if not os.access(options.quoin, os.X_OK):
+        parser.error(f"no program {options.quoin}; build it or name it with --quoin")
+    records = []
+    for name in names:
+        folder = tempfile.mkdtemp(prefix=f"quoin_{name}_") if not options.keep else os.path.join(options.keep, name)
+        records.append(run_case(name, os.path.abspath(options.quoin), folder))
+        show(records[-1])
+        if not options.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+    if options.table:
+        write_table(options.table, records)
+    if options.json:
+        Path(options.json).write_text(json.dumps(records, indent=1), encoding="utf-8")
+    return 0 if all(record["passed"] for record in records) else 1
+
+
+if __name__ == "__main__":
+    sys.modules["driver"] = sys.modules["__main__"]  # cases import this very module
+    sys.exit(main())
