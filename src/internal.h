@@ -286,7 +286,6 @@ PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result, const StageFields *fields,
                                 char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
-const char *VerdictName(Verdict verdict);
 /* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not "". */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);

@@ -10,14 +10,6 @@
 
 #define MEMORY_INT (sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32)
 
-static const char *const VERDICT_NAMES[] = {"none",     "converged", "collapsed",
-                                            "diverged", "undecided", "interrupted"};
-
-const char *VerdictName(Verdict verdict)
-{
-  return VERDICT_NAMES[verdict];
-}
-
 /* ---- HDF5 in small pieces: each returns 0, or -1 on failure */
 
 static int write_data(hid_t group, const char *name, hid_t file_type, hid_t memory_type, int rank,
@@ -153,7 +145,7 @@ static int write_mesh(hid_t file, const ResultsFile *results)
 
 static int write_stage_attributes(hid_t group, PetscInt stage, const StageResult *result)
 {
-  return write_count(group, "index", stage) || write_text(group, "verdict", VerdictName(result->verdict)) ||
+  return write_count(group, "index", stage) || write_text(group, "verdict", VerdictNames[result->verdict]) ||
          write_text(group, "evidence", result->evidence) || write_count(group, "cycles", result->cycles) ||
          write_number(group, "ratio", result->ratio);
 }

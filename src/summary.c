@@ -170,7 +170,7 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
   fprintf(f, "    {\n      ");
   text(f, "name", scene->stages[stage].name, ",\n      ");
-  text(f, "verdict", VerdictName(result->verdict), ",\n      ");
+  text(f, "verdict", VerdictNames[result->verdict], ",\n      ");
   text(f, "evidence", result->evidence, ",\n      ");
   count(f, "cycles", result->cycles, ",\n      ");
   number(f, "wall_s", result->wall, ",\n      ");
