@@ -134,6 +134,9 @@ PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, 
     if (state->ramp >= 1. && first_ratio == 0.) first_ratio = result->ratio, first_wall = result->wall;
     progress(m, stage, result, state, first_ratio, first_wall);
     if (follow) {
+      // faces may have vertices of other ranks: their displacements are those before this cycle's step
+      PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
+      PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
       PetscCall(LoadsTarget(scene, m, stage, state));
       LoadsApply(m, state, state->ramp);
     }
