@@ -68,14 +68,29 @@ static void add_blocks(const Model *m, const Elements *e, int n_nodes, const Pet
   }
 }
 
+/* Deformable blocks that hang on a body leave their share (27) at its vertices: it moves with the body. */
+static void add_hanging(const Model *m, const PetscReal *vertex_mass, const PetscReal *about, BodySums *sum)
+{
+  for (PetscInt b = 0; b < m->n_bodies; b++)
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      const PetscReal dx = m->X[2 * v] - (about ? about[2 * b] : 0.), dy = m->X[2 * v + 1] - (about ? about[2 * b + 1] : 0.);
+      sum[b].mass += vertex_mass[v], sum[b].mass_x += vertex_mass[v] * dx, sum[b].mass_y += vertex_mass[v] * dy;
+      sum[b].inertia += vertex_mass[v] * (dx * dx + dy * dy);
+    }
+}
+
 /* Centre of mass (of area for a weightless body), then mass and inertia (30) about it, exact for polygons. */
 static PetscErrorCode body_masses(Model *m)
 {
   BodySums *sum;
+  PetscReal *vertex_mass;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_bodies, &sum));
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
+  PetscCall(ElementMasses(m, vertex_mass));
   add_blocks(m, &m->rigid_q4, 4, NULL, sum);
   add_blocks(m, &m->rigid_t3, 3, NULL, sum);
+  add_hanging(m, vertex_mass, NULL, sum);
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     const PetscBool heavy = (PetscBool)(sum[b].mass > 0.);
     m->body_X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
@@ -84,7 +99,9 @@ static PetscErrorCode body_masses(Model *m)
   PetscCall(PetscArrayzero(sum, m->n_bodies));
   add_blocks(m, &m->rigid_q4, 4, m->body_X, sum);
   add_blocks(m, &m->rigid_t3, 3, m->body_X, sum);
+  add_hanging(m, vertex_mass, m->body_X, sum);
   for (PetscInt b = 0; b < m->n_bodies; b++) m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;
+  PetscCall(PetscFree(vertex_mass));
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

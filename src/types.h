@@ -202,8 +202,8 @@ typedef struct {
   PetscInt n_bodies;
   PetscInt *body_gid;    /* (n_bodies,) macroblock-like number 0.. n_rigid_global-1, ascending */
   PetscInt *body_start;  /* (n_bodies + 1,) first local vertex of each body */
-  PetscReal *body_X;     /* [m] (n_bodies,2) centroid, reference */
-  PetscReal *body_mass;  /* [kg] (n_bodies,2) mass and moment of inertia about the centroid (30) */
+  PetscReal *body_X;     /* [m] (n_bodies,2) mass centre, reference; with the lumped mass of deformable blocks at its vertices */
+  PetscReal *body_mass;  /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
   PetscInt *body_body;   /* (n_bodies,) macroblock */
 
   PetscInt n_dof;        /* 3 n_bodies + 2 n_deformable */
