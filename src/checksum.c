@@ -27,15 +27,18 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
   const PetscInt at = 3 * m->n_bodies;
   uint64_t sum = 0;
   PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < m->n_owned; v++) sum += hash_reals((uint64_t)m->vertex_gid[v], 2, state->u + at + 2 * v);
-  for (PetscInt v = 0; v < m->n_deformable; v++) sum += hash_reals((uint64_t)m->vertex_gid[v] + (1ull << 40), 2, state->v + at + 2 * v);
+  for (PetscInt v = 0; v < m->n_owned; v++)
+    sum += hash_reals((uint64_t)m->vertex_gid[v], 2, state->u + at + 2 * v);
+  for (PetscInt v = 0; v < m->n_deformable; v++)
+    sum += hash_reals((uint64_t)m->vertex_gid[v] + (1ull << 40), 2, state->v + at + 2 * v);
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     sum += hash_reals((uint64_t)m->body_gid[b] + (2ull << 40), 3, state->u + 3 * b);
     sum += hash_reals((uint64_t)m->body_gid[b] + (3ull << 40), 3, state->v + 3 * b);
   }
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (!c->owned[i]) continue;
-    const PetscReal history[4] = {c->slip[SUB(i, 0)], c->slip[SUB(i, 1)], c->broken[SUB(i, 0)], c->broken[SUB(i, 1)]};
+    const PetscReal history[4] = {c->slip[SUB(i, 0)], c->slip[SUB(i, 1)], c->broken[SUB(i, 0)],
+                                  c->broken[SUB(i, 1)]};
     sum += hash_reals(spread((uint64_t)c->key[2 * i]) ^ (uint64_t)c->key[2 * i + 1], 4, history);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, m->comm));
@@ -43,8 +46,8 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Every vertex, block and rigid body is owned once; element lists ascend; indices stay inside; ghosts carry their owner's
-   coordinates. */
+/* Every vertex, block and rigid body is owned once; element lists ascend; indices stay inside; ghosts carry
+   their owner's coordinates. */
 PetscErrorCode ModelIsValid(const Model *m, PetscBool *valid)
 {
   const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
@@ -67,6 +70,7 @@ PetscErrorCode ModelIsValid(const Model *m, PetscBool *valid)
   for (PetscInt i = 0; i < 2 * m->n_vertices; i++) count[3] += X[i] != m->X[i];
   PetscCall(PetscFree(X));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 4, MPIU_INT, MPI_SUM, m->comm));
-  *valid = (PetscBool)(count[0] == m->n_vertices_global && count[1] == m->n_blocks_global && count[2] == m->n_rigid_global && count[3] == 0);
+  *valid = (PetscBool)(count[0] == m->n_vertices_global && count[1] == m->n_blocks_global &&
+                       count[2] == m->n_rigid_global && count[3] == 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

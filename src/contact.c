@@ -1,5 +1,5 @@
-/* contact.c: finding and storing face-to-face contacts (sections 2.1-2.2). Every rank keeps the contacts that touch a
-   vertex it owns, in ascending (stress model, face, face). */
+/* contact.c: finding and storing face-to-face contacts (sections 2.1-2.2). Every rank keeps the contacts that
+   touch a vertex it owns, in ascending (stress model, face, face). */
 #include "internal.h"
 #include "contact_geometry.h"
 
@@ -18,7 +18,8 @@ static int candidate_order(const void *a, const void *b)
   return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
 }
 
-/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the default. */
+/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the
+ * default. */
 static PetscInt joint_of_pair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 {
   const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g];
@@ -34,7 +35,8 @@ static PetscInt joint_of_pair(const Scene *scene, const Model *m, PetscInt f, Pe
   return 0;
 }
 
-/* Whether two faces may touch at all: different blocks, not of one rigid body, one of them at an owned vertex. */
+/* Whether two faces may touch at all: different blocks, not of one rigid body, one of them at an owned
+ * vertex. */
 static PetscBool may_touch(const Model *m, PetscInt f, PetscInt g)
 {
   const PetscInt *vf = m->faces.vertex + 2 * f, *vg = m->faces.vertex + 2 * g;
@@ -55,10 +57,12 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, PetscInt f, 
   if (m->faces.gid[f] > m->faces.gid[g]) return make_candidate(scene, m, g, f, c);
   face_coordinates(m, f, a);
   face_coordinates(m, g, b);
-  const PetscReal shorter = PetscMin(PetscHypotReal(a[2] - a[0], a[3] - a[1]), PetscHypotReal(b[2] - b[0], b[3] - b[1]));
+  const PetscReal shorter = PetscMin(PetscHypotReal(a[2] - a[0], a[3] - a[1]),
+                                     PetscHypotReal(b[2] - b[0], b[3] - b[1]));
   const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
   // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
-  const PetscReal depth = m->faces.body[f] == m->faces.body[g] ? FACE_MIN_OVERLAP * shorter : scene->overlap_tolerance;
+  const PetscReal depth = m->faces.body[f] == m->faces.body[g] ? FACE_MIN_OVERLAP * shorter
+                                                               : scene->overlap_tolerance;
   if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
   c->key[0] = m->faces.gid[f], c->key[1] = m->faces.gid[g];
   c->face[0] = f, c->face[1] = g;
@@ -99,10 +103,13 @@ static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n && !message[0]; i++) {
     if (list[i].joint || scene->joints[0].k_n > 0.) continue;
-    const char *a = m->group_names[m->faces.group[list[i].face[0]]], *b = m->group_names[m->faces.group[list[i].face[1]]];
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: joints: blocks of groups %s and %s touch, but no joint names a face set between them, the pair "
-                            "%s+%s or default", scene->file, a, b, a, b));
+    const char *a = m->group_names[m->faces.group[list[i].face[0]]],
+               *b = m->group_names[m->faces.group[list[i].face[1]]];
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: joints: blocks of groups %s and %s touch, but no joint names a face set between them, the pair "
+        "%s+%s or default",
+        scene->file, a, b, a, b));
   }
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -112,7 +119,8 @@ static PetscErrorCode allocate(Contacts *c)
 {
   const PetscInt n = c->n_padded;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n, &c->length, 2 * n, &c->state));
+  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n,
+                         &c->length, 2 * n, &c->state));
   PetscCall(PetscCalloc5(2 * n, &c->t, 4 * n, &c->gap, 2 * n, &c->rest, 2 * n, &c->slip, 2 * n, &c->broken));
   PetscCall(PetscCalloc4(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,13 +144,16 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   for (int k = 0; k < 2; k++) {
     const PetscInt source = p->pair.source[k];
     const PetscInt *destination = m->faces.vertex + 2 * p->face[1 - source];
-    const PetscInt P = m->faces.vertex[2 * p->face[source] + p->pair.corner[k]], A = destination[0], B = destination[1];
+    const PetscInt P = m->faces.vertex[2 * p->face[source] + p->pair.corner[k]], A = destination[0],
+                   B = destination[1];
     PetscInt *vertex = c->vertex + ((at / BATCH) * 6 + 3 * k) * BATCH + at % BATCH;
     const PetscReal t = p->pair.t[k];
     vertex[0] = P, vertex[BATCH] = A, vertex[2 * BATCH] = B;
     c->t[SUB(at, k)] = t;
     for (int i = 0; i < 2; i++)
-      c->gap[((at / BATCH) * 4 + 2 * k + i) * BATCH + at % BATCH] = m->X[2 * P + i] - ((1. - t) * m->X[2 * A + i] + t * m->X[2 * B + i]);
+      c->gap[((at / BATCH) * 4 + 2 * k + i) * BATCH + at % BATCH] = m->X[2 * P + i] -
+                                                                    ((1. - t) * m->X[2 * A + i] +
+                                                                     t * m->X[2 * B + i]);
     c->rest[SUB(at, k)] = PetscMin(p->pair.gap[k], 0.);
   }
 }
@@ -166,8 +177,10 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   for (int s = 0; s < STRESS_MODELS; s++)
     for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
       const PetscInt i = at - c->model_start[s];
-      if (i < count[s]) store(m, list + first[s] + i, at, c);
-      else store_padding(m, at, list[first[s]].joint, c);
+      if (i < count[s])
+        store(m, list + first[s] + i, at, c);
+      else
+        store_padding(m, at, list[first[s]].joint, c);
     }
   PetscCall(PetscFree(list));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -187,7 +200,10 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
   PetscInt bad = 0, n = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (c->key[2 * i] < 0) { bad += c->length[i] != 0.; continue; }
+    if (c->key[2 * i] < 0) {
+      bad += c->length[i] != 0.;
+      continue;
+    }
     n++;
     bad += c->key[2 * i] >= c->key[2 * i + 1] || !(c->length[i] > 0.);
     PetscBool owned = PETSC_FALSE;
@@ -227,7 +243,8 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     if (c->key[2 * i] < 0) continue;
     const PetscInt *v = c->vertex + (i / BATCH) * 6 * BATCH + i % BATCH;
     const PetscInt a = m->vertex_body[v[0]], b = m->vertex_body[v[BATCH]];
-    parent[PetscMax(root_of(parent, a), root_of(parent, b))] = PetscMin(root_of(parent, a), root_of(parent, b));
+    parent[PetscMax(root_of(parent, a), root_of(parent, b))] = PetscMin(root_of(parent, a),
+                                                                        root_of(parent, b));
   }
   while (changed) { // every rank takes over the others' links until nothing changes; a handful of rounds
     for (PetscInt b = 0; b < n; b++) all[b] = root_of(parent, b);
@@ -246,10 +263,12 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     if (held[root_of(parent, b)]) continue;
     for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // where it is, if this rank knows
     if (e < m->n_owned)
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                              "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT ", x = %g m, y = %g m) hangs on nothing: "
-                              "it touches no supported block; add a support, or set relaxation.allow_floating",
-                              scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1]));
+      PetscCall(
+          PetscSNPrintf(message, MESSAGE_LENGTH,
+                        "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
+                        ", x = %g m, y = %g m) hangs on nothing: "
+                        "it touches no supported block; add a support, or set relaxation.allow_floating",
+                        scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1]));
   }
   PetscCall(PetscFree3(parent, held, all));
   PetscCall(CheckMessage(m->comm, message));

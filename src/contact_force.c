@@ -1,16 +1,17 @@
-/* contact_force.c: every cycle, for every contact: opening and slip of its two sub-contacts (1)-(4), stresses (5)-(6) by its
-   stress model and joint law, forces to the vertices of both faces.
+/* contact_force.c: every cycle, for every contact: opening and slip of its two sub-contacts (1)-(4), stresses
+   (5)-(6) by its stress model and joint law, forces to the vertices of both faces.
 
-   Kinematics in total form. With q = (1-t) A + t B the point of the destination face under P (t = L_d / length) and d = P - q,
-     u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise: out of the destination block,
-   in the present positions: the sum of the increments (3)-(4), but exact under rotation and free of drift. The forces are
-   the derivatives of int sigma du_n + int tau du_s with respect to the vertices. n and s turn with A-B by
-   d(theta) = -n.(dB - dA)/|B - A|, which adds a couple C = F_n u_s - F_s u_n on the destination face: with it contacts
-   keep angular momentum and energy. (Small strain: n, s of the reference state, no couple.)
+   Kinematics in total form. With q = (1-t) A + t B the point of the destination face under P (t = L_d /
+   length) and d = P - q, u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise: out of the
+   destination block, in the present positions: the sum of the increments (3)-(4), but exact under rotation
+   and free of drift. The forces are the derivatives of int sigma du_n + int tau du_s with respect to the
+   vertices. n and s turn with A-B by d(theta) = -n.(dB - dA)/|B - A|, which adds a couple C = F_n u_s - F_s
+   u_n on the destination face: with it contacts keep angular momentum and energy. (Small strain: n, s of the
+   reference state, no couple.)
 
-   All lanes of a batch take the elastic row of their stress model; lanes where the joint law does not hold elastically are
-   done again by StressModelRespond. Both give the same bits where the law holds, so it does not matter which lane sits in
-   which batch. */
+   All lanes of a batch take the elastic row of their stress model; lanes where the joint law does not hold
+   elastically are done again by StressModelRespond. Both give the same bits where the law holds, so it does
+   not matter which lane sits in which batch. */
 #include "internal.h"
 
 typedef struct {
@@ -19,16 +20,19 @@ typedef struct {
   PetscReal sigma[2][BATCH], tau[2][BATCH], F_n[2][BATCH], F_s[2][BATCH];
 } Lanes;
 
-static void kinematics(const PetscInt *restrict vertex, const PetscReal *restrict X, const PetscReal *restrict u, const PetscReal *restrict t,
+static void kinematics(const PetscInt *restrict vertex, const PetscReal *restrict X,
+                       const PetscReal *restrict u, const PetscReal *restrict t,
                        const PetscReal *restrict gap, PetscReal moving, Lanes *L)
 {
   for (int k = 0; k < 2; k++)
     for (int l = 0; l < BATCH; l++) {
-      const PetscInt P = 2 * vertex[(3 * k) * BATCH + l], A = 2 * vertex[(3 * k + 1) * BATCH + l], B = 2 * vertex[(3 * k + 2) * BATCH + l];
+      const PetscInt P = 2 * vertex[(3 * k) * BATCH + l], A = 2 * vertex[(3 * k + 1) * BATCH + l],
+                     B = 2 * vertex[(3 * k + 2) * BATCH + l];
       const PetscReal tk = t[k * BATCH + l];
       const PetscReal dx = gap[(2 * k) * BATCH + l] + (u[P] - ((1. - tk) * u[A] + tk * u[B]));
       const PetscReal dy = gap[(2 * k + 1) * BATCH + l] + (u[P + 1] - ((1. - tk) * u[A + 1] + tk * u[B + 1]));
-      const PetscReal ex = (X[B] - X[A]) + moving * (u[B] - u[A]), ey = (X[B + 1] - X[A + 1]) + moving * (u[B + 1] - u[A + 1]);
+      const PetscReal ex = (X[B] - X[A]) + moving * (u[B] - u[A]),
+                      ey = (X[B + 1] - X[A + 1]) + moving * (u[B + 1] - u[A + 1]);
       const PetscReal inv = 1. / PetscSqrtReal(ex * ex + ey * ey), sx = ex * inv, sy = ey * inv;
       L->inv_length[k][l] = inv;
       L->s[k][0][l] = sx, L->s[k][1][l] = sy;
@@ -38,8 +42,10 @@ static void kinematics(const PetscInt *restrict vertex, const PetscReal *restric
     }
 }
 
-/* Elastic stresses and end forces of all lanes; returns a bit per lane where the joint law does not hold elastically. */
-static unsigned elastic_row(const Contacts *c, const Joint *joints, PetscInt b, PetscReal a, PetscReal bb, Lanes *L)
+/* Elastic stresses and end forces of all lanes; returns a bit per lane where the joint law does not hold
+ * elastically. */
+static unsigned elastic_row(const Contacts *c, const Joint *joints, PetscInt b, PetscReal a, PetscReal bb,
+                            Lanes *L)
 {
   unsigned inelastic = 0;
   for (int l = 0; l < BATCH; l++) {
@@ -63,7 +69,8 @@ static unsigned elastic_row(const Contacts *c, const Joint *joints, PetscInt b, 
 }
 
 /* The lanes where the joint opens, slips or crushes, by the stress model itself. */
-static void inelastic_lanes(Contacts *c, const Joint *joints, StressModelKind model, PetscInt b, unsigned lanes, Lanes *L)
+static void inelastic_lanes(Contacts *c, const Joint *joints, StressModelKind model, PetscInt b,
+                            unsigned lanes, Lanes *L)
 {
   for (int l = 0; l < BATCH; l++) {
     if (!(lanes >> l & 1)) continue;
@@ -85,12 +92,13 @@ static void inelastic_lanes(Contacts *c, const Joint *joints, StressModelKind mo
 }
 
 /* End forces to P and, by L_d, to A and B; lane after lane, so that sums at a vertex have one order. */
-static void scatter(const PetscInt *restrict vertex, const PetscReal *restrict t, PetscReal thickness, PetscReal moving, const Lanes *L,
-                    PetscReal *restrict f)
+static void scatter(const PetscInt *restrict vertex, const PetscReal *restrict t, PetscReal thickness,
+                    PetscReal moving, const Lanes *L, PetscReal *restrict f)
 {
   for (int l = 0; l < BATCH; l++)
     for (int k = 0; k < 2; k++) {
-      const PetscInt P = 2 * vertex[(3 * k) * BATCH + l], A = 2 * vertex[(3 * k + 1) * BATCH + l], B = 2 * vertex[(3 * k + 2) * BATCH + l];
+      const PetscInt P = 2 * vertex[(3 * k) * BATCH + l], A = 2 * vertex[(3 * k + 1) * BATCH + l],
+                     B = 2 * vertex[(3 * k + 2) * BATCH + l];
       const PetscReal F_n = thickness * L->F_n[k][l], F_s = thickness * L->F_s[k][l], tk = t[k * BATCH + l];
       const PetscReal couple = moving * (F_n * L->d_s[k][l] - F_s * L->d_n[k][l]) * L->inv_length[k][l];
       for (int i = 0; i < 2; i++) {
@@ -113,7 +121,8 @@ static void keep_results(PetscInt b, unsigned inelastic, const Lanes *L, Contact
     }
 }
 
-PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u, PetscReal *f)
+PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
+                             PetscReal *f)
 {
   const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
   PetscFunctionBeginUser;

@@ -2,15 +2,15 @@
 #pragma once
 #include "types.h"
 
-/* Two faces that touch: which vertex of which face stands opposite the other face at each end. Ends 0 and 1 are taken along
-   the direction of face a. */
+/* Two faces that touch: which vertex of which face stands opposite the other face at each end. Ends 0 and 1
+   are taken along the direction of face a. */
 typedef struct {
   ContactClass klass;
-  int source[2];      /* 0: the vertex belongs to face a (destination b), 1: to face b (destination a) */
-  int corner[2];      /* 0: first vertex of its face, 1: second */
-  PetscReal t[2];     /* L_d / length of the destination face */
-  PetscReal gap[2];   /* [m] opening, positive apart */
-  PetscReal length;   /* [m] L = L_i,0 + L_i,1 */
+  int source[2];    /* 0: the vertex belongs to face a (destination b), 1: to face b (destination a) */
+  int corner[2];    /* 0: first vertex of its face, 1: second */
+  PetscReal t[2];   /* L_d / length of the destination face */
+  PetscReal gap[2]; /* [m] opening, positive apart */
+  PetscReal length; /* [m] L = L_i,0 + L_i,1 */
 } FacePair;
 
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
@@ -18,17 +18,22 @@ static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees o
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
 static const PetscReal FACE_MIN_OVERLAP = 1e-6;     /* relative to the shorter face */
 
-/* Projects P on the line A-B: parameter t along it, and distance to the right of it (the outward side), over |B-A|. */
-static inline void face_project(const PetscReal A[2], const PetscReal B[2], const PetscReal P[2], PetscReal *t, PetscReal *gap)
+/* Projects P on the line A-B: parameter t along it, and distance to the right of it (the outward side), over
+ * |B-A|. */
+static inline void face_project(const PetscReal A[2], const PetscReal B[2], const PetscReal P[2],
+                                PetscReal *t, PetscReal *gap)
 {
-  const PetscReal ex = B[0] - A[0], ey = B[1] - A[1], dx = P[0] - A[0], dy = P[1] - A[1], l2 = ex * ex + ey * ey;
+  const PetscReal ex = B[0] - A[0], ey = B[1] - A[1], dx = P[0] - A[0], dy = P[1] - A[1],
+                  l2 = ex * ex + ey * ey;
   *t = (dx * ex + dy * ey) / l2;
   *gap = (dx * ey - dy * ex) / PetscSqrtReal(l2);
 }
 
-/* The class of the contact and its two sub-contacts. a, b: (4) x0 y0 x1 y1 of the faces in ring order. tolerance [m]: largest
-   opening of both sub-contacts; depth [m]: deepest overlap. Returns FACES_TOUCH or FACES_APART. */
-static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, PetscReal tolerance, PetscReal depth, FacePair *pair)
+/* The class of the contact and its two sub-contacts. a, b: (4) x0 y0 x1 y1 of the faces in ring order.
+   tolerance [m]: largest opening of both sub-contacts; depth [m]: deepest overlap. Returns FACES_TOUCH or
+   FACES_APART. */
+static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, PetscReal tolerance,
+                                   PetscReal depth, FacePair *pair)
 {
   const PetscReal *face[2] = {a, b};
   const PetscReal la = PetscSqrtReal((a[2] - a[0]) * (a[2] - a[0]) + (a[3] - a[1]) * (a[3] - a[1]));
@@ -43,7 +48,8 @@ static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, Petsc
   const PetscReal low = PetscMax(0., tb1), high = PetscMin(1., tb0), tie = FACE_TIE;
   if ((high - low) * la <= FACE_MIN_OVERLAP * PetscMin(la, lb)) return FACES_APART;
 
-  // each end is the vertex of one face that lies opposite the other; at a tie keep both ends on one face (FF1)
+  // each end is the vertex of one face that lies opposite the other; at a tie keep both ends on one face
+  // (FF1)
   const int low_a = tb1 <= tie, low_b = tb1 >= -tie, high_a = tb0 >= 1. - tie, high_b = tb0 <= 1. + tie;
   if (low_a && high_a) {
     pair->klass = FF1_12;
@@ -64,7 +70,8 @@ static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, Petsc
   }
   pair->length = (high - low) * la;
   for (int k = 0; k < 2; k++) {
-    const PetscReal *P = face[pair->source[k]] + 2 * pair->corner[k], *destination = face[1 - pair->source[k]];
+    const PetscReal *P = face[pair->source[k]] + 2 * pair->corner[k],
+                    *destination = face[1 - pair->source[k]];
     face_project(destination, destination + 2, P, &pair->t[k], &pair->gap[k]);
     if (pair->gap[k] > tolerance || pair->gap[k] < -depth) return FACES_APART;
   }

@@ -1,10 +1,12 @@
-/* distribute.c: BlockMesh on rank 0 -> DMPlex -> distributed DMPlex with one layer of overlap, and what each point of it
-   is (PointRecord). After this file and model.c nobody asks the Plex for anything. */
+/* distribute.c: BlockMesh on rank 0 -> DMPlex -> distributed DMPlex with one layer of overlap, and what each
+   point of it is (PointRecord). After this file and model.c nobody asks the Plex for anything. */
 #include "internal.h"
 #include <petscdmplex.h>
 
-/* Plex points are numbered blocks, vertices, faces. Cones run along the block's ring; orientation -1 turns a face. */
-static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh, PetscInt n_edges, const PetscInt *edge_vertices, const PetscInt *block_edges)
+/* Plex points are numbered blocks, vertices, faces. Cones run along the block's ring; orientation -1 turns a
+ * face. */
+static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh, PetscInt n_edges,
+                                 const PetscInt *edge_vertices, const PetscInt *block_edges)
 {
   const PetscInt nb = mesh->n_blocks, nv = mesh->n_vertices;
   PetscInt *cone, *orientation, at = 0;
@@ -29,7 +31,8 @@ static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh, PetscInt n_edges,
   PetscCall(DMPlexSymmetrize(dm));
   PetscCall(DMPlexStratify(dm));
   for (PetscInt b = 0; b < nb; b++)
-    PetscCall(DMPlexSetCellType(dm, b, mesh->blocks[4 * b + 3] < 0 ? DM_POLYTOPE_TRIANGLE : DM_POLYTOPE_QUADRILATERAL));
+    PetscCall(DMPlexSetCellType(
+        dm, b, mesh->blocks[4 * b + 3] < 0 ? DM_POLYTOPE_TRIANGLE : DM_POLYTOPE_QUADRILATERAL));
   for (PetscInt v = 0; v < nv; v++) PetscCall(DMPlexSetCellType(dm, nb + v, DM_POLYTOPE_POINT));
   for (PetscInt e = 0; e < n_edges; e++) PetscCall(DMPlexSetCellType(dm, nb + nv + e, DM_POLYTOPE_SEGMENT));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -82,16 +85,22 @@ static PetscErrorCode plex_labels(DM dm, const BlockMesh *mesh, const PetscInt *
 }
 
 /* What each point of the whole mesh is (rank 0). */
-static PetscErrorCode fill_records(const BlockMesh *mesh, const PetscInt *rigid, PetscInt n_edges, const PetscInt *block_edges, PointRecord *r)
+static PetscErrorCode fill_records(const BlockMesh *mesh, const PetscInt *rigid, PetscInt n_edges,
+                                   const PetscInt *block_edges, PointRecord *r)
 {
   const PetscInt nb = mesh->n_blocks, nv = mesh->n_vertices;
   PetscInt *uses;
   PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < nv; v++) r[nb + v] = (PointRecord){.gid = v, .file = mesh->vertex_file[v], .rigid = -1};
+  for (PetscInt v = 0; v < nv; v++)
+    r[nb + v] = (PointRecord){.gid = v, .file = mesh->vertex_file[v], .rigid = -1};
   PetscCall(PetscCalloc1(n_edges, &uses));
   for (PetscInt e = 0; e < n_edges; e++) r[nb + nv + e] = (PointRecord){.gid = -1, .file = -1, .rigid = -1};
   for (PetscInt b = 0; b < nb; b++) {
-    r[b] = (PointRecord){.gid = b, .file = mesh->block_file[b], .group = mesh->block_group[b], .body = mesh->body[b], .rigid = rigid[b]};
+    r[b] = (PointRecord){.gid = b,
+                         .file = mesh->block_file[b],
+                         .group = mesh->block_group[b],
+                         .body = mesh->body[b],
+                         .rigid = rigid[b]};
     for (PetscInt k = 0; k < 4 && mesh->blocks[4 * b + k] >= 0; k++) {
       PointRecord *vertex = r + nb + mesh->blocks[4 * b + k];
       const PetscInt e = block_edges[4 * b + k], edge = e >= 0 ? e : -(e + 1);
@@ -126,7 +135,8 @@ static PetscErrorCode set_partition(DM dm, const BlockMesh *mesh, const PetscInt
 }
 
 /* Sends records along the migration SF of the distribution. */
-static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const PointRecord *old, PointRecord **records)
+static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const PointRecord *old,
+                                      PointRecord **records)
 {
   MPI_Datatype unit;
   PetscFunctionBeginUser;
@@ -139,7 +149,8 @@ static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, DM *plex, PointRecord **records)
+PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
+                              DM *plex, PointRecord **records)
 {
   PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, *part, p_end;
   PointRecord *old;

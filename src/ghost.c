@@ -1,5 +1,5 @@
-/* ghost.c: the one exchange of a step: displacements of owned vertices to the ranks that compute elements or contacts with
-   them. Forces never travel: every rank computes all that touches its own vertices. */
+/* ghost.c: the one exchange of a step: displacements of owned vertices to the ranks that compute elements or
+   contacts with them. Forces never travel: every rank computes all that touches its own vertices. */
 #include "internal.h"
 
 PetscErrorCode GhostBegin(const Model *m, PetscReal *u)

@@ -1,14 +1,16 @@
-/* integrate.c: the central difference (11)-(20). One loop over all degrees of freedom: displacements of deformable vertices,
-   translations and rotations of rigid bodies alike ((7) and (14) have one form). */
+/* integrate.c: the central difference (11)-(20). One loop over all degrees of freedom: displacements of
+   deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one form). */
 #include "internal.h"
 #include "reproducible.h"
 
-/* Terms of the next cycle may be this much larger than the largest of the last before the bins are too small. */
+/* Terms of the next cycle may be this much larger than the largest of the last before the bins are too small.
+ */
 static const PetscReal GROWTH = 1048576.;
 
 void Integrate(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
 {
-  const PetscReal dt = state->dt, d1 = 1. - 0.5 * state->alpha * dt, d2 = 1. / (1. + 0.5 * state->alpha * dt); // (12), (13)
+  const PetscReal dt = state->dt, d1 = 1. - 0.5 * state->alpha * dt,
+                  d2 = 1. / (1. + 0.5 * state->alpha * dt); // (12), (13)
   const Bins num_bins = BinsFor(PetscMax(last->num_max * GROWTH, PETSC_MACHINE_EPSILON * PETSC_SMALL));
   const Bins den_bins = BinsFor(PetscMax(last->den_max * GROWTH, PETSC_MACHINE_EPSILON * PETSC_SMALL));
   const PetscReal *restrict f = state->f, *restrict f_old = state->f_old, *restrict f_ext = state->f_ext;

@@ -1,5 +1,5 @@
-/* internal.h: prototypes between the files of src/, in data-flow order. "Collective" is said where it holds; all else is
-   local to the rank. Functions return a PETSc error code. */
+/* internal.h: prototypes between the files of src/, in data-flow order. "Collective" is said where it holds;
+   all else is local to the rank. Functions return a PETSc error code. */
 #pragma once
 #include "quoin.h"
 #include "types.h"
@@ -10,14 +10,16 @@
 
 struct _p_Relaxation;
 
-/* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns PETSC_ERR_USER_INPUT on all ranks. */
-/* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all ranks with the
-   message of the lowest rank that has one. */
+/* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns PETSC_ERR_USER_INPUT on all ranks.
+ */
+/* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all
+   ranks with the message of the lowest rank that has one. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 PetscErrorCode QuoinErrorHandlerPush(void);
 extern const char *const VerdictNames[];
 /* The insides of a Quoin, for the project's own tests and benchmarks. */
-PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts, struct _p_Relaxation **relax);
+PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
+                             struct _p_Relaxation **relax);
 
 /* ---- scene.c */
 /* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Fails on unknown keys. */
@@ -40,10 +42,11 @@ PetscErrorCode MeshDestroy(BlockMesh *mesh);
 /* ---- mesh_topology.c (with MeshReorder) */
 /* Writes body and n_bodies, numbered by first appearance. */
 PetscErrorCode MeshBodies(BlockMesh *mesh);
-/* Edges of all blocks, numbered by first appearance. edge_vertices: (n_edges,2) in the direction of the first block that
-   has the edge. block_edges: (n_blocks,4) edge of face k, -(edge + 1) when the block runs it the other way, PETSC_MIN_INT
-   for the missing fourth of a triangle. Free both with PetscFree. */
-PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **edge_vertices, PetscInt **block_edges);
+/* Edges of all blocks, numbered by first appearance. edge_vertices: (n_edges,2) in the direction of the first
+   block that has the edge. block_edges: (n_blocks,4) edge of face k, -(edge + 1) when the block runs it the
+   other way, PETSC_MIN_INT for the missing fourth of a triangle. Free both with PetscFree. */
+PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **edge_vertices,
+                         PetscInt **block_edges);
 #define EDGE_INDEX(e) ((e) < 0 ? -((e) + 1) : (e)) /* of an entry of block_edges */
 /* faces: (n,2) block, k of the faces that one block only has, ascending; free with PetscFree. */
 PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **faces);
@@ -55,22 +58,24 @@ static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal
   box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;
   box[2] = PetscMax(a[0], b[0]) + margin, box[3] = PetscMax(a[1], b[1]) + margin;
 }
-/* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch; free with
-   PetscFree. Boxes are finite; cost O(n), a little more for each power of two between the sizes. */
+/* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch;
+   free with PetscFree. Boxes are finite; cost O(n), a little more for each power of two between the sizes. */
 PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs);
 /* The same pairs one by one, in an order of its own, until the visitor stops it. */
 typedef PetscErrorCode (*GridVisitor)(PetscInt i, PetscInt j, PetscBool *stop, void *context);
 PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context);
 
 /* ---- rigid.c (numbering at set-up) */
-/* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1: deformable. */
+/* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1:
+ * deformable. */
 PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid);
 
 /* Owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
 PetscErrorCode RigidBodiesCreate(Model *model);
 /* Row of the owned rigid body that holds the owned rigid vertex v (bisection). */
 PetscInt RigidOfVertex(const Model *model, PetscInt v);
-/* Sums the forces at vertices of rigid bodies into force and moment at the mass centre, (14)-(15). u, f: dof arrays. */
+/* Sums the forces at vertices of rigid bodies into force and moment at the mass centre, (14)-(15). u, f: dof
+ * arrays. */
 void RigidForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* Displacements of vertices from those of the bodies, (21)-(22) in finite form. u: dof array. */
 void RigidMotion(const Model *model, PetscReal *u);
@@ -78,8 +83,10 @@ void RigidMotion(const Model *model, PetscReal *u);
 /* ---- partition.c: rank 0 only */
 PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks);
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
-/* part: (n_blocks,) rank of each block. rigid: see MeshRigidBodies. margin [m]: faces nearer than this are neighbours. */
-PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, PetscMPIInt n_parts, PetscInt *part);
+/* part: (n_blocks,) rank of each block. rigid: see MeshRigidBodies. margin [m]: faces nearer than this are
+ * neighbours. */
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
+                               PetscMPIInt n_parts, PetscInt *part);
 
 /* ---- distribute.c: what a point of the Plex (block, vertex, face) is */
 typedef struct {
@@ -90,51 +97,77 @@ typedef struct {
   PetscInt rigid; /* block, vertex: rigid body, -1: none */
 } PointRecord;
 struct _p_DM;
-/* Collective. mesh, rigid on rank 0. plex: distributed with one layer of overlap; records: (points of its chart,). */
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, struct _p_DM **plex,
-                              PointRecord **records);
+/* Collective. mesh, rigid on rank 0. plex: distributed with one layer of overlap; records: (points of its
+ * chart,). */
+PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
+                              struct _p_DM **plex, PointRecord **records);
+
+/* ---- neighbours.c: what contacts need from other ranks */
+/* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
+   state), and the ghosts and exchange that follow. Rewrites model->faces, the contact ghosts and
+   model->ghost; grows the state's arrays. */
+PetscErrorCode NeighboursUpdate(Model *model, State *state);
+/* Local number of the vertex with this gid, owner rank and local index there; owned vertices and known ghosts
+ * only. */
+PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
+/* Sorts by gid, drops repetitions, returns how many remain. */
+PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
+/* Makes room for n_owned + n_ghosts vertices and the dummies; keeps what is there. */
+PetscErrorCode VerticesResize(Model *model);
+PetscErrorCode VerticesFree(Model *model);
+/* The state's vertex arrays, likewise. */
+PetscErrorCode StateResize(const Model *model, State *state);
 
 /* ---- model.c */
-/* Collective. Builds the flat arrays of this rank (see types.h) and the ghost exchange from the mesh on rank 0. */
+/* Collective. Builds the flat arrays of this rank (see types.h) and the ghost exchange from the mesh on rank
+ * 0. */
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
 PetscErrorCode ModelDestroy(Model *model);
-/* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same on any number
-   of ranks when every bit is. */
-PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts, uint64_t *checksum);
+/* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same
+   on any number of ranks when every bit is. */
+PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
+                             uint64_t *checksum);
 /* Collective checks of internal consistency, for tests and debug builds. */
 PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 
 /* ---- element.c */
-/* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N] (n_vertices + dummies, 2). */
+/* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N] (n_vertices +
+ * dummies, 2). */
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
 /* Cauchy stress sxx syy sxy [Pa] (n,3) at the centre of each element of the list. */
-PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *stress);
+PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *stress);
 /* Cauchy stress at the Gauss points: T3 (n,1,3), Q4 (n,4,3) in the order (-,-), (+,-), (+,+), (-,+). */
-PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *stress);
+PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                  PetscReal *stress);
 /* Strain energy [J] of one element list's owned elements (n,). */
-PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, PetscReal *energy);
+PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *energy);
 /* Principal stresses s1 >= s2 of (sxx,syy,sxy) and angle [rad] of s1 from x. */
 void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *angle);
-/* Exact area [m2], centroid [m] and polar second moment about the centroid [m4] of one block; vertices: (n_nodes,) ccw
-   rows of X (n,2) [m]. */
-void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area, PetscReal centroid[2],
-                   PetscReal *polar);
+/* Exact area [m2], centroid [m] and polar second moment about the centroid [m4] of one block; vertices:
+   (n_nodes,) ccw rows of X (n,2) [m]. */
+void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
+                   PetscReal centroid[2], PetscReal *polar);
 
 /* ---- contact.c */
-/* Collective. Finds all face-to-face contacts that touch an owned vertex, in the reference state (section 2.2). */
+/* Collective. Finds all face-to-face contacts that touch an owned vertex, in the reference state
+ * (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
-/* Collective. Fails when a macroblock hangs on nothing: no support, and no contact path to one that has a support. */
+/* Collective. Fails when a macroblock hangs on nothing: no support, and no contact path to one that has a
+ * support. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 
 /* ---- contact_force.c */
-/* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and the arrays of
-   the last evaluation. joints: the stage's table. u, f: vertex arrays. */
-PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u, PetscReal *f);
+/* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and
+   the arrays of the last evaluation. joints: the stage's table. u, f: vertex arrays. */
+PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u,
+                             PetscReal *f);
 
 /* ---- ghost.c: owned vertices' displacements to the ranks that read them. Collective. u: vertex array. */
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
@@ -143,7 +176,8 @@ PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 /* ---- loads.c */
 /* Collective. Marks model->fixed from the scene's supports. */
 PetscErrorCode SupportsApply(const Scene *scene, Model *model);
-/* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its face). */
+/* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
+ * face). */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* f_ext = (1 - ramp) f_start + ramp f_target. */
 void LoadsApply(const Model *model, State *state, PetscReal ramp);
@@ -153,27 +187,32 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
 
 /* ---- timestep.c */
 /* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */
-PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness, PetscReal *k);
-/* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints times dt is 2 safety. */
-PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints, const Contacts *contacts, State *state);
+PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness,
+                                PetscReal *k);
+/* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints times dt is 2
+ * safety. */
+PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints,
+                            const Contacts *contacts, State *state);
 
 /* ---- integrate.c */
 typedef struct {
-  PetscReal num[2], den[2]; /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
+  PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
   PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
 } QuotientSums;
-/* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way. */
+/* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way.
+ */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
 
 /* ---- relax.c */
 typedef struct _p_Relaxation {
-  QuotientSums sums;    /* of the last cycle, over all ranks */
-  PetscReal q_ray;      /* [1/s2] last positive Rayleigh quotient (37) */
-  MPI_Op reduce;        /* sums first, then maxima */
+  QuotientSums sums; /* of the last cycle, over all ranks */
+  PetscReal q_ray;   /* [1/s2] last positive Rayleigh quotient (37) */
+  MPI_Op reduce;     /* sums first, then maxima */
   MPI_Datatype reduce_type;
   /* evidence for the verdict, per chunk of cycles */
-  PetscReal *u_chunk, *du_chunk; /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
-  PetscReal *ratios;    /* unbalanced ratios seen in this chunk */
+  PetscReal *u_chunk,
+      *du_chunk;     /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
+  PetscReal *ratios; /* unbalanced ratios seen in this chunk */
   PetscInt n_ratios, max_ratios, stalled; /* stalled: chunks in a row that looked like a mechanism */
   PetscReal last_median, last_norm;
   PetscInt64 chunk_start, chunk_length;
@@ -183,34 +222,43 @@ PetscErrorCode RelaxationDestroy(Relaxation *r);
 /* Start of a stage: forgets the evidence. */
 PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
-PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r, const QuotientSums *local);
-/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets ratio, increment, kinetic. */
-PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale, StageResult *result);
+PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r,
+                       const QuotientSums *local);
+/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets ratio, increment,
+ * kinetic. */
+PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
+                          StageResult *result);
 /* Collective. The verdict after a check, VERDICT_NONE: go on. */
-PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state, Relaxation *r, StageResult *result);
+PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state,
+                     Relaxation *r, StageResult *result);
 
 /* ---- step.c */
-/* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the present displacements. */
-PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state, PetscReal *contact_scale);
+/* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the present
+ * displacements. */
+PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
+                      PetscReal *contact_scale);
 /* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof. */
-PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts, State *state, Relaxation *relax,
-                    PetscReal *contact_scale);
+PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
+                    State *state, Relaxation *relax, PetscReal *contact_scale);
 
 /* ---- stages.c */
 struct _p_Output;
 /* Collective. Runs one stage to its verdict. */
-PetscErrorCode StageRun(const Scene *scene, const Model *model, const Stage *stage, PetscInt number, Contacts *contacts, State *state,
-                        Relaxation *relax, struct _p_Output *output, StageResult *result);
+PetscErrorCode StageRun(const Scene *scene, const Model *model, const Stage *stage, PetscInt number,
+                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                        StageResult *result);
 /* Turns SIGUSR1, SIGTERM and SIGINT into a request to stop at the next check. */
 PetscErrorCode SignalsCatch(void);
 PetscErrorCode StateCreate(const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
 
 /* ---- stress_models.c */
-extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm, "StressModelKind", "STRESS_" , NULL */
+extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,
+                                            "StressModelKind", "STRESS_" , NULL */
 /* The elastic row of a model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
 void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
-/* Response of ONE contact whose joint law is broken somewhere (or has residual parts); see stress_models.c. */
+/* Response of ONE contact whose joint law is broken somewhere (or has residual parts); see stress_models.c.
+ */
 typedef struct {
   PetscReal u_n[2], u_s[2];     /* in: [m] at the two ends, openings already reduced by `rest` */
   PetscReal slip[2], broken[2]; /* in: history at the start of the step; out: at its end */
@@ -219,9 +267,11 @@ typedef struct {
   PetscInt state[2];            /* out: ContactState bits */
 } ContactPoint;
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
-/* True when the law holds elastically at both ends and nothing is broken: then the elastic row gives the same answer. */
+/* True when the law holds elastically at both ends and nothing is broken: then the elastic row gives the same
+ * answer. */
 /* (the vectorised form of this test stands in contact_force.c) */
-PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2], const PetscReal broken[2]);
+PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
+                         const PetscReal broken[2]);
 
 /* ---- gather.c: what is written for people, on rank 0 (arrays NULL elsewhere), in file order */
 typedef struct {
@@ -234,10 +284,11 @@ typedef struct {
 } MeshFields;
 
 enum {
-  VERTEX_WIDTH = 6, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid vertices: 0 */
-  BODY_WIDTH = 9,   /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise */
-  BLOCK_WIDTH = 20  /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses (4,3) [Pa];
-                       NaN where the kind of block has none */
+  VERTEX_WIDTH =
+      6, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid vertices: 0 */
+  BODY_WIDTH = 9,  /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise */
+  BLOCK_WIDTH = 20 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
+                      (4,3) [Pa]; NaN where the kind of block has none */
 };
 
 typedef struct {
@@ -259,32 +310,33 @@ typedef struct {
 
 typedef struct {
   PetscInt n_contacts, n_bodies, n_dof; /* of the whole model */
-  PetscReal *vertex;   /* (n_vertices, VERTEX_WIDTH) */
-  PetscReal *body;     /* (n_bodies, BODY_WIDTH) rigid bodies by number */
-  PetscReal *block;    /* (n_blocks, BLOCK_WIDTH) */
-  ContactRow *contact; /* (n_contacts,) ascending faces */
+  PetscReal *vertex;                    /* (n_vertices, VERTEX_WIDTH) */
+  PetscReal *body;                      /* (n_bodies, BODY_WIDTH) rigid bodies by number */
+  PetscReal *block;                     /* (n_blocks, BLOCK_WIDTH) */
+  ContactRow *contact;                  /* (n_contacts,) ascending faces */
 } StageFields;
 
 /* All collective. */
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
 PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
-PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts, const Stage *stage,
-                           const MeshFields *mesh, StageFields *fields);
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
+                           const Stage *stage, const MeshFields *mesh, StageFields *fields);
 PetscErrorCode GatherStageDestroy(StageFields *fields);
 
-/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when there is none. */
+/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when
+ * there is none. */
 typedef struct {
   const char *folder;
   const Scene *scene;
   const Model *model; /* names only */
   const MeshFields *mesh;
-  char *xdmf;         /* grids of the stages written so far */
+  char *xdmf; /* grids of the stages written so far */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
 /* Adds a stage; the finished file replaces results.h5, then results.xdmf follows. */
-PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result, const StageFields *fields,
-                                char message[MESSAGE_LENGTH]);
+PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
+                                const StageFields *fields, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 /* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not "". */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
@@ -296,13 +348,14 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
 
 /* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
 /* One JSON object of a stage, to be freed with free(). probes: (n_points,4) x y [m], u_x u_y [m]. */
-PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state, const MeshFields *mesh,
-                            const StageFields *fields, PetscInt stage, const StageResult *result, const PetscReal *probes,
-                            uint64_t checksum, char **json);
+PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
+                            const MeshFields *mesh, const StageFields *fields, PetscInt stage,
+                            const StageResult *result, const PetscReal *probes, uint64_t checksum,
+                            char **json);
 /* The whole file from the objects of the stages so far, replaced in one go. */
-PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model, const MeshFields *mesh,
-                            const StageFields *fields, PetscInt n_stages, char *const *stages,
-                            char message[MESSAGE_LENGTH]);
+PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model,
+                            const MeshFields *mesh, const StageFields *fields, PetscInt n_stages,
+                            char *const *stages, char message[MESSAGE_LENGTH]);
 
 /* ---- summary_joints.c: rank 0 only */
 /* The "joints" member of a stage's object, from the joints table of the stage. */
@@ -311,20 +364,22 @@ PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, PetscInt stage, const 
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;   /* written so far */
-  char **stages;       /* rank 0: (n_stages,) their objects in summary.json */
-  PetscReal *probes;   /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  PetscInt n_stages; /* written so far */
+  char **stages;     /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes; /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
   MeshFields mesh;
   ResultsFile results; /* rank 0 */
   FILE *history;       /* rank 0 */
 } Output;
-/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written, starts results.h5.part and
-   history.csv.part. Results of an older run stay until the first stage is complete. `output` must not move in memory. */
+/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written, starts
+   results.h5.part and history.csv.part. Results of an older run stay until the first stage is complete.
+   `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output);
 /* A row of history.csv. ramp: part of the stage's load change that acts, 0 to 1. */
-PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state, PetscInt stage,
-                             PetscReal ramp, const StageResult *result);
-/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its name. */
+PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
+                             PetscInt stage, PetscReal ramp, const StageResult *result);
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
+ * name. */
 PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,
                            const Contacts *contacts, PetscInt stage, const StageResult *result);
 PetscErrorCode OutputClose(Output *output);

@@ -4,8 +4,8 @@
 /* ---- supports */
 
 typedef struct {
-  PetscInt count[2];            /* vertices held in x, in y */
-  PetscReal low[2], high[2];    /* of the coordinate across: y of those held in x, x of those held in y */
+  PetscInt count[2];         /* vertices held in x, in y */
+  PetscReal low[2], high[2]; /* of the coordinate across: y of those held in x, x of those held in y */
 } BodyHold;
 
 static PetscInt find_name(PetscInt n, char (*names)[NAME_LENGTH], const char *name)
@@ -35,7 +35,8 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
 static void hold_target(const Support *s, Model *m, BodyHold *body)
 {
   const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
-  const PetscInt set = find_name(m->n_face_sets, m->face_set_names, s->target), point = find_name(m->n_points, m->point_names, s->target);
+  const PetscInt set = find_name(m->n_face_sets, m->face_set_names, s->target),
+                 point = find_name(m->n_points, m->point_names, s->target);
   if (set >= 0) {
     for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++)
       for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * m->face_set_faces[i] + k], body);
@@ -45,14 +46,15 @@ static void hold_target(const Support *s, Model *m, BodyHold *body)
     for (int l = 0; l < 4; l++)
       for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
         if (strcmp(m->group_names[list[l]->group[e]], s->target)) continue;
-        for (PetscInt k = 0; k < n_nodes; k++) hold_vertex(s, m, list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH], body);
+        for (PetscInt k = 0; k < n_nodes; k++)
+          hold_vertex(s, m, list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH], body);
       }
   }
 }
 
-/* A vertex may stand in several faces of a set: only the span of the held places counts. A rigid body whose held vertices lie
-   apart across the direction cannot turn; held at one place it could turn about it, which three dofs at the centroid cannot
-   express, so that is refused. */
+/* A vertex may stand in several faces of a set: only the span of the held places counts. A rigid body whose
+   held vertices lie apart across the direction cannot turn; held at one place it could turn about it, which
+   three dofs at the centroid cannot express, so that is refused. */
 static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m, const BodyHold *body)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -66,10 +68,11 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
     }
     if (any && !turns) m->fixed[3 * b + 2] = PETSC_TRUE;
     if (any && turns && !message[0])
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                              "%s: supports.%s.target: \"%s\" holds the rigid body with block vertex %" PetscInt_FMT
-                              " at one place only, about which it could turn: expected its group, or faces that span it",
-                              scene->file, s->name, s->target, m->vertex_file[m->body_start[b]]));
+      PetscCall(PetscSNPrintf(
+          message, MESSAGE_LENGTH,
+          "%s: supports.%s.target: \"%s\" holds the rigid body with block vertex %" PetscInt_FMT
+          " at one place only, about which it could turn: expected its group, or faces that span it",
+          scene->file, s->name, s->target, m->vertex_file[m->body_start[b]]));
   }
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -91,8 +94,10 @@ PetscErrorCode SupportsApply(const Scene *scene, Model *m)
 
 /* ---- loads: forces at vertices; f: dof array, f_vertex: its vertex part */
 
-/* Weight of the groups the load names: the lumped masses (27) times g downwards; rigid bodies at their mass centre. */
-static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex, PetscReal *f_body)
+/* Weight of the groups the load names: the lumped masses (27) times g downwards; rigid bodies at their mass
+ * centre. */
+static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex,
+                                  PetscReal *f_body)
 {
   Model chosen = *m; // the same model where the other groups weigh nothing
   const Elements *list[2] = {&m->rigid_q4, &m->rigid_t3};
@@ -101,14 +106,17 @@ static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Mo
   PetscCall(PetscMalloc1(m->n_groups, &chosen.density));
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
   for (PetscInt g = 0; g < m->n_groups; g++)
-    chosen.density[g] = load->n_groups && find_name(load->n_groups, load->groups, m->group_names[g]) < 0 ? 0. : m->density[g];
+    chosen.density[g] = load->n_groups && find_name(load->n_groups, load->groups, m->group_names[g]) < 0
+                            ? 0.
+                            : m->density[g];
   PetscCall(ElementMasses(&chosen, mass));
   for (PetscInt v = 0; v < m->n_owned; v++) f_vertex[2 * v + 1] -= scene->gravity * mass[v];
   for (int l = 0; l < 2; l++)
     for (PetscInt e = 0, n_nodes = l ? 3 : 4; e < list[l]->n; e++) {
       PetscInt vertex[4];
       PetscReal area, centroid[2], polar;
-      for (PetscInt k = 0; k < n_nodes; k++) vertex[k] = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+      for (PetscInt k = 0; k < n_nodes; k++)
+        vertex[k] = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
       if (vertex[0] >= m->n_owned) continue;
       BlockGeometry(m->X, vertex, (int)n_nodes, &area, centroid, &polar);
       const PetscInt body = RigidOfVertex(m, vertex[0]);
@@ -121,8 +129,9 @@ static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Mo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water pressure rho g (level - y) into the face from a to b, exact for the linear pressure and linear shape functions: two
-   Gauss points on the wet part. x: (4) present ends of the face; f: (4) forces at the two ends [N]. */
+/* Water pressure rho g (level - y) into the face from a to b, exact for the linear pressure and linear shape
+   functions: two Gauss points on the wet part. x: (4) present ends of the face; f: (4) forces at the two ends
+   [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])
 {
   const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], za = level - x[1], zb = level - x[3];
@@ -133,7 +142,8 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   if (zb < 0.) to = za / (za - zb);
   for (int g = -1; g <= 1; g += 2) {
     const PetscReal at = 0.5 * (from + to) + g * 0.5 * (to - from) / PetscSqrtReal(3.);
-    const PetscReal push = 0.5 * (to - from) * rho_g * (za + at * (zb - za)) * thickness; // times face length in ex, ey
+    const PetscReal push = 0.5 * (to - from) * rho_g * (za + at * (zb - za)) *
+                           thickness; // times face length in ex, ey
     const PetscReal N[2] = {1. - at, at};
     for (int k = 0; k < 2; k++) {
       f[2 * k] -= N[k] * push * ey; // the outward normal times length is (ey, -ex)
@@ -142,14 +152,17 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   }
 }
 
-static void face_load(const Scene *scene, const Load *load, const Model *m, const PetscReal *u_vertex, PetscReal *f_vertex)
+static void face_load(const Scene *scene, const Load *load, const Model *m, const PetscReal *u_vertex,
+                      PetscReal *f_vertex)
 {
   const PetscInt set = find_name(m->n_face_sets, m->face_set_names, load->target);
   const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
     const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + (load->kind == LOAD_RESERVOIR ? moving * u_vertex[2 * v[k / 2] + k % 2] : 0.);
+    for (int k = 0; k < 4; k++)
+      x[k] = m->X[2 * v[k / 2] + k % 2] +
+             (load->kind == LOAD_RESERVOIR ? moving * u_vertex[2 * v[k / 2] + k % 2] : 0.);
     if (load->kind == LOAD_RESERVOIR) {
       WaterOnFace(x, load->level, load->density * scene->gravity, m->thickness, f);
     } else { // a dead traction on the undeformed face
@@ -174,7 +187,8 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
       PetscCall(self_weight(scene, load, m, f_vertex, f_body));
     } else if (load->kind == LOAD_POINT_FORCE) {
       const PetscInt v = m->point_vertex[find_name(m->n_points, m->point_names, load->target)];
-      for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++) f_vertex[2 * v + i] += m->thickness * load->traction[i];
+      for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
+        f_vertex[2 * v + i] += m->thickness * load->traction[i];
     } else {
       face_load(scene, load, m, state->u + at, f_vertex);
     }
@@ -188,5 +202,6 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
 void LoadsApply(const Model *m, State *state, PetscReal ramp)
 {
   state->ramp = ramp;
-  for (PetscInt d = 0; d < m->n_dof; d++) state->f_ext[d] = (1. - ramp) * state->f_start[d] + ramp * state->f_target[d];
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    state->f_ext[d] = (1. - ramp) * state->f_start[d] + ramp * state->f_target[d];
 }

@@ -17,7 +17,10 @@ static const char *take_scene_file(int *argc, char **argv)
 {
   const char *file = NULL;
   for (int i = 1; i < *argc;) {
-    if (strcmp(argv[i], "-options_file") || i + 1 >= *argc) { i++; continue; }
+    if (strcmp(argv[i], "-options_file") || i + 1 >= *argc) {
+      i++;
+      continue;
+    }
     file = argv[i + 1];
     take_out(i, 2, argc, argv);
   }
@@ -29,7 +32,10 @@ static PetscBool take_help(int *argc, char **argv)
 {
   PetscBool found = PETSC_FALSE;
   for (int i = 1; i < *argc;) {
-    if (strcmp(argv[i], "-help") && strcmp(argv[i], "--help")) { i++; continue; }
+    if (strcmp(argv[i], "-help") && strcmp(argv[i], "--help")) {
+      i++;
+      continue;
+    }
     found = PETSC_TRUE;
     take_out(i, 1, argc, argv);
   }
@@ -63,8 +69,10 @@ int main(int argc, char **argv)
     PetscCall(SceneHelp(PETSC_COMM_WORLD));
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
-    if (error == PETSC_ERR_USER_INPUT) exit_code = QUOIN_BAD_INPUT;
-    else if (error) MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
+    if (error == PETSC_ERR_USER_INPUT)
+      exit_code = QUOIN_BAD_INPUT;
+    else if (error)
+      MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
   }
   PetscCall(PetscFinalize());
   return exit_code;

@@ -1,11 +1,14 @@
-/* partition.c: which rank owns which block. METIS cuts the graph of blocks: an edge for every shared vertex and for
-   every pair of outer faces that lie near each other across a joint. Works on rank 0. */
+/* partition.c: which rank owns which block. METIS cuts the graph of blocks: an edge for every shared vertex
+   and for every pair of outer faces that lie near each other across a joint. Works on rank 0. */
 #include "internal.h"
 #include <metis.h>
 
 _Static_assert(sizeof(idx_t) == sizeof(PetscInt), "METIS and PETSc must use integers of the same width");
 
-enum { VERTEX_WEIGHT = 1, CONTACT_WEIGHT = 2 }; /* of an edge: a contact ghost costs more than a shared vertex */
+enum {
+  VERTEX_WEIGHT = 1,
+  CONTACT_WEIGHT = 2
+}; /* of an edge: a contact ghost costs more than a shared vertex */
 
 static PetscInt root_of(PetscInt *parent, PetscInt i)
 {
@@ -59,10 +62,10 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One graph node per rigid body together with every block that touches one of its vertices, so that a body and all that
-   hangs on it stay on one rank; one per other block. node: (n_blocks,). */
-static PetscErrorCode graph_nodes(const BlockMesh *mesh, const PetscInt *rigid, const PetscInt *start, const PetscInt *blocks,
-                                  PetscInt *n_nodes, PetscInt *node)
+/* One graph node per rigid body together with every block that touches one of its vertices, so that a body
+   and all that hangs on it stay on one rank; one per other block. node: (n_blocks,). */
+static PetscErrorCode graph_nodes(const BlockMesh *mesh, const PetscInt *rigid, const PetscInt *start,
+                                  const PetscInt *blocks, PetscInt *n_nodes, PetscInt *node)
 {
   PetscInt *parent;
   PetscFunctionBeginUser;
@@ -73,7 +76,8 @@ static PetscErrorCode graph_nodes(const BlockMesh *mesh, const PetscInt *rigid, 
     for (PetscInt i = start[v]; i < start[v + 1]; i++)
       if (rigid[blocks[i]] >= 0) holder = blocks[i];
     if (holder < 0) continue;
-    for (PetscInt i = start[v]; i < start[v + 1]; i++) parent[root_of(parent, blocks[i])] = root_of(parent, holder);
+    for (PetscInt i = start[v]; i < start[v + 1]; i++)
+      parent[root_of(parent, blocks[i])] = root_of(parent, holder);
   }
   *n_nodes = 0;
   for (PetscInt b = 0; b < mesh->n_blocks; b++) node[b] = -1;
@@ -91,7 +95,8 @@ typedef struct {
 } Csr;
 
 /* Lists the items of each node: item i belongs to node of[i]. */
-static PetscErrorCode csr_invert(PetscInt n_nodes, PetscInt n_items, const PetscInt *of, PetscInt stride, Csr *csr)
+static PetscErrorCode csr_invert(PetscInt n_nodes, PetscInt n_items, const PetscInt *of, PetscInt stride,
+                                 Csr *csr)
 {
   PetscFunctionBeginUser;
   csr->n = n_nodes;
@@ -129,8 +134,8 @@ static void graph_add(Graph *g, PetscInt other, PetscInt weight)
 }
 
 /* One sweep over all nodes: counts edges while g->adjncy is NULL, fills them afterwards. */
-static void graph_sweep(Graph *g, const BlockMesh *mesh, const PetscInt *node, const Csr *members, const Csr *at_vertex,
-                        const Csr *near, const PetscInt *pairs)
+static void graph_sweep(Graph *g, const BlockMesh *mesh, const PetscInt *node, const Csr *members,
+                        const Csr *at_vertex, const Csr *near, const PetscInt *pairs)
 {
   g->filled = 0;
   for (PetscInt i = 0; i < g->n; i++) g->mark[i] = -1;
@@ -143,13 +148,15 @@ static void graph_sweep(Graph *g, const BlockMesh *mesh, const PetscInt *node, c
         for (PetscInt i = at_vertex->start[v]; i < at_vertex->start[v + 1]; i++)
           graph_add(g, node[at_vertex->item[i]], VERTEX_WEIGHT);
       }
-      for (PetscInt i = near->start[b]; i < near->start[b + 1]; i++) graph_add(g, node[pairs[near->item[i] ^ 1]], CONTACT_WEIGHT);
+      for (PetscInt i = near->start[b]; i < near->start[b + 1]; i++)
+        graph_add(g, node[pairs[near->item[i] ^ 1]], CONTACT_WEIGHT);
     }
   }
   g->xadj[g->n] = g->filled;
 }
 
-static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, Graph *g, PetscInt *node)
+static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, Graph *g,
+                                  PetscInt *node)
 {
   Csr members, at_vertex = {0}, near;
   PetscInt n_pairs, *pairs;
@@ -166,7 +173,8 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, 
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
   // a deformable block costs its vertices; a rigid one next to nothing
   PetscCall(PetscArrayzero(g->vwgt, g->n));
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) g->vwgt[node[b]] += rigid[b] >= 0 ? 1 : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
+  for (PetscInt b = 0; b < mesh->n_blocks; b++)
+    g->vwgt[node[b]] += rigid[b] >= 0 ? 1 : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
   PetscCall(PetscFree2(g->mark, g->where));
   PetscCall(csr_free(&members));
   PetscCall(csr_free(&near));
@@ -175,7 +183,8 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, PetscMPIInt n_parts, PetscInt *part)
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
+                               PetscMPIInt n_parts, PetscInt *part)
 {
   Graph g = {0};
   PetscInt *node;
@@ -183,7 +192,8 @@ PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, Pet
   int status = METIS_OK;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(part, mesh->n_blocks));
-  if (n_parts == 1 || !mesh->n_blocks) PetscFunctionReturn(PETSC_SUCCESS); // METIS divides by zero for one part
+  if (n_parts == 1 || !mesh->n_blocks)
+    PetscFunctionReturn(PETSC_SUCCESS); // METIS divides by zero for one part
   PetscCall(PetscMalloc1(mesh->n_blocks, &node));
   PetscCall(graph_build(mesh, rigid, margin, &g, node));
   PetscCall(PetscCalloc1(g.n, &node_part));
@@ -192,8 +202,11 @@ PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, Pet
   if (g.n > n_parts) {
     // recursive bisection leaves fewer empty parts when there are few nodes per part
     if (g.n < 64 * n_parts)
-      status = METIS_PartGraphRecursive(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL, NULL, options, &cut, node_part);
-    else status = METIS_PartGraphKway(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL, NULL, options, &cut, node_part);
+      status = METIS_PartGraphRecursive(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL,
+                                        NULL, options, &cut, node_part);
+    else
+      status = METIS_PartGraphKway(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL, NULL,
+                                   options, &cut, node_part);
   } else {
     for (PetscInt i = 0; i < g.n; i++) node_part[i] = i;
   }

@@ -17,12 +17,14 @@ const char *const VerdictNames[] = {"none", "converged", "collapsed", "diverged"
 
 /* ---- errors */
 
-/* Bad input is one line on stderr of rank 0; everything else is a fault of the program and keeps PETSc's trace. */
-static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code, PetscErrorType type,
-                               const char *message, void *context)
+/* Bad input is one line on stderr of rank 0; everything else is a fault of the program and keeps PETSc's
+ * trace. */
+static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
+                               PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {
   PetscMPIInt rank = 0;
-  if (code != PETSC_ERR_USER_INPUT) return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
+  if (code != PETSC_ERR_USER_INPUT)
+    return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
   if (type == PETSC_ERROR_INITIAL) {
     MPI_Comm_rank(comm, &rank);
     if (rank == 0) {
@@ -83,9 +85,12 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
   if (rank == 0) {
     char fault[MESSAGE_LENGTH] = "";
     PetscCall(MeshCheck(mesh, q->scene.overlap_tolerance, fault));
-    if (fault[0]) PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %s", q->scene.model, fault));
+    if (fault[0])
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %s", q->scene.model, fault));
     else if (size > mesh->n_blocks)
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %d ranks for %" PetscInt_FMT " blocks: expected at most one rank per block",
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: %d ranks for %" PetscInt_FMT
+                              " blocks: expected at most one rank per block",
                               q->scene.model, size, mesh->n_blocks));
   }
   PetscCall(CheckMessage(q->comm, message));
@@ -100,7 +105,8 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
-  for (PetscInt g = 0; g < mesh.n_groups; g++) mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
+  for (PetscInt g = 0; g < mesh.n_groups; g++)
+    mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(check_mesh(q, &mesh));
   if (rank == 0) PetscCall(MeshReorder(&mesh));
   PetscCall(ModelCreate(q->comm, &q->scene, &mesh, &q->model));
@@ -120,10 +126,12 @@ PetscErrorCode QuoinView(Quoin q)
   PetscFunctionBeginUser;
   for (PetscInt c = 0; c < q->contacts.n_padded; c++) n[1] += q->contacts.owned[c];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, q->comm));
-  PetscCall(PetscPrintf(q->comm, "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT " macroblocks, %" PetscInt_FMT " rigid bodies, %" PetscInt_FMT
+  PetscCall(PetscPrintf(q->comm,
+                        "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT
+                        " macroblocks, %" PetscInt_FMT " rigid bodies, %" PetscInt_FMT
                         " contacts, %" PetscInt_FMT " degrees of freedom on %d rank%s\n",
-                        QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global, q->model.n_rigid_global, n[1], n[0], q->model.size,
-                        q->model.size == 1 ? "" : "s"));
+                        QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global,
+                        q->model.n_rigid_global, n[1], n[0], q->model.size, q->model.size == 1 ? "" : "s"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -134,7 +142,8 @@ PetscErrorCode QuoinRun(Quoin q)
   PetscCall(OutputOpen(&q->scene, &q->model, &q->output));
   q->has_output = PETSC_TRUE;
   for (PetscInt s = 0; s < q->scene.n_stages; s++) {
-    PetscCall(StageRun(&q->scene, &q->model, q->scene.stages + s, s, &q->contacts, &q->state, &q->relax, &q->output, &q->last));
+    PetscCall(StageRun(&q->scene, &q->model, q->scene.stages + s, s, &q->contacts, &q->state, &q->relax,
+                       &q->output, &q->last));
     PetscCall(OutputStage(&q->output, &q->scene, &q->model, &q->state, &q->contacts, s, &q->last));
     if (q->last.verdict != VERDICT_CONVERGED) break; // the next stage would start from no equilibrium
   }
@@ -143,7 +152,8 @@ PetscErrorCode QuoinRun(Quoin q)
 
 int QuoinExitCode(Quoin q)
 {
-  static const int code[] = {QUOIN_OK, QUOIN_OK, QUOIN_COLLAPSED, QUOIN_DIVERGED, QUOIN_UNDECIDED, QUOIN_INTERRUPTED};
+  static const int code[] = {QUOIN_OK,       QUOIN_OK,        QUOIN_COLLAPSED,
+                             QUOIN_DIVERGED, QUOIN_UNDECIDED, QUOIN_INTERRUPTED};
   return code[q->last.verdict];
 }
 
@@ -164,7 +174,8 @@ PetscErrorCode QuoinDestroy(Quoin *q)
 }
 
 /* The insides, for the project's own tests and benchmarks (src/internal.h). */
-PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts, Relaxation **relax)
+PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
+                             Relaxation **relax)
 {
   PetscFunctionBeginUser;
   *scene = &q->scene, *model = &q->model, *state = &q->state, *contacts = &q->contacts, *relax = &q->relax;

@@ -1,9 +1,10 @@
 /* relax.c: adaptive Rayleigh damping (35)-(38), and how a static stage ends.
 
-   Damping. With du = v dt the products k_tan du^2 of (37) are df.du, df the change of the RESISTING force over the step, so
-     Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)),   alpha = 2 sqrt(Q),
-   the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in f: their ramp must not
-   look like stiffness. Q <= 0 happens when contacts open: the last positive value stays. alpha dt is capped at 1.9. */
+   Damping. With du = v dt the products k_tan du^2 of (37) are df.du, df the change of the RESISTING force
+   over the step, so Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)),   alpha = 2
+   sqrt(Q), the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in
+   f: their ramp must not look like stiffness. Q <= 0 happens when contacts open: the last positive value
+   stays. alpha dt is capped at 1.9. */
 #include "internal.h"
 #include "reproducible.h"
 
@@ -44,7 +45,8 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxation *r, const QuotientSums *local)
+PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxation *r,
+                       const QuotientSums *local)
 {
   QuotientSums total = *local;
   PetscFunctionBeginUser;
@@ -55,14 +57,16 @@ PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxat
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, r->reduce_type, r->reduce, m->comm));
   const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
-  const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max && total.den_max <= GROWTH * r->sums.den_max);
-  if (fits && num > 0. && den > 0.) r->q_ray = num / (den * state->dt); // (37)
+  const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max &&
+                                     total.den_max <= GROWTH * r->sums.den_max);
+  if (fits && num > 0. && den > 0.) r->q_ray = num / (den * state->dt);            // (37)
   state->alpha = PetscMin(2. * PetscSqrtReal(r->q_ray), ALPHA_DT_MAX / state->dt); // (38)
   r->sums = total;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Length that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of its body; 1 else. */
+/* Length that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of its body; 1
+ * else. */
 static PetscReal dof_length(const Model *m, const State *state, PetscInt d)
 {
   return d < 3 * m->n_bodies && d % 3 == 2 ? PetscSqrtReal(state->m[d] / state->m[d - 2]) : 1.;
@@ -77,8 +81,10 @@ static Largest largest_terms(const Model *m, const State *state, const PetscReal
 {
   Largest l = {0., 0., 0., 0., 0., 0.};
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal length = dof_length(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
-    const PetscReal u = PetscAbsReal(state->u[d]) * length, du = PetscAbsReal(state->v[d]) * state->dt * length;
+    const PetscReal length = dof_length(m, state, d),
+                    r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
+    const PetscReal u = PetscAbsReal(state->u[d]) * length,
+                    du = PetscAbsReal(state->v[d]) * state->dt * length;
     l.unbalanced = PetscMax(l.unbalanced, r);
     l.scale = PetscMax(l.scale, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + r);
     l.kinetic = PetscMax(l.kinetic, 0.5 * state->m[d] * state->v[d] * state->v[d]);
@@ -89,7 +95,8 @@ static Largest largest_terms(const Model *m, const State *state, const PetscReal
   return l;
 }
 
-PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *contact_scale, StageResult *result)
+PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *contact_scale,
+                          StageResult *result)
 {
   const PetscInt nb = m->n_bodies_global;
   Largest l = largest_terms(m, state, contact_scale);
@@ -106,11 +113,13 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
              k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
   PetscCall(PetscCalloc1(4 * nb + 2, &sum));
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal length = dof_length(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
+    const PetscReal length = dof_length(m, state, d),
+                    r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
     PetscReal *s = sum + 4 * m->dof_body[d];
     BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + 4 * nb);
     if (!m->fixed[d]) BinAdd(&r_bins, r, s);
-    BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (m->fixed[d] ? r : 0.), s + 2);
+    BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (m->fixed[d] ? r : 0.),
+           s + 2);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4 * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
   // a body that carries next to nothing is not judged by rounding noise
@@ -118,7 +127,8 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   result->ratio = 0.;
   result->worst_body = -1;
   for (PetscInt b = 0; b < nb; b++) {
-    const PetscReal unbalanced = sum[4 * b] + sum[4 * b + 1], scale = PetscMax(sum[4 * b + 2] + sum[4 * b + 3], floor);
+    const PetscReal unbalanced = sum[4 * b] + sum[4 * b + 1],
+                    scale = PetscMax(sum[4 * b + 2] + sum[4 * b + 3], floor);
     if (unbalanced <= 0.) continue;
     if (unbalanced / scale > result->ratio) result->ratio = unbalanced / scale, result->worst_body = b;
   }
@@ -151,7 +161,8 @@ PetscErrorCode RelaxationReset(const Scene *scene, const Model *m, const State *
 }
 
 /* The displacement of the chunk just ended: its norm and its cosine with that of the chunk before. */
-static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, PetscReal *norm, PetscReal *cosine)
+static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, PetscReal *norm,
+                                   PetscReal *cosine)
 {
   PetscReal top[2] = {0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
   PetscFunctionBeginUser;
@@ -179,8 +190,9 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collapse. Below the limit unbalanced ratio and motion fall together; past it a mechanism moves on: over several chunks the
-   median ratio does not fall, the displacement increments do not shrink and keep their direction. */
+/* Collapse. Below the limit unbalanced ratio and motion fall together; past it a mechanism moves on: over
+   several chunks the median ratio does not fall, the displacement increments do not shrink and keep their
+   direction. */
 static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation *r, StageResult *result)
 {
   PetscReal norm, cosine;
@@ -188,14 +200,16 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
   PetscCall(PetscSortReal(r->n_ratios, r->ratios));
   const PetscReal median = r->ratios[r->n_ratios / 2];
   PetscCall(chunk_motion(m, state, r, &norm, &cosine));
-  const PetscBool moves_on = (PetscBool)(r->last_norm > 0. && norm > 0.9 * r->last_norm && median > 0.9 * r->last_median && cosine > 0.98);
+  const PetscBool moves_on = (PetscBool)(r->last_norm > 0. && norm > 0.9 * r->last_norm &&
+                                         median > 0.9 * r->last_median && cosine > 0.98);
   r->stalled = moves_on ? r->stalled + 1 : 0;
   if (r->stalled >= CHUNKS_TO_COLLAPSE) {
     result->verdict = VERDICT_COLLAPSED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "%" PetscInt_FMT " chunks of %" PetscInt64_FMT " cycles: median ratio %.3g after %.3g, motion %.3g m after %.3g m, cosine %.4f",
-                            r->stalled + 1, r->chunk_length, (double)median, (double)r->last_median, (double)norm, (double)r->last_norm,
-                            (double)cosine));
+                            "%" PetscInt_FMT " chunks of %" PetscInt64_FMT
+                            " cycles: median ratio %.3g after %.3g, motion %.3g m after %.3g m, cosine %.4f",
+                            r->stalled + 1, r->chunk_length, (double)median, (double)r->last_median,
+                            (double)norm, (double)r->last_norm, (double)cosine));
   }
   r->last_median = median;
   r->last_norm = norm;
@@ -203,29 +217,36 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, const State *state, Relaxation *r, StageResult *result)
+PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, const State *state,
+                     Relaxation *r, StageResult *result)
 {
   PetscFunctionBeginUser;
   (void)scene;
   if (!result->finite || result->displacement > 1e3 * m->diameter) {
     result->verdict = VERDICT_DIVERGED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), result->finite ? "displacement %g m is a thousand times the model" : "a force or displacement is not a finite number",
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            result->finite ? "displacement %g m is a thousand times the model"
+                                           : "a force or displacement is not a finite number",
                             (double)result->displacement));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   if (result->ratio <= stage->tolerance && result->increment <= stage->velocity_tolerance) {
     result->verdict = VERDICT_CONVERGED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g, increment %.3g <= %.3g",
-                            (double)result->ratio, (double)stage->tolerance, (double)result->increment, (double)stage->velocity_tolerance));
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "unbalanced ratio %.3g <= %.3g, increment %.3g <= %.3g", (double)result->ratio,
+                            (double)stage->tolerance, (double)result->increment,
+                            (double)stage->velocity_tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (r->n_ratios < r->max_ratios) r->ratios[r->n_ratios++] = result->ratio;
   if (state->cycle - r->chunk_start >= r->chunk_length) PetscCall(judge_chunk(m, state, r, result));
   if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g",
-                            result->cycles, (double)result->ratio, (double)stage->tolerance, (double)result->increment, (double)stage->velocity_tolerance));
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g",
+                            result->cycles, (double)result->ratio, (double)stage->tolerance,
+                            (double)result->increment, (double)stage->velocity_tolerance));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,9 @@
 /* reproducible.h: sums of doubles with the same bits in any order, on any number of ranks, by two bins.
 
-   A number x with |x| <= bound is cut at fixed places: q = (x + A) - A rounds x to a multiple of ulp(A), the rest goes to the
-   next bin. Sums of up to 2^26 such multiples are exact in a double, so their order does not matter and a plain MPI_SUM keeps
-   the bits. Two bins keep 54 bits below the bound. Needs -ffp-contract=off and no reassociation. */
+   A number x with |x| <= bound is cut at fixed places: q = (x + A) - A rounds x to a multiple of ulp(A), the
+   rest goes to the next bin. Sums of up to 2^26 such multiples are exact in a double, so their order does not
+   matter and a plain MPI_SUM keeps the bits. Two bins keep 54 bits below the bound. Needs -ffp-contract=off
+   and no reassociation. */
 #pragma once
 #include <petscsys.h>
 #include <math.h>

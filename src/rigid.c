@@ -1,5 +1,6 @@
-/* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex forces go to the centroid,
-   vertex positions come from centroid and angle (never by adding velocities: the shape would drift). */
+/* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex forces go to
+   the centroid, vertex positions come from centroid and angle (never by adding velocities: the shape would
+   drift). */
 #include "internal.h"
 
 PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid)
@@ -39,8 +40,10 @@ PetscInt RigidOfVertex(const Model *m, PetscInt v)
   PetscInt low = 0, high = m->n_bodies; // body_start[low] <= v < body_start[high]
   while (high - low > 1) {
     const PetscInt middle = (low + high) / 2;
-    if (m->body_start[middle] <= v) low = middle;
-    else high = middle;
+    if (m->body_start[middle] <= v)
+      low = middle;
+    else
+      high = middle;
   }
   return low;
 }
@@ -60,7 +63,8 @@ static void add_blocks(const Model *m, const Elements *e, int n_nodes, const Pet
     const PetscInt body = RigidOfVertex(m, vertex[0]);
     BlockGeometry(m->X, vertex, n_nodes, &area, centroid, &polar);
     const PetscReal mass = m->density[e->group[i]] * m->thickness * area;
-    const PetscReal dx = centroid[0] - (about ? about[2 * body] : 0.), dy = centroid[1] - (about ? about[2 * body + 1] : 0.);
+    const PetscReal dx = centroid[0] - (about ? about[2 * body] : 0.),
+                    dy = centroid[1] - (about ? about[2 * body + 1] : 0.);
     BodySums *s = sum + body;
     s->area += area, s->area_x += area * dx, s->area_y += area * dy;
     s->mass += mass, s->mass_x += mass * dx, s->mass_y += mass * dy;
@@ -73,8 +77,10 @@ static void add_hanging(const Model *m, const PetscReal *vertex_mass, const Pets
 {
   for (PetscInt b = 0; b < m->n_bodies; b++)
     for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      const PetscReal dx = m->X[2 * v] - (about ? about[2 * b] : 0.), dy = m->X[2 * v + 1] - (about ? about[2 * b + 1] : 0.);
-      sum[b].mass += vertex_mass[v], sum[b].mass_x += vertex_mass[v] * dx, sum[b].mass_y += vertex_mass[v] * dy;
+      const PetscReal dx = m->X[2 * v] - (about ? about[2 * b] : 0.),
+                      dy = m->X[2 * v + 1] - (about ? about[2 * b + 1] : 0.);
+      sum[b].mass += vertex_mass[v], sum[b].mass_x += vertex_mass[v] * dx,
+          sum[b].mass_y += vertex_mass[v] * dy;
       sum[b].inertia += vertex_mass[v] * (dx * dx + dy * dy);
     }
 }
@@ -100,7 +106,8 @@ static PetscErrorCode body_masses(Model *m)
   add_blocks(m, &m->rigid_q4, 4, m->body_X, sum);
   add_blocks(m, &m->rigid_t3, 3, m->body_X, sum);
   add_hanging(m, vertex_mass, m->body_X, sum);
-  for (PetscInt b = 0; b < m->n_bodies; b++) m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;
+  for (PetscInt b = 0; b < m->n_bodies; b++)
+    m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;
   PetscCall(PetscFree(vertex_mass));
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -112,8 +119,8 @@ PetscErrorCode RigidBodiesCreate(Model *m)
   m->n_bodies = 0;
   for (PetscInt v = m->n_deformable; v < m->n_owned; v++)
     if (v == m->n_deformable || m->vertex_rigid[v] != m->vertex_rigid[v - 1]) m->n_bodies++;
-  PetscCall(PetscMalloc5(m->n_bodies, &m->body_gid, m->n_bodies + 1, &m->body_start, 2 * m->n_bodies, &m->body_X,
-                         2 * m->n_bodies, &m->body_mass, m->n_bodies, &m->body_body));
+  PetscCall(PetscMalloc5(m->n_bodies, &m->body_gid, m->n_bodies + 1, &m->body_start, 2 * m->n_bodies,
+                         &m->body_X, 2 * m->n_bodies, &m->body_mass, m->n_bodies, &m->body_body));
   PetscInt body = 0;
   for (PetscInt v = m->n_deformable; v < m->n_owned; v++) {
     if (v > m->n_deformable && m->vertex_rigid[v] == m->vertex_rigid[v - 1]) continue;
@@ -152,7 +159,7 @@ void RigidMotion(const Model *m, PetscReal *u)
     const PetscReal s = PetscSinReal(theta), c1 = -2. * half * half; // cos theta - 1 without loss of digits
     for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
       const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
-      u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);     // (21) integrated exactly
+      u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);         // (21) integrated exactly
       u_vertex[2 * v + 1] = u[3 * b + 1] + (s * rx + c1 * ry); // (22)
     }
   }

@@ -24,12 +24,10 @@ PetscErrorCode SignalsCatch(void)
 
 PetscErrorCode StateCreate(const Model *m, State *s)
 {
-  const PetscInt n = 3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES);
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
-  PetscCall(PetscCalloc7(n, &s->u, m->n_dof, &s->v, n, &s->f, n, &s->f_old, n, &s->f_ext, n, &s->f_start, n, &s->f_target));
-  PetscCall(PetscCalloc2(m->n_dof, &s->m, m->n_dof, &s->m_inv));
-  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
+  PetscCall(StateResize(m, s));
+  PetscCall(PetscCalloc3(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   s->dt = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -37,11 +35,12 @@ PetscErrorCode StateCreate(const Model *m, State *s)
 
 PetscErrorCode StateDestroy(State *s)
 {
+  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
   PetscFunctionBeginUser;
   PetscCall(VecDestroy(&s->u_vec));
   PetscCall(VecDestroy(&s->v_vec));
-  PetscCall(PetscFree7(s->u, s->v, s->f, s->f_old, s->f_ext, s->f_start, s->f_target));
-  PetscCall(PetscFree2(s->m, s->m_inv));
+  for (int i = 0; i < 6; i++) PetscCall(PetscFree(*array[i]));
+  PetscCall(PetscFree3(s->v, s->m, s->m_inv));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,12 +48,13 @@ PetscErrorCode StateDestroy(State *s)
 static PetscBool loads_follow(const Scene *scene, const Stage *stage)
 {
   PetscBool follow = PETSC_FALSE;
-  for (PetscInt l = 0; l < stage->n_loads; l++) follow = (PetscBool)(follow || scene->loads[stage->loads[l]].kind == LOAD_RESERVOIR);
+  for (PetscInt l = 0; l < stage->n_loads; l++)
+    follow = (PetscBool)(follow || scene->loads[stage->loads[l]].kind == LOAD_RESERVOIR);
   return (PetscBool)(follow && scene->strain == STRAIN_LARGE);
 }
 
-/* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun puts a terminal of
-   its own between its ranks and wherever its output goes. */
+/* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun
+   puts a terminal of its own between its ranks and wherever its output goes. */
 static PetscBool on_terminal(void)
 {
   char link[64], target[PETSC_MAX_PATH_LEN];
@@ -67,16 +67,22 @@ static PetscBool on_terminal(void)
   return (PetscBool)(!strncmp(target, "/dev/pts/", 9) || !strncmp(target, "/dev/tty", 8));
 }
 
-/* On a terminal, twice a second: where the stage is and about how long it still takes, from the decay of the ratio since it started. */
-static void progress(const Model *m, const Stage *stage, const StageResult *now, const State *state, PetscReal first_ratio, double first_wall)
+/* On a terminal, twice a second: where the stage is and about how long it still takes, from the decay of the
+ * ratio since it started. */
+static void progress(const Model *m, const Stage *stage, const StageResult *now, const State *state,
+                     PetscReal first_ratio, double first_wall)
 {
   static double last_shown = 0.;
   if (m->rank || MPI_Wtime() - last_shown < 0.5 || !on_terminal()) return;
   last_shown = MPI_Wtime();
-  const double decay = log(first_ratio / PetscMax(now->ratio, 1e-300)), left = log(now->ratio / stage->tolerance);
-  printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", stage->name, now->cycles, (double)now->ratio, (double)state->alpha);
-  if (decay > 0.5 && left > 0.) printf("  about %.0f s left   ", (now->wall - first_wall) / decay * left);
-  else printf("                    ");
+  const double decay = log(first_ratio / PetscMax(now->ratio, 1e-300)),
+               left = log(now->ratio / stage->tolerance);
+  printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", stage->name, now->cycles,
+         (double)now->ratio, (double)state->alpha);
+  if (decay > 0.5 && left > 0.)
+    printf("  about %.0f s left   ", (now->wall - first_wall) / decay * left);
+  else
+    printf("                    ");
   fflush(stdout);
 }
 
@@ -84,8 +90,8 @@ static PetscErrorCode report(const Model *m, const Stage *stage, const StageResu
 {
   PetscFunctionBeginUser;
   if (!m->rank && on_terminal()) printf("\r%100s\r", "");
-  PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name, VerdictNames[r->verdict], r->cycles,
-                        r->wall, r->evidence));
+  PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name,
+                        VerdictNames[r->verdict], r->cycles, r->wall, r->evidence));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,13 +103,15 @@ static PetscErrorCode interrupted(const Model *m, StageResult *result)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal_number, 1, MPI_INT, MPI_MAX, m->comm));
   if (signal_number) {
     result->verdict = VERDICT_INTERRUPTED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "signal %d at ratio %.3g", signal_number, (double)result->ratio));
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "signal %d at ratio %.3g",
+                            signal_number, (double)result->ratio));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, PetscInt number, Contacts *contacts, State *state,
-                        Relaxation *relax, struct _p_Output *output, StageResult *result)
+PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, PetscInt number,
+                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                        StageResult *result)
 {
   const PetscBool follow = loads_follow(scene, stage);
   PetscReal *contact_scale, first_ratio = 0.;

@@ -20,7 +20,8 @@ static PetscErrorCode register_events(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |contact force| per dof: what the unbalanced force of a body is compared with. f holds contact forces only. */
+/* |contact force| per dof: what the unbalanced force of a body is compared with. f holds contact forces only.
+ */
 static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *scale)
 {
   const PetscReal *f_vertex = f + 3 * m->n_bodies;
@@ -32,7 +33,8 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
   }
 }
 
-PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, State *state, PetscReal *contact_scale)
+PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
+                      PetscReal *contact_scale)
 {
   const PetscInt at = 3 * m->n_bodies, n = at + 2 * (m->n_vertices + DUMMY_VERTICES);
   PetscFunctionBeginUser;
@@ -55,8 +57,8 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts, State *state, Relaxation *relax,
-                    PetscReal *contact_scale)
+PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts, State *state,
+                    Relaxation *relax, PetscReal *contact_scale)
 {
   PetscReal *swap = state->f_old;
   QuotientSums local;

@@ -3,13 +3,13 @@
    Conventions, stated once (tests/unit/test_conventions.c holds them):
    - SI units: m, N, Pa, kg, s; two dimensions, loads per metre of thickness times `thickness`.
    - Stress: tension positive. Contact opening u_n: positive when the faces part; sigma = k_n u_n.
-   - Blocks run counter-clockwise; face k of a block runs from its vertex k to vertex k+1; its outward normal is to the
-     right of that direction.
+   - Blocks run counter-clockwise; face k of a block runs from its vertex k to vertex k+1; its outward normal
+   is to the right of that direction.
    - f is the RESISTING nodal force (what the model pushes back with: f = +int B'sigma dA for blocks), so the
      unbalanced force is r = f_ext - f. The paper's (8) and (10) use opposite signs; this is ours everywhere.
-   - gid: number of a vertex, block or face in Quoin's own global order (bandwidth-reducing, the same for every number
-     of ranks). Every sum over elements, contacts and bodies runs in ascending gid, so that results have the same bits
-     on any number of ranks. "file id": the number in model.h5. */
+   - gid: number of a vertex, block or face in Quoin's own global order (bandwidth-reducing, the same for
+   every number of ranks). Every sum over elements, contacts and bodies runs in ascending gid, so that results
+   have the same bits on any number of ranks. "file id": the number in model.h5. */
 #pragma once
 #include <petscsys.h>
 #include <petscvec.h>
@@ -24,7 +24,7 @@
 #endif
 
 enum {
-  NAME_LENGTH = 64,      /* of groups, sets, points, joints, loads, stages; 63 characters and the closing zero */
+  NAME_LENGTH = 64, /* of groups, sets, points, joints, loads, stages; 63 characters and the closing zero */
   MESSAGE_LENGTH = 1024, /* of one error line */
   BATCH = 8              /* elements and contacts are padded to whole batches of this many */
 };
@@ -35,38 +35,47 @@ enum {
 typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
 typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
 typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
-typedef enum { STRESS_PT, STRESS_R2PT, STRESS_R3PT, STRESS_T2PT, STRESS_T3PT, STRESS_TPTM, STRESS_MODELS } StressModelKind;
+typedef enum {
+  STRESS_PT,
+  STRESS_R2PT,
+  STRESS_R3PT,
+  STRESS_T2PT,
+  STRESS_T3PT,
+  STRESS_TPTM,
+  STRESS_MODELS
+} StressModelKind;
 typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE } LoadKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_FIXED, DAMPING_NONE } DampingKind;
 typedef enum { STAGE_STATIC } StageKind;
 
 typedef struct {
-  char name[NAME_LENGTH]; /* group of the mesh it belongs to */
-  PetscReal density;      /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
+  char name[NAME_LENGTH];   /* group of the mesh it belongs to */
+  PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
-  PetscInt rigid;         /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
-  int line;               /* in the scene file, for messages, here and below; 0: command line */
+  PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  int line;                 /* in the scene file, for messages, here and below; 0: command line */
 } Material;
 
-/* Properties of one joint; also of a pair of groups, or the default. Index [0]: peak, [1]: residual (after the joint
-   has failed in tension or shear at that place). */
+/* Properties of one joint; also of a pair of groups, or the default. Index [0]: peak, [1]: residual (after
+   the joint has failed in tension or shear at that place). */
 typedef struct {
   char name[NAME_LENGTH]; /* face set of the mesh, or "groupA+groupB", or "default" */
   JointLawKind law;
   StressModelKind stress_model;
-  PetscReal k_n, k_s;        /* [Pa/m] */
-  PetscReal friction[2];     /* [degree] */
-  PetscReal tan_phi[2];      /* [-] of friction; JointPrepare in joint_law.h writes it */
-  PetscReal cohesion[2];     /* [Pa] */
-  PetscReal tension[2];      /* [Pa] tensile strength, >= 0 */
-  PetscReal compression;     /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
-  PetscBool defined;         /* false only for row 0 when the scene gives no "default": all else is 0 then */
+  PetscReal k_n, k_s;    /* [Pa/m] */
+  PetscReal friction[2]; /* [degree] */
+  PetscReal tan_phi[2];  /* [-] of friction; JointPrepare in joint_law.h writes it */
+  PetscReal cohesion[2]; /* [Pa] */
+  PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
+  PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
+  PetscBool defined;     /* false only for row 0 when the scene gives no "default": all else is 0 then */
   int line;
 } Joint;
 
 typedef struct {
   char name[NAME_LENGTH];
-  char target[NAME_LENGTH]; /* face set, group or point of the mesh; the name of the support itself by default */
+  char target[NAME_LENGTH]; /* face set, group or point of the mesh; the name of the support itself by default
+                             */
   PetscBool fix[2];         /* x, y */
   int line;
 } Support;
@@ -74,7 +83,7 @@ typedef struct {
 typedef struct {
   char name[NAME_LENGTH];
   LoadKind kind;
-  PetscInt n_groups;        /* self_weight: groups it acts on; 0: all */
+  PetscInt n_groups; /* self_weight: groups it acts on; 0: all */
   char (*groups)[NAME_LENGTH];
   char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
   PetscReal level;          /* [m] reservoir: elevation of the water surface */
@@ -86,13 +95,15 @@ typedef struct {
 typedef struct {
   char name[NAME_LENGTH];
   StageKind kind;
-  PetscInt n_loads;         /* loads acting at the end of the stage; loads of the stage before that are not named leave */
-  PetscInt *loads;          /* (n_loads,) rows of Scene.loads */
-  PetscInt ramp;            /* [cycles] over which loads go linearly from what acted before to this stage's */
-  PetscInt max_cycles;      /* [cycles] then the verdict is "undecided" */
-  PetscReal tolerance;      /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
-  PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement, likewise */
-  Joint *joints;            /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far */
+  PetscInt
+      n_loads; /* loads acting at the end of the stage; loads of the stage before that are not named leave */
+  PetscInt *loads;     /* (n_loads,) rows of Scene.loads */
+  PetscInt ramp;       /* [cycles] over which loads go linearly from what acted before to this stage's */
+  PetscInt max_cycles; /* [cycles] then the verdict is "undecided" */
+  PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
+  PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement,
+                                   likewise */
+  Joint *joints; /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far */
 } Stage;
 
 typedef struct {
@@ -105,18 +116,18 @@ typedef struct {
   PetscReal thickness; /* [m] */
   PetscReal gravity;   /* [m/s2] acts in -y */
   /* contacts */
-  PetscReal contact_tolerance;     /* [m] activation tolerance on the opening of both sub-contacts */
-  PetscBool contact_relative;      /* contact_tolerance is a fraction of the smaller face instead */
-  PetscReal overlap_tolerance;     /* [m] two macroblocks may overlap this deep in the mesh */
+  PetscReal contact_tolerance; /* [m] activation tolerance on the opening of both sub-contacts */
+  PetscBool contact_relative;  /* contact_tolerance is a fraction of the smaller face instead */
+  PetscReal overlap_tolerance; /* [m] two macroblocks may overlap this deep in the mesh */
   /* relaxation */
   DampingKind damping;
-  PetscReal alpha_dt;              /* [-] fixed damping: alpha dt */
-  PetscInt n_damping_groups;       /* groups that enter the Rayleigh quotient; 0: all */
+  PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */
+  PetscInt n_damping_groups; /* groups that enter the Rayleigh quotient; 0: all */
   char (*damping_groups)[NAME_LENGTH];
-  PetscReal safety;                /* [-] of the time step: masses are those of a step 1/safety times longer */
-  PetscBool allow_floating;        /* accept bodies without support */
-  PetscInt check_every;            /* [cycles] between tests of convergence */
-  PetscInt history_every;          /* [cycles] between rows of history.csv */
+  PetscReal safety;         /* [-] of the time step: masses are those of a step 1/safety times longer */
+  PetscBool allow_floating; /* accept bodies without support */
+  PetscInt check_every;     /* [cycles] between tests of convergence */
+  PetscInt history_every;   /* [cycles] between rows of history.csv */
   /* tables */
   PetscInt n_materials, n_joints, n_supports, n_loads, n_stages;
   Material *materials;
@@ -127,7 +138,8 @@ typedef struct {
 } Scene;
 
 /* ------------------------------------------------------------------------------------------ BlockMesh
-   model.h5 as it is, on rank 0 only (elsewhere only names and their counts are set, n_vertices and n_blocks are 0); written by MeshRead, renumbered by MeshReorder. */
+   model.h5 as it is, on rank 0 only (elsewhere only names and their counts are set, n_vertices and n_blocks
+   are 0); written by MeshRead, renumbered by MeshReorder. */
 
 typedef struct {
   char name[NAME_LENGTH];
@@ -146,17 +158,34 @@ typedef struct {
   char (*group_names)[NAME_LENGTH];   /* on all ranks */
   PetscInt *group_rigid;              /* (n_groups,) on all ranks; the scene's override applied */
   FaceSet *face_sets;
-  char (*point_names)[NAME_LENGTH];   /* on all ranks */
-  PetscInt *point_vertex;             /* (n_points,) */
+  char (*point_names)[NAME_LENGTH];    /* on all ranks */
+  PetscInt *point_vertex;              /* (n_points,) */
   char (*face_set_names)[NAME_LENGTH]; /* (n_face_sets) on all ranks */
 } BlockMesh;
 
+/* An outer face as it travels between ranks. */
+typedef struct {
+  PetscInt gid, group, body, rigid, joint; /* as in Faces */
+  PetscInt local;                          /* 1: of a block at an owned vertex, 0: came from another rank */
+  PetscInt v_gid[2], v_file[2], v_owner[2],
+      v_index[2];       /* its two vertices: owner rank, and local index there */
+  PetscReal X[4], x[4]; /* [m] reference and present coordinates */
+} FaceRecord;
+
+/* A vertex this rank reads but does not own. */
+typedef struct {
+  PetscInt gid, file, body, rigid, owner, index; /* owner rank, and local index there */
+  PetscReal X[2];                                /* [m] */
+} GhostRecord;
+
 /* ---------------------------------------------------------------------------------------------- Model
    Flat arrays of one rank, constant during the run; written by model.c. Local order of vertices:
-     [ owned deformable, by gid | owned rigid, by body then gid | ghosts, by gid | DUMMY_VERTICES unit square ]
-   and of degrees of freedom (what integrate.c steps): [ 3 per owned rigid body | 2 per owned deformable vertex ].
-   A dof array has the vertex array right behind its bodies: u_vertex = u + 3 n_bodies, so that for deformable vertices
-   the dof IS the vertex entry. The dummies are where padding lanes of a batch point to. */
+     [ owned deformable, by gid | owned rigid, by body then gid | ghosts of elements, by gid | further ghosts
+   of contacts, by gid | DUMMY_VERTICES unit square ] The ghosts of contacts change when blocks move
+   (neighbours.c); nothing before them does. and of degrees of freedom (what integrate.c steps): [ 3 per owned
+   rigid body | 2 per owned deformable vertex ]. A dof array has the vertex array right behind its bodies:
+   u_vertex = u + 3 n_bodies, so that for deformable vertices the dof IS the vertex entry. The dummies are
+   where padding lanes of a batch point to. */
 
 enum { DUMMY_VERTICES = 4 };
 
@@ -172,50 +201,56 @@ typedef struct {
 } Elements;
 
 typedef struct {
-  PetscInt n;        /* outer faces known here: of local blocks, then of remote blocks near them */
-  PetscInt *vertex;  /* (n,2) local vertices, first and second along the block's ring */
-  PetscInt *gid;     /* (n,) global number, ascending within own; 4 * block gid + k */
-  PetscInt *group;   /* (n,) of the block */
-  PetscInt *body;    /* (n,) macroblock of the block */
-  PetscInt *rigid;   /* (n,) rigid body the block belongs to, -1: none */
-  PetscInt *joint;   /* (n,) row of Scene.joints whose face set holds it (the first such row), -1: none */
+  PetscInt n;       /* outer faces known here: of local blocks, then of remote blocks near them */
+  PetscInt *vertex; /* (n,2) local vertices, first and second along the block's ring */
+  PetscInt *gid;    /* (n,) global number, ascending within own; 4 * block gid + k */
+  PetscInt *group;  /* (n,) of the block */
+  PetscInt *body;   /* (n,) macroblock of the block */
+  PetscInt *rigid;  /* (n,) rigid body the block belongs to, -1: none */
+  PetscInt *joint;  /* (n,) row of Scene.joints whose face set holds it (the first such row), -1: none */
 } Faces;
 
 typedef struct {
   MPI_Comm comm;
   PetscMPIInt rank, size;
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
-  PetscReal diameter; /* [m] of the bounding box of the whole mesh */
+  PetscReal diameter;       /* [m] of the bounding box of the whole mesh */
   PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
 
   /* vertices */
-  PetscInt n_deformable; /* owned, of deformable blocks */
-  PetscInt n_owned;      /* n_deformable + owned rigid vertices */
-  PetscInt n_vertices;   /* n_owned + ghosts; arrays have DUMMY_VERTICES more */
-  PetscReal *X;          /* [m] (n_vertices + DUMMY_VERTICES, 2) reference coordinates */
-  PetscInt *vertex_gid;  /* (n_vertices,) */
-  PetscInt *vertex_file; /* (n_vertices,) */
-  PetscInt *vertex_body; /* (n_vertices,) macroblock */
+  PetscInt n_deformable;  /* owned, of deformable blocks */
+  PetscInt n_owned;       /* n_deformable + owned rigid vertices */
+  PetscInt n_vertices;    /* n_owned + ghosts; arrays have DUMMY_VERTICES more */
+  PetscReal *X;           /* [m] (n_vertices + DUMMY_VERTICES, 2) reference coordinates */
+  PetscInt *vertex_gid;   /* (n_vertices,) */
+  PetscInt *vertex_file;  /* (n_vertices,) */
+  PetscInt *vertex_body;  /* (n_vertices,) macroblock */
   PetscInt *vertex_rigid; /* (n_vertices,) rigid body (global number), -1: deformable */
 
   /* rigid bodies owned here (all their vertices are owned here too) */
   PetscInt n_bodies;
-  PetscInt *body_gid;    /* (n_bodies,) macroblock-like number 0.. n_rigid_global-1, ascending */
-  PetscInt *body_start;  /* (n_bodies + 1,) first local vertex of each body */
-  PetscReal *body_X;     /* [m] (n_bodies,2) mass centre, reference; with the lumped mass of deformable blocks at its vertices */
-  PetscReal *body_mass;  /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
-  PetscInt *body_body;   /* (n_bodies,) macroblock */
+  PetscInt *body_gid;   /* (n_bodies,) macroblock-like number 0.. n_rigid_global-1, ascending */
+  PetscInt *body_start; /* (n_bodies + 1,) first local vertex of each body */
+  PetscReal *body_X; /* [m] (n_bodies,2) mass centre, reference; with the lumped mass of deformable blocks at
+                        its vertices */
+  PetscReal *body_mass; /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
+  PetscInt *body_body;  /* (n_bodies,) macroblock */
 
-  PetscInt n_dof;        /* 3 n_bodies + 2 n_deformable */
-  PetscReal *mass;       /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
-  PetscBool *fixed;      /* (n_dof,) held by a support */
+  PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
+  PetscReal *mass;        /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
+  PetscBool *fixed;       /* (n_dof,) held by a support */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
-  PetscInt *dof_body;    /* (n_dof,) macroblock */
+  PetscInt *dof_body;     /* (n_dof,) macroblock */
 
   Elements t3, q4;
   Elements rigid_t3, rigid_q4; /* rigid blocks: for masses, loads and output only; no forces */
-  Faces faces;
-  PetscInt n_faces_local; /* the first so many faces belong to local blocks: loads and sets may name these */
+  Faces faces;                 /* neighbours.c */
+  PetscInt n_faces_local; /* the first so many faces belong to blocks at owned vertices: loads and sets name
+                             these */
+  FaceRecord *face_local; /* (n_faces_local,) ascending gid */
+  GhostRecord *ghosts;    /* (n_ghosts,) in the order of the local vertices; neighbours.c */
+  PetscInt n_ghosts, n_element_ghosts;
+  PetscInt vertex_capacity; /* vertices, dummies included, that the arrays of vertices have room for */
 
   /* materials by group (n_groups,) */
   PetscInt n_groups;
@@ -239,34 +274,42 @@ typedef struct {
 } Model;
 
 /* ------------------------------------------------------------------------------------------- Contacts
-   Face-to-face contacts that touch an owned vertex, ascending (stress model, lower face gid, higher face gid), padded per
-   stress model to whole batches. Sub-contact k = 0,1 of contact c stands at index SUB(c,k) of every (.., 2, BATCH)
-   array. A sub-contact is a vertex P of one face opposite the edge A-B of the other (its destination); sub-contacts 0
-   and 1 are the two ends of the contact, and stress runs linearly between them. */
+   Face-to-face contacts that touch an owned vertex, ascending (stress model, lower face gid, higher face
+   gid), padded per stress model to whole batches. Sub-contact k = 0,1 of contact c stands at index SUB(c,k)
+   of every (.., 2, BATCH) array. A sub-contact is a vertex P of one face opposite the edge A-B of the other
+   (its destination); sub-contacts 0 and 1 are the two ends of the contact, and stress runs linearly between
+   them. */
 
 #define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
 
 typedef enum { FF1_21, FF1_12, FF2_I, FF2_F } ContactClass; /* Fig. 3 of the paper */
-typedef enum { CONTACT_ELASTIC = 0, CONTACT_OPEN = 1, CONTACT_SLIPPING = 2, CONTACT_CRUSHING = 4 } ContactState; /* bits, per sub-contact */
+typedef enum {
+  CONTACT_ELASTIC = 0,
+  CONTACT_OPEN = 1,
+  CONTACT_SLIPPING = 2,
+  CONTACT_CRUSHING = 4
+} ContactState; /* bits, per sub-contact */
 
 typedef struct {
-  PetscInt n;        /* real contacts: padding lanes are not counted */
-  PetscInt n_padded; /* size of the arrays in contacts */
+  PetscInt n;                              /* real contacts: padding lanes are not counted */
+  PetscInt n_padded;                       /* size of the arrays in contacts */
   PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
   /* identity, written by contact.c */
-  PetscInt *key;          /* (n_padded,2) gid of the two faces, lower first; -1: padding */
-  ContactClass *klass;    /* (n_padded,) */
-  PetscInt *joint;        /* (n_padded,) row of the joints table */
-  PetscBool *owned;       /* (n_padded,) this rank writes it */
+  PetscInt *key;       /* (n_padded,2) gid of the two faces, lower first; -1: padding */
+  ContactClass *klass; /* (n_padded,) */
+  PetscInt *joint;     /* (n_padded,) row of the joints table */
+  PetscBool *owned;    /* (n_padded,) this rank writes it */
   /* geometry, hot */
-  PetscInt *vertex;       /* (n_padded/BATCH, 6, BATCH) local vertices: P A B of sub-contact 0, then of 1 */
-  PetscReal *t;           /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
-  PetscReal *gap;         /* [m] (.., 2, 2, BATCH) P - ((1-t) A + t B) in the reference state, x then y */
-  PetscReal *rest;        /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so a contact starts stress-free */
-  PetscReal *length;      /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
+  PetscInt *vertex;  /* (n_padded/BATCH, 6, BATCH) local vertices: P A B of sub-contact 0, then of 1 */
+  PetscReal *t;      /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
+  PetscReal *gap;    /* [m] (.., 2, 2, BATCH) P - ((1-t) A + t B) in the reference state, x then y */
+  PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so a contact
+                        starts stress-free */
+  PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
   /* history, written by contact_force.c */
-  PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
-  PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed (residual strength) */
+  PetscReal *slip;   /* [m] (.., 2, BATCH) plastic part of u_s */
+  PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed (residual
+                        strength) */
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
@@ -274,38 +317,48 @@ typedef struct {
 } Contacts;
 
 /* ---------------------------------------------------------------------------------------------- State
-   What a step changes. u, v, f, f_old, f_ext share one layout (see Model): n_dof entries of this rank's dofs, then the
-   other vertices (u only). Vecs share the memory of the first n_dof entries. */
+   What a step changes. u, v, f, f_old, f_ext share one layout (see Model): n_dof entries of this rank's dofs,
+   then the other vertices (u only). Vecs share the memory of the first n_dof entries. */
 
 typedef struct {
-  PetscReal *u;      /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c, rigid.c, ghost.c */
+  PetscReal *u;      /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c,
+                        rigid.c, ghost.c */
   PetscReal *v;      /* [m/s, rad/s] velocity at the half step; integrate.c */
   PetscReal *f;      /* [N, N m] resisting force; element.c, contact_force.c, rigid.c */
   PetscReal *f_old;  /* [N, N m] that of the cycle before (the two pointers swap) */
   PetscReal *f_ext;  /* [N, N m] applied force; loads.c */
   PetscReal *m;      /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); timestep.c */
   PetscReal *m_inv;  /* (n_dof,) 1/m, 0 where held */
+  PetscInt capacity; /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
   Vec u_vec, v_vec;  /* (n_dof,) views of u and v for PETSc */
   PetscReal dt;      /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
   PetscInt64 cycle;  /* cycles since the start of the run */
-  PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
-  PetscReal ramp;    /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  PetscReal *f_start,
+      *f_target;  /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
+  PetscReal ramp; /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */
 
-typedef enum { VERDICT_NONE, VERDICT_CONVERGED, VERDICT_COLLAPSED, VERDICT_DIVERGED, VERDICT_UNDECIDED, VERDICT_INTERRUPTED } Verdict;
+typedef enum {
+  VERDICT_NONE,
+  VERDICT_CONVERGED,
+  VERDICT_COLLAPSED,
+  VERDICT_DIVERGED,
+  VERDICT_UNDECIDED,
+  VERDICT_INTERRUPTED
+} Verdict;
 
 typedef struct {
   Verdict verdict;
-  char evidence[256];       /* why, in one line of numbers */
-  PetscInt64 cycles;        /* of this stage */
-  PetscReal ratio;          /* [-] largest unbalanced ratio over bodies */
-  PetscInt worst_body;      /* macroblock with that ratio */
-  PetscReal increment;      /* [-] largest displacement increment of a cycle over largest displacement */
-  PetscReal kinetic;        /* [J] with scaled masses */
-  double wall;              /* [s] */
-  PetscReal displacement;   /* [m] largest */
-  PetscBool finite;         /* no NaN or infinity among forces and displacements */
+  char evidence[256];     /* why, in one line of numbers */
+  PetscInt64 cycles;      /* of this stage */
+  PetscReal ratio;        /* [-] largest unbalanced ratio over bodies */
+  PetscInt worst_body;    /* macroblock with that ratio */
+  PetscReal increment;    /* [-] largest displacement increment of a cycle over largest displacement */
+  PetscReal kinetic;      /* [J] with scaled masses */
+  double wall;            /* [s] */
+  PetscReal displacement; /* [m] largest */
+  PetscBool finite;       /* no NaN or infinity among forces and displacements */
 } StageResult;
