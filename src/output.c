@@ -126,6 +126,8 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
                            checksum, &output->stages[output->n_stages++]));
     PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,
                            output->stages, message));
+    if (ferror(output->history) && !message[0])
+      snprintf(message, MESSAGE_LENGTH, "output: cannot write history.csv (is the disk full?)");
     if (first) PartRename(output->folder, "history.csv", message);
   }
   PetscCall(GatherStageDestroy(&fields));

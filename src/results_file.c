@@ -425,7 +425,8 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const Stag
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) error = H5Fclose(file) < 0 || error;
   if (error && !message[0])
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s'", name, part);
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s' (is the disk full?)", name,
+             part);
   PartRename(results->folder, "results.h5", message);
   write_xdmf(results, message);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -210,6 +210,13 @@ def test_view_leaves_the_rock_out(folder):
     assert groups.tolist() == [0] and -1 < box[0] < 0 and 2 < box[1] < 3
     box, groups = plots.view(mesh, whole=True)
     assert groups.tolist() == [0, 1] and box[0] < -4
+    mesh.group_rigid[0] = 1  # a picture of a body without stress would be empty
+    assert plots.view(mesh)[1].tolist() == [0, 1]
+
+
+def test_history_shows_the_points_that_move_most():
+    history = {f"p{i}_{x}_m": np.array([0.0, i if x == "ux" else 0.0]) for i in range(9) for x in ("ux", "uy")}
+    assert plots.moving_points(history) == [f"p{i}" for i in range(3, 9)]
 
 
 def test_contours_do_not_smear_across_joints(folder):

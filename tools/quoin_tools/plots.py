@@ -7,7 +7,8 @@ stress_<stage>.png          principal stresses as contours, and as crosses
 joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
 
-Where one group is much larger than the rest (the rock under a dam), pictures show the rest with a margin.
+Where one group is much larger than the rest (the rock under a dam), pictures show the rest with a margin;
+--whole shows all.
 """
 
 import argparse
@@ -48,16 +49,28 @@ STYLE = {
 
 
 def view(mesh, whole=False):
-    """x_min, x_max, y_min, y_max [m], and the groups the picture is about."""
+    """x_min, x_max, y_min, y_max [m], and the groups the picture is about.
+
+    The largest group is left out when it dwarfs the others, they are together in one place, and deform.
+    """
     groups = np.unique(mesh.block_group)
     area = np.bincount(mesh.block_group, mesh.areas(), minlength=len(mesh.group_names))
-    largest = area.argmax()
-    if not whole and len(groups) > 1 and area[largest] > DOMINANT * (area.sum() - area[largest]):
-        groups = groups[groups != largest]
-    corners = mesh.rings()[np.isin(mesh.block_group, groups)].reshape(-1, 2)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    margin = (0.04 if len(groups) == len(np.unique(mesh.block_group)) else 0.16) * (high - low).max()
+    rest = groups[groups != area.argmax()]
+    low, high = corners_of(mesh, groups)
+    margin = 0.08
+    dwarfed = len(rest) and area.max() > DOMINANT * area[rest].sum()
+    if not whole and dwarfed and not mesh.group_rigid[rest].all():
+        part_low, part_high = corners_of(mesh, rest)
+        if np.prod(part_high - part_low) < 0.5 * np.prod(high - low):
+            low, high, groups, margin = part_low, part_high, rest, 0.16
+    margin *= (high - low).max()
     return (low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin), groups
+
+
+def corners_of(mesh, groups):
+    """Lower left and upper right corner [m] of the box round some groups."""
+    points = mesh.rings()[np.isin(mesh.block_group, groups)].reshape(-1, 2)
+    return points.min(axis=0), points.max(axis=0)
 
 
 def inside(points, box):
@@ -327,10 +340,18 @@ def mark_stages(panels, history):
             )
 
 
+def moving_points(history):
+    """Named points, in the order of the file; no more than there are colours: those that move most."""
+    points = [column[:-5] for column in history if column.endswith("_ux_m")]
+    reach = [np.hypot(history[f"{p}_ux_m"], history[f"{p}_uy_m"]).max() for p in points]
+    kept = np.argsort(reach, kind="stable")[::-1][: len(LINES)]
+    return [points[i] for i in sorted(kept)]
+
+
 def cut_runaway(axes, results):
     """A body that slides away would flatten the rest: then the axis ends just beyond what held."""
     history = results.history
-    moving = [column for column in history if column.endswith(("_ux_m", "_uy_m"))] or ["u_max_m"]
+    moving = [f"{p}_{x}_m" for p in moving_points(history) for x in ("ux", "uy")] or ["u_max_m"]
     values = 1e3 * np.array([history[column] for column in moving])
     held = [name for name in results.stages if results.stage(name).verdict == "converged"]
     kept = values[:, np.isin(history["stage"], held)]
@@ -355,7 +376,7 @@ def plot_history(results, path):
     history = results.history
     if not len(history.get("cycle", ())):
         return False
-    points = [column[:-5] for column in history if column.endswith("_ux_m")]
+    points = moving_points(history)
     figure, panels = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
     cycle = history["cycle"]
     ratio = np.where(history["ratio"] > 0, history["ratio"], np.nan)
@@ -371,6 +392,9 @@ def plot_history(results, path):
         panels[1].plot(cycle, 1e3 * history["u_max_m"], color=LINES[0], lw=1.4, label="largest")
     panels[1].set_ylabel("displacement [mm]")
     panels[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    left_out = sum(column.endswith("_ux_m") for column in history) - len(points)
+    if left_out:
+        panels[1].get_legend().set_title(f"{len(points)} points, {left_out} more that\nmove less left out")
     cut_runaway(panels[1], results)
     panels[2].plot(cycle, history["alpha_dt"], color=LINES[1], lw=1.2)
     panels[2].set_ylabel("damping α Δt [-]")
@@ -389,7 +413,7 @@ def plot_history(results, path):
 
 
 def save(figure, path):
-    figure.savefig(path)
+    figure.savefig(path, bbox_inches="tight", pad_inches=0.12)
     pyplot.close(figure)
 
 
