@@ -1,0 +1,313 @@
+/* Forces of contacts: derivative of a potential in large strain at any rotation, momentum and angular
+   momentum, the same bits in any lane, and linear in small strain. */
+#include "scene_fixture.h"
+
+enum { PAIRS = 24, MAX_DOF = 2 * (8 * PAIRS + DUMMY_VERTICES) };
+
+static Sketch sketch;
+static double pair_angle[PAIRS], pair_at[PAIRS][2]; /* of the joint */
+
+/* Pairs of blocks far apart, each with one contact, of all classes, in random directions; half of them
+   overlap by up to 3 mm, half are apart by as much. */
+static void Pairs(void)
+{
+  memset(&sketch, 0, sizeof sketch);
+  const int soft = SketchGroup(&sketch, "soft", 0);
+  for (int p = 0; p < PAIRS; p++) {
+    const PetscInt first = sketch.n_vertices;
+    const double low[4] = {0, 0.3, -0.4, 0.4}, high[4] = {1, 0.8, 0.6, 1.5}; /* FF1 tie, inside, I, F */
+    const double a = low[p % 4], b = high[p % 4], gap = Uniform(-3e-3, 3e-3), tilt = Uniform(-1e-3, 1e-3);
+    const double upper[8] = {a, gap, b, gap + tilt, b, 1, a, 1.1};
+    SketchBox(&sketch, soft, 0, -1, 1, 1);
+    SketchGrid(&sketch, soft, upper, 1, 1, QUADS);
+    pair_angle[p] = Uniform(0, 2 * PETSC_PI), pair_at[p][0] = 5 * (p % 5), pair_at[p][1] = 5 * (p / 5);
+    SketchMove(&sketch, first, pair_angle[p], pair_at[p][0], pair_at[p][1]);
+  }
+}
+
+static PetscErrorCode OpenPairs(const char *strain, const char *joint, Fixture *f)
+{
+  PetscFunctionBeginUser;
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, f,
+                        "strain: %s\nthickness: 1.3\nmaterials: {soft: {density: 2000, young: 1e9, poisson: "
+                        "0.2}}\nrelaxation: {allow_floating: true}\n"
+                        "joints: {default: {k_n: 2.0, k_s: 0.7, %s}}\n"
+                        "loads: {weight: {type: self_weight}}\nstages: [all: {loads: [weight]}]\n",
+                        strain, joint));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every vertex by chance up to `size`, on top of a rotation of each pair up to `turn`. */
+static void Displace(const Model *m, double size, double turn, PetscReal *u)
+{
+  double angle[PAIRS];
+  for (int p = 0; p < PAIRS; p++) angle[p] = Uniform(-turn, turn);
+  for (PetscInt i = 0; i < 2 * (m->n_vertices + DUMMY_VERTICES); i++) u[i] = 0;
+  for (PetscInt v = 0; v < m->n_vertices; v++) {
+    const PetscInt p = m->vertex_file[v] / 8;
+    const double x = m->X[2 * v] - pair_at[p][0], y = m->X[2 * v + 1] - pair_at[p][1];
+    const double c = cos(angle[p]) - 1, s = sin(angle[p]);
+    u[2 * v] = c * x - s * y + Uniform(-size, size), u[2 * v + 1] = s * x + c * y + Uniform(-size, size);
+  }
+}
+
+static PetscErrorCode ForcesAt(Fixture *f, const PetscReal *u, PetscReal *force)
+{
+  PetscFunctionBeginUser;
+  memset(force, 0, MAX_DOF * sizeof *force);
+  PetscCall(ContactForces(f->model, f->scene->joints, f->contacts, u, force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the elastic contacts of the last evaluation: 1/2 sum (F_n u_n + F_s u_s). */
+static PetscReal Potential(const Fixture *f)
+{
+  const Contacts *c = f->contacts;
+  PetscReal sum = 0, a, b;
+  for (int s = 0; s < STRESS_MODELS; s++) {
+    StressModelElastic((StressModelKind)s, &a, &b);
+    for (PetscInt i = c->model_start[s]; i < c->model_start[s + 1]; i++) {
+      const Joint *j = f->scene->joints + c->joint[i];
+      for (int k = 0; k < 2; k++) {
+        const PetscInt at = SUB(i, k), other = SUB(i, 1 - k);
+        sum += 0.5 * c->length[i] * f->model->thickness *
+               (j->k_n * c->u_n[at] * (a * c->u_n[at] + b * c->u_n[other]) +
+                j->k_s * c->u_s[at] * (a * c->u_s[at] + b * c->u_s[other]));
+      }
+    }
+  }
+  return sum;
+}
+
+static PetscErrorCode PairsShowAllClassesInAllDirections(void)
+{
+  Fixture f;
+  int seen[4] = {0}, overlaps = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(OpenPairs("large", "law: elastic", &f));
+  ENSURE(f.contacts->n == PAIRS);
+  for (PetscInt i = 0; i < f.contacts->n; i++) {
+    seen[f.contacts->klass[i]]++;
+    overlaps += f.contacts->rest[SUB(i, 0)] < 0;
+  }
+  for (int k = 0; k < 4; k++) ENSURE(seen[k] >= 2);
+  ENSURE(overlaps > 3 && overlaps < PAIRS - 3);
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ElasticForceIsTheDerivativeOfThePotential(void)
+{
+  static PetscReal u[MAX_DOF], force[MAX_DOF], none[MAX_DOF];
+  const double h = 1e-5;
+
+  PetscFunctionBeginUser;
+  for (int s = 0; s < STRESS_MODELS; s++) {
+    Fixture f;
+    char joint[64];
+    snprintf(joint, sizeof joint, "law: elastic, stress_model: %s", StressModels[s]);
+    PetscCall(OpenPairs("large", joint, &f));
+    Displace(f.model, 0.2, 4, u);
+    PetscCall(ForcesAt(&f, u, force));
+    for (PetscInt i = 0; i < 2 * f.model->n_vertices; i++) {
+      const PetscReal keep = u[i];
+      PetscReal V[2];
+      for (int side = 0; side < 2; side++) {
+        u[i] = keep + (side ? h : -h);
+        PetscCall(ForcesAt(&f, u, none));
+        V[side] = Potential(&f);
+      }
+      u[i] = keep;
+      ENSURE_NEAR(force[i], (V[1] - V[0]) / (2 * h), 1e-8); // forces are of order 0.1
+    }
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sum of forces and of moments in the present position, pair by pair: [N, N m]. */
+static PetscErrorCode EnsureBalance(const Model *m, const PetscReal *u, const PetscReal *force)
+{
+  PetscReal sum[PAIRS][3] = {{0}}, size = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt v = 0; v < m->n_vertices; v++) {
+    const PetscInt p = m->vertex_file[v] / 8;
+    const double x = m->X[2 * v] - pair_at[p][0] + u[2 * v],
+                 y = m->X[2 * v + 1] - pair_at[p][1] + u[2 * v + 1];
+    for (int i = 0; i < 2; i++) sum[p][i] += force[2 * v + i], size = PetscMax(size, fabs(force[2 * v + i]));
+    sum[p][2] += x * force[2 * v + 1] - y * force[2 * v];
+  }
+  ENSURE(size > 1e-4);
+  for (int p = 0; p < PAIRS; p++)
+    for (int i = 0; i < 3; i++) ENSURE_NEAR(sum[p][i], 0, 2e-14 * size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Elastic, open, slipping, crushing, broken: whatever the law does, momentum and angular momentum stay. */
+static PetscErrorCode ForcesAndMomentsOfAContactSumToZero(void)
+{
+  static const char *const joints[] = {"law: elastic", "friction: 20",
+                                       "friction: 30, cohesion: 0.05, tension: 0.02, compression: 0.1"};
+  static PetscReal u[MAX_DOF], force[MAX_DOF];
+  int states = 0;
+
+  PetscFunctionBeginUser;
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (int j = 0; j < 3; j++) {
+      Fixture f;
+      char joint[128];
+      snprintf(joint, sizeof joint, "%s, stress_model: %s", joints[j], StressModels[s]);
+      PetscCall(OpenPairs("large", joint, &f));
+      for (int trial = 0; trial < 5; trial++) {
+        Displace(f.model, 0.2, 4, u);
+        PetscCall(ForcesAt(&f, u, force));
+        PetscCall(EnsureBalance(f.model, u, force));
+        for (PetscInt i = 0; i < 2 * f.contacts->n_padded; i++) states |= f.contacts->state[i];
+      }
+      PetscCall(FixtureClose(&f));
+    }
+  ENSURE(states == (CONTACT_OPEN | CONTACT_SLIPPING | CONTACT_CRUSHING));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Contact i takes the lane of contact to[i]. */
+static PetscErrorCode Permute(Contacts *c, const PetscInt *to)
+{
+  Contacts old;
+  const PetscInt n = c->n_padded;
+
+  PetscFunctionBeginUser;
+  old = *c;
+  PetscCall(
+      PetscMalloc5(6 * n, &old.vertex, 2 * n, &old.t, 4 * n, &old.gap, 2 * n, &old.rest, n, &old.length));
+  PetscCall(PetscArraycpy(old.vertex, c->vertex, 6 * n));
+  PetscCall(PetscArraycpy(old.t, c->t, 2 * n));
+  PetscCall(PetscArraycpy(old.gap, c->gap, 4 * n));
+  PetscCall(PetscArraycpy(old.rest, c->rest, 2 * n));
+  PetscCall(PetscArraycpy(old.length, c->length, n));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt j = to[i];
+    for (int k = 0; k < 6; k++)
+      c->vertex[((j / BATCH) * 6 + k) * BATCH + j % BATCH] =
+          old.vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
+    for (int k = 0; k < 4; k++)
+      c->gap[((j / BATCH) * 4 + k) * BATCH + j % BATCH] = old.gap[((i / BATCH) * 4 + k) * BATCH + i % BATCH];
+    for (int k = 0; k < 2; k++) c->t[SUB(j, k)] = old.t[SUB(i, k)], c->rest[SUB(j, k)] = old.rest[SUB(i, k)];
+    c->length[j] = old.length[i];
+  }
+  PetscCall(PetscFree5(old.vertex, old.t, old.gap, old.rest, old.length));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The pairs share no vertex, so only the lane, and what the other lanes of its batch do, could change bits.
+ */
+static PetscErrorCode ForceDoesNotDependOnTheLane(void)
+{
+  static PetscReal u[MAX_DOF], force[2][MAX_DOF];
+
+  PetscFunctionBeginUser;
+  for (int s = 0; s < STRESS_MODELS; s++) {
+    Fixture f[2];
+    PetscInt to[PAIRS];
+    char joint[128];
+    snprintf(joint, sizeof joint, "friction: 30, cohesion: 0.05, tension: 0.02, stress_model: %s",
+             StressModels[s]);
+    for (int i = 0; i < 2; i++) PetscCall(OpenPairs("large", joint, &f[i]));
+    ENSURE(f[1].contacts->n_padded == PAIRS);
+    for (PetscInt i = 0; i < PAIRS; i++) to[i] = (7 * i + 3) % PAIRS; // 7 and 24 have no common factor
+    PetscCall(Permute(f[1].contacts, to));
+    for (int trial = 0; trial < 5; trial++) { // with the slip and the failures of the trials before
+      int inelastic = 0;
+      Displace(f[0].model, 0.05, 4, u);
+      for (int i = 0; i < 2; i++) PetscCall(ForcesAt(&f[i], u, force[i]));
+      for (PetscInt i = 0; i < 2 * f[0].model->n_vertices; i++) ENSURE(force[0][i] == force[1][i]);
+      for (PetscInt i = 0; i < PAIRS; i++)
+        for (int k = 0; k < 2; k++) {
+          const PetscInt a = SUB(i, k), b = SUB(to[i], k);
+          ENSURE(f[0].contacts->slip[a] == f[1].contacts->slip[b]);
+          ENSURE(f[0].contacts->broken[a] == f[1].contacts->broken[b]);
+          ENSURE(f[0].contacts->state[a] == f[1].contacts->state[b]);
+          inelastic += f[0].contacts->state[a] != CONTACT_ELASTIC;
+        }
+      ENSURE(inelastic > 0);
+    }
+    for (int i = 0; i < 2; i++) PetscCall(FixtureClose(&f[i]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A law that is not reached gives the bits of the elastic one. */
+static PetscErrorCode StrongJointHasTheBitsOfTheElasticOne(void)
+{
+  static PetscReal u[MAX_DOF], force[2][MAX_DOF];
+  static const char *const joints[2] = {"law: elastic", "friction: 60, cohesion: 1e3, tension: 1e3"};
+
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 2; i++) {
+    Fixture f;
+    PetscCall(OpenPairs("large", joints[i], &f));
+    if (i == 0) Displace(f.model, 0.2, 4, u);
+    PetscCall(ForcesAt(&f, u, force[i]));
+    PetscCall(FixtureClose(&f));
+  }
+  ENSURE(!memcmp(force[0], force[1], sizeof force[0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SmallStrainIsLinear(void)
+{
+  static PetscReal u[3][MAX_DOF], force[3][MAX_DOF];
+  Fixture f;
+
+  PetscFunctionBeginUser;
+  PetscCall(OpenPairs("small", "law: elastic", &f));
+  Displace(f.model, 0.2, 1, u[0]);
+  Displace(f.model, 0.2, 1, u[1]);
+  // overlaps at the start are stress-free, openings at the start are stress: forces are affine in u
+  memset(u[2], 0, sizeof u[2]);
+  for (int i = 0; i < 3; i++) PetscCall(ForcesAt(&f, u[i], force[i]));
+  static PetscReal sum[MAX_DOF], force_sum[MAX_DOF];
+  for (int i = 0; i < MAX_DOF; i++) sum[i] = 2 * u[0][i] - 3 * u[1][i];
+  PetscCall(ForcesAt(&f, sum, force_sum));
+  for (PetscInt i = 0; i < 2 * f.model->n_vertices; i++)
+    ENSURE_NEAR(force_sum[i], 2 * force[0][i] - 3 * force[1][i] + 2 * force[2][i], 1e-13);
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A contact starts stress-free where blocks overlap or touch, and with a gap where they are apart. */
+static PetscErrorCode OverlapsOfTheMeshAreStressFree(void)
+{
+  static PetscReal u[MAX_DOF], force[MAX_DOF];
+  Fixture f;
+
+  PetscFunctionBeginUser;
+  PetscCall(OpenPairs("large", "friction: 30", &f));
+  PetscCall(ForcesAt(&f, u, force));
+  for (PetscInt i = 0; i < 2 * f.model->n_vertices; i++) ENSURE_NEAR(force[i], 0, 1e-14);
+  for (PetscInt i = 0; i < PAIRS; i++)
+    for (int k = 0; k < 2; k++) {
+      const PetscInt at = SUB(i, k);
+      ENSURE(f.contacts->u_n[at] >= -1e-14);
+      if (f.contacts->rest[at] < 0) ENSURE_NEAR(f.contacts->u_n[at], 0, 1e-14);
+    }
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  Pairs();
+  RUN_TEST(PairsShowAllClassesInAllDirections);
+  RUN_TEST(ElasticForceIsTheDerivativeOfThePotential);
+  RUN_TEST(ForcesAndMomentsOfAContactSumToZero);
+  RUN_TEST(ForceDoesNotDependOnTheLane);
+  RUN_TEST(StrongJointHasTheBitsOfTheElasticOne);
+  RUN_TEST(SmallStrainIsLinear);
+  RUN_TEST(OverlapsOfTheMeshAreStressFree);
+  int failed = CheckSummary();
+  PetscCall(PetscFinalize());
+  return failed;
+}
