@@ -347,6 +347,8 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
 #endif
 
 /* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
+/* "name": value, and what follows; null for what is not finite. */
+void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
 /* One JSON object of a stage, to be freed with free(). probes: (n_points,4) x y [m], u_x u_y [m]. */
 PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
                             const MeshFields *mesh, const StageFields *fields, PetscInt stage,

@@ -30,7 +30,7 @@ static void text(FILE *f, const char *name, const char *value, const char *tail)
   fputs(tail, f);
 }
 
-static void number(FILE *f, const char *name, PetscReal value, const char *tail)
+void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail)
 {
   if (isfinite(value))
     fprintf(f, "\"%s\": %.17g%s", name, value, tail);
@@ -54,8 +54,8 @@ static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const 
     for (PetscInt i = 0; i < s->n_bodies; i++) sum[x] += s->body[BODY_WIDTH * i + body_column + x];
   }
   fprintf(f, "      \"%s\": {", name);
-  number(f, "x", sum[0], ", ");
-  number(f, "y", sum[1], "},\n");
+  JsonNumber(f, "x", sum[0], ", ");
+  JsonNumber(f, "y", sum[1], "},\n");
 }
 
 static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
@@ -69,9 +69,9 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
     }
   }
   fprintf(f, "      \"energy\": {");
-  number(f, "strain", strain, ", ");
-  number(f, "joints", joints, ", ");
-  number(f, "kinetic", result->kinetic, "},\n");
+  JsonNumber(f, "strain", strain, ", ");
+  JsonNumber(f, "joints", joints, ", ");
+  JsonNumber(f, "kinetic", result->kinetic, "},\n");
 }
 
 static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
@@ -101,10 +101,10 @@ static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const
   }
   block_centre(mesh, best, centre);
   fprintf(f, "\"%s\": {", name);
-  number(f, "value", sign * most, ", ");
+  JsonNumber(f, "value", sign * most, ", ");
   count(f, "block", best, ", ");
-  number(f, "x", centre[0], ", ");
-  number(f, "y", centre[1], "}");
+  JsonNumber(f, "x", centre[0], ", ");
+  JsonNumber(f, "y", centre[1], "}");
   fputs(tail, f);
 }
 
@@ -132,10 +132,10 @@ static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields 
     if (!(size <= most)) most = size, best = i;
   }
   fprintf(f, "      \"max_displacement\": {");
-  number(f, "value", most, ", ");
+  JsonNumber(f, "value", most, ", ");
   count(f, "vertex", best, ", ");
-  number(f, "x", mesh->X[2 * best], ", ");
-  number(f, "y", mesh->X[2 * best + 1], "},\n");
+  JsonNumber(f, "x", mesh->X[2 * best], ", ");
+  JsonNumber(f, "y", mesh->X[2 * best + 1], "},\n");
 }
 
 static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
@@ -145,10 +145,10 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
     fprintf(f, "%s\n        ", p ? "," : "");
     put_text(f, model->point_names[p]);
     fprintf(f, ": {");
-    number(f, "x", probes[4 * p], ", ");
-    number(f, "y", probes[4 * p + 1], ", ");
-    number(f, "u_x", probes[4 * p + 2], ", ");
-    number(f, "u_y", probes[4 * p + 3], "}");
+    JsonNumber(f, "x", probes[4 * p], ", ");
+    JsonNumber(f, "y", probes[4 * p + 1], ", ");
+    JsonNumber(f, "u_x", probes[4 * p + 2], ", ");
+    JsonNumber(f, "u_y", probes[4 * p + 3], "}");
   }
   fprintf(f, "\n      },\n");
 }
@@ -173,12 +173,12 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   text(f, "verdict", VerdictNames[result->verdict], ",\n      ");
   text(f, "evidence", result->evidence, ",\n      ");
   count(f, "cycles", result->cycles, ",\n      ");
-  number(f, "wall_s", result->wall, ",\n      ");
-  number(f, "ratio", result->ratio, ",\n      ");
+  JsonNumber(f, "wall_s", result->wall, ",\n      ");
+  JsonNumber(f, "ratio", result->ratio, ",\n      ");
   count(f, "worst_macroblock", result->worst_body, ",\n      ");
-  number(f, "increment", result->increment, ",\n      ");
-  number(f, "alpha", state->alpha, ",\n      ");
-  number(f, "dt", state->dt, ",\n      ");
+  JsonNumber(f, "increment", result->increment, ",\n      ");
+  JsonNumber(f, "alpha", state->alpha, ",\n      ");
+  JsonNumber(f, "dt", state->dt, ",\n      ");
   text(f, "checksum", hex, ",\n");
   put_probes(f, model, probes);
   put_displacement(f, mesh, fields);
@@ -210,7 +210,7 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
        "positive",
        ",\n  ");
   count(f, "ranks", model->size, ",\n  ");
-  number(f, "thickness", scene->thickness, ",\n  ");
+  JsonNumber(f, "thickness", scene->thickness, ",\n  ");
   count(f, "n_blocks", mesh->n_blocks, ",\n  ");
   count(f, "n_vertices", mesh->n_vertices, ",\n  ");
   count(f, "n_macroblocks", model->n_bodies_global, ",\n  ");

@@ -26,14 +26,6 @@ typedef struct {
   const ContactEnd *lowest, *highest; /* of sigma */
 } JointSums;
 
-static void number(FILE *f, const char *name, PetscReal value, const char *tail)
-{
-  if (isfinite(value))
-    fprintf(f, "\"%s\": %.17g%s", name, value, tail);
-  else
-    fprintf(f, "\"%s\": null%s", name, tail);
-}
-
 /* Main direction of the end points, weighted by the length of their contacts. */
 static void main_direction(const StageFields *s, PetscInt joint, PetscReal e[2])
 {
@@ -147,25 +139,25 @@ static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *
 static void put_end(FILE *f, const char *name, const ContactEnd *end, const char *tail)
 {
   fprintf(f, "          \"%s\": {", name);
-  number(f, "x", end->point[0], ", ");
-  number(f, "y", end->point[1], ", ");
-  number(f, "sigma", end->sigma, ", ");
-  number(f, "tau", end->tau, ", ");
-  number(f, "opening", end->opening, ", ");
-  number(f, "sliding", end->sliding, "}");
+  JsonNumber(f, "x", end->point[0], ", ");
+  JsonNumber(f, "y", end->point[1], ", ");
+  JsonNumber(f, "sigma", end->sigma, ", ");
+  JsonNumber(f, "tau", end->tau, ", ");
+  JsonNumber(f, "opening", end->opening, ", ");
+  JsonNumber(f, "sliding", end->sliding, "}");
   fputs(tail, f);
 }
 
 static void put_line(FILE *f, const JointLine *line, const JointSums *sums, PetscReal thickness)
 {
   const PetscReal L = line->chord, N = sums->N, M = sums->M;
-  number(f, "M", M, ",\n          ");
+  JsonNumber(f, "M", M, ",\n          ");
   fprintf(f, "\"force\": {");
-  number(f, "x", sums->R[0], ", ");
-  number(f, "y", sums->R[1], "},\n          ");
-  number(f, "chord", L, ",\n          ");
-  number(f, "sigma_linear_start", (-N / L - 6 * M / (L * L)) / thickness, ",\n          ");
-  number(f, "sigma_linear_end", (-N / L + 6 * M / (L * L)) / thickness, ",\n");
+  JsonNumber(f, "x", sums->R[0], ", ");
+  JsonNumber(f, "y", sums->R[1], "},\n          ");
+  JsonNumber(f, "chord", L, ",\n          ");
+  JsonNumber(f, "sigma_linear_start", (-N / L - 6 * M / (L * L)) / thickness, ",\n          ");
+  JsonNumber(f, "sigma_linear_end", (-N / L + 6 * M / (L * L)) / thickness, ",\n");
   put_end(f, "start", line->first, ",\n");
   put_end(f, "end", line->last, ",\n");
 }
@@ -188,15 +180,15 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
           "%d,\n          ",
           joint->name, line->is_line ? "true" : "false",
           joint->law == LAW_ELASTIC ? "elastic" : "mohr_coulomb", (int)line->n);
-  number(f, "length", line->length, ",\n          ");
-  number(f, "open_length", sums->open, ",\n          ");
-  number(f, "slipping_length", sums->slipping, ",\n          ");
-  number(f, "crushing_length", sums->crushing, ",\n          ");
-  number(f, "N", sums->N, ",\n          ");
-  number(f, "T", sums->T, ",\n          ");
-  number(f, "friction_needed", atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI, ",\n          ");
-  number(f, "sliding_factor_peak", sliding_factor(joint, line, sums, thickness, 0), ",\n          ");
-  number(f, "sliding_factor_residual", sliding_factor(joint, line, sums, thickness, 1), ",\n          ");
+  JsonNumber(f, "length", line->length, ",\n          ");
+  JsonNumber(f, "open_length", sums->open, ",\n          ");
+  JsonNumber(f, "slipping_length", sums->slipping, ",\n          ");
+  JsonNumber(f, "crushing_length", sums->crushing, ",\n          ");
+  JsonNumber(f, "N", sums->N, ",\n          ");
+  JsonNumber(f, "T", sums->T, ",\n          ");
+  JsonNumber(f, "friction_needed", atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI, ",\n          ");
+  JsonNumber(f, "sliding_factor_peak", sliding_factor(joint, line, sums, thickness, 0), ",\n          ");
+  JsonNumber(f, "sliding_factor_residual", sliding_factor(joint, line, sums, thickness, 1), ",\n          ");
   if (line->is_line)
     put_line(f, line, sums, thickness);
   else
