@@ -44,13 +44,17 @@ PetscErrorCode StateDestroy(State *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Pressure that follows its face changes with the displacements. */
-static PetscBool loads_follow(const Scene *scene, const Stage *stage)
+/* Applied forces that change with the displacements: the pressure of water follows its face; other forces
+   keep their direction, but their arms about the centroid of a rigid body turn with it. */
+static PetscBool loads_follow(const Scene *scene, const Model *m, const Stage *stage)
 {
   PetscBool follow = PETSC_FALSE;
-  for (PetscInt l = 0; l < stage->n_loads; l++)
-    follow = (PetscBool)(follow || scene->loads[stage->loads[l]].kind == LOAD_RESERVOIR);
-  return (PetscBool)(follow && scene->strain == STRAIN_LARGE);
+  for (PetscInt l = 0; l < stage->n_loads; l++) {
+    const LoadKind kind = scene->loads[stage->loads[l]].kind;
+    if (kind == LOAD_RESERVOIR && scene->strain == STRAIN_LARGE) follow = PETSC_TRUE;
+    if (kind != LOAD_SELF_WEIGHT && m->n_rigid_global > 0) follow = PETSC_TRUE;
+  }
+  return follow;
 }
 
 /* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun
@@ -113,7 +117,7 @@ PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, 
                         Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                         StageResult *result)
 {
-  const PetscBool follow = loads_follow(scene, stage);
+  const PetscBool follow = loads_follow(scene, m, stage);
   PetscReal *contact_scale, first_ratio = 0.;
   double first_wall = 0.;
   const double start = MPI_Wtime();
