@@ -1,0 +1,44 @@
+"""Cantilever 10 m by 1 m in plane stress: how stiff the full Q4 and the T3 are in bending (V03)."""
+
+import numpy as np
+from driver import changed
+from quoin_tools.stacks import cantilever
+
+WHAT = "bending of one row of Q4 and T3: deflection over the exact one (V03)"
+SOURCE = "pure bending: 1 / ([1/(1+nu)] [1/(1-nu) + r^2/2]), r = length/height of an element; tip load: implicit solution"
+
+E, LENGTH, MOMENT, LOAD = 1e9, 10.0, 1e3, 1e2
+INERTIA = 1.0 / 12
+SCENE = {
+    "plane": "stress", "strain": "small",
+    "relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9, "ramp": 100, "max_cycles": 10000000, "history_every": 10000},
+    "materials": {"body": {"density": 0, "young": E, "poisson": 0.0}},
+}
+BENT = changed(SCENE, ("supports", {"left": {"fix": "x"}, "bottom_left": {"fix": "y"}}),
+               ("loads", {"top": {"type": "point_force", "point": "top_right", "value": [-MOMENT, 0]},
+                          "bottom": {"type": "point_force", "point": "bottom_right", "value": [MOMENT, 0]}}),
+               ("stages", [{"bend": {"loads": ["top", "bottom"]}}]))
+LOADED = changed(SCENE, ("supports", {"left": {"fix": "xy"}}),
+                 ("loads", {"tip": {"type": "traction", "faces": "right", "value": [0, LOAD]}}),
+                 ("stages", [{"tip": {"loads": ["tip"]}}]))
+
+# nx, ny, triangles, deflection over Timoshenko's (nu = 0, shear factor 5/6), four digits
+TIP = [(8, 1, False, 0.5608), (16, 1, False, 0.8358), (32, 1, False, 0.9525), (16, 4, False, 0.8363),
+       (16, 1, True, 0.2821), (64, 1, True, 0.3323)]
+
+
+def run(case):
+    rows = [(nx, nu) for nu in (0.0, 0.2, 0.3) for nx in (5, 10, 20)]
+    results = case.run_all([(cantilever(nx, 1), changed(BENT, ("materials.body.poisson", nu))) for nx, nu in rows])
+    exact = MOMENT * LENGTH**2 / (2 * E * INERTIA)
+    for (nx, nu), result in zip(rows, results):
+        r = LENGTH / nx
+        stiff = (1 / (1 - nu) + r**2 / 2) / (1 + nu)
+        deflection = [result.probe("bend", point)[1] for point in ("bottom_right", "top_right")]
+        case.check(f"pure bending, {nx} x 1 Q4, nu = {nu}", np.array(deflection) / exact, 1 / stiff, relative=1e-4)
+
+    results = case.run_all([(cantilever(nx, ny, triangles=triangles), LOADED) for nx, ny, triangles, _ in TIP])
+    exact = LOAD * LENGTH**3 / (3 * E * INERTIA) + LOAD * LENGTH / (5 / 6 * E / 2)
+    for (nx, ny, triangles, expected), result in zip(TIP, results):
+        deflection = np.mean([result.probe("tip", point)[1] for point in ("bottom_right", "top_right")])
+        case.check(f"tip load, {nx} x {ny} {'T3' if triangles else 'Q4'}", deflection / exact, expected, absolute=1e-4)
