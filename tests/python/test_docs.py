@@ -1,0 +1,75 @@
+"""The documents against the source: functions that docs/theory.md names, files that docs/design.md lists."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src"
+EQUATIONS = 41  # the paper's last one
+
+
+def text(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def table_rows(name):
+    """Cells of every row of every table, without headers' rules."""
+    rows = [line for line in text(name).splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows if not set(row) <= set("|-: ")]
+
+
+def named_functions(name):
+    """(file, function) of every `file: function` in the text."""
+    return sorted(set(re.findall(r"`([a-z_0-9]+\.[ch]): ([A-Za-z_0-9]+)`", text(name))))
+
+
+def without_comments(source):
+    return re.sub(r"/\*.*?\*/|//[^\n]*", "", source, flags=re.S)
+
+
+@pytest.mark.parametrize("file, function", named_functions("docs/theory.md") + named_functions("docs/design.md"))
+def test_function_exists(file, function):
+    """Defined: its name, arguments, and a body behind them."""
+    source = without_comments((SOURCE / file).read_text(encoding="utf-8"))
+    assert re.search(rf"\b{function}\s*\([^;{{}}]*\)\s*\{{", source), f"src/{file} does not define {function}"
+
+
+def test_every_equation_is_in_a_table():
+    found = set()
+    for row in table_rows("docs/theory.md"):
+        found.update(int(number) for number in re.findall(r"\((\d+)\)", row[0]))
+    missing = sorted(set(range(1, EQUATIONS + 1)) - found)
+    assert not missing, f"docs/theory.md: no row for the equations {missing}"
+
+
+def test_every_equation_row_names_a_function():
+    rows = [row for row in table_rows("docs/theory.md") if len(row) == 4 and re.search(r"\(\d+\)|sect\.", row[0])]
+    assert len(rows) > 20
+    for row in rows:
+        assert re.search(r"`[a-z_0-9]+\.[ch]: \w+`", row[2]), f"docs/theory.md: {row[0]}: names no function"
+
+
+def test_deviations_are_explained():
+    """Every letter in the last column of a table has its paragraph, and the other way round."""
+    letters = set()
+    for row in table_rows("docs/theory.md"):
+        if len(row) == 4 and re.fullmatch(r"[a-z](, [a-z])*", row[3]):
+            letters.update(row[3].split(", "))
+    explained = set(re.findall(r"^\*\*([a-z])\. ", text("docs/theory.md"), flags=re.M))
+    assert letters == explained
+
+
+@pytest.mark.parametrize("path", sorted(SOURCE.iterdir()), ids=lambda path: path.name)
+def test_file_is_in_design(path):
+    assert f"`{path.name}`" in text("docs/design.md"), f"docs/design.md does not mention src/{path.name}"
+
+
+@pytest.mark.parametrize("document", sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*/*.md")]),
+                         ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_somewhere(document):
+    """Relative links and pictures of the documents."""
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", document.read_text(encoding="utf-8")):
+        if not re.match(r"[a-z]+://", target):
+            assert (document.parent / target).exists(), f"{document.name}: {target} does not exist"
