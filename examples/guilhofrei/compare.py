@@ -16,10 +16,11 @@ MPA = 1e-6
 
 
 def references():
-    """Rows of reference.csv; paper and fe as numbers or None."""
+    """Rows of reference.csv; paper and fe as numbers or None, what the paper prints as `printed`."""
     with open(os.path.join(os.path.dirname(__file__), "reference.csv"), encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     for row in rows:
+        row["printed"] = row["paper"] or "-"
         for column in ("paper", "fe"):
             row[column] = float(row[column]) if row[column] else None
     return rows
@@ -71,7 +72,7 @@ def main():
     print("Guilhofrei dam, block DE: the paper, this run, independent finite elements (24 columns)")
     print("Section G1 is a reconstruction from the paper's text: see examples/guilhofrei/README.md\n")
     header = ["quantity", "stage", "unit", "paper", "ours", "off paper", "FE", "off FE"]
-    cells = [(r["quantity"], r["stage"], r["unit"], number(r["paper"]), number(r["ours"]),
+    cells = [(r["quantity"], r["stage"], r["unit"], r["printed"], number(r["ours"]),
               difference(r["ours"], r["paper"]), number(r["fe"]), difference(r["ours"], r["fe"])) for r in rows]
     print("\n".join(table(header, cells)))
 
