@@ -22,7 +22,7 @@ def table_rows(name):
 
 def named_functions(name):
     """(file, function) of every `file: function` in the text."""
-    return sorted(set(re.findall(r"`([a-z_0-9]+\.[ch]): ([A-Za-z_0-9]+)`", text(name))))
+    return sorted(set(re.findall(r"`([a-z_0-9]+\.[ch]):\s+([A-Za-z_0-9]+)`", text(name))))
 
 
 def without_comments(source):
