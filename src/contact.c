@@ -229,16 +229,55 @@ static PetscInt root_of(PetscInt *parent, PetscInt i)
   return i;
 }
 
+/* Supports of each union of bodies that touch, at its root: largest y and -y of what is held in x, x and -x
+   of what is held in y, and 1 when a rotation is held; (n_bodies_global,5), -infinity: none. */
+enum { HOLDS = 5 };
+
+static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal *hold)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < HOLDS * m->n_bodies_global; i++) hold[i] = -PETSC_INFINITY;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    if (!m->fixed[d]) continue;
+    PetscReal *h = hold + HOLDS * root_of(parent, m->dof_body[d]);
+    const PetscInt rigid = 3 * m->n_bodies, i = d < rigid ? d % 3 : (d - rigid) % 2;
+    const PetscReal *x = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2);
+    if (i == 2) {
+      h[4] = 1.;
+    } else {
+      h[2 * i] = PetscMax(h[2 * i], x[1 - i]);
+      h[2 * i + 1] = PetscMax(h[2 * i + 1], -x[1 - i]);
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, hold, HOLDS * m->n_bodies_global, MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What nothing holds; NULL when all is held. A rotation is held by two supports of one direction apart across
+   it. */
+static const char *free_motion(const PetscReal *h, PetscReal diameter)
+{
+  const PetscReal apart = 1e-9 * diameter;
+  const PetscBool x = (PetscBool)(h[0] > -PETSC_INFINITY), y = (PetscBool)(h[2] > -PETSC_INFINITY);
+  if (!x && !y) return "hangs on nothing: it touches no supported block";
+  if (!x) return "is not held in x, nor is any block it touches";
+  if (!y) return "is not held in y, nor is any block it touches";
+  if (!(h[4] > 0. || h[0] + h[1] > apart || h[2] + h[3] > apart))
+    return "can turn about its supports, which are all in one place";
+  return NULL;
+}
+
 /* Links and supports of this rank, merged on all ranks by exchanging the union-find roots. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Contacts *c)
 {
   const PetscInt n = m->n_bodies_global;
-  PetscInt *parent, *held, *all, changed = 1;
+  PetscInt *parent, *all, changed = 1;
+  PetscReal *hold;
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (scene->allow_floating) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc3(n, &parent, n, &held, n, &all));
-  for (PetscInt b = 0; b < n; b++) parent[b] = b, held[b] = 0;
+  PetscCall(PetscMalloc3(n, &parent, n, &all, HOLDS * n, &hold));
+  for (PetscInt b = 0; b < n; b++) parent[b] = b;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
     const PetscInt *v = c->vertex + (i / BATCH) * 6 * BATCH + i % BATCH;
@@ -256,21 +295,19 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     }
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, m->comm));
   }
-  for (PetscInt d = 0; d < m->n_dof; d++)
-    if (m->fixed[d]) held[root_of(parent, m->dof_body[d])] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, n, MPIU_INT, MPI_MAX, m->comm));
+  PetscCall(collect_holds(m, parent, hold));
   for (PetscInt b = 0, e; b < n && !message[0]; b++) {
-    if (held[root_of(parent, b)]) continue;
+    const char *problem = free_motion(hold + HOLDS * root_of(parent, b), m->diameter);
+    if (!problem) continue;
     for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // where it is, if this rank knows
     if (e < m->n_owned)
-      PetscCall(
-          PetscSNPrintf(message, MESSAGE_LENGTH,
-                        "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
-                        ", x = %g m, y = %g m) hangs on nothing: "
-                        "it touches no supported block; add a support, or set relaxation.allow_floating",
-                        scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1]));
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
+                              ", x = %g m, y = %g m) %s; add a support, or set relaxation.allow_floating",
+                              scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1],
+                              problem));
   }
-  PetscCall(PetscFree3(parent, held, all));
+  PetscCall(PetscFree3(parent, all, hold));
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -159,8 +159,7 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
-/* Collective. Fails when a macroblock hangs on nothing: no support, and no contact path to one that has a
- * support. */
+/* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 
 /* ---- contact_force.c */
