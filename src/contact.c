@@ -3,14 +3,7 @@
 #include "internal.h"
 #include "contact_geometry.h"
 
-/* A contact before it has its place in the batches. */
-typedef struct {
-  StressModelKind model;
-  PetscInt key[2], face[2], joint;
-  FacePair pair;
-} Candidate;
-
-static int candidate_order(const void *a, const void *b)
+int CandidateOrder(const void *a, const void *b)
 {
   const Candidate *p = a, *q = b;
   if (p->model != q->model) return (p->model > q->model) - (p->model < q->model);
@@ -20,7 +13,7 @@ static int candidate_order(const void *a, const void *b)
 
 /* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the
  * default. */
-static PetscInt joint_of_pair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
+PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 {
   const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g];
   if (jf >= 0 || jg >= 0) return jf < 0 ? jg : jg < 0 ? jf : PetscMin(jf, jg);
@@ -45,54 +38,64 @@ static PetscBool may_touch(const Model *m, PetscInt f, PetscInt g)
   return (PetscBool)(vf[0] < m->n_owned || vf[1] < m->n_owned || vg[0] < m->n_owned || vg[1] < m->n_owned);
 }
 
-static void face_coordinates(const Model *m, PetscInt f, PetscReal x[4])
+void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
 {
-  for (int i = 0; i < 4; i++) x[i] = m->X[2 * m->faces.vertex[2 * f + i / 2] + i % 2];
+  for (int i = 0; i < 4; i++) {
+    const PetscInt at = 2 * m->faces.vertex[2 * f + i / 2] + i % 2;
+    x[i] = u ? m->X[at] + u[at] : m->X[at];
+  }
 }
 
 /* The two faces as a contact, or nothing: returns PETSC_FALSE when they do not touch. */
-static PetscBool make_candidate(const Scene *scene, const Model *m, PetscInt f, PetscInt g, Candidate *c)
+static PetscBool make_candidate(const Scene *scene, const Model *m, const PetscReal *u,
+                                const OldContacts *old, PetscInt f, PetscInt g, Candidate *c)
 {
   PetscReal a[4], b[4];
-  if (m->faces.gid[f] > m->faces.gid[g]) return make_candidate(scene, m, g, f, c);
-  face_coordinates(m, f, a);
-  face_coordinates(m, g, b);
+  if (m->faces.gid[f] > m->faces.gid[g]) return make_candidate(scene, m, u, old, g, f, c);
+  FaceCoordinates(m, u, f, a);
+  FaceCoordinates(m, u, g, b);
   const PetscReal shorter = PetscMin(PetscHypotReal(a[2] - a[0], a[3] - a[1]),
                                      PetscHypotReal(b[2] - b[0], b[3] - b[1]));
   const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
-  // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
-  const PetscReal depth = m->faces.body[f] == m->faces.body[g] ? FACE_MIN_OVERLAP * shorter
-                                                               : scene->overlap_tolerance;
-  if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
   c->key[0] = m->faces.gid[f], c->key[1] = m->faces.gid[g];
   c->face[0] = f, c->face[1] = g;
-  c->joint = joint_of_pair(scene, m, f, g);
+  c->joint = JointOfPair(scene, m, f, g);
   c->model = scene->joints[c->joint].stress_model;
+  // a contact that is there may be pressed in deep; a new one that deep would be the back of the block
+  PetscReal depth = scene->overlap_tolerance;
+  if (old && OldContactFind(old, c)) depth = FACE_DEPTH * shorter;
+  // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
+  else if (m->faces.body[f] == m->faces.body[g])
+    depth = FACE_MIN_OVERLAP * shorter;
+  if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
   return PETSC_TRUE;
 }
 
-static PetscErrorCode find_candidates(const Scene *scene, const Model *m, PetscInt *n, Candidate **candidates)
+PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const PetscReal *u, const OldContacts *old,
+                            PetscInt *n, Candidate **candidates, PetscInt *n_near, PetscInt **near)
 {
-  PetscInt n_pairs, *pairs;
+  PetscInt n_pairs, *pairs, kept = 0;
   PetscReal *box, x[4];
-  Candidate *list, c;
+  Candidate *list;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * m->faces.n, &box));
   for (PetscInt f = 0; f < m->faces.n; f++) {
-    face_coordinates(m, f, x);
+    FaceCoordinates(m, u, f, x);
     FaceBox(x, x + 2, m->contact_margin, box + 4 * f);
   }
   PetscCall(GridPairs(m->faces.n, box, &n_pairs, &pairs));
+  PetscCall(PetscFree(box));
   PetscCall(PetscMalloc1(n_pairs, &list));
   *n = 0;
   for (PetscInt p = 0; p < n_pairs; p++) {
-    if (!may_touch(m, pairs[2 * p], pairs[2 * p + 1])) continue;
-    if (make_candidate(scene, m, pairs[2 * p], pairs[2 * p + 1], &c)) list[(*n)++] = c;
+    const PetscInt f = pairs[2 * p], g = pairs[2 * p + 1];
+    if (!may_touch(m, f, g)) continue;
+    pairs[2 * kept] = f, pairs[2 * kept++ + 1] = g;
+    if (make_candidate(scene, m, u, old, f, g, list + *n)) (*n)++;
   }
-  qsort(list, *n, sizeof(Candidate), candidate_order);
-  PetscCall(PetscFree(box));
-  PetscCall(PetscFree(pairs));
   *candidates = list;
+  *n_near = kept;
+  *near = pairs;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,7 +125,8 @@ static PetscErrorCode allocate(Contacts *c)
   PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n,
                          &c->length, 2 * n, &c->state));
   PetscCall(PetscCalloc5(2 * n, &c->t, 4 * n, &c->gap, 2 * n, &c->rest, 2 * n, &c->slip, 2 * n, &c->broken));
-  PetscCall(PetscCalloc4(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau));
+  PetscCall(PetscCalloc6(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau, 2 * n, &c->F_n,
+                         2 * n, &c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,16 +140,19 @@ static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts 
 
 static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
 {
+  const PetscBool on_vertex = (PetscBool)(p->pair.klass == VERTEX_FACE);
   c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
   c->klass[at] = p->pair.klass;
   c->joint[at] = p->joint;
   c->length[at] = p->pair.length;
-  c->owned[at] = (PetscBool)(m->faces.vertex[2 * p->face[0]] < m->n_owned);
-  for (int k = 0; k < 2; k++) {
+  c->owned[at] = (PetscBool)((on_vertex ? p->vertex : m->faces.vertex[2 * p->face[0]]) < m->n_owned);
+  for (int i = 0; i < 6; i++) c->vertex[((at / BATCH) * 6 + i) * BATCH + at % BATCH] = m->n_vertices + i % 3;
+  for (int k = 0; k < (on_vertex ? 1 : 2);
+       k++) { // the second end of a vertex on a face stays with the dummies
     const PetscInt source = p->pair.source[k];
     const PetscInt *destination = m->faces.vertex + 2 * p->face[1 - source];
-    const PetscInt P = m->faces.vertex[2 * p->face[source] + p->pair.corner[k]], A = destination[0],
-                   B = destination[1];
+    const PetscInt P = on_vertex ? p->vertex : m->faces.vertex[2 * p->face[source] + p->pair.corner[k]];
+    const PetscInt A = destination[0], B = destination[1];
     PetscInt *vertex = c->vertex + ((at / BATCH) * 6 + 3 * k) * BATCH + at % BATCH;
     const PetscReal t = p->pair.t[k];
     vertex[0] = P, vertex[BATCH] = A, vertex[2 * BATCH] = B;
@@ -158,13 +165,12 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   }
 }
 
-PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
+PetscErrorCode ContactsStore(const Scene *scene, const Model *m, PetscInt n, Candidate *list, Contacts *c)
 {
-  Candidate *list = NULL;
-  PetscInt n = 0, count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
+  PetscInt count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(c, sizeof(*c)));
-  PetscCall(find_candidates(scene, m, &n, &list));
+  qsort(list, n, sizeof(Candidate), CandidateOrder);
   PetscCall(check_joints(scene, m, n, list));
   for (PetscInt i = 0; i < n; i++) count[list[i].model]++;
   for (int s = 0; s < STRESS_MODELS; s++) {
@@ -182,7 +188,18 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
       else
         store_padding(m, at, list[first[s]].joint, c);
     }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
+{
+  Candidate *list;
+  PetscInt n, n_near, *near;
+  PetscFunctionBeginUser;
+  PetscCall(ContactsFind(scene, m, NULL, NULL, &n, &list, &n_near, &near));
+  PetscCall(ContactsStore(scene, m, n, list, c));
   PetscCall(PetscFree(list));
+  PetscCall(PetscFree(near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -191,7 +208,7 @@ PetscErrorCode ContactsDestroy(Contacts *c)
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
   PetscCall(PetscFree5(c->t, c->gap, c->rest, c->slip, c->broken));
-  PetscCall(PetscFree4(c->u_n, c->u_s, c->sigma, c->tau));
+  PetscCall(PetscFree6(c->u_n, c->u_s, c->sigma, c->tau, c->F_n, c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,9 +222,10 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
       continue;
     }
     n++;
-    bad += c->key[2 * i] >= c->key[2 * i + 1] || !(c->length[i] > 0.);
+    const PetscBool on_vertex = (PetscBool)(c->klass[i] == VERTEX_FACE);
+    bad += (c->key[2 * i] >= c->key[2 * i + 1]) != on_vertex || !(c->length[i] > 0.);
     PetscBool owned = PETSC_FALSE;
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; k < (on_vertex ? 3 : 6); k++) {
       const PetscInt v = c->vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
       bad += v < 0 || v >= m->n_vertices;
       owned = (PetscBool)(owned || v < m->n_owned);

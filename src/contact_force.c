@@ -117,6 +117,7 @@ static void keep_results(PetscInt b, unsigned inelastic, const Lanes *L, Contact
       const PetscInt at = (b * 2 + k) * BATCH + l;
       c->u_n[at] = L->d_n[k][l] - c->rest[at], c->u_s[at] = L->d_s[k][l];
       c->sigma[at] = L->sigma[k][l], c->tau[at] = L->tau[k][l];
+      c->F_n[at] = L->F_n[k][l], c->F_s[at] = L->F_s[k][l];
       if (!(inelastic >> l & 1)) c->state[at] = CONTACT_ELASTIC;
     }
 }

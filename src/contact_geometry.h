@@ -1,6 +1,7 @@
 /* contact_geometry.h: pure geometry of two faces that may touch (sections 2.1-2.2, Fig. 3-4). No plumbing. */
 #pragma once
 #include "types.h"
+#include <stdlib.h>
 
 /* Two faces that touch: which vertex of which face stands opposite the other face at each end. Ends 0 and 1
    are taken along the direction of face a. */
@@ -16,7 +17,9 @@ typedef struct {
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
-static const PetscReal FACE_MIN_OVERLAP = 1e-6;     /* relative to the shorter face */
+static const PetscReal FACE_DEPTH =
+    0.2; /* relative to the shorter face: deeper overlap is no contact of this face */
+static const PetscReal FACE_MIN_OVERLAP = 1e-6; /* relative to the shorter face */
 
 /* Projects P on the line A-B: parameter t along it, and distance to the right of it (the outward side), over
  * |B-A|. */
@@ -77,3 +80,34 @@ static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, Petsc
   }
   return FACES_TOUCH;
 }
+
+/* A contact before it has its place in the batches. */
+typedef struct {
+  StressModelKind model;
+  PetscInt key[2], face[2], joint; /* face: rows of Model.faces, that of the lower gid first */
+  PetscInt vertex;                 /* VERTEX_FACE: local vertex; face[1] is the face it stands on */
+  FacePair pair;
+} Candidate;
+
+/* Order of contacts: stress model, then key. For qsort and bsearch. */
+int CandidateOrder(const void *a, const void *b);
+/* Row of the joints table for a pair of faces: the named joint of either face (first in the scene), the pair
+   of groups, the default. */
+PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g);
+/* Ends of a face: present with u (vertex array), reference when u is NULL. */
+void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4]);
+/* The contacts that were, in the order of CandidateOrder; `vertex` holds the place in their arrays. */
+typedef struct {
+  PetscInt n;
+  Candidate *list;
+} OldContacts;
+static inline const Candidate *OldContactFind(const OldContacts *old, const Candidate *wanted)
+{
+  return bsearch(wanted, old->list, old->n, sizeof(Candidate), CandidateOrder);
+}
+/* Face-to-face contacts among model->faces, present state (u NULL: reference); near: (n_near,2) pairs of
+   faces that come within the contact margin. Free both lists with PetscFree. */
+PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const PetscReal *u, const OldContacts *old,
+                            PetscInt *n, Candidate **candidates, PetscInt *n_near, PetscInt **near);
+/* Collective. Sorts the candidates and makes contacts of them, without history. */
+PetscErrorCode ContactsStore(const Scene *scene, const Model *m, PetscInt n, Candidate *list, Contacts *c);

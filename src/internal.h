@@ -9,6 +9,7 @@
 #include <string.h>
 
 struct _p_Relaxation;
+struct _p_Output;
 
 /* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns PETSC_ERR_USER_INPUT on all ranks.
  */
@@ -168,6 +169,16 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, cons
 PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u,
                              PetscReal *f);
 
+/* ---- contact_verify.c */
+/* Collective. Finds contacts anew in the present state and gives them the history of those before (variable
+   connectivity). The last evaluation of forces must belong to the present displacements. joints: the stage's
+   table. Counts go to result. */
+PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *model, State *state,
+                              Contacts *contacts, StageResult *result);
+/* Collective. Whether blocks have moved enough since the last verification. */
+PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const State *state,
+                                  PetscBool *need);
+
 /* ---- ghost.c: owned vertices' displacements to the ranks that read them. Collective. u: vertex array. */
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
@@ -192,6 +203,11 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, P
  * safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints,
                             const Contacts *contacts, State *state);
+
+/* Collective. True masses into state->m, and the largest stable step [s] for them, with contacts wherever
+   they may come. Refuses free degrees of freedom without mass. */
+PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, State *state,
+                               PetscReal *limit);
 
 /* ---- integrate.c */
 typedef struct {
@@ -240,10 +256,49 @@ PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contact
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                     State *state, Relaxation *relax, PetscReal *contact_scale);
 
+/* ---- energy.c: see there. Sums are of this rank until EnergyReport. */
+typedef struct {
+  PetscReal *v_before;              /* (n_dof,) velocity before the step */
+  PetscReal *F_n, *F_s, *d_n, *d_s; /* (contacts as in Contacts) of the cycle before */
+  PetscReal *work;                  /* (n_contacts,) [J] of each contact since it is there */
+  PetscInt n_contacts;
+  PetscReal work_before; /* [J] of contacts that are no more */
+  PetscReal kinetic, outside, supports, damping, damping_ahead,
+      detection;                           /* [J]; detection is of all ranks */
+  PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
+} EnergyAccount;
+PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
+PetscErrorCode EnergyDestroy(EnergyAccount *e);
+/* Works of the contacts over the step that led to the forces just evaluated. */
+void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
+/* Around Integrate: works of loads and supports of the step before; kinetic energy and damping at this time.
+ */
+void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
+void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
+/* The contact arrays are new (forces evaluated): starts their works afresh. */
+PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *contacts, EnergyAccount *e);
+/* Energy stored in owned contacts [J]. */
+PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
+/* Collective. The account at the time of the forces last evaluated. first: the start of the stage. */
+PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const State *state,
+                            const Contacts *contacts, EnergyAccount *e, PetscBool first, Energies *out);
+
+/* ---- dynamics.c */
+/* Collective. Runs a dynamic stage for its duration. */
+PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                               Contacts *contacts, State *state, struct _p_Output *output,
+                               StageResult *result);
+
 /* ---- stages.c */
+/* Collective. A stop asked for by signal on any rank becomes the verdict. */
+PetscErrorCode Interrupted(const Model *model, StageResult *result);
+/* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
+PetscErrorCode FixedOutgrown(const Scene *scene, const Model *model, const Contacts *contacts);
+/* One line on stdout about how a stage ended. */
+PetscErrorCode StageReport(const Model *model, const Stage *stage, const StageResult *result);
 struct _p_Output;
 /* Collective. Runs one stage to its verdict. */
-PetscErrorCode StageRun(const Scene *scene, const Model *model, const Stage *stage, PetscInt number,
+PetscErrorCode StageRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
                         Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                         StageResult *result);
 /* Turns SIGUSR1, SIGTERM and SIGINT into a request to stop at the next check. */
@@ -337,7 +392,8 @@ PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
-/* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not "". */
+/* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not
+ * "". */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 

@@ -22,6 +22,7 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
     if (!s->fix[i]) continue;
     if (v < m->n_deformable) {
       m->fixed[3 * m->n_bodies + 2 * v + i] = PETSC_TRUE;
+      m->support[3 * m->n_bodies + 2 * v + i] = s->row;
     } else {
       BodyHold *h = body + RigidOfVertex(m, v);
       const PetscReal across = m->X[2 * v + 1 - i];
@@ -64,9 +65,10 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
     for (int i = 0; i < 2; i++) {
       if (!body[b].count[i]) continue;
       any = m->fixed[3 * b + i] = PETSC_TRUE;
+      m->support[3 * b + i] = s->row;
       if (body[b].high[i] - body[b].low[i] > 1e-9 * m->diameter) turns = PETSC_FALSE;
     }
-    if (any && !turns) m->fixed[3 * b + 2] = PETSC_TRUE;
+    if (any && !turns) m->fixed[3 * b + 2] = PETSC_TRUE, m->support[3 * b + 2] = s->row;
     if (any && turns && !message[0])
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,

@@ -355,9 +355,10 @@ static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
   PetscReal *vertex_mass;
   PetscFunctionBeginUser;
   m->n_dof = at + 2 * m->n_deformable;
-  PetscCall(PetscMalloc4(m->n_dof, &m->mass, m->n_dof, &m->fixed, m->n_dof, &m->in_quotient, m->n_dof,
-                         &m->dof_body));
+  PetscCall(PetscMalloc5(m->n_dof, &m->mass, m->n_dof, &m->fixed, m->n_dof, &m->support, m->n_dof,
+                         &m->in_quotient, m->n_dof, &m->dof_body));
   PetscCall(PetscArrayzero(m->fixed, m->n_dof));
+  for (PetscInt d = 0; d < m->n_dof; d++) m->support[d] = -1;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
   for (PetscInt b = 0; b < m->n_bodies; b++)
@@ -454,7 +455,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
-  PetscCall(PetscFree4(m->mass, m->fixed, m->in_quotient, m->dof_body));
+  PetscCall(PetscFree5(m->mass, m->fixed, m->support, m->in_quotient, m->dof_body));
   PetscCall(elements_destroy(&m->q4));
   PetscCall(elements_destroy(&m->t3));
   PetscCall(elements_destroy(&m->rigid_q4));

@@ -13,7 +13,8 @@ struct _p_Quoin {
   PetscBool has_model, has_output;
 };
 
-const char *const VerdictNames[] = {"none", "converged", "collapsed", "diverged", "undecided", "interrupted"};
+const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",
+                                    "undecided", "interrupted", "completed"};
 
 /* ---- errors */
 
@@ -142,18 +143,24 @@ PetscErrorCode QuoinRun(Quoin q)
   PetscCall(OutputOpen(&q->scene, &q->model, &q->output));
   q->has_output = PETSC_TRUE;
   for (PetscInt s = 0; s < q->scene.n_stages; s++) {
-    PetscCall(StageRun(&q->scene, &q->model, q->scene.stages + s, s, &q->contacts, &q->state, &q->relax,
-                       &q->output, &q->last));
+    const Stage *stage = q->scene.stages + s;
+    if (stage->kind == STAGE_DYNAMIC)
+      PetscCall(
+          StageRunDynamic(&q->scene, &q->model, stage, s, &q->contacts, &q->state, &q->output, &q->last));
+    else
+      PetscCall(
+          StageRun(&q->scene, &q->model, stage, s, &q->contacts, &q->state, &q->relax, &q->output, &q->last));
     PetscCall(OutputStage(&q->output, &q->scene, &q->model, &q->state, &q->contacts, s, &q->last));
-    if (q->last.verdict != VERDICT_CONVERGED) break; // the next stage would start from no equilibrium
+    // after any other verdict the next stage would start from no equilibrium
+    if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int QuoinExitCode(Quoin q)
 {
-  static const int code[] = {QUOIN_OK,       QUOIN_OK,        QUOIN_COLLAPSED,
-                             QUOIN_DIVERGED, QUOIN_UNDECIDED, QUOIN_INTERRUPTED};
+  static const int code[] = {QUOIN_OK,        QUOIN_OK,          QUOIN_COLLAPSED, QUOIN_DIVERGED,
+                             QUOIN_UNDECIDED, QUOIN_INTERRUPTED, QUOIN_OK};
   return code[q->last.verdict];
 }
 

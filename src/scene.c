@@ -208,6 +208,7 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
   for (PetscInt i = 0; i < scene->n_stages; i++) {
     Stage *stage = &scene->stages[i];
     *stage = r->defaults;
+    stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
     memcpy(stage->name, names[i].name, NAME_LENGTH);
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(ReadSection(r, SECTION_STAGES, path, stage, NULL));

@@ -17,6 +17,10 @@ static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", 
                                         "LoadKind",    "LOAD_",     NULL};
 static const char *const Dampings[] = {"adaptive", "fixed", "none", "DampingKind", "DAMPING_", NULL};
 
+static const char *const StageTypes[] = {"static", "dynamic", "StageKind", "STAGE_", NULL};
+static const char *const Connectivities[] = {"fixed", "variable", "Connectivity", "CONNECTIVITY_", NULL};
+static const char *const Quantities[] = {"velocity", "acceleration", "MotionQuantity", "MOTION_", NULL};
+
 #define BIT(kind) (1 << (kind))
 #define KEY(in, word, kind_of_value, holder, field, value, limits, si, text, ...)                            \
   {                                                                                                          \
@@ -45,6 +49,14 @@ static const Key Keys[] = {
       "contact.tolerance is a fraction of the smaller face instead"),
   KEY(CONTACT, "overlap", REAL, Scene, overlap_tolerance, "0.005", ">= 0", "m",
       "two bodies of the mesh may overlap this deep"),
+
+  KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "fixed", NULL, "",
+      "fixed: the contacts found at the start stay; variable: contacts are verified and found again as blocks move",
+      .choices = Connectivities),
+  KEY(CONTACT, "verify_after", REAL, Scene, verify_after, "0.2", "> 0, <= 0.5", "-",
+      "verify when a vertex has moved this part of contact.tolerance"),
+  KEY(CONTACT, "vertex_length", REAL, Scene, vertex_length, "0.05", "> 0, <= 1", "-",
+      "least influence length of a vertex on a face, over the shorter face"),
 
   KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "", "how alpha is chosen",
       .choices = Dampings),
@@ -76,6 +88,13 @@ static const Key Keys[] = {
   KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
       "bodies of this group are rigid"),
 
+  KEY(MATERIALS, "velocity", PAIR, Material, velocity, "0, 0", NULL, "m/s",
+      "x, y at the start of the first dynamic stage"),
+  KEY(MATERIALS, "spin", REAL, Material, spin, "0", NULL, "rad/s",
+      "likewise, about the mass centre of each body"),
+  KEY(MATERIALS, "upgradeable", BOOL, Material, upgradeable, "true", NULL, "",
+      "its contacts are verified when connectivity is variable"),
+
   KEY(JOINTS, "law", CHOICE, Joint, law, "mohr_coulomb", NULL, "", "elastic: no limits, tension included",
       .choices = Laws),
   KEY(JOINTS, "stress_model", CHOICE, Joint, stress_model, "tptm", NULL, "",
@@ -94,9 +113,17 @@ static const Key Keys[] = {
   KEY(JOINTS, "cohesion_residual", REAL, Joint, cohesion[1], "0", ">= 0", "Pa", "once the joint has failed"),
   KEY(JOINTS, "tension_residual", REAL, Joint, tension[1], "0", ">= 0", "Pa", "once the joint has failed"),
 
+  KEY(JOINTS, "damping", REAL, Joint, damping, "0", ">= 0", "s",
+      "dynamic stages: dashpot of damping * k_n while closed"),
+
   KEY(SUPPORTS, "fix", FIX, Support, fix, NULL, NULL, "", "directions held: x, y or xy"),
   KEY(SUPPORTS, "target", NAME, Support, target, "= name of the support", NULL, "",
       "face set, group or point held"),
+
+  KEY(SUPPORTS, "motion", PATH, Support, motion, "", NULL, "",
+      "dynamic stages: CSV file of t [s], x, y that the support follows"),
+  KEY(SUPPORTS, "quantity", CHOICE, Support, quantity, "velocity", NULL, "",
+      "what the file gives: velocity [m/s] or acceleration [m/s2]", .choices = Quantities),
 
   KEY(LOADS, "type", CHOICE, Load, kind, NULL, NULL, "", "what it is; decides which keys follow",
       .choices = LoadTypes),
@@ -114,6 +141,8 @@ static const Key Keys[] = {
       "x, y of a traction [Pa] or of a point_force [N per m of thickness]",
       .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
 
+  KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "", "static: to equilibrium; dynamic: in time",
+      .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
       "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
   KEY(STAGES, "ramp", INT, Stage, ramp, "= relaxation.ramp", ">= 0", "cycles",
@@ -124,6 +153,14 @@ static const Key Keys[] = {
       "unbalanced ratio of the worst body at which the stage has converged"),
   KEY(STAGES, "velocity_tolerance", REAL, Stage, velocity_tolerance, "= relaxation.velocity_tolerance", "> 0",
       "-", "largest displacement increment of a cycle over largest displacement, likewise"),
+  KEY(STAGES, "variable", TRISTATE, Stage, variable, "= contact.connectivity", NULL, "",
+      "true: variable connectivity in this stage, false: fixed"),
+  KEY(STAGES, "duration", REAL, Stage, duration, "1", "> 0", "s", "of a dynamic stage"),
+  KEY(STAGES, "dt_factor", REAL, Stage, dt_factor, "0.05", "> 0, <= 1", "-",
+      "time step of a dynamic stage over the stability bound; smaller where contacts open and close"),
+  KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "mass-proportional damping of a dynamic stage"),
+  KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
+      "results written during a dynamic stage, at equal intervals"),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),
 };

@@ -175,6 +175,13 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
   CheckLoads(scene, mesh, message);
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
     CheckTarget(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
+  for (PetscInt i = 0; i < scene->n_supports; i++) scene->supports[i].row = i;
+  for (PetscInt i = 0; i < scene->n_stages && !message[0]; i++)
+    if (scene->stages[i].variable && scene->strain == STRAIN_SMALL)
+      snprintf(message, MESSAGE_LENGTH,
+               "%.500s: stages.%s: connectivity is variable but strain is small: blocks that move far need "
+               "strain: large",
+               scene->file, scene->stages[i].name);
   PetscCall(CheckMessage(comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -27,7 +27,7 @@ PetscErrorCode StateCreate(const Model *m, State *s)
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
   PetscCall(StateResize(m, s));
-  PetscCall(PetscCalloc3(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv));
+  PetscCall(PetscCalloc4(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv, m->n_dof, &s->u_verified));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   s->dt = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -40,7 +40,7 @@ PetscErrorCode StateDestroy(State *s)
   PetscCall(VecDestroy(&s->u_vec));
   PetscCall(VecDestroy(&s->v_vec));
   for (int i = 0; i < 6; i++) PetscCall(PetscFree(*array[i]));
-  PetscCall(PetscFree3(s->v, s->m, s->m_inv));
+  PetscCall(PetscFree4(s->v, s->m, s->m_inv, s->u_verified));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -90,7 +90,7 @@ static void progress(const Model *m, const Stage *stage, const StageResult *now,
   fflush(stdout);
 }
 
-static PetscErrorCode report(const Model *m, const Stage *stage, const StageResult *r)
+PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult *r)
 {
   PetscFunctionBeginUser;
   if (!m->rank && on_terminal()) printf("\r%100s\r", "");
@@ -100,7 +100,7 @@ static PetscErrorCode report(const Model *m, const Stage *stage, const StageResu
 }
 
 /* A stop asked for by signal on any rank stops all. */
-static PetscErrorCode interrupted(const Model *m, StageResult *result)
+PetscErrorCode Interrupted(const Model *m, StageResult *result)
 {
   int signal_number = stop_signal;
   PetscFunctionBeginUser;
@@ -113,9 +113,53 @@ static PetscErrorCode interrupted(const Model *m, StageResult *result)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, PetscInt number,
-                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                        StageResult *result)
+/* Variable connectivity: contacts found again when blocks have moved enough (or when `now`), and masses to go
+ * with them. */
+static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
+                             State *state, PetscBool now, StageResult *result)
+{
+  PetscBool need = now;
+  PetscFunctionBeginUser;
+  if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need));
+  if (!need) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  PetscCall(ContactsVerify(scene, stage->joints, m, state, contacts, result));
+  PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Contacts of fixed connectivity keep their places: says so when faces have slid past a tenth of a contact.
+ */
+PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts *c)
+{
+  struct {
+    double slid;
+    int rank;
+  } worst = {0., m->rank};
+  PetscInt at = -1;
+  PetscFunctionBeginUser;
+  (void)scene;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++)
+      if (PetscAbsReal(c->u_s[SUB(i, k)]) / c->length[i] > worst.slid)
+        worst.slid = PetscAbsReal(c->u_s[SUB(i, k)]) / c->length[i], at = i;
+  const double mine = worst.slid;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  if (worst.slid <= 0.1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (m->rank == worst.rank && at >= 0 && mine == worst.slid) {
+    const PetscInt v = c->vertex[(at / BATCH) * 6 * BATCH + at % BATCH];
+    fprintf(stderr,
+            "quoin: warning: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has slid by "
+            "%.3g of its length; "
+            "its place and length were kept: use contact.connectivity: variable\n",
+            (double)m->X[2 * v], (double)m->X[2 * v + 1], worst.slid);
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number, Contacts *contacts,
+                        State *state, Relaxation *relax, struct _p_Output *output, StageResult *result)
 {
   const PetscBool follow = loads_follow(scene, m, stage);
   PetscReal *contact_scale, first_ratio = 0.;
@@ -126,6 +170,8 @@ PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, 
   PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
   PetscCall(LoadsTarget(scene, m, stage, state));
+  if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
+  if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   state->ramp = 0.;
   while (result->verdict == VERDICT_NONE) {
@@ -140,11 +186,13 @@ PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, 
     PetscCall(Unbalanced(m, state, contact_scale, result));
     result->wall = MPI_Wtime() - start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
-    PetscCall(interrupted(m, result));
+    PetscCall(Interrupted(m, result));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
       PetscCall(OutputHistory(output, scene, m, state, number, state->ramp, result));
     if (state->ramp >= 1. && first_ratio == 0.) first_ratio = result->ratio, first_wall = result->wall;
     progress(m, stage, result, state, first_ratio, first_wall);
+    if (stage->variable && result->verdict == VERDICT_NONE)
+      PetscCall(verify(scene, m, stage, contacts, state, PETSC_FALSE, result));
     if (follow) {
       // faces may have vertices of other ranks: their displacements are those before this cycle's step
       PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
@@ -157,6 +205,7 @@ PetscErrorCode StageRun(const Scene *scene, const Model *m, const Stage *stage, 
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   result->wall = MPI_Wtime() - start;
   PetscCall(PetscFree(contact_scale));
-  PetscCall(report(m, stage, result));
+  PetscCall(StageReport(m, stage, result));
+  if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

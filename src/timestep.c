@@ -71,3 +71,58 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   PetscCall(PetscFree(k));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* A vertex may come to stand on, or carry, contacts along all of its faces: the bound of the stiffest joint
+   over their half lengths, once as the vertex of a contact and once as an end of the face under another. */
+static PetscErrorCode contact_stiffness_anywhere(const Scene *scene, const Model *m, const Stage *stage,
+                                                 PetscReal *k)
+{
+  PetscReal stiffest = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    const Joint *joint = stage->joints + j;
+    stiffest = PetscMax(stiffest, 0.5 * (joint->k_n + joint->k_s) +
+                                      PetscAbsReal(joint->k_n - joint->k_s) / PETSC_SQRT2);
+  }
+  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+    const PetscInt *v = m->faces.vertex + 2 * f;
+    const PetscReal length = PetscHypotReal(m->X[2 * v[1]] - m->X[2 * v[0]],
+                                            m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1]);
+    for (int i = 0; i < 2; i++) k[v[i]] += 2. * 2. * stiffest * 0.5 * length * m->thickness;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *stage, State *state,
+                               PetscReal *limit)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  char message[MESSAGE_LENGTH] = "";
+  PetscReal *k, least = PETSC_INFINITY;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
+  PetscCall(ElementStiffness(m, k));
+  PetscCall(contact_stiffness_anywhere(scene, m, stage, k));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};
+    if (d < at) body_stiffness(m, d / 3, k, row);
+    const PetscReal stiffness = d < at ? row[d % 3] : row[0];
+    state->m[d] = m->mass[d];
+    state->m_inv[d] = m->fixed[d] ? 0. : 1. / m->mass[d];
+    if (m->fixed[d]) continue;
+    if (!(m->mass[d] > 0.) && !message[0]) {
+      const PetscInt v = d < at ? m->body_start[d / 3] : (d - at) / 2;
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: stages.%s: vertex %" PetscInt_FMT
+                              " has no mass: a dynamic stage needs density > 0 in every group "
+                              "that is not held",
+                              scene->file, stage->name, m->vertex_file[v]));
+    }
+    if (stiffness > 0.) least = PetscMin(least, 2. * PetscSqrtReal(m->mass[d] / stiffness)); // (25), (32)
+  }
+  PetscCall(PetscFree(k));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPI_MIN, m->comm));
+  *limit = least < PETSC_INFINITY ? least : stage->duration;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

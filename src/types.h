@@ -46,13 +46,18 @@ typedef enum {
 } StressModelKind;
 typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE } LoadKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_FIXED, DAMPING_NONE } DampingKind;
-typedef enum { STAGE_STATIC } StageKind;
+typedef enum { STAGE_STATIC, STAGE_DYNAMIC } StageKind;
+typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
+typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 
 typedef struct {
   char name[NAME_LENGTH];   /* group of the mesh it belongs to */
   PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
+  PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */
+  PetscBool upgradeable;    /* its contacts are verified and searched for when connectivity is variable */
   int line;                 /* in the scene file, for messages, here and below; 0: command line */
 } Material;
 
@@ -68,6 +73,7 @@ typedef struct {
   PetscReal cohesion[2]; /* [Pa] */
   PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
   PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
+  PetscReal damping;     /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
   PetscBool defined;     /* false only for row 0 when the scene gives no "default": all else is 0 then */
   int line;
 } Joint;
@@ -77,6 +83,9 @@ typedef struct {
   char target[NAME_LENGTH]; /* face set, group or point of the mesh; the name of the support itself by default
                              */
   PetscBool fix[2];         /* x, y */
+  char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": does not move */
+  PetscInt row;                    /* of this support in Scene.supports */
+  MotionQuantity quantity;         /* what x, y are: [m/s] or [m/s2] */
   int line;
 } Support;
 
@@ -103,7 +112,12 @@ typedef struct {
   PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
   PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement,
                                    likewise */
-  Joint *joints; /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far */
+  PetscInt variable;   /* 1: connectivity is variable in this stage, 0: fixed, -1: as Scene.connectivity */
+  PetscReal duration;  /* [s] of a dynamic stage */
+  PetscReal dt_factor; /* [-] dynamic: time step over the stability bound */
+  PetscReal alpha;     /* [1/s] dynamic: mass-proportional damping */
+  PetscInt frames;     /* dynamic: results written on the way, at equal intervals */
+  Joint *joints;       /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far */
 } Stage;
 
 typedef struct {
@@ -118,6 +132,9 @@ typedef struct {
   /* contacts */
   PetscReal contact_tolerance; /* [m] activation tolerance on the opening of both sub-contacts */
   PetscBool contact_relative;  /* contact_tolerance is a fraction of the smaller face instead */
+  Connectivity connectivity;   /* of stages that do not say */
+  PetscReal verify_after;  /* [-] verification when a vertex has moved this part of the contact tolerance */
+  PetscReal vertex_length; /* [-] least influence length of a vertex on a face, over the shorter face */
   PetscReal overlap_tolerance; /* [m] two macroblocks may overlap this deep in the mesh */
   /* relaxation */
   DampingKind damping;
@@ -239,6 +256,7 @@ typedef struct {
   PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
   PetscReal *mass;        /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
   PetscBool *fixed;       /* (n_dof,) held by a support */
+  PetscInt *support;      /* (n_dof,) row of Scene.supports that holds it, -1: none */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
   PetscInt *dof_body;     /* (n_dof,) macroblock */
 
@@ -282,7 +300,7 @@ typedef struct {
 
 #define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
 
-typedef enum { FF1_21, FF1_12, FF2_I, FF2_F } ContactClass; /* Fig. 3 of the paper */
+typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
 typedef enum {
   CONTACT_ELASTIC = 0,
   CONTACT_OPEN = 1,
@@ -295,7 +313,8 @@ typedef struct {
   PetscInt n_padded;                       /* size of the arrays in contacts */
   PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
   /* identity, written by contact.c */
-  PetscInt *key;       /* (n_padded,2) gid of the two faces, lower first; -1: padding */
+  PetscInt *key; /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
+                    gid of the vertex; -1 -1: padding */
   ContactClass *klass; /* (n_padded,) */
   PetscInt *joint;     /* (n_padded,) row of the joints table */
   PetscBool *owned;    /* (n_padded,) this rank writes it */
@@ -313,6 +332,7 @@ typedef struct {
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
+  PetscReal *F_n, *F_s;   /* [N/m] (.., 2, BATCH) end forces per metre of thickness, signs of sigma and tau */
   PetscInt *state;        /* (.., 2, BATCH) ContactState bits */
 } Contacts;
 
@@ -335,8 +355,10 @@ typedef struct {
   PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
   PetscInt64 cycle;  /* cycles since the start of the run */
   PetscReal *f_start,
-      *f_target;  /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
-  PetscReal ramp; /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+      *f_target;         /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
+  PetscReal time;        /* [s] of dynamic stages */
+  PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; contact_verify.c */
+  PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */
@@ -347,8 +369,20 @@ typedef enum {
   VERDICT_COLLAPSED,
   VERDICT_DIVERGED,
   VERDICT_UNDECIDED,
-  VERDICT_INTERRUPTED
+  VERDICT_INTERRUPTED,
+  VERDICT_COMPLETED /* a dynamic stage that ran for its duration */
 } Verdict;
+
+/* Energy account of a dynamic stage [J]; all but the first three are sums since its start. */
+typedef struct {
+  PetscReal kinetic, strain, joints; /* present */
+  PetscReal outside;                 /* work of applied forces, weight included */
+  PetscReal supports;                /* work of moving supports */
+  PetscReal friction;                /* lost in joints: their work less what they store */
+  PetscReal damping;                 /* lost to mass-proportional damping and dashpots of joints */
+  PetscReal detection;               /* change of stored joint energy when contacts were verified */
+  PetscReal balance;                 /* what came in less what is there or lost: 0 when nothing is amiss */
+} Energies;
 
 typedef struct {
   Verdict verdict;
@@ -361,4 +395,8 @@ typedef struct {
   double wall;            /* [s] */
   PetscReal displacement; /* [m] largest */
   PetscBool finite;       /* no NaN or infinity among forces and displacements */
+  PetscReal time;         /* [s] since the start of the first dynamic stage */
+  PetscInt64 verifications, contacts_made, contacts_lost; /* variable connectivity */
+  PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, at the last verification */
+  Energies energy;
 } StageResult;

@@ -1,0 +1,352 @@
+/* dynamics.c: a stage in time. True masses, the central difference of integrate.c with a constant
+   mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
+#include "internal.h"
+
+enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
+static const PetscReal PRESSED_THROUGH =
+    0.1; /* overlap over contact length that no joint stiffness explains */
+
+/* ---- motion of supports */
+
+typedef struct {
+  PetscInt n;
+  PetscReal *t, *v; /* (n,), (n,2) [s], [m/s] */
+} Motion;
+
+static int read_row(FILE *file, double row[3])
+{
+  char line[512];
+  while (fgets(line, sizeof(line), file)) {
+    if (line[0] == '#' || line[strspn(line, " \t\r\n")] == 0) continue;
+    return sscanf(line, " %lf , %lf , %lf", row, row + 1, row + 2) == 3 ? 1 : -1;
+  }
+  return 0;
+}
+
+/* Reads t, x, y rows on rank 0; an acceleration is integrated by the trapezoidal rule. */
+static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm comm, Motion *motion)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscMPIInt rank;
+  double row[3];
+  PetscInt capacity = 0;
+  int status = 1, line = 0;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  motion->n = 0, motion->t = motion->v = NULL;
+  FILE *file = rank ? NULL : fopen(s->motion, "r");
+  if (!rank && !file)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: supports.%s.motion: %s: no such file", scene->file,
+                            s->name, s->motion));
+  while (file && (status = read_row(file, row)) > 0) {
+    line++;
+    if (motion->n && row[0] <= motion->t[motion->n - 1]) status = -1;
+    if (status < 0) break;
+    if (motion->n == capacity) {
+      capacity = capacity ? 2 * capacity : 64;
+      PetscCall(PetscRealloc(capacity * sizeof(PetscReal), &motion->t));
+      PetscCall(PetscRealloc(2 * capacity * sizeof(PetscReal), &motion->v));
+    }
+    motion->t[motion->n] = row[0], motion->v[2 * motion->n] = row[1], motion->v[2 * motion->n + 1] = row[2];
+    motion->n++;
+  }
+  if (file) fclose(file);
+  if (!rank && !message[0] && (status < 0 || motion->n < 2))
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: supports.%s.motion: %s: row %d: expected at least two rows t, x, y with t ascending",
+        scene->file, s->name, s->motion, line + 1));
+  PetscCall(CheckMessage(comm, message));
+  PetscCallMPI(MPI_Bcast(&motion->n, 1, MPIU_INT, 0, comm));
+  if (rank) {
+    PetscCall(PetscMalloc1(motion->n, &motion->t));
+    PetscCall(PetscMalloc1(2 * motion->n, &motion->v));
+  }
+  PetscCallMPI(MPI_Bcast(motion->t, motion->n, MPIU_REAL, 0, comm));
+  PetscCallMPI(MPI_Bcast(motion->v, 2 * motion->n, MPIU_REAL, 0, comm));
+  if (s->quantity == MOTION_ACCELERATION) {
+    PetscReal before[2] = {motion->v[0], motion->v[1]};
+    motion->v[0] = motion->v[1] = 0.;
+    for (PetscInt i = 1; i < motion->n; i++)
+      for (int k = 0; k < 2; k++) {
+        const PetscReal a = motion->v[2 * i + k];
+        motion->v[2 * i + k] = motion->v[2 * i - 2 + k] +
+                               0.5 * (a + before[k]) * (motion->t[i] - motion->t[i - 1]);
+        before[k] = a;
+      }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Velocity at time t: linear between rows, at rest before the first and after the last. */
+static PetscReal motion_at(const Motion *motion, PetscReal t, int k)
+{
+  PetscInt low = 0, high = motion->n - 1;
+  if (t < motion->t[0] || t > motion->t[high]) return 0.;
+  while (high - low > 1) {
+    const PetscInt middle = (low + high) / 2;
+    if (motion->t[middle] <= t)
+      low = middle;
+    else
+      high = middle;
+  }
+  const PetscReal w = (t - motion->t[low]) / (motion->t[high] - motion->t[low]);
+  return (1. - w) * motion->v[2 * low + k] + w * motion->v[2 * high + k];
+}
+
+static void move_supports(const Scene *scene, const Model *m, const Motion *motions, State *s)
+{
+  const PetscReal t = s->time + 0.5 * s->dt;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscInt support = m->support[d];
+    if (support < 0 || !scene->supports[support].motion[0]) continue;
+    const PetscInt axis = d < 3 * m->n_bodies ? d % 3 : (d - 3 * m->n_bodies) % 2;
+    const PetscReal v = axis < 2 ? motion_at(motions + support, t, (int)axis) : 0.;
+    s->u[d] += (v - s->v[d]) * s->dt; // integrate.c has moved it by its own v
+    s->v[d] = v;
+  }
+}
+
+/* ---- start */
+
+/* Mass centre of every macroblock from owned vertices and bodies [m] (n_bodies_global,2). */
+static PetscErrorCode mass_centres(const Model *m, const State *s, PetscReal *centre)
+{
+  const PetscInt nb = m->n_bodies_global, at = 3 * m->n_bodies;
+  PetscReal *sum;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(3 * nb, &sum));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscInt b = m->dof_body[d], axis = d < at ? d % 3 : (d - at) % 2;
+    if (axis == 2) continue;
+    const PetscReal X = d < at ? m->body_X[2 * (d / 3) + axis] : m->X[d - at];
+    sum[3 * b + axis] += m->mass[d] * (X + s->u[d]);
+    if (axis == 0) sum[3 * b + 2] += m->mass[d];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3 * nb, MPIU_REAL, MPI_SUM, m->comm));
+  for (PetscInt i = 0; i < 2 * nb; i++)
+    centre[i] = sum[3 * (i / 2) + 2] > 0. ? sum[3 * (i / 2) + i % 2] / sum[3 * (i / 2) + 2] : 0.;
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Velocities the materials start with, at the time of the displacements. */
+static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State *s)
+{
+  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
+  const PetscInt at = 3 * m->n_bodies;
+  PetscReal *centre;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * m->n_bodies_global, &centre));
+  PetscCall(mass_centres(m, s, centre));
+  for (int l = 0; l < 4; l++)
+    for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
+      const Material *material = scene->materials + list[l]->group[e];
+      if (material->velocity[0] == 0. && material->velocity[1] == 0. && material->spin == 0.) continue;
+      for (PetscInt k = 0; k < n_nodes; k++) {
+        const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+        if (v >= m->n_owned) continue;
+        const PetscReal *C = centre + 2 * m->vertex_body[v];
+        if (v < m->n_deformable) {
+          s->v[at + 2 * v] = material->velocity[0] -
+                             material->spin * (m->X[2 * v + 1] + s->u[at + 2 * v + 1] - C[1]);
+          s->v[at + 2 * v + 1] = material->velocity[1] +
+                                 material->spin * (m->X[2 * v] + s->u[at + 2 * v] - C[0]);
+        } else {
+          const PetscInt b = RigidOfVertex(m, v);
+          const PetscReal rx = m->body_X[2 * b] + s->u[3 * b] - C[0],
+                          ry = m->body_X[2 * b + 1] + s->u[3 * b + 1] - C[1];
+          s->v[3 * b] = material->velocity[0] - material->spin * ry;
+          s->v[3 * b + 1] = material->velocity[1] + material->spin * rx;
+          s->v[3 * b + 2] = material->spin;
+        }
+      }
+    }
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (m->fixed[d]) s->v[d] = 0.;
+  PetscCall(PetscFree(centre));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1 forward to t at
+ * the end. */
+static void half_step(const Model *m, State *s, PetscReal sign)
+{
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    s->v[d] += sign * 0.5 * s->dt * (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * s->v[d]);
+}
+
+static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
+                            StageResult *result)
+{
+  PetscReal limit;
+  PetscFunctionBeginUser;
+  if (s->time == 0.) {
+    PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
+    PetscCall(start_velocities(scene, m, s));
+  }
+  PetscCall(DynamicTimeStep(scene, m, stage, s, &limit));
+  s->dt = stage->dt_factor * limit;
+  s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
+  s->alpha = stage->alpha;
+  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  if (stage->variable) {
+    PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
+    PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  }
+  PetscCall(LoadsTarget(scene, m, stage, s)); // loads act in full from the first step
+  LoadsApply(m, s, 1.);
+  half_step(m, s, -1.);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- on the way */
+
+static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
+                             EnergyAccount *energy, StageResult *result)
+{
+  PetscBool need;
+  PetscReal stored[2];
+  PetscFunctionBeginUser;
+  PetscCall(ContactsNeedVerify(scene, m, s, &need));
+  if (!need) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  EnergyOfContacts(m, contacts, energy);
+  stored[0] = EnergyInJoints(m, stage->joints, contacts);
+  PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
+  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  stored[1] = EnergyInJoints(m, stage->joints, contacts);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
+  energy->detection += stored[1] - stored[0];
+  PetscCall(EnergyContactsChanged(scene, contacts, energy));
+  if (result->deepest > PRESSED_THROUGH) {
+    result->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "t = %g s: a contact is pressed in by %.2g of its length: the step is too large "
+                            "(lower dt_factor) or k_n too low",
+                            (double)s->time, (double)result->deepest));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode step(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
+                           const Motion *motions, EnergyAccount *energy)
+{
+  QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.}, sums;
+  PetscReal *swap = s->f_old;
+  PetscFunctionBeginUser;
+  s->f_old = s->f;
+  s->f = swap;
+  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  EnergyOfContacts(m, contacts, energy);
+  EnergyBeforeStep(m, s, energy);
+  Integrate(m, s, &none, &sums);
+  EnergyAfterStep(m, s, energy);
+  move_supports(scene, m, motions, s);
+  RigidMotion(m, s->u);
+  s->time += s->dt;
+  s->cycle++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode look(const Model *m, const Stage *stage, const State *s, const Contacts *contacts,
+                           EnergyAccount *energy, PetscBool first, StageResult *result)
+{
+  PetscReal top[3] = {0., 0., 0.};
+  PetscFunctionBeginUser;
+  PetscCall(EnergyReport(m, stage->joints, s, contacts, energy, first, &result->energy));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    if (d < 3 * m->n_bodies && d % 3 == 2) continue;
+    top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
+    if (!(PetscAbsReal(s->u[d]) < PETSC_MAX_REAL / 4.)) top[1] = 1.;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
+  result->displacement = top[0];
+  result->kinetic = result->energy.kinetic;
+  result->time = s->time - s->dt; // energies belong to the time before the step just made
+  result->finite = (PetscBool)(top[1] == 0.);
+  if (!result->finite || top[0] > 1e3 * m->diameter) {
+    result->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "t = %g s: displacements are %s: the step is too large (lower dt_factor)",
+                            (double)s->time, result->finite ? "a thousand times the model" : "not finite"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The four models that derive from no potential make or destroy energy where contacts open and close. */
+static PetscErrorCode warn_models(const Model *m, const Contacts *c)
+{
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, m->comm));
+  if (n)
+    PetscCall(PetscPrintf(
+        m->comm,
+        "warning: %" PetscInt_FMT
+        " contacts use r2pt, r3pt, t2pt or t3pt, which create or destroy energy when they open and "
+        "close: use pt or tptm in dynamic stages\n",
+        n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                               Contacts *contacts, State *s, struct _p_Output *output, StageResult *result)
+{
+  EnergyAccount energy;
+  Motion *motions;
+  const double wall = MPI_Wtime();
+  PetscInt64 steps, last_frame = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(result, sizeof(*result)));
+  PetscCall(PetscCalloc1(scene->n_supports, &motions));
+  for (PetscInt i = 0; i < scene->n_supports; i++)
+    if (scene->supports[i].motion[0])
+      PetscCall(motion_read(scene, scene->supports + i, m->comm, motions + i));
+  PetscCall(start(scene, m, stage, contacts, s, result));
+  PetscCall(warn_models(m, contacts));
+  PetscCall(EnergyCreate(m, &energy));
+  PetscCall(EnergyContactsChanged(scene, contacts, &energy));
+  steps = (PetscInt64)rint(stage->duration / s->dt);
+  PetscCall(PetscPrintf(m->comm,
+                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
+                        stage->name, steps, (double)s->dt, (double)stage->dt_factor));
+  for (PetscInt64 i = 0; i < steps && result->verdict == VERDICT_NONE; i++) {
+    if (stage->variable && i % VERIFY_EVERY == 0)
+      PetscCall(verify(scene, m, stage, contacts, s, &energy, result));
+    PetscCall(step(scene, m, stage, contacts, s, motions, &energy));
+    result->cycles++;
+    const PetscBool frame = (PetscBool)(stage->frames && (i + 1) * stage->frames / steps > last_frame);
+    if (i && (i + 1) % scene->history_every && i + 1 < steps && !frame) continue;
+    PetscCall(look(m, stage, s, contacts, &energy, (PetscBool)(i == 0), result));
+    PetscCall(Interrupted(m, result));
+    result->wall = MPI_Wtime() - wall;
+    PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
+    if (frame) last_frame++;
+  }
+  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  half_step(m, s, 1.);
+  result->wall = MPI_Wtime() - wall;
+  if (result->verdict == VERDICT_NONE) {
+    result->verdict = VERDICT_COMPLETED;
+    PetscCall(
+        PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                      "%g s in %" PetscInt64_FMT
+                      " steps; energy balance %.2g J of %.3g J moved; contacts verified %" PetscInt64_FMT
+                      " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT " lost",
+                      (double)stage->duration, result->cycles, (double)result->energy.balance,
+                      (double)(PetscAbsReal(result->energy.outside) + PetscAbsReal(result->energy.supports) +
+                               energy.kinetic_0),
+                      result->verifications, result->contacts_made, result->contacts_lost));
+  }
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    PetscCall(PetscFree(motions[i].t));
+    PetscCall(PetscFree(motions[i].v));
+  }
+  PetscCall(PetscFree(motions));
+  PetscCall(EnergyDestroy(&energy));
+  PetscCall(StageReport(m, stage, result));
+  if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,145 @@
+/* energy.c: the energy account of a dynamic stage. The scheme (11) conserves
+     1/2 v(t - dt/2).m v(t + dt/2) + potential energy(t)
+   exactly in a linear system, so kinetic energy is taken as that product and works are sums of
+   1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). What then does not balance is the error of the time step.
+
+   Joints: the work of a contact is that of its end forces on d.n and d.s (contact_force.c), to which they are
+   conjugate. What joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is
+   lost in friction (and dashpots). */
+#include "internal.h"
+
+PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(e, sizeof(*e)));
+  PetscCall(PetscMalloc1(m->n_dof, &e->v_before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyDestroy(EnergyAccount *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(e->v_before));
+  PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens, tau as far as it holds.
+ */
+static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
+{
+  const PetscInt at[2] = {SUB(i, 0), SUB(i, 1)};
+  PetscReal stored = 0.;
+  const PetscReal s[2] = {j->k_n * c->u_n[at[0]], j->k_n * c->u_n[at[1]]};
+  const PetscBool open[2] = {(PetscBool)(c->sigma[at[0]] == 0. && s[0] > 0.),
+                             (PetscBool)(c->sigma[at[1]] == 0. && s[1] > 0.)};
+  if (i >= c->model_start[STRESS_TPTM] && open[0] != open[1]) {
+    const PetscReal closed = open[0] ? s[1] : s[0], other = open[0] ? s[0] : s[1];
+    stored += closed * closed * (closed / (closed - other)) * c->length[i] / (6. * j->k_n);
+  } else {
+    for (int k = 0; k < 2; k++) stored += 0.5 * c->F_n[at[k]] * c->sigma[at[k]] / j->k_n;
+  }
+  for (int k = 0; k < 2; k++)
+    if (j->k_s > 0.) stored += 0.5 * c->F_s[at[k]] * c->tau[at[k]] / j->k_s;
+  return stored;
+}
+
+PetscReal EnergyInJoints(const Model *m, const Joint *joints, const Contacts *c)
+{
+  PetscReal sum = 0.;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->owned[i]) sum += stored_in(c, joints + c->joint[i], i);
+  return m->thickness * sum;
+}
+
+PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *c, EnergyAccount *e)
+{
+  const PetscInt n = 2 * c->n_padded;
+  (void)scene;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < e->n_contacts; i++) e->work_before += e->work[i];
+  PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
+  PetscCall(PetscMalloc5(n, &e->F_n, n, &e->F_s, n, &e->d_n, n, &e->d_s, c->n_padded, &e->work));
+  PetscCall(PetscArraycpy(e->F_n, c->F_n, n));
+  PetscCall(PetscArraycpy(e->F_s, c->F_s, n));
+  PetscCall(PetscArraycpy(e->d_n, c->u_n, n)); // `rest` is constant: differences are those of d.n
+  PetscCall(PetscArraycpy(e->d_s, c->u_s, n));
+  PetscCall(PetscArrayzero(e->work, c->n_padded));
+  e->n_contacts = c->n_padded;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void EnergyOfContacts(const Model *m, const Contacts *c, EnergyAccount *e)
+{
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (!c->owned[i]) continue;
+    PetscReal w = 0.;
+    for (int k = 0; k < 2; k++) {
+      const PetscInt at = SUB(i, k);
+      w += 0.5 * (c->F_n[at] + e->F_n[at]) * (c->u_n[at] - e->d_n[at]) +
+           0.5 * (c->F_s[at] + e->F_s[at]) * (c->u_s[at] - e->d_s[at]);
+      e->F_n[at] = c->F_n[at], e->F_s[at] = c->F_s[at], e->d_n[at] = c->u_n[at], e->d_s[at] = c->u_s[at];
+    }
+    e->work[i] += m->thickness * w;
+  }
+}
+
+void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
+{
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal du = s->v[d] * s->dt;
+    e->v_before[d] = s->v[d];
+    e->outside += s->f_ext[d] * du;
+    if (m->fixed[d]) e->supports += 0.5 * ((s->f[d] - s->f_ext[d]) + (s->f_old[d] - s->f_ext[d])) * du;
+  }
+}
+
+void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
+{
+  PetscReal kinetic = 0., damped = 0., half = 0.;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    if (m->fixed[d]) continue;
+    const PetscReal middle = 0.5 * (e->v_before[d] + s->v[d]);
+    kinetic += 0.5 * s->m[d] * e->v_before[d] * s->v[d];
+    damped += s->alpha * s->m[d] * middle * middle * s->dt;
+    half += 0.5 * s->alpha * s->m[d] * middle * s->v[d] * s->dt; // the half step beyond this time
+  }
+  e->kinetic = kinetic;
+  e->damping += damped;
+  e->damping_ahead = half;
+}
+
+/* Strain energy of owned elements [J]. */
+static PetscErrorCode strain_energy(const Model *m, const State *s, PetscReal *sum)
+{
+  const Elements *list[2] = {&m->q4, &m->t3};
+  PetscReal *energy;
+  PetscFunctionBeginUser;
+  *sum = 0.;
+  for (int l = 0; l < 2; l++) {
+    PetscCall(PetscMalloc1(list[l]->n, &energy));
+    PetscCall(ElementEnergy(m, list[l], l ? 3 : 4, s->u + 3 * m->n_bodies, energy));
+    for (PetscInt i = 0; i < list[l]->n; i++) *sum += energy[i];
+    PetscCall(PetscFree(energy));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyReport(const Model *m, const Joint *joints, const State *s, const Contacts *c,
+                            EnergyAccount *e, PetscBool first, Energies *out)
+{
+  PetscReal sum[7] = {e->kinetic,    0.,          EnergyInJoints(m, joints, c),
+                      e->outside,    e->supports, e->damping - e->damping_ahead,
+                      e->work_before};
+  PetscFunctionBeginUser;
+  PetscCall(strain_energy(m, s, sum + 1));
+  for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPIU_REAL, MPI_SUM, m->comm));
+  if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
+  out->kinetic = sum[0], out->strain = sum[1], out->joints = sum[2], out->outside = sum[3],
+  out->supports = sum[4], out->damping = sum[5];
+  out->detection = e->detection;
+  out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
+  out->balance = sum[3] + sum[4] - (sum[0] - e->kinetic_0) - (sum[1] - e->strain_0) - sum[6] - sum[5];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
