@@ -39,6 +39,7 @@ from quoin_tools.results import Results  # noqa: E402
 
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
+               "OMPI_MCA_odls_base_sigkill_timeout": "0", "OMPI_MCA_mpi_yield_when_idle": "1",
                "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 VERDICTS = {0: "converged", 2: "bad input", 3: "diverged", 4: "undecided", 5: "interrupted", 6: "collapsed"}
 MODELS = ("pt", "r2pt", "r3pt", "t2pt", "t3pt", "tptm")
@@ -85,22 +86,25 @@ class Case:
         self.runs = 0
         self._since = []  # (ranks, seconds) of the runs since the last check
 
-    def run(self, mesh, scene, *options, ranks=1):
-        """Run a scene (dict, or its text) on a mesh (BlockMesh, or a path) in a folder of its own."""
+    def prepare(self, mesh, scene):
+        """A new folder with a scene (dict, or its text) and its mesh (BlockMesh); None: without."""
         self.runs += 1
         folder = self.folder / f"run_{self.runs:03d}"
         folder.mkdir(parents=True)
-        if mesh is not None and not isinstance(mesh, (str, os.PathLike)):
+        if mesh is not None:
             write(str(folder / "model.h5"), mesh)
         if scene is not None:
-            text = scene if isinstance(scene, str) else dump(scene, mesh)
-            (folder / "scene.yaml").write_text(text, encoding="utf-8")
-        return self.again(folder, *options, ranks=ranks)
+            (folder / "scene.yaml").write_text(scene if isinstance(scene, str) else dump(scene), encoding="utf-8")
+        return folder
+
+    def run(self, mesh, scene, *options, ranks=1):
+        """Run a scene on a mesh in a folder of its own."""
+        return self.again(self.prepare(mesh, scene), *options, ranks=ranks)
 
     def again(self, folder, *options, ranks=1):
         """Run what is in a folder."""
         start = time.monotonic()
-        command = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", self.quoin]
+        command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", self.quoin]
         if (folder / "scene.yaml").exists():
             command += ["-options_file", "scene.yaml"]
         done = subprocess.run(command + [str(word) for word in options], cwd=folder, capture_output=True, text=True,
@@ -111,13 +115,7 @@ class Case:
 
     def run_all(self, jobs):
         """Runs of one rank, two at a time; jobs: (mesh, scene) pairs. Results in the same order."""
-        folders = []
-        for mesh, scene in jobs:
-            self.runs += 1
-            folders.append(self.folder / f"run_{self.runs:03d}")
-            folders[-1].mkdir(parents=True)
-            write(str(folders[-1] / "model.h5"), mesh)
-            (folders[-1] / "scene.yaml").write_text(dump(scene, mesh), encoding="utf-8")
+        folders = [self.prepare(mesh, scene) for mesh, scene in jobs]
         with ThreadPoolExecutor(2) as pool:
             return list(pool.map(self.again, folders))
 
@@ -155,10 +153,10 @@ def compare(what, ours, expected, relative, absolute):
                  bool(error[worst] <= tolerance))
 
 
-def dump(scene, mesh):
+def dump(scene):
     """YAML of a scene; `model` may be left out, tuples are lists."""
-    scene = {"model": os.fspath(mesh) if isinstance(mesh, (str, os.PathLike)) else "model.h5"} | scene
-    return yaml.safe_dump(json.loads(json.dumps(scene)), sort_keys=False, default_flow_style=None, width=120)
+    scene = json.loads(json.dumps({"model": "model.h5"} | scene))
+    return yaml.safe_dump(scene, sort_keys=False, default_flow_style=None, width=120)
 
 
 def changed(scene, *changes):

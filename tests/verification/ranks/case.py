@@ -1,0 +1,52 @@
+# ranks: 4
+"""The same runs on 1, 2, 3 and 4 ranks: all bits of the state, as its checksum after each stage, are the same."""
+
+import json
+
+from driver import REFERENCE, changed, load
+from quoin_tools.fig6 import triangle_dam
+from quoin_tools.reference_mesh import from_reference
+from quoin_tools.stacks import block_grid, column
+
+WHAT = "checksum of the state on 1, 2, 3 and 4 ranks"
+SOURCE = "the run on one rank"
+
+JOINT = {"k_n": 10e9, "k_s": 3e9, "friction": 35}
+GRID = {
+    "relaxation": {"max_cycles": 600, "ramp": 200, "tolerance": 1e-9},
+    "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}},
+    "joints": {"default": JOINT},
+    "supports": {"bottom": {"fix": "xy"}, "left": {"fix": "x"}},
+    "loads": {"weight": {"type": "self_weight"}, "push": {"type": "traction", "faces": "top", "value": [3e5, -1e6]}},
+    "stages": [{"push": {"loads": ["weight", "push"]}}],
+}
+
+
+def scenes():
+    """Name, mesh, scene; all with adaptive damping but one."""
+    guilhofrei, fig6, stack = load("guilhofrei"), load("fig6"), load("stack")
+    mixed = changed(GRID, ("materials.rigid", {"density": 2400, "rigid": True}))
+    dam = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    slipping = changed(guilhofrei.FRICTION, ("joints.base.friction", 30), ("strain", "large"))
+    yield "rigid column", column(8), stack.SCENE
+    yield "rigid blocks, 12 x 12", block_grid(12, 12, 1, 1), changed(GRID, ("materials.block", {"density": 2400, "rigid": True}))
+    yield "2025 blocks in 45 x 45 bodies", block_grid(45, 45, 1, 1), GRID
+    yield "2048 blocks, rigid, quadrilaterals and triangles mixed", block_grid(16, 16, 2, 3, 1.0, 4, 5), mixed
+    yield "2000 blocks, t3pt, small strain, fixed damping", block_grid(10, 10, 4, 5), changed(
+        GRID, ("strain", "small"), ("joints.default.stress_model", "t3pt"), ("relaxation.damping", "fixed"))
+    yield "Guilhofrei, friction 30 degrees: the base slips", dam, slipping
+    yield "Fig. 6, n = 16 with triangles on rigid ground", triangle_dam(16, "G"), fig6.SCENE
+
+
+def run(case):
+    for name, mesh, scene in scenes():
+        checksums = {}
+        for ranks in (1, 2, 3, 4):
+            result = case.run(mesh, scene, ranks=ranks)
+            stages = result.summary["stages"]
+            checksums[ranks] = " ".join(stage["checksum"] for stage in stages)
+            assert result.summary["ranks"] == ranks
+        slip = abs(result.stage().contacts.slip).max()
+        what = f"{name} ({result.summary['n_blocks']} blocks, {result.summary['n_contacts']} contacts, " \
+               f"{sum(stage['cycles'] for stage in stages)} cycles, slip {slip:.1e} m)"
+        case.check(what, json.dumps(sorted(set(checksums.values()))), json.dumps([checksums[1]]))
