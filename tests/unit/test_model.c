@@ -69,7 +69,10 @@ static PetscErrorCode EnsureOwnedOnce(const Fixture *f, WallKind kind)
   for (PetscInt v = 0; v < m->n_vertices; v++)
     for (int i = 0; i < 2; i++) ENSURE(m->X[2 * v + i] == sketch.X[2 * m->vertex_file[v] + i]);
   for (PetscInt v = 1; v < m->n_deformable; v++) ENSURE(m->vertex_gid[v] > m->vertex_gid[v - 1]);
-  for (PetscInt v = m->n_owned + 1; v < m->n_vertices; v++) ENSURE(m->vertex_gid[v] > m->vertex_gid[v - 1]);
+  for (PetscInt v = m->n_owned + 1; v < m->n_vertices; v++) // those of elements, then those of contacts
+    ENSURE(m->vertex_gid[v] > m->vertex_gid[v - 1] || v == m->n_owned + m->n_element_ghosts);
+  for (PetscInt v = m->n_owned; v < m->n_vertices; v++)
+    ENSURE(VertexOf(m, m->vertex_file[v]) == v); // each once
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
