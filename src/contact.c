@@ -170,7 +170,7 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, PetscInt n, Can
   PetscInt count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(c, sizeof(*c)));
-  qsort(list, n, sizeof(Candidate), CandidateOrder);
+  if (n) qsort(list, n, sizeof(Candidate), CandidateOrder);
   PetscCall(check_joints(scene, m, n, list));
   for (PetscInt i = 0; i < n; i++) count[list[i].model]++;
   for (int s = 0; s < STRESS_MODELS; s++) {

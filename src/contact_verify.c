@@ -122,7 +122,7 @@ static PetscBool convex_corner(const Model *m, const PetscReal *u, PetscInt f, P
 static PetscInt choose_vertices(const Model *m, const PetscReal *u, PetscInt n, VertexNear *list)
 {
   PetscInt kept = 0, left = 0;
-  qsort(list, n, sizeof(VertexNear), vertex_order);
+  if (n) qsort(list, n, sizeof(VertexNear), vertex_order);
   for (PetscInt i = 0, j; i < n; i = j) {
     PetscBool blocked = PETSC_FALSE;
     for (j = i; j < n && list[j].key[0] == list[i].key[0] && list[j].key[1] == list[i].key[1]; j++)
@@ -293,14 +293,14 @@ static PetscErrorCode find_vertices(const Scene *scene, const Model *m, const Pe
   VertexNear *v;
   PetscReal length, u_e;
   PetscFunctionBeginUser;
-  qsort(*list, n_faces, sizeof(Candidate), CandidateOrder);
+  if (n_faces) qsort(*list, n_faces, sizeof(Candidate), CandidateOrder);
   PetscCall(PetscMalloc1(4 * n_near, &v));
   for (PetscInt p = 0; p < n_near; p++) {
     const PetscInt f = near[2 * p], g = near[2 * p + 1], a = m->faces.gid[f], b = m->faces.gid[g];
     const Candidate wanted = {.model = scene->joints[JointOfPair(scene, m, f, g)].stress_model,
                               .key = {PetscMin(a, b), PetscMax(a, b)}};
-    const PetscBool face_contact = (PetscBool)(bsearch(&wanted, *list, n_faces, sizeof(Candidate),
-                                                       CandidateOrder) != NULL);
+    const PetscBool face_contact = (PetscBool)(n_faces && bsearch(&wanted, *list, n_faces, sizeof(Candidate),
+                                                                  CandidateOrder) != NULL);
     n_vertices += vertices_of(scene, m, u, f, g, face_contact, v + n_vertices);
     n_vertices += vertices_of(scene, m, u, g, f, face_contact, v + n_vertices);
   }

@@ -82,7 +82,7 @@ static PetscErrorCode number_owned(Builder *b, Model *m)
     owned[m->n_owned++] = (OwnedVertex){b->record[v].rigid, b->record[v].gid, v};
     if (b->record[v].rigid < 0) m->n_deformable++;
   }
-  qsort(owned, m->n_owned, sizeof(OwnedVertex), owned_order);
+  if (m->n_owned) qsort(owned, m->n_owned, sizeof(OwnedVertex), owned_order);
   for (PetscInt i = 0; i < m->n_owned; i++) b->index[owned[i].point - b->v_start] = i;
   PetscCall(PetscFree(owned));
 

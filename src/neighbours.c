@@ -20,7 +20,7 @@ static int ghost_order(const void *a, const void *b)
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts)
 {
   PetscInt kept = 0;
-  qsort(ghosts, n, sizeof(GhostRecord), ghost_order);
+  if (n) qsort(ghosts, n, sizeof(GhostRecord), ghost_order); // qsort and bsearch want an array even for none
   for (PetscInt i = 0; i < n; i++)
     if (!i || ghosts[i].gid != ghosts[kept - 1].gid) ghosts[kept++] = ghosts[i];
   return kept;
@@ -129,8 +129,9 @@ static PetscErrorCode keep_faces(const Model *m, PetscInt *n, FaceRecord *face)
     if (touches_owned(face + f, m->rank) || touches_owned(face + g, m->rank)) keep[f] = keep[g] = PETSC_TRUE;
   }
   for (PetscInt f = n_local; f < *n; f++)
-    if (keep[f] && !bsearch(face + f, face, n_local, sizeof(FaceRecord), face_order)) face[kept++] = face[f];
-  qsort(face + n_local, kept - n_local, sizeof(FaceRecord), face_order);
+    if (keep[f] && !(n_local && bsearch(face + f, face, n_local, sizeof(FaceRecord), face_order)))
+      face[kept++] = face[f];
+  if (kept > n_local) qsort(face + n_local, kept - n_local, sizeof(FaceRecord), face_order);
   *n = kept;
   PetscCall(PetscFree(pairs));
   PetscCall(PetscFree2(box, keep));
@@ -158,7 +159,7 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
                              face[f].v_owner[k],
                              face[f].v_index[k],
                              {face[f].X[2 * k], face[f].X[2 * k + 1]}};
-      if (g.owner == m->rank || bsearch(&g, all, ne, sizeof(GhostRecord), ghost_order)) continue;
+      if (g.owner == m->rank || (ne && bsearch(&g, all, ne, sizeof(GhostRecord), ghost_order))) continue;
       all[ne + more++] = g;
     }
   m->n_ghosts = ne + GhostsUnique(more, all + ne);
