@@ -122,13 +122,14 @@ class Case:
     def report(self, what, ours, expected):
         """A row without a tolerance, for what is known to differ or is only measured."""
         self.check(what, ours, expected, relative=np.inf)
-        self.checks[-1].kind = "reported"
+        self.checks[-1].kind, self.checks[-1].tolerance = "reported", None
 
     def check(self, what, ours, expected, relative=None, absolute=None):
         """Compare numbers, or arrays entry by entry; without a tolerance: equal."""
         ranks, seconds = ", ".join(str(n) for n in sorted({n for n, _ in self._since})), sum(t for _, t in self._since)
         self._since = []
         if relative is None and absolute is None:
+            ours = ours.item() if isinstance(ours, np.generic) else ours
             row = Check(what, expected, ours, 0.0 if ours == expected else 1.0, 0.0, "equal", ranks, seconds,
                         bool(ours == expected))
         else:
@@ -208,8 +209,8 @@ def number(value):
 
 def cells(check):
     # an equality shows no error
-    error, tolerance = ("", "equal") if check["kind"] == "equal" else (f"{check['error']:.1e}", f"{check['tolerance']:g}")
-    tolerance = {"absolute": tolerance + " abs.", "reported": "reported"}.get(check["kind"], tolerance)
+    error = "" if check["kind"] == "equal" else f"{check['error']:.1e}"
+    tolerance = {"relative": "{:g}", "absolute": "{:g} abs."}.get(check["kind"], check["kind"]).format(check["tolerance"])
     return [check["what"], number(check["expected"]), number(check["ours"]), error, tolerance, check["ranks"],
             f"{check['seconds']:.1f}" if check["ranks"] else "", "" if check["passed"] else "FAILED"]
 

@@ -1,9 +1,9 @@
 # ranks: 2
 """Section G1 of the Guilhofrei dam on its rock: self-weight (SW), hydrostatic pressure (HP) and both.
 
-With friction 45 degrees (SWHP_nl) the joint slips over some 0.1 m at the heel. The reference keeps slip at 32 points of each
-segment, a contact of Quoin at its two ends, linear between: the slip there reaches over the whole contact and relieves more
-shear, so the stresses of the first contacts are reported, not judged."""
+With friction 45 degrees (SWHP_nl) the joint slips over some 0.1 m at the heel. The reference clips shear at 32 points of
+each segment; a contact of Quoin keeps slip at its two ends, linear between, so it relieves shear over its whole length. The
+nodes up to 3.8 m from the heel, where tau differs by 1 to 5 %, are therefore reported, not judged."""
 
 import json
 
