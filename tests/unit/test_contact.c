@@ -29,6 +29,7 @@ static void ClassesFollowFig3(void)
       {.5, -.5, FF2_I, {0, 1}, {0, 0}, {.5, .5}, .5},       // shifted back: first vertices of both
       {1.5, .5, FF2_F, {1, 0}, {1, 1}, {.5, .5}, .5},       // shifted on: second vertices
       {1, -.5, FF1_12, {0, 0}, {0, 1}, {2. / 3, 0}, 1},     // one end in common
+      {.5, 0, FF1_21, {1, 1}, {1, 0}, {0, .5}, .5},
       {1, .5, FF1_21, {1, 1}, {1, 0}, {.5, 1}, .5},
       {1 + 1e-10, 1e-10, FF1_12, {0, 0}, {0, 1}, {1, 0}, 1}, // nearer than a tie
   };
