@@ -1,0 +1,190 @@
+"""What of a block mesh stands above a path, and the loads of a scene on it, as plane statics.
+
+    part = cut(mesh, path)                   the material to the left of the path: above it when it runs to the right
+    forces, left_out = stage_forces(mesh, scene, "full", part)
+
+A force system is an array (X, Y, M): resultant [N] and moment about the origin [N m], positive anticlockwise. Geometry is that
+of the mesh, undeformed. The path must cut the body right through.
+"""
+
+import numpy as np
+import shapely
+from shapely.geometry import LineString
+
+from quoin_tools.blockmesh import closed_rings, face_ends
+
+SAMPLES = 33  # places per piece of the path where its two sides are looked at
+GAP = 0.005  # [m] joints of the mesh no wider than this hold the body together
+WHOLE = None  # a part that is the whole mesh
+
+
+class GravityError(ValueError):
+    """Why the hand method does not apply, in one line."""
+
+
+class Part:
+    """Material on one side of a path: its region, and how much of each block belongs to it."""
+
+    def __init__(self, mesh, region, thin):
+        polygons = shapely.polygons(mesh.vertices[closed_rings(mesh)])
+        self.region, self.thin = region.buffer(8 * thin, join_style="mitre"), thin
+        shapely.prepare(self.region)
+        self.pieces = shapely.intersection(polygons, self.region)
+        self.areas = shapely.area(self.pieces)
+        self.share = self.areas / shapely.area(polygons)
+
+
+def sides(path, offset):
+    """Points just left and just right of each piece of the path."""
+    at = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    left, right = [], []
+    for a, b in zip(path[:-1], path[1:]):
+        normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.hypot(*(b - a))
+        points = a + at[:, None] * (b - a)
+        left.append(points + offset * normal)
+        right.append(points - offset * normal)
+    return shapely.points(np.concatenate(left)), shapely.points(np.concatenate(right))
+
+
+def checked_path(path):
+    path = np.asarray(path, dtype=float).reshape(-1, 2)
+    if len(path) < 2 or not np.isfinite(path).all():
+        raise GravityError("a path needs two points or more")
+    if (np.hypot(*np.diff(path, axis=0).T) == 0).any() or np.all(path[0] == path[-1]):
+        raise GravityError("a path must not stand still or close")
+    start, end = path[0], path[-1]
+    backwards = end[0] < start[0] or (end[0] == start[0] and end[1] < start[1])
+    return path[::-1] if backwards else path
+
+
+def body(mesh):
+    """The union of all blocks, with joints closed."""
+    union = shapely.union_all(shapely.polygons(mesh.vertices[closed_rings(mesh)]))
+    return union.buffer(GAP / 2, join_style="mitre").buffer(-GAP / 2, join_style="mitre")
+
+
+def cut(mesh, path, whole=None):
+    """The Part to the left of the path. whole: body(mesh), where many paths cut one mesh."""
+    path = checked_path(path)
+    size = np.ptp(mesh.vertices, axis=0).max()
+    thin = 1e-9 * size
+    first, last = path[1] - path[0], path[-1] - path[-2]
+    longer = np.concatenate([[path[0] - 2 * GAP * first / np.hypot(*first)], path[1:-1],
+                             [path[-1] + 2 * GAP * last / np.hypot(*last)]])  # fmt: skip
+    rest = shapely.difference(body(mesh) if whole is None else whole,
+                              LineString(longer).buffer(4 * thin, cap_style="flat", join_style="mitre"))  # fmt: skip
+    left, right = sides(path, 16 * thin)
+    chosen = []
+    for region in shapely.get_parts(rest):
+        shapely.prepare(region)
+        is_left = shapely.contains(region, left).any()
+        if is_left and shapely.contains(region, right).any():
+            raise GravityError("the path does not cut the body: the two sides hang together")
+        if is_left:
+            chosen.append(region)
+    if not chosen:
+        raise GravityError("there is no material above the path")
+    return Part(mesh, shapely.union_all(chosen), thin)
+
+
+# ---- loads ---------------------------------------------------------------------------------------------------
+
+def force_at(force, point):
+    """A single force as (X, Y, M)."""
+    return np.array([force[0], force[1], point[0] * force[1] - point[1] * force[0]])
+
+
+def densities(mesh, scene, load):
+    """[kg/m3] of each block, 0 for groups that the load leaves out."""
+    groups = load.get("groups")
+    groups = [groups] if isinstance(groups, str) else groups
+    per_group = []
+    for name in mesh.group_names:
+        counts = not groups or name in groups
+        per_group.append(float(scene.materials.get(name, {}).get("density", 0.0)) if counts else 0.0)
+    return np.array(per_group)[mesh.block_group]
+
+
+def weight(mesh, scene, load, part=WHOLE):
+    pieces = shapely.polygons(mesh.vertices[closed_rings(mesh)]) if part is WHOLE else part.pieces
+    weights = scene.gravity * scene.thickness * densities(mesh, scene, load) * shapely.area(pieces)
+    used = weights > 0
+    x = shapely.get_x(shapely.centroid(pieces[used]))
+    return np.array([0.0, -weights.sum(), -(weights[used] * x).sum()])
+
+
+def wet_segments(mesh, load, part=WHOLE):
+    """Ends (n, 2, 2) of the faces of a load, counter-clockwise round their blocks, as far as they belong to the part."""
+    name = load["faces"]
+    if name not in mesh.face_sets:
+        raise GravityError(f"the mesh has no face set '{name}'")
+    faces = mesh.face_sets[name]
+    segments = mesh.vertices[face_ends(mesh, faces)]
+    if part is WHOLE:
+        return segments
+    share, kept = part.share[faces[:, 0]], []
+    for segment, portion in zip(segments, share):
+        if portion > 1 - 1e-6:
+            kept.append(segment)
+        elif portion > 1e-12:
+            inside = shapely.intersection(LineString(segment), part.region)
+            pieces = [np.array(line.coords) for line in shapely.get_parts(inside) if line.length > 0]
+            direction = segment[1] - segment[0]
+            kept += [line if (line[-1] - line[0]) @ direction > 0 else line[::-1] for line in pieces]
+    return np.array([[line[0], line[-1]] for line in kept]).reshape(-1, 2, 2)
+
+
+def water(mesh, scene, load, part=WHOLE):
+    """Pressure on the wet part of the faces, exact for straight faces."""
+    unit, level = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness, float(load["level"])
+    total = np.zeros(3)
+    for a, b in wet_segments(mesh, load, part):
+        depth = level - np.array([a[1], b[1]])
+        if (depth <= 0).all():
+            continue
+        if (depth < 0).any():  # the water line crosses the face
+            crossing = a + (b - a) * depth[0] / (depth[0] - depth[1])
+            a, b = (crossing, b) if depth[0] < 0 else (a, crossing)
+            depth = np.maximum(depth, 0.0)
+        push = np.array([a[1] - b[1], b[0] - a[0]])  # inward normal times length
+        at = (depth[0] + 2 * depth[1]) / (3 * depth.sum())
+        total += force_at(unit * 0.5 * depth.sum() * push, a + at * (b - a))
+    return total
+
+
+def traction(mesh, scene, load, part=WHOLE):
+    total = np.zeros(3)
+    for a, b in wet_segments(mesh, load, part):
+        size = scene.thickness * np.hypot(*(b - a))
+        total += force_at(size * np.array(load["value"], dtype=float), 0.5 * (a + b))
+    return total
+
+
+def point_force(mesh, scene, load, part=WHOLE):
+    if load["point"] not in mesh.points:
+        raise GravityError(f"the mesh has no point '{load['point']}'")
+    vertex = mesh.points[load["point"]]
+    if part is not WHOLE:
+        around = (mesh.blocks == vertex).any(axis=1)
+        if part.share[around].mean() < 0.5:
+            return np.zeros(3)
+    return force_at(scene.thickness * np.array(load["value"], dtype=float), mesh.vertices[vertex])
+
+
+KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point_force": point_force}
+
+
+def stage_forces(mesh, scene, stage, part=WHOLE):
+    """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know."""
+    forces, left_out = {}, []
+    for name, load in scene.stage_loads(stage).items():
+        kind = KINDS.get(load.get("type"))
+        if kind is None:
+            left_out.append(f"{name} ({load.get('type')})")
+        else:
+            forces[name] = kind(mesh, scene, load, part)
+    return forces, left_out
+
+
+def total(forces):
+    return sum(forces.values(), np.zeros(3))

@@ -1,0 +1,185 @@
+"""The gravity method: the classical hand calculation of a dam on a plane.
+
+The part above a base is rigid; N, T, M follow from statics, stress is a straight line over the length in contact. Where that line
+would pull, the base opens: no tension, a crack, and a triangle of stress on the ligament of length 3 x_r (x_r: distance of the
+resultant from the compressed end). Uplift follows a rule of uplift.py; where it follows the crack, crack and uplift are
+iterated until they agree.
+
+Signs are those of summary.json: N positive in compression; T positive when the part above pushes towards the end (toe) of the
+base; M about the middle of the base, positive when it pulls at the end; stress positive in tension.
+
+    base = Base((0, 0), (22.8, 2.28))
+    answer = hand_method(base, total(stage_forces(mesh, scene, "swhp", cut(mesh, base.ends()))[0]))
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from quoin_tools import uplift as uplift_rules
+from quoin_tools.cut import GravityError, force_at
+
+ROUNDS = 500  # of crack and uplift
+SETTLED = 1e-10  # change of the crack over the length of the base
+
+
+@dataclass
+class Base:
+    """A straight base from start (heel) to end (toe); the part above lies to the left of that direction."""
+
+    start: tuple
+    end: tuple
+    thickness: float = 1.0
+
+    def __post_init__(self):
+        self.start, self.end = np.array(self.start, dtype=float), np.array(self.end, dtype=float)
+        self.length = float(np.hypot(*(self.end - self.start)))
+        if not self.length > 0:
+            raise GravityError("the base has no length")
+        self.along = (self.end - self.start) / self.length
+        self.normal = np.array([-self.along[1], self.along[0]])
+        self.middle = 0.5 * (self.start + self.end)
+
+    def ends(self):
+        return np.array([self.start, self.end])
+
+    def at(self, distance):
+        return self.start + distance * self.along
+
+    def resultants(self, forces):
+        """N, T, M of the forces (X, Y, M about the origin) on the part above."""
+        about_middle = forces[2] - (self.middle[0] * forces[1] - self.middle[1] * forces[0])
+        return -forces[:2] @ self.normal, forces[:2] @ self.along, about_middle
+
+
+@dataclass(frozen=True)
+class Uplift:
+    """Water under the base. direction: normal to the base, or its vertical part only (the paper, section 4.4)."""
+
+    rule: str
+    heads: uplift_rules.Heads
+    direction: str = "normal"
+    in_crack: str | None = None
+    unit_weight: float = uplift_rules.WATER
+
+    def forces(self, base, crack):
+        """(X, Y, M) on the part above."""
+        force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight)
+        direction = base.normal if self.direction == "normal" else np.array([0.0, base.along[0]])
+        return force_at(force * base.thickness * direction, base.at(x))
+
+    def follows_crack(self):
+        return (self.in_crack or uplift_rules.rule_named(self.rule).crack) == "full" and self.rule != "none"
+
+
+@dataclass
+class Hand:
+    """Answer of the hand method. crack is None, and refused says why, where the part above finds no equilibrium."""
+
+    base: Base
+    N: float
+    T: float
+    M: float
+    uplift: float = 0.0  # [N], resultant of the pressure
+    crack: float | None = 0.0  # [m], from the start, or from the end when crack_at says so
+    crack_at: str = "start"
+    rounds: int = 0
+    refused: str = ""
+    notes: list = field(default_factory=list)
+
+    @property
+    def eccentricity(self):
+        """Of the resultant from the middle, positive towards the end [m]; nan without a normal force."""
+        return -self.M / self.N if self.N > 0 else float("nan")
+
+    @property
+    def resultant(self):
+        """Distance of the resultant from the start [m]."""
+        return 0.5 * self.base.length + self.eccentricity
+
+    @property
+    def ligament(self):
+        return None if self.crack is None else self.base.length - self.crack
+
+    @property
+    def linear(self):
+        """Stress at start and end by the straight line over the whole length, tension included [Pa]."""
+        mean, bend = -self.N / self.base.length, 6 * self.M / self.base.length**2
+        return (mean - bend) / self.base.thickness, (mean + bend) / self.base.thickness
+
+    @property
+    def compression(self):
+        """Largest compression of the no-tension base [Pa]: at the toe of the ligament. None without equilibrium."""
+        if self.crack is None:
+            return None
+        if self.crack > 0:
+            return 2 * self.N / (self.ligament * self.base.thickness)
+        return -min(self.linear)
+
+    @property
+    def friction_needed(self):
+        """[degree]"""
+        return float(np.degrees(np.arctan2(abs(self.T), self.N)))
+
+    def sliding_factor(self, friction, cohesion=0.0, length=None):
+        """(N tan(friction) + cohesion * length) / |T|; length: where cohesion acts, by default the uncracked part."""
+        length = (self.ligament or 0.0) if length is None else length
+        strength = max(self.N, 0.0) * np.tan(np.radians(friction)) + cohesion * length * self.base.thickness
+        return float(strength / abs(self.T)) if abs(self.T) > 1e-12 * max(abs(self.N), 1.0) else float("inf")
+
+    def motion(self, k_n):
+        """Rigid part on a joint of normal stiffness k_n [Pa/m]: rotation [rad], closure at the toe, gap at the heel [m]."""
+        closure = self.compression / k_n
+        if self.crack > 0:
+            rotation = closure / self.ligament
+            return rotation, closure, rotation * self.crack
+        rotation = abs(self.linear[1] - self.linear[0]) / (k_n * self.base.length)
+        return rotation, closure, 0.0
+
+
+def crack_of(base, N, M):
+    """Crack [m] and the end where it starts, for a base without tension; None and the reason without equilibrium."""
+    if N <= 0:
+        return None, "start", "nothing presses on the base: the part above is lifted"
+    off = -M / N
+    edge = 0.5 * base.length - abs(off)  # distance of the resultant from the compressed end
+    where = "start" if off >= 0 else "end"
+    if edge <= 0:
+        return None, where, "the resultant leaves the base: overturning"
+    return max(0.0, base.length - 3 * edge), where, ""
+
+
+def hand_method(base, forces, uplift=None):
+    """Hand of the forces (X, Y, M) on the part above and of the uplift."""
+    crack, where, answer = 0.0, "start", None
+    for rounds in range(1, ROUNDS + 1):
+        under = uplift.forces(base, crack if where == "start" else 0.0) if uplift else np.zeros(3)
+        N, T, M = base.resultants(forces + under)
+        answer = Hand(base, N, T, M, float(np.hypot(*under[:2])), rounds=rounds)
+        found, where, refused = crack_of(base, N, M)
+        if refused:
+            return run_away(answer, crack, refused)
+        settled = abs(found - crack) <= SETTLED * base.length
+        crack = found
+        if settled or not (uplift and uplift.follows_crack()):
+            break
+    else:
+        return run_away(answer, crack, f"crack and uplift do not settle in {ROUNDS} rounds")
+    answer.crack, answer.crack_at = crack, where
+    drain = uplift.heads.drain if uplift and uplift.rule not in ("none", "linear") else None
+    if crack > 0 and where == "start" and drain is not None and crack >= drain:
+        lost = "is lost" if uplift.follows_crack() else "is assumed to work on"
+        answer.notes.append(f"the crack ({crack:.2f} m) has passed the drain ({drain:.2f} m), which {lost}")
+    return answer
+
+
+def run_away(answer, crack, why):
+    """No equilibrium: forces are those of the last round."""
+    answer.crack = None
+    answer.refused = why + (f", once the crack has reached {crack:.2f} m" if crack > 0 else "")
+    return answer
+
+
+def triangle_crack(width, height, ratio):
+    """Crack over width of a triangular dam with vertical upstream face, full reservoir, no uplift; ratio of densities."""
+    return max(0.0, (height / width) ** 2 / ratio - 1.0)

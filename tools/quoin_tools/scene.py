@@ -1,0 +1,140 @@
+"""A scene (docs/scene.md) for Python tools: sections as dictionaries, numbers as numbers, joints stage by stage.
+
+The solver checks scenes; here only what the tools use is read. Keys given on the solver's command line are not in the file.
+"""
+
+import os
+from dataclasses import dataclass, field
+
+import yaml
+
+JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0, "tension": 0.0,
+                  "compression": float("inf"), "cohesion_residual": 0.0, "tension_residual": 0.0}  # fmt: skip
+ECHOES = ("scene.yaml", "scene_echo.yaml")  # names under which a run may leave its input in its output folder
+
+
+class SceneError(ValueError):
+    """What is wrong with a scene file, in one line."""
+
+
+@dataclass
+class Scene:
+    """text is the file as it is; sections map names to their keys."""
+
+    path: str
+    text: str
+    title: str = ""
+    model: str = ""
+    thickness: float = 1.0
+    gravity: float = 9.81
+    materials: dict = field(default_factory=dict)
+    joints: dict = field(default_factory=dict)
+    supports: dict = field(default_factory=dict)
+    loads: dict = field(default_factory=dict)
+    stages: dict = field(default_factory=dict)
+
+    def stage_loads(self, stage):
+        """Loads that act at the end of a stage: name to keys."""
+        if stage not in self.stages:
+            raise SceneError(f"{self.path}: no stage '{stage}'")
+        names = self.stages[stage].get("loads") or []
+        missing = [name for name in names if name not in self.loads]
+        if missing:
+            raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
+        return {name: self.loads[name] for name in names}
+
+    def joint(self, name, stage):
+        """Keys of a joint in a stage, completed by `default` and the defaults of the table."""
+        own = dict(self.joints.get(name, {}))
+        base = dict(self.joints.get("default", {}))
+        for other, keys in self.stages.items():
+            changes = section(keys.get("joints"), f"stages.{other}.joints", self.path)
+            own |= changes.get(name, {})
+            base |= changes.get("default", {})
+            if other == stage:
+                break
+        keys = JOINT_DEFAULTS | base | own
+        keys.setdefault("friction_residual", keys.get("friction"))
+        return keys
+
+
+def number(value):
+    """YAML reads 10e9 as a word."""
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    return value
+
+
+def numbers(value):
+    """The same through lists and mappings."""
+    if isinstance(value, dict):
+        return {str(key): numbers(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [numbers(item) for item in value]
+    return number(value)
+
+
+def section(value, name, path):
+    """A mapping, or a list of one-key mappings."""
+    if value is None:
+        return {}
+    if isinstance(value, list):
+        if not all(isinstance(row, dict) and len(row) == 1 for row in value):
+            raise SceneError(f"{path}: {name}: expected one name per row")
+        value = {key: keys for row in value for key, keys in row.items()}
+    if not isinstance(value, dict):
+        raise SceneError(f"{path}: {name}: expected names with their keys")
+    rows = {str(key): keys or {} for key, keys in value.items()}
+    if not all(isinstance(keys, dict) for keys in rows.values()):
+        raise SceneError(f"{path}: {name}: expected keys behind each name")
+    return rows
+
+
+def parse(text, path):
+    try:
+        data = numbers(yaml.safe_load(text))
+    except yaml.YAMLError as error:
+        raise SceneError(f"{path}: {' '.join(str(error).split())}") from error
+    if not isinstance(data, dict):
+        raise SceneError(f"{path}: not a scene")
+    names = ("materials", "joints", "supports", "loads", "stages")
+    sections = {name: section(data.get(name), name, path) for name in names}
+    scalars = {"thickness": float(data.get("thickness", 1.0)), "gravity": float(data.get("gravity", 9.81))}
+    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), **scalars, **sections)
+
+
+def read(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            return parse(file.read(), os.fspath(path))
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: {error}") from error
+
+
+def find(folder, named, extra=()):
+    """A file of a run: in its output folder under one of the extra names, as named, or as named beside the folder."""
+    folder = os.path.abspath(folder)
+    candidates = [os.path.join(folder, name) for name in extra]
+    if named:
+        candidates.append(os.path.abspath(named))
+        parents = [folder]
+        while os.path.dirname(parents[-1]) != parents[-1]:
+            parents.append(os.path.dirname(parents[-1]))
+        candidates += [os.path.join(parent, named) for parent in parents]
+        candidates.append(os.path.join(folder, os.path.basename(named)))
+    for path in candidates:
+        if os.path.isfile(path):
+            return path
+    return None
+
+
+def of_run(folder, summary):
+    """The scene of a run, or SceneError that says where it was looked for."""
+    path = find(folder, summary.get("scene"), ECHOES)
+    if path is None:
+        raise SceneError(f"{folder}: neither {' nor '.join(ECHOES)} there, nor the scene of the run, "
+                         f"'{summary.get('scene') or ''}'")  # fmt: skip
+    return read(path)

@@ -1,0 +1,161 @@
+"""Uplift pressure under a base or in a joint, by the rule of a guideline. Pure functions, no files.
+
+Distances run along the base from the heel [m]; heads are metres of water above the base where they act.
+
+    H1, H2  heads at heel and toe          L  length of the base        X  drain line       T  length of the crack
+    H3      head at the drain line         H4 head in the gallery       K = 1 - E, E efficiency of the drain
+    Hi      H4 where a gallery stands higher than the tailwater (H4 > H2), else H2
+
+    rule     head H3 at the drain line                              crack       status
+    none     no uplift at all                                       -           -
+    linear   no drain: straight from H1 to H2                       full        standard
+    npb      H2 + (H1 - H2) / 3                                     unchanged   paper, sections 4.4 and S4
+    usbr     H2 + (H1 - H2) / 3, written for X <= 0.05 H1           full        to be checked by the user
+    usace    K (H1 - Hi) + Hi                    if X <= 0.05 H1    full        to be checked by the user
+             K (H1 - Hi) (L - X) / (L - T) + Hi  otherwise
+    ferc     as usace                                               full        to be checked by the user
+
+    Without a drain every rule is `linear`. Heads run straight from H1 (at 0) to H3 (at X) to H2 (at L).
+    crack = unchanged   the crack changes nothing (the paper's flood S4)
+    crack = full        H1 along the whole crack, then straight to H3 and H2 while T < X; once the crack has passed the
+                        drain, the drain is lost: H1 to T, then straight to H2
+    A measured head at the drain (drain_head) takes the place of H3 in every rule.
+
+"to be checked by the user": written from memory of EM 1110-2-2200, FERC chapter 3, and the Bureau of Reclamation's manuals;
+no copy was at hand. The same table is meant for any other implementation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+WATER = 9810.0  # [N/m3] 1000 kg/m3 times 9.81 m/s2
+NEAR = 0.05  # a drain is near the heel when X <= NEAR * H1
+CHECK = "to be checked by the user"
+CRACKS = ("unchanged", "full")
+
+
+class UpliftError(ValueError):
+    """What is wrong with the heads or the rule, in one line."""
+
+
+@dataclass(frozen=True)
+class Heads:
+    """Water at a base: lengths along it from the heel and heads above it [m]."""
+
+    length: float
+    heel: float
+    toe: float = 0.0
+    drain: float | None = None
+    efficiency: float | None = None
+    gallery: float | None = None
+    drain_head: float | None = None
+
+    def __post_init__(self):
+        if not self.length > 0:
+            raise UpliftError(f"length of the base {self.length:g} m: expected more than 0")
+        if not self.heel >= self.toe >= 0:
+            raise UpliftError(f"heads {self.heel:g} m at the heel, {self.toe:g} m at the toe: expected heel >= toe >= 0")
+        if self.drain is not None and not 0 < self.drain < self.length:
+            raise UpliftError(f"drain at {self.drain:g} m: expected between 0 and {self.length:g} m, ends excluded")
+        if self.drain_head is not None and not 0 <= self.drain_head <= self.heel:
+            raise UpliftError(f"head of {self.drain_head:g} m at the drain: expected 0 to {self.heel:g} m")
+        if self.drain_head is not None and self.drain is None:
+            raise UpliftError("a head at the drain needs the place of the drain")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A row of the table above; at_drain(heads, crack) gives H3."""
+
+    name: str
+    at_drain: object
+    crack: str
+    source: str
+    status: str
+
+
+def third(heads, crack):
+    """A third of the difference of heads is left at the drain line."""
+    return heads.toe + (heads.heel - heads.toe) / 3
+
+
+def by_efficiency(heads, crack):
+    if heads.efficiency is None or not 0 <= heads.efficiency <= 1:
+        raise UpliftError(f"this rule needs the efficiency of the drain, 0 to 1, not {heads.efficiency}")
+    inside = heads.toe if heads.gallery is None else max(heads.gallery, heads.toe)
+    if inside > heads.heel:
+        raise UpliftError(f"gallery: its head {inside:g} m is above that at the heel, {heads.heel:g} m")
+    reach = 1.0 if heads.drain <= NEAR * heads.heel else (heads.length - heads.drain) / (heads.length - crack)
+    return (1 - heads.efficiency) * (heads.heel - inside) * reach + inside
+
+
+RULES = {
+    rule.name: rule
+    for rule in (
+        Rule("none", None, "unchanged", "no uplift", "as the user says"),
+        Rule("linear", None, "full", "no drain: straight line from heel to toe", "standard"),
+        Rule("npb", third, "unchanged", "Portuguese practice, Portaria 846/93, as the paper uses it", "as in the paper"),
+        Rule("usbr", third, "full", "US Bureau of Reclamation, Design of Small Dams (1987)", CHECK),
+        Rule("usace", by_efficiency, "full", "US Army Corps of Engineers, EM 1110-2-2200 (1995)", CHECK),
+        Rule("ferc", by_efficiency, "full", "FERC engineering guidelines, chapter 3", CHECK),
+    )
+}
+
+
+def rule_named(name):
+    if name not in RULES:
+        raise UpliftError(f"no uplift rule '{name}', there are: {', '.join(RULES)}")
+    return RULES[name]
+
+
+def head_line(name, heads, crack=0.0, in_crack=None):
+    """Corners of the diagram of heads: distances x and heads, both rising in x; straight between them.
+
+    in_crack (unchanged or full) overrides what the rule says about the crack.
+    """
+    rule = rule_named(name)
+    in_crack = in_crack or rule.crack
+    if in_crack not in CRACKS:
+        raise UpliftError(f"in the crack '{in_crack}': expected {' or '.join(CRACKS)}")
+    if name == "none":
+        return np.array([0.0, heads.length]), np.zeros(2)
+    if in_crack == "unchanged":
+        crack = 0.0
+    crack = min(max(crack, 0.0), heads.length)
+    corners = [(0.0, heads.heel)] + ([(crack, heads.heel)] if crack > 0 else [])
+    if heads.drain is not None and name != "linear" and crack < heads.drain:
+        at_drain = rule.at_drain(heads, crack) if heads.drain_head is None else heads.drain_head
+        corners.append((heads.drain, at_drain))
+    if crack < heads.length:
+        corners.append((heads.length, heads.toe))
+    return tuple(np.array(corners).T)
+
+
+def pressure(name, heads, x, crack=0.0, in_crack=None, unit_weight=WATER):
+    """[Pa] at distances x [m]; 0 outside the base."""
+    corners = head_line(name, heads, crack, in_crack)
+    return unit_weight * np.interp(x, *corners, left=0.0, right=0.0)
+
+
+def resultant(name, heads, crack=0.0, in_crack=None, unit_weight=WATER):
+    """Force per metre of thickness [N/m] and its distance from the heel [m]; exact for the straight pieces."""
+    x, head = head_line(name, heads, crack, in_crack)
+    step = np.diff(x)
+    area = 0.5 * step * (head[:-1] + head[1:])
+    moment = step * (x[:-1] * (2 * head[:-1] + head[1:]) + x[1:] * (head[:-1] + 2 * head[1:])) / 6
+    total = area.sum()
+    return unit_weight * total, (moment.sum() / total if total > 0 else 0.0)
+
+
+def remarks(name, heads):
+    """Lines an engineer must read beside the numbers of this rule."""
+    rule, lines = rule_named(name), []
+    if rule.status == CHECK:
+        lines.append(f"Uplift rule {name} ({rule.source}) is written from memory: {CHECK}.")
+    if name == "usbr" and heads.drain is not None and heads.drain > NEAR * heads.heel:
+        lines.append(f"The drain is {heads.drain:.2f} m from the heel, beyond 5 % of the head there ({heads.heel:.2f} m): "
+                     "the rule is written for drains nearer than that.")  # fmt: skip
+    if name not in ("none", "linear") and heads.drain is None:
+        lines.append(f"No drain was given: rule {name} is the straight line from heel to toe.")
+    return lines
