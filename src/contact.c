@@ -68,6 +68,13 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const PetscR
   else if (m->faces.body[f] == m->faces.body[g])
     depth = FACE_MIN_OVERLAP * shorter;
   if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
+  // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
+  // long is the side of a block that slides over the edge
+  const PetscBool corners = (PetscBool)(c->pair.klass == FF2_I || c->pair.klass == FF2_F);
+  const PetscReal distance = PetscMax(PetscAbsReal(c->pair.gap[0]), PetscAbsReal(c->pair.gap[1]));
+  if (u && old && corners && c->pair.length < tolerance && distance > c->pair.length &&
+      !OldContactFind(old, c))
+    return PETSC_FALSE;
   return PETSC_TRUE;
 }
 

@@ -110,6 +110,22 @@ static void scatter(const PetscInt *restrict vertex, const PetscReal *restrict t
     }
 }
 
+/* Dashpots of closed ends in time: damping * k_n * d(u_n)/dt over the end's half of the contact; a joint
+ * never pulls. */
+static void dashpots(PetscInt b, const Contacts *c, const Joint *joints, Lanes *L)
+{
+  for (int l = 0; l < BATCH; l++) {
+    const Joint *j = joints + c->joint[b * BATCH + l];
+    for (int k = 0; k < 2 && j->damping > 0.; k++) {
+      const PetscInt at = SUB(b * BATCH + l, k);
+      if (L->sigma[k][l] >= 0.) continue;
+      const PetscReal speed = (L->d_n[k][l] - c->rest[at] - c->u_n[at]) * c->rate;
+      L->F_n[k][l] = PetscMin(0.,
+                              L->F_n[k][l] + 0.5 * c->length[b * BATCH + l] * j->damping * j->k_n * speed);
+    }
+  }
+}
+
 static void keep_results(PetscInt b, unsigned inelastic, const Lanes *L, Contacts *c)
 {
   for (int k = 0; k < 2; k++)
@@ -137,6 +153,7 @@ PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, c
       kinematics(vertex, m->X, u, t, c->gap + b * 4 * BATCH, moving, &L);
       const unsigned inelastic = elastic_row(c, joints, b, a, bb, &L);
       if (inelastic) inelastic_lanes(c, joints, (StressModelKind)s, b, inelastic, &L);
+      if (c->rate > 0.) dashpots(b, c, joints, &L);
       keep_results(b, inelastic, &L, c);
       scatter(vertex, t, m->thickness, moving, &L, f);
     }

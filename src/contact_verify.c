@@ -59,12 +59,17 @@ static const Candidate *old_face_contact(const Scene *scene, const Model *m, con
 
 /* ---- vertices on faces */
 
-/* A vertex near a face: `blocked` when it cannot be the contact. */
+static PetscReal face_length(const PetscReal x[4])
+{
+  return PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+}
+
+/* A vertex near a face. */
 typedef struct {
-  PetscInt key[2], face, on, vertex,
-      next; /* rows of faces: that of the vertex, that it stands on; next: the other end of `face` */
-  PetscReal t, gap;
-  PetscBool blocked;
+  PetscInt key[2], face, on, vertex; /* rows of faces: that of the vertex, that it stands on */
+  PetscReal t, gap, edge;            /* edge: [m] from the nearer end of the face, negative beyond it */
+  PetscBool blocked;                 /* it cannot be a contact */
+  PetscBool flat;                    /* the two faces are nearly parallel */
 } VertexNear;
 
 static int vertex_order(const void *a, const void *b)
@@ -75,12 +80,7 @@ static int vertex_order(const void *a, const void *b)
   return (p->face > q->face) - (p->face < q->face);
 }
 
-static PetscReal face_length(const PetscReal x[4])
-{
-  return PetscHypotReal(x[2] - x[0], x[3] - x[1]);
-}
-
-/* Both vertices of face f against face g. */
+/* Both vertices of face f against face g, also a little beyond its ends. */
 static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal *u, PetscInt f, PetscInt g,
                             PetscBool face_contact, VertexNear *list)
 {
@@ -89,19 +89,25 @@ static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal 
   FaceCoordinates(m, u, f, xf);
   FaceCoordinates(m, u, g, xg);
   for (int k = 0; k < 2; k++) face_project(xg, xg + 2, xf + 2 * k, &t[k], &gap[k]);
-  const PetscReal shorter = PetscMin(face_length(xf), face_length(xg));
+  const PetscReal lf = face_length(xf), lg = face_length(xg), shorter = PetscMin(lf, lg);
+  const PetscReal cosine = ((xf[2] - xf[0]) * (xg[2] - xg[0]) + (xf[3] - xf[1]) * (xg[3] - xg[1])) /
+                           (lf * lg);
   const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
   for (int k = 0; k < 2; k++) {
     const PetscInt v = m->faces.vertex[2 * f + k];
-    if (t[k] < 0. || t[k] >= 1. || gap[k] > tolerance || gap[k] < -FACE_DEPTH * shorter) continue;
+    const PetscReal edge = PetscMin(t[k], 1. - t[k]) * lg;
+    if (edge < -tolerance || gap[k] > tolerance || gap[k] < -FACE_DEPTH * shorter) continue;
+    const PetscBool aside = (PetscBool)(t[k] < 0. || t[k] >= 1.),
+                    other_deeper = (PetscBool)(gap[1 - k] < gap[k]);
     list[n++] = (VertexNear){.key = {m->faces.gid[g], -2 - m->vertex_gid[v]},
                              .face = f,
                              .on = g,
                              .vertex = v,
-                             .next = m->faces.vertex[2 * f + 1 - k],
                              .t = t[k],
                              .gap = gap[k],
-                             .blocked = (PetscBool)(face_contact || gap[1 - k] < gap[k])};
+                             .edge = edge,
+                             .blocked = (PetscBool)(face_contact || aside || other_deeper),
+                             .flat = (PetscBool)(cosine < -FACE_COS_LIMIT)};
   }
   return n;
 }
@@ -117,32 +123,50 @@ static PetscBool convex_corner(const Model *m, const PetscReal *u, PetscInt f, P
   return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
 }
 
-/* Keeps one entry per vertex and face, none that is blocked through any face of the vertex; of two faces at a
-   convex corner the nearer, at a tie that of the lower gid. */
-static PetscInt choose_vertices(const Model *m, const PetscReal *u, PetscInt n, VertexNear *list)
+/* At a convex corner of the other body, whether the vertex belongs to face j rather than to face i: it slides
+   along j (its own face is nearly parallel to j and the corner is within the tolerance), or j is the nearer;
+   at a tie that of the lower gid. */
+static PetscBool belongs_to_other(const Scene *scene, const Model *m, const PetscReal *u, const VertexNear *i,
+                                  const VertexNear *j)
 {
-  PetscInt kept = 0, left = 0;
-  if (n) qsort(list, n, sizeof(VertexNear), vertex_order);
-  for (PetscInt i = 0, j; i < n; i = j) {
-    PetscBool blocked = PETSC_FALSE;
-    for (j = i; j < n && list[j].key[0] == list[i].key[0] && list[j].key[1] == list[i].key[1]; j++)
-      blocked = (PetscBool)(blocked || list[j].blocked);
-    if (!blocked) list[kept++] = list[i];
-  }
-  for (PetscInt i = 0; i < kept; i++) {
-    PetscBool nearest = PETSC_TRUE;
-    for (PetscInt j = 0; j < kept; j++) { // few vertices stand on faces at a time
-      if (j == i || list[j].key[1] != list[i].key[1] ||
-          m->faces.body[list[j].on] != m->faces.body[list[i].on])
-        continue;
-      if (!convex_corner(m, u, list[i].on, list[j].on)) continue;
-      if (list[j].gap > list[i].gap || (list[j].gap == list[i].gap && j < i)) nearest = PETSC_FALSE;
+  if (j->on == i->on || j->key[1] != i->key[1] || m->faces.body[j->on] != m->faces.body[i->on])
+    return PETSC_FALSE;
+  if (!convex_corner(m, u, i->on, j->on)) return PETSC_FALSE;
+  if (j->flat && !i->flat && i->edge < scene->contact_tolerance) return PETSC_TRUE;
+  if (j->t < 0. || j->t >= 1.) return PETSC_FALSE;
+  return (PetscBool)(j->gap > i->gap || (j->gap == i->gap && j->key[0] < i->key[0]));
+}
+
+/* Entries by vertex, so that those of one vertex stand together. */
+static int by_vertex(const void *a, const void *b)
+{
+  const VertexNear *p = a, *q = b;
+  if (p->key[1] != q->key[1]) return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
+  return vertex_order(a, b);
+}
+
+/* Keeps one entry per vertex and face, none that is blocked through any face of the vertex, one of the two
+   faces at a convex corner. */
+static PetscInt choose_vertices(const Scene *scene, const Model *m, const PetscReal *u, PetscInt n,
+                                VertexNear *list)
+{
+  PetscInt kept = 0;
+  if (n) qsort(list, n, sizeof(VertexNear), by_vertex);
+  for (PetscInt first = 0, end; first < n; first = end) {
+    for (end = first; end < n && list[end].key[1] == list[first].key[1];) end++;
+    for (PetscInt i = first, next; i < end; i = next) {
+      PetscBool blocked = PETSC_FALSE;
+      for (next = i; next < end && list[next].key[0] == list[i].key[0]; next++)
+        blocked = (PetscBool)(blocked || list[next].blocked);
+      for (PetscInt j = first; j < end && !blocked; j++)
+        blocked = belongs_to_other(scene, m, u, list + i, list + j);
+      list[i].blocked = blocked;
+      for (PetscInt j = i + 1; j < next; j++) list[j].blocked = PETSC_TRUE; // once is enough
     }
-    list[i].blocked = (PetscBool)!nearest;
   }
-  for (PetscInt i = 0; i < kept; i++)
-    if (!list[i].blocked) list[left++] = list[i];
-  return left;
+  for (PetscInt i = 0; i < n; i++)
+    if (!list[i].blocked) list[kept++] = list[i];
+  return kept;
 }
 
 /* What a vertex contact takes over from before: influence length and elastic slip. Returns whether there was
@@ -304,7 +328,7 @@ static PetscErrorCode find_vertices(const Scene *scene, const Model *m, const Pe
     n_vertices += vertices_of(scene, m, u, f, g, face_contact, v + n_vertices);
     n_vertices += vertices_of(scene, m, u, g, f, face_contact, v + n_vertices);
   }
-  n_vertices = choose_vertices(m, u, n_vertices, v);
+  n_vertices = choose_vertices(scene, m, u, n_vertices, v);
   PetscCall(PetscRealloc((n_faces + n_vertices) * sizeof(Candidate), list));
   for (PetscInt i = 0; i < n_vertices; i++) {
     const PetscBool known = vertex_history(scene, m, before, old, v + i, &length, &u_e);
@@ -339,6 +363,17 @@ static void keep_not_upgradeable(const Scene *scene, const Model *m, const OldCo
   *n = kept;
 }
 
+/* Depth of a contact over its shorter face. */
+static PetscReal depth_of(const Model *m, const PetscReal *u, const Candidate *n)
+{
+  PetscReal a[4], b[4];
+  FaceCoordinates(m, u, n->face[0], a);
+  FaceCoordinates(m, u, n->face[1], b);
+  const PetscReal gap = n->pair.klass == VERTEX_FACE ? n->pair.gap[0]
+                                                     : PetscMin(n->pair.gap[0], n->pair.gap[1]);
+  return -PetscMin(gap, 0.) / PetscMin(face_length(a), face_length(b));
+}
+
 PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m, State *state, Contacts *c,
                               StageResult *result)
 {
@@ -356,6 +391,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(find_vertices(scene, m, u, &before, &old, n_near, near, &n, &list));
   keep_not_upgradeable(scene, m, &old, &n, list);
   PetscCall(ContactsStore(scene, m, n, list, c));
+  c->rate = before.rate;
   next = list;
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
@@ -366,8 +402,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
                            : is_new  ? slip_of_vertex(m, &before, &old, this)
                                      : 0.;
     give_history(m, u, joints, &before, &old, this, slip, at, c);
-    deepest = PetscMax(deepest, -PetscMin(this->pair.gap[0], on_vertex ? 0. : this->pair.gap[1]) /
-                                    PetscMax(this->pair.length, PETSC_SMALL));
+    deepest = PetscMax(deepest, depth_of(m, u, this));
     if (c->owned[at]) count[0] += is_new, count[1]++;
   }
   for (PetscInt i = 0; i < old.n; i++) count[1] -= before.owned[old.list[i].vertex];

@@ -189,6 +189,7 @@ static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Co
   s->dt = stage->dt_factor * limit;
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
   s->alpha = stage->alpha;
+  contacts->rate = 0.; // no motion yet to damp
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   if (stage->variable) {
     PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
@@ -197,6 +198,7 @@ static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Co
   PetscCall(LoadsTarget(scene, m, stage, s)); // loads act in full from the first step
   LoadsApply(m, s, 1.);
   half_step(m, s, -1.);
+  contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -325,6 +327,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
     PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
     if (frame) last_frame++;
   }
+  contacts->rate = 0.;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - wall;
