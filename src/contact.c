@@ -210,6 +210,28 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
+{
+  const PetscInt n = c->n_padded;
+  PetscFunctionBeginUser;
+  *copy = *c;
+  PetscCall(allocate(copy));
+  PetscCall(PetscArraycpy(copy->key, c->key, 2 * n));
+  PetscCall(PetscArraycpy(copy->klass, c->klass, n));
+  PetscCall(PetscArraycpy(copy->joint, c->joint, n));
+  PetscCall(PetscArraycpy(copy->owned, c->owned, n));
+  PetscCall(PetscArraycpy(copy->vertex, c->vertex, 6 * n));
+  PetscCall(PetscArraycpy(copy->length, c->length, n));
+  PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
+  PetscCall(PetscArraycpy(copy->gap, c->gap, 4 * n));
+  PetscReal *const to[] = {copy->t,   copy->rest,  copy->slip, copy->broken, copy->u_n,
+                           copy->u_s, copy->sigma, copy->tau,  copy->F_n,    copy->F_s},
+                   *const from[] = {c->t,   c->rest,  c->slip, c->broken, c->u_n,
+                                    c->u_s, c->sigma, c->tau,  c->F_n,    c->F_s};
+  for (int i = 0; i < 10; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ContactsDestroy(Contacts *c)
 {
   PetscFunctionBeginUser;

@@ -159,6 +159,8 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
  * (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
+/* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
+PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
@@ -194,6 +196,39 @@ void LoadsApply(const Model *model, State *state, PetscReal ramp);
 
 /* Water pressure on one face, see loads.c. x: (4) its ends, f: (4) forces at them [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);
+
+/* ---- uplift.c */
+/* Water pressure along a joint: straight lines between points, s[0] = 0 at the heel. */
+typedef struct {
+  PetscInt n;
+  PetscReal s[4], p[4]; /* [m] from the heel, [Pa] */
+} UpliftDiagram;
+typedef struct _p_Uplift {
+  PetscReal heel[2], toe[2], length; /* [m] reference; length 0: the load is no uplift */
+  PetscReal crack;                   /* [m] from the heel, where the full head acts */
+  PetscInt rounds;                   /* of the iteration for it, in this stage */
+  PetscInt n_gids, *gids;            /* outer faces in the joint, ascending; the same on all ranks */
+  PetscInt n_faces, *faces;          /* rows of model->faces, local blocks only, ascending gid */
+} Uplift;
+/* Collective. Finds the joint lines of the uplift loads; refuses sets that are no joint and drains outside.
+ */
+PetscErrorCode UpliftCreate(const Scene *scene, const Model *model, const Contacts *contacts, State *state);
+PetscErrorCode UpliftDestroy(const Scene *scene, State *state);
+/* The diagram of a load whose joint is open from the heel over uplift->crack. */
+void UpliftPressure(const Load *load, const Uplift *uplift, PetscReal gravity, UpliftDiagram *diagram);
+/* Pressure on one face: s: (2) place of its ends along the joint, x: (4) their coordinates, f: (4) forces
+ * [N]. */
+void UpliftOnFace(const UpliftDiagram *diagram, const PetscReal s[2], const PetscReal x[4],
+                  PetscReal thickness, PetscReal f[4]);
+/* Start of a stage: the iterations begin anew; cracks of loads that do not act in it close. */
+PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state);
+/* Adds the forces of the load to f. u, f: vertex arrays. */
+void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *model,
+                  const PetscReal *u, PetscReal *f);
+/* Collective. At equilibrium: measures the open lengths of the stage's cracked uplift loads. again: one has
+   changed, so the stage must go on; a crack without end sets the verdict. */
+PetscErrorCode UpliftCrack(const Scene *scene, const Model *model, const Stage *stage,
+                           const Contacts *contacts, State *state, StageResult *result, PetscBool *again);
 
 /* ---- timestep.c */
 /* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */
@@ -301,6 +336,20 @@ struct _p_Output;
 PetscErrorCode StageRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
                         Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                         StageResult *result);
+/* Collective. Relaxes under the stage's loads and joints, to a verdict that nobody is told yet: a static
+   stage, or one trial of another. */
+PetscErrorCode StageRelax(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                          StageResult *result);
+
+/* ---- reduction.c: the stages that are made of trials */
+/* Collective. Same arguments as StageRun; stage->joints are left as in the last stable trial. */
+PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                            Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                            StageResult *result);
+PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                        StageResult *result);
 /* Turns SIGUSR1, SIGTERM and SIGINT into a request to stop at the next check. */
 PetscErrorCode SignalsCatch(void);
 PetscErrorCode StateCreate(const Model *model, State *state);
@@ -401,14 +450,36 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
 #define QUOIN_VERSION "0.1.0"
 #endif
 
+/* ---- trials.c: what the trials of a strength reduction or a flood leave */
+typedef struct {
+  PetscInt n;
+  char **json;               /* rank 0: (n,) one object each */
+  PetscReal nominal;         /* [degree] friction that safety factors refer to */
+  PetscReal stable, failing; /* the bracket; NaN: no such trial */
+  PetscReal *mechanism;      /* (n_owned,2) velocities at the failing end, largest 1; NULL: none */
+} Trials;
+/* Collective. Keeps what the trial just run has come to; label: its value in words, printed with the verdict.
+ */
+PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *model, const State *state,
+                         const Contacts *contacts, const Stage *stage, const MeshFields *mesh,
+                         PetscReal value, const StageResult *result);
+/* Collective. Takes the present velocities as the mechanism. */
+PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *state);
+PetscErrorCode TrialsReset(Trials *trials);
+/* Members of a stage's object in summary.json. */
+void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
+void SummaryUplift(FILE *f, const Scene *scene, const State *state, const Stage *stage);
+
 /* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
 /* "name": value, and what follows; null for what is not finite. */
 void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
+void JsonText(FILE *f, const char *name, const char *value, const char *tail);
+void JsonCount(FILE *f, const char *name, long long value, const char *tail);
 /* One JSON object of a stage, to be freed with free(). probes: (n_points,4) x y [m], u_x u_y [m]. */
 PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
                             const MeshFields *mesh, const StageFields *fields, PetscInt stage,
                             const StageResult *result, const PetscReal *probes, uint64_t checksum,
-                            char **json);
+                            const Trials *trials, char **json);
 /* The whole file from the objects of the stages so far, replaced in one go. */
 PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model,
                             const MeshFields *mesh, const StageFields *fields, PetscInt n_stages,
@@ -416,7 +487,7 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
 
 /* ---- summary_joints.c: rank 0 only */
 /* The "joints" member of a stage's object, from the joints table of the stage. */
-PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, PetscInt stage, const StageFields *fields);
+PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, const StageFields *fields);
 
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {
@@ -427,6 +498,7 @@ typedef struct _p_Output {
   MeshFields mesh;
   ResultsFile results; /* rank 0 */
   FILE *history;       /* rank 0 */
+  Trials trials;       /* of the stage that runs */
 } Output;
 /* Call when set-up has succeeded: makes the folder, refuses one that cannot be written, starts
    results.h5.part and history.csv.part. Results of an older run stay until the first stage is complete.

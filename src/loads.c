@@ -191,6 +191,8 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
       const PetscInt v = m->point_vertex[find_name(m->n_points, m->point_names, load->target)];
       for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
         f_vertex[2 * v + i] += m->thickness * load->traction[i];
+    } else if (load->kind == LOAD_UPLIFT) {
+      UpliftForces(scene, load, state->uplift + stage->loads[l], m, state->u + at, f_vertex);
     } else {
       face_load(scene, load, m, state->u + at, f_vertex);
     }

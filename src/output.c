@@ -123,7 +123,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
     const PetscInt first = !output->n_stages;
     PetscCall(ResultsFileStage(&output->results, stage, result, &fields, message));
     PetscCall(SummaryStage(scene, model, state, &output->mesh, &fields, stage, result, output->probes,
-                           checksum, &output->stages[output->n_stages++]));
+                           checksum, &output->trials, &output->stages[output->n_stages++]));
     PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,
                            output->stages, message));
     if (ferror(output->history) && !message[0])
@@ -131,6 +131,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
     if (first) PartRename(output->folder, "history.csv", message);
   }
   PetscCall(GatherStageDestroy(&fields));
+  PetscCall(TrialsReset(&output->trials));
   PetscCall(CheckMessage(model->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

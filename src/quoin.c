@@ -116,6 +116,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
   PetscCall(StateCreate(&q->model, &q->state));
+  PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
   q->has_model = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -171,6 +172,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output));
   if ((*q)->has_model) {
     PetscCall(RelaxationDestroy(&(*q)->relax));
+    PetscCall(UpliftDestroy(&(*q)->scene, &(*q)->state));
     PetscCall(StateDestroy(&(*q)->state));
     PetscCall(ContactsDestroy(&(*q)->contacts));
     PetscCall(ModelDestroy(&(*q)->model));

@@ -7,20 +7,23 @@
 #include <stdio.h>
 #include <string.h>
 
-// all keys of one section into the struct `base`; kind: of a load, which is its first key
-static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, void *base,
-                                  const LoadKind *kind)
+// all keys of one section into the struct `base`; kind: of a load or stage, which is its first key
+static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, void *base, const void *kind)
 {
+  const PetscBool is_stage = (PetscBool)(section == SECTION_STAGES);
+  const int *type = kind;
   Entry *entry;
 
   PetscFunctionBeginUser;
   for (const Key *key = Keys; key < Keys + KEYS; key++) {
     if (key->section != section || key->type == TYPE_CHANGES) continue;
     PetscCall(Ask(r, path, key->name, &entry));
-    if (!key->loads || key->loads & BIT(*kind))
+    const int bits = is_stage ? key->stages : key->loads;
+    if (!bits || bits & BIT(*type))
       PetscCall(ReadKey(r, key, entry, base));
     else if (entry)
-      COMPLAIN(r, "does not belong to a load of type %s", LoadTypes[*kind]);
+      COMPLAIN(r, "does not belong to a %s of type %s", is_stage ? "stage" : "load",
+               (is_stage ? StageTypes : LoadTypes)[*type]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -39,9 +42,11 @@ static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
     memcpy(m->name, names[i].name, NAME_LENGTH);
     m->line = names[i].line;
     m->young = m->poisson = NAN; // until SceneResolve knows whether the mesh says rigid
+    m->tension = m->compression = m->cohesion = m->friction = NAN;
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
     PetscCall(ReadSection(r, SECTION_MATERIALS, path, m, NULL));
+    PetscCall(CompleteStrengths(r, path, m));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -79,8 +84,10 @@ static PetscErrorCode ReadLoads(Reader *r, Scene *scene)
     Load *load = &scene->loads[i];
     memcpy(load->name, names[i].name, NAME_LENGTH);
     load->line = names[i].line;
+    load->drain = load->gallery = load->tailwater = load->efficiency = NAN;
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(ReadSection(r, SECTION_LOADS, path, load, &load->kind));
+    if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -210,9 +217,13 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
     *stage = r->defaults;
     stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
     memcpy(stage->name, names[i].name, NAME_LENGTH);
+    stage->line = names[i].line;
+    stage->start = stage->step = stage->limit = stage->factor = NAN;
     PetscCall(AskSection(r, "stages", stage->name, path));
-    PetscCall(ReadSection(r, SECTION_STAGES, path, stage, NULL));
+    PetscCall(ReadSection(r, SECTION_STAGES, path, stage, &stage->kind));
     PetscCall(ReadStageJoints(r, path, scene, stage, given));
+    if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
+    if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -324,6 +335,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
   for (PetscInt i = 0; scene->stages && i < scene->n_stages; i++) {
     PetscCall(PetscFree(scene->stages[i].loads));
     PetscCall(PetscFree(scene->stages[i].joints));
+    PetscCall(PetscFree(scene->stages[i].reduce));
   }
   PetscCall(PetscFree(scene->damping_groups));
   PetscCall(PetscFree(scene->materials));

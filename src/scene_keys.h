@@ -14,10 +14,16 @@ static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_",
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
 static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
 static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", "point_force",
-                                        "LoadKind",    "LOAD_",     NULL};
+                                        "uplift",      "LoadKind",  "LOAD_",    NULL};
+static const char *const Rules[] = {"linear", "npb", "usbr", "usace", "ferc", "UpliftRule", "UPLIFT_", NULL};
+static const char *const Components[] = {"both", "vertical", "UpliftComponent", "UPLIFT_", NULL};
+static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL};
+static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
+static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 static const char *const Dampings[] = {"adaptive", "fixed", "none", "DampingKind", "DAMPING_", NULL};
 
-static const char *const StageTypes[] = {"static", "dynamic", "StageKind", "STAGE_", NULL};
+static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
+                                         "STAGE_", NULL};
 static const char *const Connectivities[] = {"fixed", "variable", "Connectivity", "CONNECTIVITY_", NULL};
 static const char *const Quantities[] = {"velocity", "acceleration", "MotionQuantity", "MOTION_", NULL};
 
@@ -87,6 +93,13 @@ static const Key Keys[] = {
       "Poisson's ratio"),
   KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
       "bodies of this group are rigid"),
+  KEY(MATERIALS, "tension", REAL, Material, tension, "= none", ">= 0", "Pa",
+      "tensile strength f_t, for the local failure factor (39)"),
+  KEY(MATERIALS, "compression", REAL, Material, compression, "= none", "> 0", "Pa",
+      "compressive strength f_c, for (40)"),
+  KEY(MATERIALS, "cohesion", REAL, Material, cohesion, "= none", ">= 0", "Pa", "c, for (41), with friction"),
+  KEY(MATERIALS, "friction", REAL, Material, friction, "= none", ">= 0, < 90", "degree",
+      "angle of friction, for (41), with cohesion"),
 
   KEY(MATERIALS, "velocity", PAIR, Material, velocity, "0, 0", NULL, "m/s",
       "x, y at the start of the first dynamic stage"),
@@ -129,19 +142,44 @@ static const Key Keys[] = {
       .choices = LoadTypes),
   KEY(LOADS, "groups", NAMES, Load, groups, "= all", NULL, "", "self_weight: groups that get their weight",
       .count = offsetof(Load, n_groups), .loads = BIT(LOAD_SELF_WEIGHT)),
-  KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "", "reservoir, traction: face set it acts on",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION)),
-  KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m", "reservoir: elevation of the water surface",
-      .loads = BIT(LOAD_RESERVOIR)),
-  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir: of the water",
-      .loads = BIT(LOAD_RESERVOIR)),
+  KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
+      "reservoir, traction: face set it acts on; uplift: face set of a joint",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m", "reservoir, uplift: elevation of the water surface",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift: of the water",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "rule", CHOICE, Load, rule, "linear", NULL, "", "uplift: guideline for drain and crack",
+      .choices = Rules, .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "drain", REAL, Load, drain, "= none", "> 0", "m", "uplift: drain, from the heel along the joint",
+      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "efficiency", REAL, Load, efficiency, "= 2/3 for npb, usbr", ">= 0, <= 1", "-",
+      "uplift: of the drain; required for usace and ferc", .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "gallery", REAL, Load, gallery, "= none", NULL, "m", "uplift: elevation where the drain opens",
+      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "tailwater", REAL, Load, tailwater, "= none", NULL, "m", "uplift: elevation of the water downstream",
+      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "heel", CHOICE, Load, heel, "start", NULL, "",
+      "uplift: upstream end of the joint; start: its left, or lower, end", .choices = Heels,
+      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "component", CHOICE, Load, component, "both", NULL, "",
+      "uplift: both: pressure normal to the faces; vertical: its vertical component only", .choices = Components,
+      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "cracked", BOOL, Load, cracked, "false", NULL, "", "uplift: full head along the open part of the joint",
+      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "crack_tolerance", REAL, Load, crack_tolerance, "0.01", "> 0", "m",
+      "uplift: change of the open length at which its iteration ends", .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "raise", CHOICE, Load, raise, "whole", NULL, "",
+      "uplift: what a flood raises; to_drain: the pressure from heel to drain only", .choices = Raises,
+      .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
       .loads = BIT(LOAD_POINT_FORCE)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa or N/m",
       "x, y of a traction [Pa] or of a point_force [N per m of thickness]",
       .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
 
-  KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "", "static: to equilibrium; dynamic: in time",
+  KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood: trials until something fails",
       .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
       "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
@@ -161,6 +199,26 @@ static const Key Keys[] = {
   KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "mass-proportional damping of a dynamic stage"),
   KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
       "results written during a dynamic stage, at equal intervals"),
+  KEY(STAGES, "what", CHOICE, Stage, what, "friction", NULL, "",
+      "strength_reduction: the angle of friction, or all strengths by one factor", .choices = Reductions,
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "reduce", NAMES, Stage, reduce, "= all that are not elastic", NULL, "",
+      "strength_reduction: joints that are reduced", .count = offsetof(Stage, n_reduce),
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "start", REAL, Stage, start, "= as the joints are", "> 0", "degree or -",
+      "strength_reduction: first angle of friction, or part of the strengths that is left",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "step", REAL, Stage, step, "= none: bisection only", "> 0", "degree or m",
+      "change of the angle of friction, or rise of the level, from trial to trial",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "factor", REAL, Stage, factor, "= none: bisection only", "> 0, < 1", "-",
+      "strength_reduction, strengths: part of them that a trial leaves (0.85: 15 % less)",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "limit", REAL, Stage, limit, "= 0 for a reduction", NULL, "degree, - or m",
+      "value at which the trials end", .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "bracket", REAL, Stage, bracket, "0", ">= 0", "degree, - or m",
+      "bisection between the last stable and the first unstable trial down to this width; 0: none",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),
 };

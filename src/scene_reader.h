@@ -45,6 +45,7 @@ typedef struct {
   const char *const *choices; /* in the manner of PetscEnum lists */
   size_t count;               /* offset of the number of names */
   int loads;                  /* bits: load types it belongs to; 0: all */
+  int stages;                 /* bits: stage types it belongs to; 0: all */
 } Key;
 
 typedef struct {
@@ -74,6 +75,11 @@ PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char 
 PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names);
 /* Value or default of the key last asked for, into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
+/* ---- scene_safety.c: what keys of one load or stage say together; path: its section */
+PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
+PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
+PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
+PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
 /* Writes the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing key.
  */
 PetscErrorCode ConcludeMessage(Reader *r);

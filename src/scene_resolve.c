@@ -151,8 +151,10 @@ static void CheckSupports(const Scene *scene, const BlockMesh *mesh, char *messa
 
 static void CheckLoads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
-  static const int kinds[] = {
-      [LOAD_RESERVOIR] = FACE_SETS, [LOAD_TRACTION] = FACE_SETS, [LOAD_POINT_FORCE] = POINTS};
+  static const int kinds[] = {[LOAD_RESERVOIR] = FACE_SETS,
+                              [LOAD_TRACTION] = FACE_SETS,
+                              [LOAD_POINT_FORCE] = POINTS,
+                              [LOAD_UPLIFT] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {

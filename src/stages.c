@@ -51,7 +51,7 @@ static PetscBool loads_follow(const Scene *scene, const Model *m, const Stage *s
   PetscBool follow = PETSC_FALSE;
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const LoadKind kind = scene->loads[stage->loads[l]].kind;
-    if (kind == LOAD_RESERVOIR && scene->strain == STRAIN_LARGE) follow = PETSC_TRUE;
+    if ((kind == LOAD_RESERVOIR || kind == LOAD_UPLIFT) && scene->strain == STRAIN_LARGE) follow = PETSC_TRUE;
     if (kind != LOAD_SELF_WEIGHT && m->n_rigid_global > 0) follow = PETSC_TRUE;
   }
   return follow;
@@ -158,17 +158,39 @@ PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number, Contacts *contacts,
-                        State *state, Relaxation *relax, struct _p_Output *output, StageResult *result)
+/* At equilibrium the open length of a cracked base is measured; when it has changed, the new pressure is
+   ramped up and the stage goes on. */
+static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const Stage *stage,
+                                    const Contacts *contacts, State *state, StageResult *result,
+                                    PetscInt64 *ramp_start)
+{
+  PetscBool again;
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(UpliftCrack(scene, m, stage, contacts, state, result, &again));
+  if (!again) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+  PetscCall(LoadsTarget(scene, m, stage, state));
+  result->verdict = VERDICT_NONE;
+  state->ramp = 0.;
+  *ramp_start = result->cycles;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                          StageResult *result)
 {
   const PetscBool follow = loads_follow(scene, m, stage);
   PetscReal *contact_scale, first_ratio = 0.;
   double first_wall = 0.;
   const double start = MPI_Wtime();
+  PetscInt64 ramp_start = 0;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+  PetscCall(UpliftStart(scene, stage, state));
   PetscCall(LoadsTarget(scene, m, stage, state));
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
@@ -177,7 +199,8 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
     if (state->ramp < 1.) {
-      LoadsApply(m, state, stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1) / stage->ramp) : 1.);
+      LoadsApply(m, state,
+                 stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - ramp_start) / stage->ramp) : 1.);
       PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from the full load on
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? contact_scale : NULL));
@@ -186,6 +209,7 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
     PetscCall(Unbalanced(m, state, contact_scale, result));
     result->wall = MPI_Wtime() - start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
+    PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
     PetscCall(Interrupted(m, result));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
       PetscCall(OutputHistory(output, scene, m, state, number, state->ramp, result));
@@ -205,6 +229,19 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   result->wall = MPI_Wtime() - start;
   PetscCall(PetscFree(contact_scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef PetscErrorCode (*StageRunner)(const Scene *, Model *, const Stage *, PetscInt, Contacts *, State *,
+                                      Relaxation *, Output *, StageResult *);
+
+PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number, Contacts *contacts,
+                        State *state, Relaxation *relax, struct _p_Output *output, StageResult *result)
+{
+  static const StageRunner runners[] = {
+      [STAGE_STATIC] = StageRelax, [STAGE_STRENGTH_REDUCTION] = ReductionRun, [STAGE_FLOOD] = FloodRun};
+  PetscFunctionBeginUser;
+  PetscCall(runners[stage->kind](scene, m, stage, number, contacts, state, relax, output, result));
   PetscCall(StageReport(m, stage, result));
   if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -23,7 +23,7 @@ static void put_text(FILE *f, const char *text)
   fputc('"', f);
 }
 
-static void text(FILE *f, const char *name, const char *value, const char *tail)
+void JsonText(FILE *f, const char *name, const char *value, const char *tail)
 {
   fprintf(f, "\"%s\": ", name);
   put_text(f, value);
@@ -38,7 +38,7 @@ void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail)
     fprintf(f, "\"%s\": null%s", name, tail);
 }
 
-static void count(FILE *f, const char *name, long long value, const char *tail)
+void JsonCount(FILE *f, const char *name, long long value, const char *tail)
 {
   fprintf(f, "\"%s\": %lld%s", name, value, tail);
 }
@@ -102,7 +102,7 @@ static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const
   block_centre(mesh, best, centre);
   fprintf(f, "\"%s\": {", name);
   JsonNumber(f, "value", sign * most, ", ");
-  count(f, "block", best, ", ");
+  JsonCount(f, "block", best, ", ");
   JsonNumber(f, "x", centre[0], ", ");
   JsonNumber(f, "y", centre[1], "}");
   fputs(tail, f);
@@ -133,7 +133,7 @@ static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields 
   }
   fprintf(f, "      \"max_displacement\": {");
   JsonNumber(f, "value", most, ", ");
-  count(f, "vertex", best, ", ");
+  JsonCount(f, "vertex", best, ", ");
   JsonNumber(f, "x", mesh->X[2 * best], ", ");
   JsonNumber(f, "y", mesh->X[2 * best + 1], "},\n");
 }
@@ -158,7 +158,7 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
 PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
                             const MeshFields *mesh, const StageFields *fields, PetscInt stage,
                             const StageResult *result, const PetscReal *probes, uint64_t checksum,
-                            char **json)
+                            const Trials *trials, char **json)
 {
   char hex[32];
   size_t size = 0;
@@ -169,24 +169,26 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
   fprintf(f, "    {\n      ");
-  text(f, "name", scene->stages[stage].name, ",\n      ");
-  text(f, "verdict", VerdictNames[result->verdict], ",\n      ");
-  text(f, "evidence", result->evidence, ",\n      ");
-  count(f, "cycles", result->cycles, ",\n      ");
+  JsonText(f, "name", scene->stages[stage].name, ",\n      ");
+  JsonText(f, "verdict", VerdictNames[result->verdict], ",\n      ");
+  JsonText(f, "evidence", result->evidence, ",\n      ");
+  JsonCount(f, "cycles", result->cycles, ",\n      ");
   JsonNumber(f, "wall_s", result->wall, ",\n      ");
   JsonNumber(f, "ratio", result->ratio, ",\n      ");
-  count(f, "worst_macroblock", result->worst_body, ",\n      ");
+  JsonCount(f, "worst_macroblock", result->worst_body, ",\n      ");
   JsonNumber(f, "increment", result->increment, ",\n      ");
   JsonNumber(f, "alpha", state->alpha, ",\n      ");
   JsonNumber(f, "dt", state->dt, ",\n      ");
-  text(f, "checksum", hex, ",\n");
+  JsonText(f, "checksum", hex, ",\n");
   put_probes(f, model, probes);
+  if (scene->stages[stage].kind != STAGE_FLOOD) SummaryUplift(f, scene, state, scene->stages + stage);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);
   put_energies(f, mesh, fields, result);
   put_extremes(f, model, mesh, fields);
-  PetscCall(SummaryJoints(f, scene, stage, fields));
+  if (trials->n) SummaryTrials(f, scene, scene->stages + stage, trials);
+  PetscCall(SummaryJoints(f, scene, scene->stages[stage].joints, fields));
   fprintf(f, "    }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -200,23 +202,24 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
   FILE *f = message[0] ? NULL : PartOpen(folder, "summary.json", message);
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(f, "{\n  ");
-  text(f, "format", "quoin-summary", ",\n  ");
-  text(f, "quoin", QUOIN_VERSION, ",\n  ");
-  text(f, "title", scene->title, ",\n  ");
-  text(f, "scene", scene->file, ",\n  ");
-  text(f, "model", scene->model, ",\n  ");
-  text(f, "units",
-       "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression "
-       "positive",
-       ",\n  ");
-  count(f, "ranks", model->size, ",\n  ");
+  JsonText(f, "format", "quoin-summary", ",\n  ");
+  JsonText(f, "quoin", QUOIN_VERSION, ",\n  ");
+  JsonText(f, "title", scene->title, ",\n  ");
+  JsonText(f, "scene", scene->file, ",\n  ");
+  JsonText(f, "model", scene->model, ",\n  ");
+  JsonText(
+      f, "units",
+      "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression "
+      "positive",
+      ",\n  ");
+  JsonCount(f, "ranks", model->size, ",\n  ");
   JsonNumber(f, "thickness", scene->thickness, ",\n  ");
-  count(f, "n_blocks", mesh->n_blocks, ",\n  ");
-  count(f, "n_vertices", mesh->n_vertices, ",\n  ");
-  count(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
-  count(f, "n_rigid", model->n_rigid_global, ",\n  ");
-  count(f, "n_contacts", fields->n_contacts, ",\n  ");
-  count(f, "n_dofs", fields->n_dof, ",\n");
+  JsonCount(f, "n_blocks", mesh->n_blocks, ",\n  ");
+  JsonCount(f, "n_vertices", mesh->n_vertices, ",\n  ");
+  JsonCount(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
+  JsonCount(f, "n_rigid", model->n_rigid_global, ",\n  ");
+  JsonCount(f, "n_contacts", fields->n_contacts, ",\n  ");
+  JsonCount(f, "n_dofs", fields->n_dof, ",\n");
   fprintf(f, "  \"stages\": [\n");
   for (PetscInt s = 0; s < n_stages; s++) fprintf(f, "%s%s\n", stages[s], s + 1 < n_stages ? "," : "");
   fprintf(f, "  ]\n}\n");

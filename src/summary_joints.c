@@ -197,7 +197,7 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
   put_end(f, "sigma_max", sums->highest, "\n        }");
 }
 
-PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, PetscInt stage, const StageFields *fields)
+PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, const StageFields *fields)
 {
   PetscInt written = 0;
   JointLine line;
@@ -209,7 +209,7 @@ PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, PetscInt stage, const 
     if (!line.n) continue;
     add_contacts(fields, j, &line, &sums);
     fprintf(f, written++ ? ",\n" : "\n");
-    put_joint(f, &scene->stages[stage].joints[j], &line, &sums, scene->thickness);
+    put_joint(f, &joints[j], &line, &sums, scene->thickness);
   }
   fprintf(f, "\n      }\n");
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -44,9 +44,14 @@ typedef enum {
   STRESS_TPTM,
   STRESS_MODELS
 } StressModelKind;
-typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE } LoadKind;
+typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE, LOAD_UPLIFT } LoadKind;
+typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC } UpliftRule;
+typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
+typedef enum { HEEL_START, HEEL_END } UpliftHeel;
+typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_FIXED, DAMPING_NONE } DampingKind;
-typedef enum { STAGE_STATIC, STAGE_DYNAMIC } StageKind;
+typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
+typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 
@@ -58,7 +63,9 @@ typedef struct {
   PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */
   PetscBool upgradeable;    /* its contacts are verified and searched for when connectivity is variable */
-  int line;                 /* in the scene file, for messages, here and below; 0: command line */
+  PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
+                                                         failure factors (39)-(41); NaN: not given */
+  int line; /* in the scene file, for messages, here and below; 0: command line */
 } Material;
 
 /* Properties of one joint; also of a pair of groups, or the default. Index [0]: peak, [1]: residual (after
@@ -98,6 +105,18 @@ typedef struct {
   PetscReal level;          /* [m] reservoir: elevation of the water surface */
   PetscReal density;        /* [kg/m3] reservoir: of water */
   PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  /* uplift: level, density and target as the reservoir's; see uplift.c */
+  UpliftRule rule;
+  UpliftComponent component;
+  UpliftHeel heel;           /* which end of the joint is upstream */
+  UpliftRaise raise;         /* what a flood stage raises: all, or nothing beyond the drain */
+  PetscBool cracked;         /* full head along the open part of the joint */
+  PetscReal crack_tolerance; /* [m] of the iteration for the open length */
+  PetscReal tailwater;       /* [m] elevation downstream, NaN: none */
+  PetscReal drain;           /* [m] from the heel along the joint, NaN: none */
+  PetscReal gallery;         /* [m] elevation where the drain opens, NaN: none */
+  PetscReal efficiency;      /* [-] of the drain, NaN until the rule has set it */
+  PetscReal drain_level;     /* [m] level that the pressure at the drain belongs to (level, but for floods) */
   int line;
 } Load;
 
@@ -117,7 +136,16 @@ typedef struct {
   PetscReal dt_factor; /* [-] dynamic: time step over the stability bound */
   PetscReal alpha;     /* [1/s] dynamic: mass-proportional damping */
   PetscInt frames;     /* dynamic: results written on the way, at equal intervals */
-  Joint *joints;       /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far */
+  Joint *joints;       /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far; a
+                          strength reduction leaves the strengths of its last stable trial here */
+  /* strength_reduction, flood: trials from start towards limit, see reduction.c */
+  ReductionKind what;
+  PetscInt n_reduce; /* joints reduced; 0: all */
+  char (*reduce)[NAME_LENGTH];
+  PetscReal start, step, limit; /* [degree], [-] or [m]; NaN: not given */
+  PetscReal factor;  /* [-] strengths: each trial leaves this part of the strengths of the one before */
+  PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
+  int line;
 } Stage;
 
 typedef struct {
@@ -360,6 +388,7 @@ typedef struct {
   PetscReal time;        /* [s] of dynamic stages */
   PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; contact_verify.c */
   PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  struct _p_Uplift *uplift; /* (n_loads,) joint line, faces and open length of each uplift load; uplift.c */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */

@@ -100,7 +100,8 @@ static const struct {
   {"sides: {fix: x}", "sides:", "",
    "scene.yaml:15: supports.sides: keys below it expected ({key: value, ..}), not a value"},
   {"type: self_weight", "type: weight", "",
-   "scene.yaml:18: loads.weight.type: 'weight' is not one of: self_weight, reservoir, traction, point_force"},
+   "scene.yaml:18: loads.weight.type: 'weight' is not one of: self_weight, reservoir, traction, "
+   "point_force, uplift"},
   {"type: self_weight, ", "", "", "scene.yaml:18: loads.weight.type: missing"},
   {"type: self_weight,", "type: self_weight, level: 3,", "",
    "scene.yaml:18: loads.weight.level: does not belong to a load of type self_weight"},

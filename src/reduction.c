@@ -1,0 +1,331 @@
+/* reduction.c: stages made of trials: strengths reduced, or the water raised, until something gives way.
+
+   A trial is a relaxation to a verdict from the last stable state (an unstable one leaves slip behind):
+   equilibrium makes it stable, a mechanism makes it fail, and everything else ends the stage undecided.
+   Trials go by steps from the start towards the limit; without a step the limit itself is tried. Between the
+   last stable and the first failing value bisection narrows the bracket. The stage ends in the last stable
+   state: collapse is a result. */
+#include "internal.h"
+#include "joint_law.h"
+
+/* What a trial starts from. */
+typedef struct {
+  PetscReal *u, *u_verified, *f_ext, *crack;
+  Contacts contacts;
+  PetscReal alpha, q_ray;
+} Snapshot;
+
+typedef struct {
+  const Scene *scene; /* as the user wrote it */
+  Model *m;
+  Contacts *contacts;
+  State *state;
+  Relaxation *relax;
+  Output *output;
+  PetscInt number;
+  const Stage *given;
+  Stage stage;  /* of the trial: joints and ramp change */
+  Scene raised; /* the scene of the trial: levels of water change */
+  Snapshot snapshot;
+  StageResult *result, last_stable;
+  PetscReal stable, failing; /* NaN: none yet */
+} Driver;
+
+/* ---- the stable state */
+
+static PetscErrorCode snapshot_create(const Driver *d, Snapshot *s)
+{
+  const Model *m = d->m;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc4(3 * m->n_bodies + 2 * m->n_owned, &s->u, m->n_dof, &s->u_verified, m->n_dof,
+                         &s->f_ext, d->scene->n_loads, &s->crack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode snapshot_destroy(Snapshot *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ContactsDestroy(&s->contacts));
+  PetscCall(PetscFree4(s->u, s->u_verified, s->f_ext, s->crack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode snapshot_take(Driver *d)
+{
+  Snapshot *s = &d->snapshot;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(s->u, d->state->u, 3 * d->m->n_bodies + 2 * d->m->n_owned));
+  PetscCall(PetscArraycpy(s->u_verified, d->state->u_verified, d->m->n_dof));
+  PetscCall(PetscArraycpy(s->f_ext, d->state->f_ext, d->m->n_dof));
+  PetscCall(ContactsDestroy(&s->contacts));
+  PetscCall(ContactsCopy(d->contacts, &s->contacts));
+  for (PetscInt l = 0; l < d->scene->n_loads; l++) s->crack[l] = d->state->uplift[l].crack;
+  s->alpha = d->state->alpha, s->q_ray = d->relax->q_ray;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* With variable connectivity the neighbours on other ranks are found again from where they were found then,
+   so that the local numbers in the contacts hold. */
+static PetscErrorCode restore_neighbours(Driver *d)
+{
+  PetscReal *u = d->state->u, *u_vertex = u + 3 * d->m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(d->state->u_verified, d->snapshot.u_verified, d->m->n_dof));
+  PetscCall(PetscArraycpy(u, d->snapshot.u_verified, d->m->n_dof));
+  RigidMotion(d->m, u);
+  PetscCall(GhostBegin(d->m, u_vertex));
+  PetscCall(GhostEnd(d->m, u_vertex));
+  PetscCall(NeighboursUpdate(d->m, d->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode snapshot_restore(Driver *d)
+{
+  const Snapshot *s = &d->snapshot;
+  PetscFunctionBeginUser;
+  if (d->given->variable) PetscCall(restore_neighbours(d));
+  PetscReal *u = d->state->u;
+  PetscCall(PetscArraycpy(u, s->u, 3 * d->m->n_bodies + 2 * d->m->n_owned));
+  PetscCall(PetscArrayzero(d->state->v, d->m->n_dof));
+  PetscCall(PetscArraycpy(d->state->f_ext, s->f_ext, d->m->n_dof));
+  PetscCall(ContactsDestroy(d->contacts));
+  PetscCall(ContactsCopy(&s->contacts, d->contacts));
+  for (PetscInt l = 0; l < d->scene->n_loads; l++) d->state->uplift[l].crack = s->crack[l];
+  d->state->alpha = s->alpha, d->relax->q_ray = s->q_ray;
+  PetscCall(GhostBegin(d->m, u + 3 * d->m->n_bodies));
+  PetscCall(GhostEnd(d->m, u + 3 * d->m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a value means */
+
+static PetscBool is_reduced(const Stage *stage, const Joint *joint)
+{
+  if (!joint->defined || joint->law == LAW_ELASTIC) return PETSC_FALSE;
+  for (PetscInt i = 0; i < stage->n_reduce; i++)
+    if (!strcmp(stage->reduce[i], joint->name)) return PETSC_TRUE;
+  return (PetscBool)(stage->n_reduce == 0);
+}
+
+/* Strengths of the trial: friction no more than `value` degrees, or every strength times `value`. */
+static void reduce_joints(const Scene *scene, const Stage *given, const Joint *full, PetscReal value,
+                          Joint *joints)
+{
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    Joint *joint = joints + j;
+    *joint = full[j];
+    if (!is_reduced(given, joint)) continue;
+    for (int i = 0; i < 2; i++) {
+      if (given->what == REDUCE_FRICTION) {
+        joint->friction[i] = PetscMin(joint->friction[i], value);
+      } else {
+        joint->friction[i] = atan(value * joint->tan_phi[i]) * (180. / PETSC_PI);
+        joint->cohesion[i] *= value, joint->tension[i] *= value;
+      }
+    }
+    if (given->what == REDUCE_STRENGTHS)
+      joint->compression = PetscMax(joint->compression * value, PETSC_MIN_REAL);
+    JointPrepare(joint);
+  }
+}
+
+/* Levels of reservoirs and uplift risen by `rise`. */
+static void raise_water(const Scene *scene, PetscReal rise, Load *loads)
+{
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    Load *load = loads + l;
+    *load = scene->loads[l];
+    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT) continue;
+    load->level += rise;
+    if (load->raise == RAISE_WHOLE) load->drain_level += rise;
+  }
+}
+
+/* ---- trials */
+
+/* Runs the trial of a value from the present state. */
+static PetscErrorCode run_trial(Driver *d, const Joint *full, PetscReal value)
+{
+  Verdict *verdict = &d->result->verdict;
+  PetscFunctionBeginUser;
+  if (d->stage.kind == STAGE_FLOOD)
+    raise_water(d->scene, value - d->given->start, d->raised.loads);
+  else
+    reduce_joints(d->scene, d->given, full, value, d->stage.joints);
+  PetscCall(StageRelax(&d->raised, d->m, &d->stage, d->number, d->contacts, d->state, d->relax, d->output,
+                       d->result));
+  // far away but finite: it fell
+  if (*verdict == VERDICT_DIVERGED && d->result->finite) *verdict = VERDICT_COLLAPSED;
+  PetscCall(TrialsAdd(&d->output->trials, &d->raised, d->m, d->state, d->contacts, &d->stage,
+                      &d->output->mesh, value, d->result));
+  if (*verdict == VERDICT_CONVERGED) {
+    d->stable = value;
+    d->last_stable = *d->result;
+    PetscCall(snapshot_take(d));
+  } else if (*verdict == VERDICT_COLLAPSED) {
+    d->failing = value;
+    PetscCall(TrialsMechanism(&d->output->trials, d->m, d->state));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool decided(const Driver *d)
+{
+  return (PetscBool)(d->result->verdict == VERDICT_CONVERGED || d->result->verdict == VERDICT_COLLAPSED);
+}
+
+/* The value after `value` on the way from start to limit. */
+static PetscReal next_value(const Stage *s, PetscInt trial)
+{
+  PetscReal value = s->limit;
+  if (s->kind == STAGE_FLOOD && s->step > 0.) value = PetscMin(s->limit, s->start + trial * s->step);
+  if (s->kind == STAGE_STRENGTH_REDUCTION && s->step > 0.)
+    value = PetscMax(s->limit, s->start - trial * s->step);
+  if (s->kind == STAGE_STRENGTH_REDUCTION && s->factor > 0.)
+    value = PetscMax(s->limit, s->start * PetscPowReal(s->factor, (PetscReal)trial));
+  return value;
+}
+
+/* Steps, then bisection; the first trial has been run and is stable. */
+static PetscErrorCode search(Driver *d, const Joint *full)
+{
+  PetscFunctionBeginUser;
+  if (d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
+  for (PetscInt trial = 1; decided(d) && PetscIsNanReal(d->failing) && d->stable != d->given->limit; trial++)
+    PetscCall(run_trial(d, full, next_value(&d->stage, trial)));
+  while (decided(d) && d->given->bracket > 0. && PetscAbsReal(d->stable - d->failing) > d->given->bracket) {
+    PetscCall(snapshot_restore(d));
+    PetscCall(run_trial(d, full, 0.5 * (d->stable + d->failing)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Back to the last stable state, with forces and joints that belong to it. */
+static PetscErrorCode settle(Driver *d, const Joint *full)
+{
+  PetscFunctionBeginUser;
+  if (d->stage.kind == STAGE_FLOOD)
+    raise_water(d->scene, d->stable - d->given->start, d->raised.loads);
+  else
+    reduce_joints(d->scene, d->given, full, d->stable, d->stage.joints);
+  PetscCall(snapshot_restore(d));
+  PetscCall(Forces(d->m, d->stage.joints, d->contacts, d->state, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode refuse_start(const Driver *d)
+{
+  char message[MESSAGE_LENGTH] = "", where[64] = "";
+  PetscFunctionBeginUser;
+  if (d->given->line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", d->given->line));
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s%s: stages.%s: it does not stand at its start (%g): %s",
+                          d->scene->file, where, d->given->name, (double)d->stage.start,
+                          d->result->evidence));
+  PetscCall(CheckMessage(d->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the stage comes to: the last stable state with its numbers; undecided and interrupted trials pass on
+   their verdict. */
+static PetscErrorCode conclude(const Driver *d, StageResult *result)
+{
+  const PetscInt n = d->output->trials.n;
+  const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
+  const StageResult last = *result;
+  PetscFunctionBeginUser;
+  if (!decided(d)) {
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "trial %" PetscInt_FMT " is %s, last stable %.8g%s: %.150s", n,
+                            VerdictNames[last.verdict], (double)d->stable, unit, last.evidence));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *result = d->last_stable;
+  if (PetscIsNanReal(d->failing))
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "%" PetscInt_FMT " trials: stable at %.8g%s, the limit; nothing fails", n,
+                            (double)d->stable, unit));
+  else
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "%" PetscInt_FMT " trials: stable at %.8g%s, fails at %.8g%s", n,
+                            (double)d->stable, unit, (double)d->failing, unit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Start, search, end; nominal: friction of the summary's safety factors. */
+static PetscErrorCode drive(Driver *d, const Joint *full, PetscReal nominal)
+{
+  Trials *trials = &d->output->trials;
+  const PetscInt64 cycle = d->state->cycle;
+  const double start = MPI_Wtime();
+  PetscFunctionBeginUser;
+  PetscCall(TrialsReset(trials));
+  d->stable = d->failing = NAN;
+  PetscCall(snapshot_create(d, &d->snapshot));
+  PetscCall(run_trial(d, full, d->stage.start));
+  if (d->result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
+  if (d->result->verdict == VERDICT_CONVERGED) {
+    PetscCall(search(d, full));
+    PetscCall(settle(d, full));
+  }
+  PetscCall(conclude(d, d->result));
+  d->result->cycles = d->state->cycle - cycle;
+  d->result->wall = MPI_Wtime() - start;
+  trials->stable = d->stable, trials->failing = d->failing, trials->nominal = nominal;
+  PetscCall(snapshot_destroy(&d->snapshot));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the reduction starts, and the largest friction among its joints. */
+static PetscErrorCode find_start(const Scene *scene, const Model *m, const Stage *given, PetscReal *start,
+                                 PetscReal *nominal)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  *nominal = NAN;
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (is_reduced(given, given->joints + j) && !(*nominal >= given->joints[j].friction[0]))
+      *nominal = given->joints[j].friction[0];
+  *start = !PetscIsNanReal(given->start) ? given->start : given->what == REDUCE_FRICTION ? *nominal : 1.;
+  if (PetscIsNanReal(*nominal))
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s: all joints are elastic: there is no strength", scene->file,
+                            given->name));
+  else if (*start <= given->limit || (given->what == REDUCE_FRICTION && *start > *nominal))
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: stages.%s.start: %g is not between the limit %g and the friction of the joints, %g", scene->file,
+        given->name, (double)*start, (double)given->limit, (double)*nominal));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ReductionRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                            Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                            StageResult *result)
+{
+  Driver d = {scene,           m,      contacts, state,           relax,
+              output,          number, stage,    .stage = *stage, .raised = *scene,
+              .result = result};
+  Joint *full;
+  PetscReal nominal;
+  PetscFunctionBeginUser;
+  PetscCall(find_start(scene, m, stage, &d.stage.start, &nominal));
+  PetscCall(PetscMalloc1(scene->n_joints, &full));
+  PetscCall(PetscArraycpy(full, stage->joints, scene->n_joints));
+  PetscCall(drive(&d, full, nominal)); // d.stage.joints is stage->joints
+  PetscCall(PetscFree(full));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FloodRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number, Contacts *contacts,
+                        State *state, Relaxation *relax, struct _p_Output *output, StageResult *result)
+{
+  Driver d = {scene,           m,      contacts, state,           relax,
+              output,          number, stage,    .stage = *stage, .raised = *scene,
+              .result = result};
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(scene->n_loads, &d.raised.loads));
+  PetscCall(drive(&d, NULL, NAN));
+  PetscCall(PetscFree(d.raised.loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
