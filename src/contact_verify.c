@@ -169,8 +169,8 @@ static PetscInt choose_vertices(const Scene *scene, const Model *m, const PetscR
   return kept;
 }
 
-/* What a vertex contact takes over from before: influence length and elastic slip. Returns whether there was
- * anything. */
+/* What a vertex contact takes over from before: influence length and elastic slip. Returns whether it was a
+   contact of this face already. */
 static PetscBool vertex_history(const Scene *scene, const Model *m, const Contacts *c, const OldContacts *old,
                                 const VertexNear *v, PetscReal *length, PetscReal *u_e)
 {
@@ -201,7 +201,7 @@ static PetscBool vertex_history(const Scene *scene, const Model *m, const Contac
     if (old->list[i].key[1] != v->key[1]) continue;
     *length = old->list[i].pair.length;
     *u_e = elastic_slip(c, old->list[i].vertex, 0);
-    return PETSC_TRUE;
+    return PETSC_FALSE;
   }
   *length = *u_e = 0.;
   return PETSC_FALSE;

@@ -1,15 +1,15 @@
 /* timestep.c: bounds of the stiffness and the masses that go with them (sections 3.1-3.2).
 
-   Contacts. The paper's (29), (k_n + k_s) L_i, counts one side of the spring only and is no bound. Here every
-   spring of a sub-contact, b = (P: 1, A: -(1-t), B: -t) in direction n or s, gives vertex i a Gershgorin row
-   sum of at most 2 k_max L_i |b_i|,   k_max = (k_n + k_s)/2 + |k_n - k_s|/sqrt(2), the factor 2 being the sum
-   of |b|, k_max the largest row sum of k_n n n' + k_s s s' over all orientations; the coupling of the two
-   ends is inside, because the rows of every stress model sum to L_i.
+   Contacts. The paper's (29), (k_n + k_s) L_i, counts one side of the spring only and is no bound. Here the
+   springs of a sub-contact act through b = (P: 1, A: -(1-t), B: -t), sum |b| = 2: its stiffness is bb' (x) C,
+   C = k_n nn' + k_s ss', and bb' <= 2 diag|b| (0 <= t <= 1), C <= max(k_n, k_s) in every direction, so that
+   vertex i is bounded by 2 max(k_n, k_s) L_i |b_i|. The coupling of the two ends is inside, because the rows
+   of every stress model sum to L_i.
 
    Rigid bodies. With D = diag(k_i) a bound of the vertex stiffness, T'D T bounds that of the body:
      [ K 0 -c_y; 0 K c_x; . . K_rot ],  K = sum k_i, K_rot = sum k_i r_i^2 (31), c = sum k_i r_i,
-   and scaled row sums (rotation in units of l = sqrt(K_rot / K)) bound that by K + |c|/l and K_rot + sqrt(2)
-   |c| l. */
+   whose eigenvalues, with rotation in units of l = sqrt(K_rot / K), are K and K +- |c|/l: K + |c|/l bounds
+   the translations, K_rot + |c| l the rotation. */
 #include "internal.h"
 
 PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscReal thickness, PetscReal *k)
@@ -17,7 +17,7 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscRea
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *j = joints + c->joint[i];
-    const PetscReal k_max = 0.5 * (j->k_n + j->k_s) + PetscAbsReal(j->k_n - j->k_s) / PETSC_SQRT2;
+    const PetscReal k_max = PetscMax(j->k_n, j->k_s);
     for (int s = 0; s < 2; s++) {
       const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * s) * BATCH + i % BATCH;
       const PetscReal row = 2. * k_max * 0.5 * c->length[i] * thickness, t = c->t[SUB(i, s)];
@@ -45,7 +45,7 @@ static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, Petsc
   }
   const PetscReal l = PetscSqrtReal(K_rot / K), c = PetscHypotReal(cx, cy);
   row[0] = row[1] = K + c / l;
-  row[2] = K_rot + PETSC_SQRT2 * c * l;
+  row[2] = K_rot + c * l;
 }
 
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joints, const Contacts *c,
@@ -81,8 +81,7 @@ static PetscErrorCode contact_stiffness_anywhere(const Scene *scene, const Model
   PetscFunctionBeginUser;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     const Joint *joint = stage->joints + j;
-    stiffest = PetscMax(stiffest, 0.5 * (joint->k_n + joint->k_s) +
-                                      PetscAbsReal(joint->k_n - joint->k_s) / PETSC_SQRT2);
+    stiffest = PetscMax(stiffest, PetscMax(joint->k_n, joint->k_s));
   }
   for (PetscInt f = 0; f < m->n_faces_local; f++) {
     const PetscInt *v = m->faces.vertex + 2 * f;
