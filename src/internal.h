@@ -263,9 +263,12 @@ typedef struct _p_Relaxation {
   PetscReal *u_chunk,
       *du_chunk;     /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
   PetscReal *ratios; /* unbalanced ratios seen in this chunk */
-  PetscInt n_ratios, max_ratios, stalled; /* stalled: chunks in a row that looked like a mechanism */
-  PetscReal last_median, last_norm;
+  PetscInt n_ratios, max_ratios, steady; /* steady: chunks in a row that moved on in one direction */
+  PetscReal median[4], rate[4];          /* of the last chunks, the last first: ratio [-], motion [m/cycle] */
   PetscInt64 chunk_start, chunk_length;
+  PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
+  PetscInt n_alpha;
+  PetscReal settled_alpha; /* mean damping of the last stage or trial that converged, 0: none has */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);

@@ -139,10 +139,12 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
 
 /* ---- verdicts */
 
+/* A chunk lasts about one period of the slowest mode: omega_min = alpha/2 at the right damping. Where the
+   last equilibrium shows what is right, it counts: slipping contacts drive alpha up and down by factors. */
 static void start_chunk(const Model *m, const State *state, Relaxation *r)
 {
-  // about one period of the slowest mode: omega_min = alpha/2 at the right damping
-  const PetscReal period = state->alpha > 0. ? 4. * PETSC_PI / (state->alpha * state->dt) : CHUNK_MIN;
+  const PetscReal alpha = r->settled_alpha > 0. ? r->settled_alpha : state->alpha,
+                  period = alpha > 0. ? 4. * PETSC_PI / (alpha * state->dt) : CHUNK_MIN;
   r->chunk_length = (PetscInt64)PetscMin(PetscMax(period, CHUNK_MIN), CHUNK_MAX);
   r->chunk_start = state->cycle;
   r->n_ratios = 0;
@@ -153,8 +155,9 @@ PetscErrorCode RelaxationReset(const Scene *scene, const Model *m, const State *
 {
   PetscFunctionBeginUser;
   (void)scene;
-  r->stalled = 0;
-  r->last_median = r->last_norm = -1.;
+  r->steady = r->n_alpha = 0;
+  r->alpha_sum = 0.;
+  for (int i = 0; i < 4; i++) r->median[i] = r->rate[i] = PETSC_INFINITY;
   PetscCall(PetscArrayzero(r->du_chunk, m->n_dof));
   start_chunk(m, state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -190,29 +193,29 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collapse. Below the limit unbalanced ratio and motion fall together; past it a mechanism moves on: over
-   several chunks the median ratio does not fall, the displacement increments do not shrink and keep their
-   direction. */
+/* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
+   right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither falls
+   by 5 %, and the motion keeps its direction (or turns with a body that speeds up). */
 static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation *r, StageResult *result)
 {
   PetscReal norm, cosine;
   PetscFunctionBeginUser;
+  for (int i = 3; i > 0; i--) r->median[i] = r->median[i - 1], r->rate[i] = r->rate[i - 1];
   PetscCall(PetscSortReal(r->n_ratios, r->ratios));
-  const PetscReal median = r->ratios[r->n_ratios / 2];
+  r->median[0] = r->ratios[r->n_ratios / 2];
   PetscCall(chunk_motion(m, state, r, &norm, &cosine));
-  const PetscBool moves_on = (PetscBool)(r->last_norm > 0. && norm > 0.9 * r->last_norm &&
-                                         median > 0.9 * r->last_median && cosine > 0.98);
-  r->stalled = moves_on ? r->stalled + 1 : 0;
-  if (r->stalled >= CHUNKS_TO_COLLAPSE) {
+  r->rate[0] = norm / (state->cycle - r->chunk_start);
+  r->steady = cosine > 0.98 || (cosine > 0.9 && r->rate[0] > 1.5 * r->rate[1]) ? r->steady + 1 : 0;
+  const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[3] && r->rate[0] > 0.95 * r->rate[3]);
+  if (r->steady >= CHUNKS_TO_COLLAPSE && holds) {
     result->verdict = VERDICT_COLLAPSED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "%" PetscInt_FMT " chunks of %" PetscInt64_FMT
-                            " cycles: median ratio %.3g after %.3g, motion %.3g m after %.3g m, cosine %.4f",
-                            r->stalled + 1, r->chunk_length, (double)median, (double)r->last_median,
-                            (double)norm, (double)r->last_norm, (double)cosine));
+    PetscCall(PetscSNPrintf(
+        result->evidence, sizeof(result->evidence),
+        "over 3 chunks of %" PetscInt64_FMT
+        " cycles: median ratio from %.3g to %.3g, motion from %.3g to %.3g m a cycle, cosine %.4f",
+        r->chunk_length, (double)r->median[3], (double)r->median[0], (double)r->rate[3], (double)r->rate[0],
+        (double)cosine));
   }
-  r->last_median = median;
-  r->last_norm = norm;
   start_chunk(m, state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -231,8 +234,10 @@ PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, con
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  r->alpha_sum += state->alpha, r->n_alpha++;
   if (result->ratio <= stage->tolerance && result->increment <= stage->velocity_tolerance) {
     result->verdict = VERDICT_CONVERGED;
+    r->settled_alpha = r->alpha_sum / r->n_alpha;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "unbalanced ratio %.3g <= %.3g, increment %.3g <= %.3g", (double)result->ratio,
                             (double)stage->tolerance, (double)result->increment,
