@@ -184,7 +184,7 @@ def test_shear_key_s3(g1):
 @pytest.mark.parametrize("slope, factor, printed", [(6, 1.7059, 1.73), (8, 1.7864, 1.80), (10, 1.8727, 1.87), (12, 1.9651, 1.96)])
 def test_slope_of_the_plane(g1, slope, factor, printed):
     """The same loads on planes of other slopes: (V + H tan a) / (H - V tan a). How the section changed
-    with the slope for the printed values is not recorded: the same loads give up to 0.024 less."""
+    with the slope for the printed values is not recorded: the same loads differ by up to 0.024."""
     H, V, tangent = 5341.545, 9699.074406 + 267.07725 - 1990.9395, slope / 100
     assert factor == pytest.approx((V + H * tangent) / (H - V * tangent), abs=5e-5)
     plane = Base((0, 0), (22.8, 22.8 * tangent))

@@ -1,0 +1,414 @@
+"""The sheet of a run, its assessment, comparison and export: on runs of the solver, and in headless Chromium where it is installed.
+ranks: 1"""
+
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report  # noqa: E402
+from quoin_tools.assessment_options import options_from, parser  # noqa: E402
+from quoin_tools.results import Results  # noqa: E402
+
+QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
+SCENE = ROOT / "examples" / "guilhofrei" / "scene.yaml"
+UPLIFT = ["--uplift", "npb", "--drain", "4.7235", "--uplift-direction", "vertical"]
+USACE = ["--guideline", "usace", "--strength", "10e6"]
+
+solver = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
+chromium = pytest.mark.skipif(browser.find() is None, reason=f"no Chromium to look at the sheet: {browser.HOW}")
+
+
+def solve(folder, *options):
+    folder.mkdir(exist_ok=True)
+    assert dam.main(["-o", str(folder / "model.h5"), "--columns", "12"]) == 0
+    command = [QUOIN, "-options_file", str(SCENE), "-model", str(folder / "model.h5"), "-output", str(folder), *options]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "full"
+    solve(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def flood(tmp_path_factory):
+    """Water above the crest, by an option: the base opens, and the scene file is not what was run."""
+    folder = tmp_path_factory.mktemp("runs") / "flood"
+    solve(folder, "-loads_water_level", "40", "-stages", "sw,swhp")
+    return folder
+
+
+@pytest.fixture
+def copy(run, tmp_path):
+    return Path(shutil.copytree(run, tmp_path / "copy"))
+
+
+def assess(folder, *arguments):
+    options = options_from(parser("assessment", "").parse_args([str(folder), *arguments]))
+    case = assessment.load_case(str(folder), options)
+    found, complaints = assessment.assess(case)
+    return {(a.stage, a.name): a for a in found}, complaints
+
+
+def sheet(folder, *arguments):
+    assert report.main([str(folder), *arguments]) == 0
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+# ---- assessment
+
+
+@solver
+def test_block_model_and_hand_agree(run):
+    found, complaints = assess(run)
+    assert not any(complaints.values())
+    for stage in ("sw", "swhp"):
+        rows = {r.quantity: r for r in assessment.lines(found[stage, "base"])}
+        for name, tolerance in (("N, normal force", 1e-3), ("T, shear force", 1e-3), ("M about the middle", 2e-3)):
+            assert rows[name].block == pytest.approx(rows[name].hand, rel=tolerance)
+            assert rows[name].difference == pytest.approx(rows[name].block - rows[name].hand)
+        for name in ("straight-line stress at the start", "straight-line stress at the end"):
+            assert rows[name].block == pytest.approx(rows[name].hand, abs=1.0)  # kPa
+    rows = {r.quantity: r for r in assessment.lines(found["swhp", "base"])}
+    assert rows["sliding factor, peak"].block == pytest.approx(2.417, abs=2e-3)
+    assert rows["sliding factor, peak"].hand == pytest.approx(2.417, abs=5e-4)
+    assert "overturning" in found["hp", "base"].notes[0] and found["hp", "base"].hand.crack is None
+
+
+@solver
+def test_uplift_of_the_paper(run):
+    found, _ = assess(run, *UPLIFT)
+    hand = found["swhp", "base"].with_uplift
+    assert hand.friction_needed == pytest.approx(28.10, abs=5e-3) and hand.sliding_factor(45) == pytest.approx(1.873, abs=5e-4)
+    assert found["sw", "base"].with_uplift is None  # no water in this stage
+    elsewhere, _ = assess(run, *UPLIFT, "--uplift-on", "other")
+    assert elsewhere["swhp", "base"].with_uplift is None
+
+
+@solver
+def test_path_along_the_joint_is_the_joint(run, flood):
+    for folder in (run, flood):
+        found, _ = assess(folder, "--path", "same=22.8,2.28,0,0", "--strength-on", "same=45,0")
+        joint, path = found["swhp", "base"], found["swhp", "same"]
+        assert path.base.ends() == pytest.approx(joint.base.ends(), abs=1e-3)
+        for key in ("N", "T", "M", "start", "end", "resultant", "friction", "peak", "residual"):
+            assert path.block[key] == pytest.approx(joint.block[key], rel=1e-4), key
+        assert path.block["crack"] == pytest.approx(joint.block["crack"], abs=1e-6)
+        assert path.hand.N == pytest.approx(joint.hand.N, rel=1e-6)
+
+
+@solver
+def test_path_through_the_body_has_no_block_numbers(run):
+    found, _ = assess(run, "--path", "lift=-9,15,30,15")
+    lift = found["swhp", "lift"]
+    assert lift.block is None and lift.base.start == pytest.approx([0.75, 15.0], abs=1e-6)
+    assert lift.hand.T == pytest.approx(0.5 * 9810 * 18**2, rel=1e-6)
+    assert {r.difference for r in assessment.lines(lift)} == {None}
+
+
+@solver
+def test_crack_of_both_methods(flood):
+    found, complaints = assess(flood)
+    base = found["swhp", "base"]
+    assert not base.complete and any("is not what was run" in line for line in complaints["swhp"])
+    assert base.block["crack"] > 0.5  # the run had water at 40 m; the file says 33 m
+    assert base.hand.crack == 0.0
+
+
+@solver
+def test_flood_with_its_own_scene(flood, tmp_path):
+    """The scene in the output folder counts before the one that summary.json names."""
+    folder = Path(shutil.copytree(flood, tmp_path / "flood"))
+    (folder / "scene.yaml").write_text(SCENE.read_text().replace("level: 33.0", "level: 40.0"))
+    found, complaints = assess(folder)
+    base = found["swhp", "base"]
+    assert base.complete and not complaints["swhp"]
+    assert base.hand.crack > 0.5 and base.block["crack"] == pytest.approx(base.hand.crack, abs=2.0)
+    assert base.block["N"] == pytest.approx(base.hand.N, rel=2e-3)
+
+
+@solver
+def test_paths_that_fail_are_said(run):
+    found, complaints = assess(run, "--path", "short=0,10,5,10")
+    assert ("swhp", "short") not in found and "does not cut" in complaints["swhp"][0]
+
+
+@solver
+def test_terminal(run, capsys):
+    assert assessment.main([str(run), *USACE, *UPLIFT]) == 0
+    text = capsys.readouterr().out
+    assert "sliding factor, peak strength: 1.87, limit ≥ 2.00: FAIL" in text and "28.10" in text
+
+
+@solver
+def test_bad_input_is_one_line(copy, tmp_path, capsys):
+    for arguments in ([str(tmp_path / "none")], [str(copy), "--guideline", "x"], [str(copy), "--uplift", "usace", "--drain", "3"]):
+        assert report.main(arguments) == 2
+        error = capsys.readouterr().err
+        assert error.startswith("report: ") and error.count("\n") == 1
+    (copy / "scene.yaml").write_text("loads: [1, 2]")
+    assert report.main([str(copy)]) == 2 and "expected one name per row" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--path", "a"], "expected NAME=x,y"), (["--path", "a=1,2"], "two points"), (["--path", "a=1,2,3,x"], "could not convert"),
+    (["--condition", "s=often"], "expected usual"), (["--strength-on", "a=1"], "two or four"), (["--uplift", "some"], "invalid choice")])  # fmt: skip
+def test_bad_options(arguments, message, capsys):
+    with pytest.raises(SystemExit) as stop:
+        parser("report", "").parse_args(["folder", *arguments])
+    assert stop.value.code == 2 and message in capsys.readouterr().err
+
+
+# ---- limits
+
+
+def test_guidelines_have_sources():
+    for name, guideline in guidelines.read().items():
+        assert set(guideline["conditions"]) == set(guidelines.CONDITIONS), name
+        assert guideline["uplift"] == name
+        for limits in guideline["conditions"].values():
+            for limit in limits.values():
+                assert limit["source"] and (limit["value"] is None or limit.get("check") or "2014" in limit["source"])
+
+
+def test_judging():
+    good = {"sliding_peak": 2.0, "middle": 1 / 3, "strength": 0.2, "tension": 0.0}
+    usace = guidelines.read()["usace"]
+    assert [j.verdict for j in guidelines.judge(usace, "usual", good)] == ["pass"] * 4
+    assert guidelines.overall(guidelines.judge(usace, "usual", good)) == "PASS, limits to be confirmed"
+    assert guidelines.overall(guidelines.judge(usace, "usual", good), complete=False) == "INCOMPLETE"
+    for quantity, value in (("sliding_peak", 1.99), ("middle", 0.34), ("strength", 0.31), ("tension", 1.0)):
+        assert guidelines.overall(guidelines.judge(usace, "usual", good | {quantity: value})) == "FAIL"
+    assert guidelines.overall(guidelines.judge(usace, "usual", good | {"strength": None})) == "INCOMPLETE"
+    assert guidelines.overall([]) == "INCOMPLETE"
+
+
+def test_alternative_limits():
+    ferc = guidelines.read()["ferc"]
+
+    def verdicts(**values):
+        return [j.verdict for j in guidelines.judge(ferc, "usual", values)]
+
+    assert verdicts(sliding_peak=2.0, friction_only=1.6) == [guidelines.OTHER, "pass"]
+    assert verdicts(sliding_peak=3.1, friction_only=1.4) == ["pass", guidelines.OTHER]
+    assert verdicts(sliding_peak=2.0, friction_only=1.4) == ["FAIL", "FAIL"]
+    assert verdicts(sliding_peak=2.0) == ["FAIL", guidelines.OPEN]
+
+
+@pytest.mark.parametrize("text", ["", "guidelines: {a: {conditions: {often: {}}}}", "guidelines: {a: {conditions: {usual: {speed: {value: 1, source: b}}}}}",
+                                  "guidelines: {a: {conditions: {usual: {crack: {value: x, source: b}}}}}", "a: ["])  # fmt: skip
+def test_bad_guidelines(tmp_path, text):
+    (tmp_path / "g.yaml").write_text(text)
+    with pytest.raises(guidelines.GuidelineError):
+        guidelines.read(str(tmp_path / "g.yaml"))
+
+
+@solver
+def test_limits_count_the_worse_number(run):
+    found, _ = assess(run, *USACE, *UPLIFT)
+    base = found["swhp", "base"]
+    assert base.condition == "usual" and found["sw", "base"].condition is None and not found["sw", "base"].limits
+    values = {j.quantity: j for j in base.limits}
+    assert values["sliding_peak"].value == pytest.approx(1.873, abs=5e-4) and values["sliding_peak"].verdict == "FAIL"
+    assert values["strength"].value == pytest.approx(0.06998, abs=1e-5)
+    assert values["middle"].value == pytest.approx(2 * 3.4136 / 22.9137, abs=1e-4)
+    others, _ = assess(run, *USACE, *UPLIFT, "--condition", "sw=extreme", "--condition", "swhp=unusual")
+    assert (others["sw", "base"].condition, others["swhp", "base"].condition) == ("extreme", "unusual")
+    assert others["swhp", "base"].limits[0].verdict == "pass"  # 1.87 against 1.7
+
+
+@solver
+def test_no_equilibrium_fails(run):
+    found, _ = assess(run, *USACE, "--condition", "hp=usual")
+    verdicts = {j.quantity: j.verdict for j in found["hp", "base"].limits}
+    assert verdicts["middle"] == verdicts["tension"] == "FAIL"
+
+
+# ---- the sheet
+
+
+@solver
+def test_sheet_says_what_it_must(run):
+    text = sheet(run, *USACE, *UPLIFT)
+    summary = Results(run).summary
+    for word in ("Guilhofrei dam, section G1", "FAIL", "sliding factor, peak strength in stage swhp on base", summary["quoin"], "28.10",
+                 summary["stages"][-1]["checksum"], "table 4-1; check", "guilhofrei/scene.yaml", "relaxation: {tolerance: 1e-7",
+                 "Evidence of convergence", "Uplift follows rule npb; this guideline goes with rule usace"):  # fmt: skip
+        assert word in text, word
+    assert len(re.findall("<img ", text)) == 1 + 1 + 3 + 3 + 1  # section, mesh, stresses, joints, history
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)""", text) and "<script" not in text and "url(" not in text
+    assert not (run / "report.html.part").exists()
+
+
+@solver
+def test_no_uplift_is_incomplete(run):
+    text = sheet(run, "--guideline", "usace", "--condition", "swhp=unusual", "--strength", "10e6")
+    assert "<b>INCOMPLETE</b>" in text and "presuppose uplift" in text
+    assert "<b>Not judged</b>" in sheet(run)
+
+
+@solver
+def test_flawed_runs_are_flagged(copy):
+    summary = json.loads((copy / "summary.json").read_text())
+    summary["stages"][-1] |= {"verdict": "undecided", "evidence": "max_cycles"}
+    (copy / "summary.json").write_text(json.dumps(summary))
+    text = sheet(copy, *USACE, *UPLIFT, "--condition", "swhp=unusual")
+    assert "<b>INCOMPLETE</b>" in text and "ended undecided" in text
+
+
+@solver
+def test_user_strings_are_escaped(copy):
+    evil = "<script>alert(1)</script>\"'&<img src=x onerror=alert(2)>"
+    summary = json.loads((copy / "summary.json").read_text())
+    summary |= {"title": evil}
+    summary["stages"][-1]["evidence"] = evil
+    summary["stages"][-1]["probes"] = {evil: summary["stages"][-1]["probes"]["toe"]}
+    (copy / "summary.json").write_text(json.dumps(summary))
+    (copy / "scene.yaml").write_text(SCENE.read_text() + f"# {evil}\n")
+    text = sheet(copy)
+    assert "<script" not in text and "<img src=x" not in text and text.count("&lt;script&gt;alert(1)") >= 4
+
+
+@solver
+def test_numbers_of_a_missing_mesh(copy, capsys):
+    (copy / "model.h5").unlink()
+    summary = json.loads((copy / "summary.json").read_text()) | {"model": "no/such.h5"}
+    (copy / "summary.json").write_text(json.dumps(summary))
+    assert report.main([str(copy)]) == 2 and "is not there" in capsys.readouterr().err
+    dam.main(["-o", str(copy / "model.h5"), "--columns", "13"])
+    assert report.main([str(copy)]) == 2 and "not the mesh of this run" in capsys.readouterr().err
+
+
+# ---- in a browser
+
+LOOK = """<script>
+const said = [];
+addEventListener("error", e => said.push("error " + e.message), true);
+addEventListener("load", () => {
+  const pictures = [...document.images].map(image => {
+    const canvas = document.createElement("canvas"), w = canvas.width = 200, h = canvas.height = 200;
+    const pen = canvas.getContext("2d");
+    pen.drawImage(image, 0, 0, w, h);
+    const colours = new Set(new Uint32Array(pen.getImageData(0, 0, w, h).data.buffer));
+    return [image.naturalWidth, image.naturalHeight, colours.size];
+  });
+  const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+  const out = {pictures, said, wide, text: document.body.innerText.slice(0, 2500)};
+  const pre = document.createElement("pre");
+  pre.id = "looked";
+  pre.textContent = encodeURIComponent(JSON.stringify(out));
+  document.body.append(pre);
+});
+</script>"""
+
+
+def look(folder):
+    """What Chromium makes of the sheet: pictures (size, colours), errors, text; and its console."""
+    from urllib.parse import unquote
+
+    page = folder / "looked.html"
+    page.write_text((folder / "report.html").read_text(encoding="utf-8").replace("<head>", "<head>" + LOOK, 1), encoding="utf-8")
+    document, console = browser.document(page)
+    found = re.search(r'<pre id="looked">([^<]*)</pre>', document)
+    assert found, "the page did not load"
+    return json.loads(unquote(found.group(1))), console
+
+
+@solver
+@chromium
+def test_sheet_in_chromium(run):
+    sheet(run, *USACE, *UPLIFT)
+    seen, console = look(run)
+    assert not seen["said"] and "CONSOLE" not in console
+    for text in ("Guilhofrei dam, section G1", "FAIL", "sliding factor, peak strength", "Prepared by"):
+        assert text in seen["text"]
+    assert len(seen["pictures"]) == 9 and seen["wide"] == 0
+    for width, height, colours in seen["pictures"]:
+        assert width > 300 and height > 200 and colours > 20, "a blank figure"
+
+
+@solver
+@chromium
+def test_pdf(copy):
+    assert report.main([str(copy), "--pdf", *USACE, *UPLIFT]) == 0
+    data = (copy / "report.pdf").read_bytes()
+    assert data.startswith(b"%PDF-") and len(data) > 50_000
+    browser.screenshot(copy / "report.html", copy / "shot.png")
+    from matplotlib.image import imread
+
+    assert np.unique(imread(copy / "shot.png").reshape(-1, 4).round(2), axis=0).shape[0] > 20
+
+
+@solver
+def test_no_browser_says_how(copy, capsys, monkeypatch):
+    monkeypatch.setattr(browser, "find", lambda: None)
+    assert report.main([str(copy), "--pdf"]) == 3
+    assert "install Chromium" in capsys.readouterr().err and (copy / "report.html").exists()
+
+
+# ---- comparison, export
+
+
+@solver
+def test_compare(run, flood, copy, capsys):
+    assert compare.main([str(run), str(copy)]) == 0 and "the same bits" in capsys.readouterr().out
+    assert compare.main([str(run), str(flood), "--all"]) == 1
+    text = capsys.readouterr().out
+    assert "stage hp: only in A" in text and "joints.base.N [kN]" in text and "Stage sw: 0 of" in text
+    summary = json.loads((copy / "summary.json").read_text())
+    summary["stages"][-1]["probes"]["toe"]["u_x"] *= 1.002
+    summary["stages"][-1]["checksum"] = "0" * 16
+    (copy / "summary.json").write_text(json.dumps(summary))
+    assert compare.main([str(run), str(copy), "--tolerance", "1e-2"]) == 0
+    assert compare.main([str(run), str(copy), "--tolerance", "1e-5"]) == 1
+    assert "probes.toe.u_x [mm]" in capsys.readouterr().out
+    summary["stages"][-1]["verdict"] = "collapsed"
+    (copy / "summary.json").write_text(json.dumps(summary))
+    assert compare.main([str(run), str(copy), "--tolerance", "1"]) == 1
+    assert "converged in A, collapsed in B" in capsys.readouterr().out
+    assert compare.main([str(run), "none"]) == 2
+
+
+@solver
+def test_export(run, tmp_path):
+    assert export.main([str(run), "--to", str(tmp_path), "--stage", "swhp"]) == 0
+    assert sorted(os.listdir(tmp_path)) == ["joints.csv", "swhp_blocks.csv", "swhp_contacts.csv", "swhp_vertices.csv"]
+
+    def rows(name):
+        with open(tmp_path / name, encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+    results = Results(run)
+    stage = results.stage("swhp")
+    vertices, blocks, contacts, joints = (rows(f"{name}.csv") for name in ("swhp_vertices", "swhp_blocks", "swhp_contacts", "joints"))
+    assert np.array_equal([[float(r["u_x [m]"]), float(r["u_y [m]"])] for r in vertices], stage.displacement)
+    assert np.array_equal([float(r["s1 [Pa]"]) for r in blocks], stage.s1) and blocks[0]["rotation [rad]"] == ""
+    assert len(contacts) == 2 * len(stage.contacts) and contacts[1]["end"] == "1" and contacts[0]["joint"] == "base"
+    assert np.array_equal([float(r["sigma [Pa]"]) for r in contacts], stage.contacts.sigma.ravel())
+    assert float(joints[0]["N [N]"]) == results.stage_summary("swhp")["joints"]["base"]["N"]
+    assert export.main([str(run), "--stage", "none", "--to", str(tmp_path)]) == 2
+
+
+@solver
+def test_hand_forces_are_those_of_the_run(run):
+    """Everything on the mesh, against `applied` of summary.json."""
+    options = options_from(parser("assessment", "").parse_args([str(run)]))
+    case = assessment.load_case(str(run), options)
+    for stage in case.results.stages:
+        applied = case.results.stage_summary(stage)["applied"]
+        ours = cut.total(cut.stage_forces(case.mesh, case.scene, stage)[0])
+        assert ours[:2] == pytest.approx([applied["x"], applied["y"]], rel=5e-3, abs=10.0)

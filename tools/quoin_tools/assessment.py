@@ -1,0 +1,404 @@
+"""The gravity method beside the block model: every joint that is a line, and any path, in every stage of a run.
+
+    python -m quoin_tools.assessment FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
+        [--uplift npb --drain 4.72] ...        tables in the terminal; --help lists all; docs/safety.md explains
+
+Both get the same loads: those of the scene on the mesh of the run.
+"""
+
+import sys
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from quoin_tools import blockmesh, cut, guidelines, scene, uplift
+from quoin_tools.assessment_options import Options, parser, options_from
+from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
+from quoin_tools.results import OPEN, Results, ResultsError, table
+
+ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
+WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
+ALIKE = 0.01  # applied forces of run and scene may differ by this
+ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
+          guidelines.GuidelineError)  # fmt: skip
+
+
+@dataclass
+class Line:
+    """What stands in a row: quantity, unit, numbers to print (None: there is none)."""
+
+    quantity: str
+    unit: str
+    digits: int
+    block: float | None
+    hand: float | None
+    with_uplift: float | None = None
+
+    @property
+    def difference(self):
+        return None if self.block is None or self.hand is None else self.block - self.hand
+
+
+@dataclass
+class Assessment:
+    """A base in a stage."""
+
+    stage: str
+    name: str
+    kind: str  # joint or path
+    base: Base
+    block: dict | None
+    hand: Hand
+    strength: dict
+    with_uplift: Hand | None = None
+    notes: list = field(default_factory=list)
+    condition: str | None = None
+    limits: list = field(default_factory=list)
+    complete: bool = True
+
+    @property
+    def governing(self):
+        return self.with_uplift or self.hand
+
+
+@dataclass
+class Case:
+    """A run with what belongs to it."""
+
+    results: Results
+    scene: scene.Scene
+    mesh: blockmesh.BlockMesh
+    mesh_path: str
+    options: Options
+    body: object = None
+    parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
+
+    def part(self, name, path):
+        if name not in self.parts:
+            self.body = cut.body(self.mesh) if self.body is None else self.body
+            self.parts[name] = cut.cut(self.mesh, path, self.body)
+        return self.parts[name]
+
+
+def load_case(folder, options):
+    results = Results(folder)
+    summary = results.summary
+    used = scene.of_run(folder, summary)
+    path = scene.find(folder, summary.get("model"), ("model.h5",))
+    if path is None:
+        raise ResultsError(f"{folder}: the mesh of the run, '{summary.get('model')}', is not there")
+    mesh = blockmesh.read(path)
+    if not np.array_equal(mesh.vertices, results.mesh.vertices):
+        raise ResultsError(f"{path}: not the mesh of this run, its vertices differ from those of results.h5")
+    return Case(results, used, mesh, path, options)
+
+
+# ---- the block model ------------------------------------------------------------------------------------------
+
+def block_of_joint(summary, length):
+    """Numbers of a joint in summary.json."""
+    N, M = summary["N"], summary["M"]
+    return {
+        "N": N, "T": summary["T"], "M": M, "resultant": 0.5 * length - M / N if N > 0 else None,
+        "start": summary["sigma_linear_start"], "end": summary["sigma_linear_end"], "crack": summary["open_length"],
+        "compression": -summary["sigma_min"]["sigma"], "friction": summary["friction_needed"],
+        "peak": summary["sliding_factor_peak"], "residual": summary["sliding_factor_residual"],
+    }  # fmt: skip
+
+
+def contacts_on(path, contacts):
+    """Which contacts lie on a path, both ends."""
+    near = np.zeros(contacts.point.shape[:2], dtype=bool)
+    for a, b in zip(path[:-1], path[1:]):
+        along = (b - a) / np.hypot(*(b - a))
+        off = contacts.point - a
+        s, across = off @ along, np.abs(off @ np.array([-along[1], along[0]]))
+        near |= (across <= ON_PATH) & (s >= -ON_PATH) & (s <= np.hypot(*(b - a)) + ON_PATH)
+    return near.all(axis=1)
+
+
+def open_part(opening, is_open):
+    """Part of each contact's length that is open: where one end is, up to where the opening passes zero."""
+    size = np.abs(opening)
+    own = np.where(is_open[:, 0], size[:, 0], size[:, 1])
+    one = own / np.where(size.sum(axis=1) > 0, size.sum(axis=1), 1.0)
+    return np.where(is_open.all(axis=1), 1.0, np.where(is_open.any(axis=1), one, 0.0))
+
+
+def block_on_path(case, stage, path, base, strength):
+    """Sums of the contact forces along a path; None where the path leaves the joints of the model."""
+    contacts = case.results.stage(stage).contacts
+    mine = contacts_on(path, contacts)
+    middles = 0.5 * (path[1:] + path[:-1])
+    inside = cut.LineString(path).intersection(case.body.buffer(ON_PATH)).length
+    if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
+        return None
+    normal, force, point = contacts.normal[mine], contacts.force[mine], contacts.point[mine]
+    tangent = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
+    on_destination = force[..., :1] * normal + force[..., 1:] * tangent
+    pieces = np.diff(path, axis=0)
+    nearest = np.argmin(np.linalg.norm(point.mean(axis=1)[:, None] - middles, axis=2), axis=1)
+    up = np.stack([-pieces[nearest, 1], pieces[nearest, 0]], axis=1)[:, None]
+    below = (normal * up).sum(axis=2, keepdims=True) > 0  # the destination's outward normal points to the upper side
+    forces = np.where(below, on_destination, -on_destination)
+    system = sum((cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
+    N, T, M = base.resultants(system)
+    hand = Hand(base, N, T, M)
+    opened = open_part(contacts.opening[mine], contacts.state[mine] & OPEN > 0) @ contacts.length[mine]
+    values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
+              "end": hand.linear[1], "crack": float(opened), "compression": float(-contacts.sigma[mine].min()),
+              "friction": hand.friction_needed}  # fmt: skip
+    length = float(contacts.length[mine].sum())
+    return values | factors(hand, strength, length)
+
+
+# ---- the hand method ------------------------------------------------------------------------------------------
+
+def factors(hand, strength, length=None):
+    """Sliding factors; None without strengths."""
+    if strength.get("friction") is None or strength.get("law") == "elastic":
+        return {"peak": None, "residual": None, "friction_only": None}
+    peak, residual = ((strength["friction" + kind], strength["cohesion" + kind]) for kind in ("", "_residual"))
+    return {"peak": hand.sliding_factor(*peak, length), "residual": hand.sliding_factor(*residual, length),
+            "friction_only": hand.sliding_factor(peak[0])}  # fmt: skip
+
+
+def water_levels(case, stage, base):
+    """Levels of the water at the start and at the end of a base: reservoirs by the side on which their faces lie."""
+    levels = {"start": None, "end": None}
+    for load in case.scene.stage_loads(stage).values():
+        if load.get("type") != "reservoir":
+            continue
+        middle = cut.wet_segments(case.mesh, load).reshape(-1, 2).mean(axis=0)
+        side = "start" if (middle - base.middle) @ base.along < 0 else "end"
+        levels[side] = max(float(load["level"]), -np.inf if levels[side] is None else levels[side])
+    return levels["start"], levels["end"]
+
+
+def uplift_under(case, stage, name, base):
+    """Uplift of the options under a base; None when there is none."""
+    o = case.options
+    if not o.uplift or (o.uplift_on and name not in o.uplift_on):
+        return None
+    head, tail = water_levels(case, stage, base)
+    tail = o.tailwater if o.tailwater is not None else tail
+    if head is None or head <= base.start[1]:
+        return None
+    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
+    gallery = None
+    if o.gallery is not None:
+        gallery = max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
+    heads = uplift.Heads(base.length, head - base.start[1], toe, o.drain, o.efficiency, gallery, o.drain_head)
+    return Uplift(o.uplift, heads, o.direction, o.in_crack, water_density(case, stage) * case.scene.gravity)
+
+
+def water_density(case, stage):
+    loads = case.scene.stage_loads(stage).values()
+    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") == "reservoir"), default=1000.0)
+
+
+def assess_base(case, stage, name, path, kind, strength):
+    """Hand method and block model of one base in one stage."""
+    part = case.part(name, path)
+    path = path if kind == "joint" else trimmed(path, case.body)
+    base = Base(path[0], path[-1], case.scene.thickness)
+    forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
+    hand = hand_method(base, cut.total(forces))
+    if kind == "joint":
+        block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
+    else:
+        block = block_on_path(case, stage, path, base, strength)
+    found = Assessment(stage, name, kind, base, block, hand, strength)
+    water = uplift_under(case, stage, name, base)
+    if water:
+        found.with_uplift = hand_method(base, cut.total(forces), water)
+        found.notes += uplift.remarks(water.rule, water.heads)
+    for which, answer in (("", hand), (" with uplift", found.with_uplift)):
+        if answer and answer.refused:
+            found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
+        found.notes += [f"Gravity method{which}: {note}." for note in answer.notes] if answer else []
+    if left_out:
+        found.complete = False
+        found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
+    return found
+
+
+def trimmed(path, body):
+    """The path from where it first meets the body to where it leaves it for the last time."""
+    inside = cut.LineString(path).intersection(body)
+    places = np.concatenate([np.array(line.coords) for line in cut.shapely.get_parts(inside)])
+    along = np.array([cut.LineString(path).project(cut.shapely.Point(p)) for p in places])
+    corners = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    first, last = along.min(), along.max()
+    between = path[(corners > first + 1e-9) & (corners < last - 1e-9)]
+    return np.concatenate([places[[along.argmin()]], between, places[[along.argmax()]]])
+
+
+def joint_path(case, stage, name):
+    """Corners of a joint that is a line: its contacts' ends in order, straight runs merged."""
+    facts = case.results.stage_summary(stage)["joints"][name]
+    start, end = (np.array([facts[at]["x"], facts[at]["y"]]) for at in ("start", "end"))
+    contacts = case.results.stage(stage).contacts
+    points = contacts.point[contacts.joint == case.results.mesh.joint_names.index(name)].reshape(-1, 2)
+    along = (end - start) / np.hypot(*(end - start))
+    points = points[np.argsort((points - start) @ along, kind="stable")]
+    kept = [start]
+    for point in points:
+        if (point - kept[-1]) @ along > ON_PATH:
+            kept.append(point)
+    kept[-1] = end
+    return straightened(np.array(kept))
+
+
+def straightened(path):
+    """Drops corners that lie on the straight line between their neighbours, within a millimetre."""
+    kept = [path[0]]
+    for point, following in zip(path[1:-1], path[2:]):
+        a, b = point - kept[-1], following - kept[-1]
+        if abs(a[0] * b[1] - a[1] * b[0]) > 1e-3 * np.hypot(*b):
+            kept.append(point)
+    return np.array(kept + [path[-1]])
+
+
+# ---- all of a run ---------------------------------------------------------------------------------------------
+
+def stage_complaints(case, stage):
+    """Why numbers of a stage are no basis for a verdict."""
+    facts, found = case.results.stage_summary(stage), []
+    if facts["verdict"] != "converged":
+        found.append(f"The stage ended {facts['verdict']}: the block model's numbers are not those of an equilibrium.")
+    kind = case.scene.stages.get(stage, {}).get("type", "static")
+    if kind != "static":
+        found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
+    forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
+    ours = cut.total(forces)[:2]
+    run = np.array([facts["applied"]["x"], facts["applied"]["y"]])
+    size = max(np.hypot(*ours), np.hypot(*run))
+    if np.hypot(*(ours - run)) > ALIKE * size > 0:
+        found.append(f"Loads of the scene file give ({ours[0] / 1e3:.1f}, {ours[1] / 1e3:.1f}) kN, the run applied "
+                     f"({run[0] / 1e3:.1f}, {run[1] / 1e3:.1f}) kN: the file is not what was run.")  # fmt: skip
+    return found
+
+
+def least_favourable(found, strength):
+    """Quantity of guidelines.py to the worse of the block model's number and the gravity method's."""
+    hand, length = found.governing, found.base.length
+    own = factors(hand, found.strength)
+    refused = hand.crack is None
+    both = {
+        "sliding_peak": (min, [0.0 if refused else own["peak"], (found.block or {}).get("peak")]),
+        "sliding_residual": (min, [0.0 if refused else own["residual"], (found.block or {}).get("residual")]),
+        "friction_only": (min, [0.0 if refused else own["friction_only"]]),
+        "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf]),
+        "crack": (max, [1.0 if refused else hand.crack / length]),
+        "tension": (max, [max(*hand.linear, 0.0)]),
+        "strength": (max, [hand.compression / strength if strength and not refused else None]),
+    }
+    if found.block and found.with_uplift is None:
+        both["crack"][1].append(found.block["crack"] / length)
+    if own["peak"] is None:
+        both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
+    numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
+    return {name: both[name][0](values) if values else None for name, values in numbers.items()}
+
+
+def judge(case, found):
+    """Limits of the guideline of the options, in the stages that are to be judged."""
+    o, stage = case.options, found.stage
+    found.condition = o.condition_of(stage, case.results.stages)
+    if not o.guideline or not found.condition:
+        return
+    if water_levels(case, stage, found.base)[0] is not None and found.with_uplift is None:
+        found.complete = False
+        found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
+    guideline = guidelines.read()
+    if o.guideline not in guideline:
+        raise guidelines.GuidelineError(f"no guideline '{o.guideline}', there are: {', '.join(guideline)}")
+    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength))
+
+
+def assess(case):
+    """Assessments of all stages, joints and paths; and lines about what could not be done, by stage."""
+    all_found, complaints = [], {}
+    for stage in case.results.stages:
+        said = complaints[stage] = stage_complaints(case, stage)
+        flawed = bool(said)
+        joints = case.results.stage_summary(stage)["joints"]
+        bases = [(name, "joint") for name, facts in joints.items() if facts["line"]]
+        said += [f"Joint {name} is no line: the gravity method needs a plane." for name in joints if not joints[name]["line"]]
+        for name, kind in bases + [(name, "path") for name in case.options.paths]:
+            try:
+                path = joint_path(case, stage, name) if kind == "joint" else cut.checked_path(case.options.paths[name])
+                strength = case.options.strengths.get(name) or (case.scene.joint(name, stage) if kind == "joint" else {})
+                found = assess_base(case, stage, name, path, kind, strength)
+            except GravityError as error:
+                said.append(f"{kind.capitalize()} {name}: {error}.")
+                continue
+            found.complete &= not flawed
+            judge(case, found)
+            all_found.append(found)
+    return all_found, complaints
+
+
+def lines(found):
+    """Rows of the table: block model, gravity method, and the latter with uplift."""
+    def numbers(hand):
+        if hand is None:
+            return {}
+        values = {"N": hand.N, "T": hand.T, "M": hand.M, "resultant": hand.resultant if hand.N > 0 else None,
+                  "start": hand.linear[0], "end": hand.linear[1], "crack": hand.crack, "compression": hand.compression,
+                  "friction": hand.friction_needed if hand.N > 0 else None, "uplift": hand.uplift}  # fmt: skip
+        return values | (factors(hand, found.strength) if hand.crack is not None else {})
+
+    rows = (("N, normal force", "kN", "N", 1e-3, 1), ("T, shear force", "kN", "T", 1e-3, 1),
+            ("M about the middle", "kN m", "M", 1e-3, 1), ("U, uplift force", "kN", "uplift", 1e-3, 1),
+            ("resultant from the start", "m", "resultant", 1, 3), ("straight-line stress at the start", "kPa", "start", 1e-3, 1),
+            ("straight-line stress at the end", "kPa", "end", 1e-3, 1), ("crack length, no tension", "m", "crack", 1, 3),
+            ("largest compression", "kPa", "compression", 1e-3, 1), ("atan |T| / N", "deg", "friction", 1, 2),
+            ("sliding factor, peak", "", "peak", 1, 3), ("sliding factor, residual", "", "residual", 1, 3))  # fmt: skip
+    sources = found.block or {}, numbers(found.hand) | {"uplift": None}, numbers(found.with_uplift)
+    result = []
+    for words, unit, key, factor, digits in rows:
+        values = [None if s.get(key) is None else factor * s[key] for s in sources]
+        if any(value is not None for value in values):
+            result.append(Line(words, unit, digits, *values))
+    return result
+
+
+def cell(value, digits, sign=""):
+    """A number for people: minus zero is zero."""
+    if value is None or not np.isfinite(value):
+        return "-" if value is None or np.isnan(value) else "∞"
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
+
+
+def text_of(found):
+    """A table for the terminal."""
+    rows = [(r.quantity + (f" [{r.unit}]" if r.unit else ""), cell(r.block, r.digits), cell(r.hand, r.digits),
+             cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits)) for r in lines(found)]  # fmt: skip
+    out = ["", f"Stage {found.stage}, {found.kind} {found.name}: ({found.base.start[0]:.2f}, {found.base.start[1]:.2f}) to "
+               f"({found.base.end[0]:.2f}, {found.base.end[1]:.2f}) m, length {found.base.length:.3f} m"]  # fmt: skip
+    out += table(["quantity", "block model", "gravity", "difference", "with uplift"], rows)
+    out += [f"  {j.text}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source}{'; check' if j.check else ''})"
+            for j in found.limits]  # fmt: skip
+    return out + [f"  {note}" for note in found.notes]
+
+
+def main(arguments=None):
+    given = parser("assessment", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
+    try:
+        case = load_case(given.folder, options_from(given))
+        found, complaints = assess(case)
+    except ERRORS as error:
+        print(f"assessment: {error}", file=sys.stderr)
+        return 2
+    for assessment in found:
+        print("\n".join(text_of(assessment)))
+    for stage, said in complaints.items():
+        for line in said:
+            print(f"  {stage}: {line}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

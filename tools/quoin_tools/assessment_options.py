@@ -1,0 +1,102 @@
+"""Options of the assessment and of the sheet, from the command line."""
+
+import argparse
+from dataclasses import dataclass, field
+
+from quoin_tools import guidelines, uplift
+
+
+@dataclass
+class Options:
+    """What the scene does not say: uplift, paths, guideline, conditions. None or empty: not given."""
+
+    guideline: str | None = None
+    conditions: dict = field(default_factory=dict)  # stage: usual, unusual, extreme
+    uplift: str | None = None
+    uplift_on: list = field(default_factory=list)
+    drain: float | None = None
+    efficiency: float | None = None
+    tailwater: float | None = None
+    gallery: float | None = None
+    drain_head: float | None = None
+    direction: str = "normal"
+    in_crack: str | None = None
+    strength: float | None = None  # [Pa], compressive, of the dam
+    paths: dict = field(default_factory=dict)  # name: [[x, y], ...]
+    strengths: dict = field(default_factory=dict)  # of paths and joints: friction, cohesion and residual ones
+
+    def condition_of(self, stage, stages):
+        """Stages named with --condition are judged; the last one as usual when none is named."""
+        if self.conditions:
+            return self.conditions.get(stage)
+        return "usual" if stage == stages[-1] else None
+
+
+def named(text, what):
+    name, equals, value = text.partition("=")
+    if not equals or not name or not value:
+        raise argparse.ArgumentTypeError(f"'{text}': expected {what}")
+    return name, value
+
+
+def path(text):
+    name, value = named(text, "NAME=x,y,x,y,...")
+    try:
+        numbers = [float(word) for word in value.split(",")]
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+    if len(numbers) < 4 or len(numbers) % 2:
+        raise argparse.ArgumentTypeError(f"'{text}': expected two points or more")
+    return name, [numbers[i : i + 2] for i in range(0, len(numbers), 2)]
+
+
+def strengths(text):
+    name, value = named(text, "NAME=friction,cohesion[,friction,cohesion]: degree, Pa; the second pair residual")
+    try:
+        numbers = [float(word) for word in value.split(",")]
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+    if len(numbers) not in (2, 4):
+        raise argparse.ArgumentTypeError(f"'{text}': expected two or four numbers")
+    if len(numbers) == 2:
+        numbers += [numbers[0], 0.0]
+    return name, dict(zip(("friction", "cohesion", "friction_residual", "cohesion_residual"), numbers))
+
+
+def condition(text):
+    name, value = named(text, "STAGE=" + "|".join(guidelines.CONDITIONS))
+    if value not in guidelines.CONDITIONS:
+        raise argparse.ArgumentTypeError(f"'{text}': expected {', '.join(guidelines.CONDITIONS)}")
+    return name, value
+
+
+def parser(program, description):
+    result = argparse.ArgumentParser(prog=f"python -m quoin_tools.{program}", description=description)
+    add = result.add_argument
+    add("folder", help="output folder of a run")
+    add("--guideline", metavar="NAME", help="of guidelines.yaml: " + ", ".join(guidelines.read()))
+    add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
+        help="judge this stage as usual, unusual or extreme (again for more); default: the last stage, usual")  # fmt: skip
+    add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
+    add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
+        help="strength of a path, or another one of a joint: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip
+    add("--strength", type=float, metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
+    water = result.add_argument_group("uplift, in the gravity method (docs/safety.md)")
+    add = water.add_argument
+    add("--uplift", choices=list(uplift.RULES), help="rule")
+    add("--uplift-on", action="append", default=[], metavar="NAME", help="joint or path (again for more); default: all")
+    add("--drain", type=float, metavar="M", help="distance of the drain line from the heel, along the base")
+    add("--efficiency", type=float, metavar="E", help="of the drain, 0 to 1: rules usace and ferc")
+    add("--drain-head", type=float, metavar="M", help="measured head at the drain, above the base")
+    add("--tailwater", type=float, metavar="Y", help="level; default: a reservoir on the downstream side, or none")
+    add("--gallery", type=float, metavar="Y", help="level of the gallery's drains: rules usace and ferc")
+    add("--uplift-direction", choices=("normal", "vertical"), default="normal",
+        help="pressure normal to the base, or its vertical part only")  # fmt: skip
+    add("--uplift-in-crack", choices=uplift.CRACKS, help="default: as the rule says")
+    return result
+
+
+def options_from(given):
+    return Options(given.guideline, dict(given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
+                   given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
+                   given.strength, dict(given.path), dict(given.strength_on))  # fmt: skip

@@ -1,0 +1,54 @@
+"""Headless Chromium for the sheet: prints it as PDF, and lets tests look at it. Nothing is fetched from a network."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync", "--hide-scrollbars")  # fmt: skip
+HOW = "install Chromium (Debian: apt-get install chromium), or open report.html in any browser and print it to a file"
+
+
+class BrowserError(RuntimeError):
+    """Why there is no PDF, in one line."""
+
+
+def find():
+    """Path of Chromium: $QUOIN_CHROMIUM, or the first of NAMES on the path; None without."""
+    named = os.environ.get("QUOIN_CHROMIUM")
+    return named or next((path for path in map(shutil.which, NAMES) if path), None)
+
+
+def run(page, *arguments, timeout=120):
+    """Chromium on a local page with a new, empty profile; returns its output and what it said on stderr."""
+    program = find()
+    if program is None:
+        raise BrowserError(f"no Chromium found: {HOW}")
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [program, *FLAGS, f"--user-data-dir={profile}", *arguments, Path(page).resolve().as_uri()]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=timeout, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise BrowserError(f"{program}: {error}") from error
+    if done.returncode:
+        raise BrowserError(f"{program}: exit code {done.returncode}: {done.stderr.strip().splitlines()[-1:]}")
+    return done.stdout, done.stderr
+
+
+def pdf(page, path):
+    """Prints a local page."""
+    run(page, f"--print-to-pdf={path}", "--no-pdf-header-footer", "--print-to-pdf-no-header")
+    if not os.path.isfile(path) or os.path.getsize(path) < 1000:
+        raise BrowserError(f"{path}: Chromium wrote no PDF")
+
+
+def screenshot(page, path, width=1000, height=1400):
+    run(page, f"--screenshot={path}", f"--window-size={width},{height}")
+
+
+def document(page):
+    """The page after its scripts have run, and stderr, where console messages go."""
+    return run(page, "--dump-dom", "--virtual-time-budget=10000", "--enable-logging=stderr")

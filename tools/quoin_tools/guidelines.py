@@ -1,0 +1,115 @@
+"""Limits of guidelines (guidelines.yaml) against numbers of a base.
+
+    guideline = read()["usace"]
+    for judged in judge(guideline, "usual", values): print(judged.text, judged.verdict)
+"""
+
+import os
+from dataclasses import dataclass
+
+import yaml
+
+PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "guidelines.yaml")
+CONDITIONS = ("usual", "unusual", "extreme")
+PASS, FAIL, OPEN, OTHER = "pass", "FAIL", "not judged", "see alternative"
+QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
+    "sliding_peak": ("sliding factor, peak strength", "least", 2, 1.0, ""),
+    "sliding_residual": ("sliding factor, residual strength", "least", 2, 1.0, ""),
+    "friction_only": ("sliding factor, no cohesion", "least", 2, 1.0, ""),
+    "middle": ("resultant within the middle part of the base", "largest", 3, 1.0, ""),
+    "crack": ("crack over length of the base", "largest", 3, 1.0, ""),
+    "strength": ("largest compression over strength", "largest", 3, 1.0, ""),
+    "tension": ("tension at an end of the base, straight line", "largest", 1, 1e-3, "kPa"),
+    "local_factor": ("local safety factor of the material", "least", 2, 1.0, ""),
+}
+ROUNDING = 1e-4  # relative: a limit of 0.33333 is a third
+
+
+class GuidelineError(ValueError):
+    """What is wrong with guidelines.yaml or with what was asked of it, in one line."""
+
+
+@dataclass
+class Judged:
+    """A limit, the number held against it and what comes out."""
+
+    quantity: str
+    limit: float | None
+    value: float | None
+    verdict: str
+    source: str
+    check: bool
+    instead_of: str = ""
+
+    @property
+    def text(self):
+        return QUANTITIES[self.quantity][0]
+
+    def printed(self, number):
+        digits, factor, unit = QUANTITIES[self.quantity][2:]
+        return "-" if number is None else f"{number * factor:.{digits}f} {unit}".strip()
+
+    @property
+    def bound(self):
+        sign = "≥" if QUANTITIES[self.quantity][1] == "least" else "≤"
+        return "to be filled in" if self.limit is None else f"{sign} {self.printed(self.limit)}"
+
+
+def read(path=PATH):
+    """Guidelines by name; every quantity and condition is checked."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            guidelines = yaml.safe_load(file)["guidelines"]
+        for name, guideline in guidelines.items():
+            for condition, limits in guideline["conditions"].items():
+                check_limits(f"{path}: {name}.{condition}", condition, limits)
+    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError) as error:
+        raise GuidelineError(f"{path}: {' '.join(str(error).split())}") from error
+    return guidelines
+
+
+def check_limits(where, condition, limits):
+    if condition not in CONDITIONS:
+        raise GuidelineError(f"{where}: expected {', '.join(CONDITIONS)}")
+    for quantity, limit in limits.items():
+        if quantity not in QUANTITIES:
+            raise GuidelineError(f"{where}: no quantity '{quantity}', there are: {', '.join(QUANTITIES)}")
+        if not isinstance(limit["value"], (int, float, type(None))) or not limit["source"]:
+            raise GuidelineError(f"{where}.{quantity}: expected a number or null, and a source")
+
+
+def verdict_of(quantity, limit, value):
+    if limit is None or value is None:
+        return OPEN
+    room = ROUNDING * abs(limit)
+    good = value >= limit - room if QUANTITIES[quantity][1] == "least" else value <= limit + room
+    return PASS if good else FAIL
+
+
+def judge(guideline, condition, values):
+    """Judged of every limit of a condition. values: quantity to number, None or missing where there is none.
+
+    A limit with instead_of is an alternative: where one of the two passes, the other's failure does not count.
+    """
+    rows = []
+    for quantity, limit in guideline["conditions"].get(condition, {}).items():
+        value = values.get(quantity)
+        verdict = verdict_of(quantity, limit["value"], value)
+        rows.append(Judged(quantity, limit["value"], value, verdict, limit["source"], bool(limit.get("check")),
+                           limit.get("instead_of", "")))  # fmt: skip
+    named = {row.quantity: row for row in rows}
+    for row in rows:
+        other = named.get(row.instead_of)
+        if other and {row.verdict, other.verdict} == {PASS, FAIL}:
+            (row if row.verdict == FAIL else other).verdict = OTHER
+    return rows
+
+
+def overall(rows, complete=True):
+    """One word for many limits: a failure counts most, then what could not be judged."""
+    verdicts = [row.verdict for row in rows]
+    if FAIL in verdicts:
+        return "FAIL"
+    if not rows or OPEN in verdicts or not complete:
+        return "INCOMPLETE"
+    return "PASS, limits to be confirmed" if any(row.check for row in rows) else "PASS"

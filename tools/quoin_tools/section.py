@@ -1,0 +1,148 @@
+"""Drawing of the section with its loads, for the sheet: SVG of one stage."""
+
+import io
+
+import numpy as np
+
+from quoin_tools import cut, plots
+from quoin_tools.plots import LineCollection, PolyCollection, pyplot
+from quoin_tools.uplift import head_line
+
+WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
+REACH = 0.15  # largest pressure, drawn, over the size of the view
+LABEL = {"fontsize": 9, "bbox": {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.2}}
+
+
+def arrow(axes, tail, head, colour):
+    axes.annotate("", head, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.6, "shrinkA": 0, "shrinkB": 0},
+                  annotation_clip=False, zorder=6)  # fmt: skip
+
+
+def force_text(name, force):
+    size = np.hypot(*force[:2]) / 1e3
+    return f"{name}  {plots.plain(size)} kN"
+
+
+def draw_pressure(axes, segments, pressures, scale, fill, edge):
+    """Quadrilaterals from faces outwards, as long as the pressure at their ends."""
+    along = segments[:, 1] - segments[:, 0]
+    outward = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+    tips = segments + scale * pressures[..., None] * outward[:, None]
+    quads = np.concatenate([segments, tips[:, ::-1]], axis=1)
+    axes.add_collection(PolyCollection(quads, facecolors=fill, edgecolors="none", alpha=0.75, zorder=3))
+    axes.add_collection(LineCollection(tips, colors=edge, linewidths=1.0, zorder=4))
+    return tips
+
+
+def draw_water(axes, case, name, load, force, box):
+    """Pressure on the faces, level, resultant."""
+    segments = cut.wet_segments(case.mesh, load)
+    level = float(load["level"])
+    pressures = np.maximum(level - segments[..., 1], 0.0)
+    if pressures.max(initial=0.0) <= 0:
+        return
+    segments, pressures = (array[pressures.max(axis=1) > 0] for array in (segments, pressures))
+    size = max(box[1] - box[0], box[3] - box[2])
+    draw_pressure(axes, segments, pressures, REACH * size / pressures.max(), WATER_FILL, WATER)
+    top = segments.reshape(-1, 2)[segments[..., 1].argmax()]
+    side = box[0] if force[0] > 0 else box[1]
+    axes.plot([side, top[0]], [level, level], color=WATER, lw=1.4)
+    axes.text(0.97 * side + 0.03 * top[0], level, f"{level:.2f} m", color=WATER, va="bottom", ha="left" if force[0] > 0 else "right",
+              fontsize=9)  # fmt: skip
+    x = segments[..., 0].mean()
+    y = (x * force[1] - force[2]) / force[0] if force[0] else segments[..., 1].mean()
+    direction = force[:2] / np.hypot(*force[:2])
+    arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), WATER)
+    axes.text(*(np.array([x, y]) - 0.55 * REACH * size * direction + [0, 0.02 * size]), force_text(name, force), color=WATER, ha="center",
+              va="bottom", zorder=7, **LABEL)  # fmt: skip
+
+
+def draw_weight(axes, case, name, load, force, size):
+    centres, areas = case.results.mesh.centres(), case.results.mesh.areas()
+    weights = areas * cut.densities(case.mesh, case.scene, load)
+    if weights.sum() <= 0:
+        return
+    at = weights @ centres / weights.sum()
+    axes.plot(*at, "o", ms=4, color=WEIGHT, zorder=6)
+    arrow(axes, at, at - [0, 0.16 * size], WEIGHT)
+    axes.text(at[0] + 0.015 * size, at[1] - 0.02 * size, force_text(name, force), zorder=7, **LABEL)
+
+
+def draw_other(axes, case, name, load, force, size):
+    """Tractions and point forces: an arrow where they act."""
+    if "point" in load:
+        at = case.mesh.vertices[case.mesh.points[load["point"]]]
+    elif "faces" in load:
+        at = cut.wet_segments(case.mesh, load).reshape(-1, 2).mean(axis=0)
+    else:
+        return
+    direction = force[:2] / max(np.hypot(*force[:2]), 1e-300)
+    arrow(axes, at - 0.12 * size * direction, at, LOAD)
+    axes.text(*(at - 0.13 * size * direction), force_text(name, force), color=LOAD, ha="center", zorder=7, **LABEL)
+
+
+def draw_uplift(axes, found, water, size):
+    """Uplift below the base and the resultant of the base in it."""
+    base = found.base
+    x, head = cut_heads(water, found)
+    points = np.array([base.at(distance) for distance in x])
+    if head.max() > 0:
+        segments = np.stack([points[:-1], points[1:]], axis=1)
+        tips = draw_pressure(axes, segments, np.stack([head[:-1], head[1:]], axis=1), 0.12 * size / head.max(), "#e7d6f2", UPLIFT)
+        axes.text(*(tips[len(tips) // 2].mean(axis=0) - [0, 0.035 * size]),
+                  f"uplift ({water.rule})  {plots.plain(found.with_uplift.uplift / 1e3)} kN", color=UPLIFT, ha="center", va="top", zorder=7,
+                  **LABEL)  # fmt: skip
+
+
+def cut_heads(water, found):
+    crack = found.with_uplift.crack or 0.0
+    return head_line(water.rule, water.heads, crack if found.with_uplift.crack_at == "start" else 0.0, water.in_crack)
+
+
+def draw_bases(axes, assessed, size):
+    """Joints and paths that are assessed, their resultants and their cracks by the gravity method."""
+    for found in assessed:
+        base, hand = found.base, found.governing
+        axes.plot(*base.ends().T, color=LOAD if found.kind == "joint" else "#009e73", lw=2.0, zorder=5)
+        axes.text(*(base.end + [0.015 * size, 0.012 * size]), found.name, color=LOAD if found.kind == "joint" else "#007a5a", zorder=7, **LABEL)
+        if hand.crack:
+            tip = base.at(hand.crack) if hand.crack_at == "start" else base.at(base.length - hand.crack)
+            first = base.start if hand.crack_at == "start" else base.end
+            axes.plot(*np.array([first, tip]).T, color="white", lw=2.6, ls=(0, (2, 2)), zorder=6)
+        if hand.N > 0 and 0 < hand.resultant < base.length:
+            force = -hand.N * base.normal + hand.T * base.along
+            at = base.at(hand.resultant)
+            arrow(axes, at - 0.11 * size * force / np.hypot(*force), at, LOAD)
+
+
+def section_svg(case, stage, assessed, water_of):
+    """SVG text. assessed: of this stage; water_of(found): Uplift of a base, or None."""
+    mesh = case.results.mesh
+    box, _ = plots.view(mesh)
+    size = max(box[1] - box[0], box[3] - box[2])
+    box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, box[3] + 0.04 * size)
+    with pyplot.rc_context(plots.STYLE | {"svg.fonttype": "path"}):
+        figure, axes = pyplot.subplots(figsize=(8.2, min(8.2, max(4.0, 7.2 * (box[3] - box[2]) / (box[1] - box[0])))))
+        for row in np.unique(mesh.block_group):
+            fill = plots.FILLS[row % len(plots.FILLS)]
+            axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.4))
+        axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.8))
+        forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
+        for name, force in forces.items():
+            load = case.scene.loads[name]
+            if load["type"] == "self_weight":
+                draw_weight(axes, case, name, load, force, size)
+            elif load["type"] == "reservoir":
+                draw_water(axes, case, name, load, force, box)
+            else:
+                draw_other(axes, case, name, load, force, size)
+        for found in assessed:
+            if found.with_uplift is not None:
+                draw_uplift(axes, found, water_of(found), size)
+        draw_bases(axes, assessed, size)
+        plots.set_view(axes, box)
+        axes.set_ylabel("y [m]")
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.08, metadata={"Date": None})
+        pyplot.close(figure)
+    return buffer.getvalue()
