@@ -1,0 +1,119 @@
+"""Two runs side by side, stage by stage: what differs, by how much.
+
+    python -m quoin_tools.compare A B [--tolerance 1e-3] [--all]
+
+Prints the numbers of summary.json that differ (--all: every one). Exit code 0: the same stages and verdicts, and every number within the
+tolerance (relative; to the largest of its kind in the stage for forces and displacements); 1: not; 2: a folder cannot be read.
+"""
+
+import argparse
+import sys
+
+from quoin_tools.results import Results, ResultsError, table
+
+KINDS = (  # words, unit, factor, key that ends the path of the number
+    ("displacement", "mm", 1e3, ("u_x", "u_y")),
+    ("force", "kN", 1e-3, ("applied.x", "applied.y", "reaction.x", "reaction.y", ".N", ".T")),
+    ("moment", "kN m", 1e-3, (".M",)),
+    ("stress", "MPa", 1e-6, ("sigma_linear_start", "sigma_linear_end", "s1_max.value", "s2_min.value", ".sigma")),
+    ("length", "m", 1.0, ("open_length", "slipping_length", "crushing_length", ".length")),
+    ("factor", "", 1.0, ("sliding_factor_peak", "sliding_factor_residual")),
+    ("angle", "deg", 1.0, ("friction_needed",)),
+)
+TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6}
+
+
+def kind_of(path):
+    for words, unit, factor, endings in KINDS:
+        if path.endswith(endings):
+            return words, unit, factor
+    return None
+
+
+def numbers(stage, path=""):
+    """Every number of a stage that has a kind: path to value; null is left out."""
+    found = {}
+    for key, value in stage.items():
+        here = f"{path}.{key}" if path else key
+        if isinstance(value, dict):
+            found |= numbers(value, here)
+        elif isinstance(value, (int, float)) and not isinstance(value, bool) and kind_of(here):
+            found[here] = float(value)
+    return found
+
+
+def compare_stage(a, b):
+    """Rows (path, a, b, difference over the size of its kind, kind); a or b None where one run has no such number."""
+    left, right = numbers(a), numbers(b)
+    sizes = dict(TINY)
+    for path, value in [*left.items(), *right.items()]:
+        kind = kind_of(path)[0]
+        sizes[kind] = max(sizes[kind], abs(value))
+    rows = []
+    for path in dict.fromkeys([*left, *right]):
+        pair, kind = (left.get(path), right.get(path)), kind_of(path)
+        relative = float("inf") if None in pair else abs(pair[1] - pair[0]) / sizes[kind[0]]
+        rows.append((path, *pair, relative, kind))
+    return rows
+
+
+def compare(a, b):
+    """Rows by stage of two summaries, and lines about what is not a number."""
+    stages = [{s["name"]: s for s in summary["stages"]} for summary in (a, b)]
+    said = [f"stage {name}: only in {'A' if name in stages[0] else 'B'}" for name in dict.fromkeys([*stages[0], *stages[1]])
+            if not (name in stages[0] and name in stages[1])]  # fmt: skip
+    rows = {}
+    for name, s in stages[0].items():
+        if name not in stages[1]:
+            continue
+        other = stages[1][name]
+        if s["verdict"] != other["verdict"]:
+            said.append(f"stage {name}: verdict {s['verdict']} in A, {other['verdict']} in B")
+        rows[name] = [] if s["checksum"] == other["checksum"] else compare_stage(s, other)
+    return rows, said
+
+
+def printed(value, factor):
+    return "-" if value is None else f"{value * factor:.6g}"
+
+
+def text_of(rows, tolerance, everything):
+    """Lines of the terminal, and whether all numbers are within the tolerance."""
+    out, good = [], True
+    for stage, all_rows in rows.items():
+        beyond = [row for row in all_rows if row[3] > tolerance]
+        good &= not beyond
+        shown = all_rows if everything else beyond
+        worst = max((row[3] for row in all_rows), default=0.0)
+        what = "the same bits" if not all_rows else f"{len(beyond)} of {len(all_rows)} numbers beyond {tolerance:g}, largest {worst:.2e}"
+        out += ["", f"Stage {stage}: {what}"]
+        if shown:
+            cells = [(path + (f" [{kind[1]}]" if kind[1] else ""), printed(a, kind[2]), printed(b, kind[2]),
+                      printed(None if a is None or b is None else b - a, kind[2]), f"{relative:.2e}")
+                     for path, a, b, relative, kind in shown]  # fmt: skip
+            out += table(["number", "A", "B", "B - A", "relative"], cells)
+    return out, good
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.compare", description="Two runs side by side.")
+    parser.add_argument("a", help="output folder of a run")
+    parser.add_argument("b", help="output folder of another run")
+    parser.add_argument("--tolerance", type=float, default=1e-3, help="relative, %(default)g by default")
+    parser.add_argument("--all", action="store_true", help="print numbers within the tolerance too")
+    options = parser.parse_args(arguments)
+    try:
+        summaries = [Results(folder).summary for folder in (options.a, options.b)]
+        rows, said = compare(*summaries)
+    except ResultsError as error:
+        print(f"compare: {error}", file=sys.stderr)
+        return 2
+    for letter, folder, summary in zip("AB", (options.a, options.b), summaries):
+        print(f"{letter}: {folder}: {summary['title'] or summary['model']}, Quoin {summary['quoin']}")
+    lines, good = text_of(rows, options.tolerance, options.all)
+    print("\n".join(lines + [f"  {line}" for line in said]))
+    return 0 if good and not said else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

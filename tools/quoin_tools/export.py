@@ -1,0 +1,100 @@
+"""Results as CSV for spreadsheets and other programs.
+
+    python -m quoin_tools.export FOLDER [--stage NAME]... [--to FOLDER]
+
+writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends) and joints.csv (all stages). SI units,
+signs of docs/results_format.md; the first row names columns with their units.
+"""
+
+import argparse
+import csv
+import os
+import sys
+
+import numpy as np
+
+from quoin_tools.results import Results, ResultsError
+
+JOINT = ("law", "length", "open_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
+         "sliding_factor_residual", "chord", "sigma_linear_start", "sigma_linear_end")  # fmt: skip
+UNITS = {"length": "m", "chord": "m", "N": "N", "T": "N", "M": "N m", "friction_needed": "deg", "sigma_linear_start": "Pa",
+         "sigma_linear_end": "Pa", "open_length": "m", "slipping_length": "m", "crushing_length": "m"}  # fmt: skip
+
+
+def plain(value):
+    """Shortest text that reads back as the same number; nothing for what is not defined."""
+    if value is None or (isinstance(value, (float, np.floating)) and np.isnan(value)):
+        return ""
+    return repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
+
+
+def write(path, header, rows):
+    partial = path + ".part"
+    with open(partial, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows([plain(value) for value in row] for row in rows)
+    os.replace(partial, path)
+    return path
+
+
+def vertices(results, stage):
+    header = ("vertex", "x [m]", "y [m]", "u_x [m]", "u_y [m]")
+    return header, ((i, *at, *u) for i, (at, u) in enumerate(zip(results.mesh.vertices, stage.displacement)))
+
+
+def blocks(results, stage):
+    header = ("block", "group", "macroblock", "x [m]", "y [m]", "s_xx [Pa]", "s_yy [Pa]", "s_xy [Pa]", "s1 [Pa]", "s2 [Pa]", "angle [rad]",
+              "rotation [rad]")  # fmt: skip
+    mesh = results.mesh
+    columns = zip(mesh.block_group, mesh.macroblock, mesh.centres(), stage.stress, stage.s1, stage.s2, stage.angle, stage.rotation)
+    return header, ((i, mesh.group_names[group], macroblock, *at, *stress, s1, s2, angle, rotation)
+                    for i, (group, macroblock, at, stress, s1, s2, angle, rotation) in enumerate(columns))  # fmt: skip
+
+
+def contacts(results, stage):
+    header = ("contact", "end", "joint", "class", "block a", "face a", "block b", "face b", "length [m]", "x [m]", "y [m]", "normal x",
+              "normal y", "opening [m]", "sliding [m]", "slip [m]", "broken", "sigma [Pa]", "tau [Pa]", "force normal [N]", "force along [N]",
+              "state")  # fmt: skip
+    c, names = stage.contacts, results.mesh.joint_names
+    rows = ((i, end, names[c.joint[i]], c.klass[i], *c.face[i], c.length[i], *c.point[i, end], *c.normal[i, end], c.opening[i, end],
+             c.sliding[i, end], c.slip[i, end], c.broken[i, end], c.sigma[i, end], c.tau[i, end], *c.force[i, end], c.state[i, end])
+            for i in range(len(c)) for end in (0, 1))  # fmt: skip
+    return header, rows
+
+
+def joints(results, stages):
+    header = ("stage", "joint", *(f"{key} [{UNITS[key]}]" if key in UNITS else key for key in JOINT))
+    rows = ((stage, name, *(facts.get(key) for key in JOINT)) for stage in stages
+            for name, facts in results.stage_summary(stage)["joints"].items())  # fmt: skip
+    return header, rows
+
+
+def export(results, stages=None, folder=None):
+    """Paths of the files written."""
+    folder = folder or results.folder
+    os.makedirs(folder, exist_ok=True)
+    stages, written = stages or results.stages, []
+    for name in stages:
+        stage = results.stage(name)
+        for words, of in (("vertices", vertices), ("blocks", blocks), ("contacts", contacts)):
+            written.append(write(os.path.join(folder, f"{name}_{words}.csv"), *of(results, stage)))
+    return [*written, write(os.path.join(folder, "joints.csv"), *joints(results, stages))]
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.export", description="Results of a run as CSV.")
+    parser.add_argument("folder", help="output folder of a run")
+    parser.add_argument("--stage", action="append", metavar="NAME", help="this stage only (again for more); default: all")
+    parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the output folder")
+    options = parser.parse_args(arguments)
+    try:
+        print("\n".join(export(Results(options.folder), options.stage, options.to)))
+    except (ResultsError, OSError) as error:
+        print(f"export: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
