@@ -412,3 +412,20 @@ def test_hand_forces_are_those_of_the_run(run):
         applied = case.results.stage_summary(stage)["applied"]
         ours = cut.total(cut.stage_forces(case.mesh, case.scene, stage)[0])
         assert ours[:2] == pytest.approx([applied["x"], applied["y"]], rel=5e-3, abs=10.0)
+
+
+@solver
+def test_reservations_of_a_cracked_base(tmp_path):
+    """Uplift by another rule, and a crack it ignores: never a plain PASS."""
+    folder = tmp_path / "high"
+    folder.mkdir()
+    (folder / "scene.yaml").write_text(SCENE.read_text().replace("level: 33.0", "level: 38.0"))
+    solve(folder, "-loads_water_level", "38", "-stages", "sw,swhp")
+    arguments = ["--guideline", "ferc", "--condition", "swhp=extreme", *UPLIFT, "--drain-head", "11"]
+    base = assess(folder, *arguments)[0]["swhp", "base"]
+    assert base.with_uplift.crack == pytest.approx(7.41, abs=6e-3)  # the paper's flood S4, 5 m
+    assert [j.verdict for j in base.limits] == ["pass", "pass"] and not base.complete
+    text = sheet(folder, *arguments)
+    for words in ("<b>INCOMPLETE</b>", "If the full head followed the crack, there would be no equilibrium", "has passed the drain",
+                  "this guideline goes with rule ferc"):  # fmt: skip
+        assert words in text

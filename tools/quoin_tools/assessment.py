@@ -7,7 +7,7 @@ Both get the same loads: those of the scene on the mesh of the run.
 """
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -212,7 +212,7 @@ def assess_base(case, stage, name, path, kind, strength):
     water = uplift_under(case, stage, name, base)
     if water:
         found.with_uplift = hand_method(base, cut.total(forces), water)
-        found.notes += uplift.remarks(water.rule, water.heads)
+        found.notes += uplift.remarks(water.rule, water.heads) + full_head(found, cut.total(forces), water)
     for which, answer in (("", hand), (" with uplift", found.with_uplift)):
         if answer and answer.refused:
             found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
@@ -232,6 +232,18 @@ def trimmed(path, body):
     first, last = along.min(), along.max()
     between = path[(corners > first + 1e-9) & (corners < last - 1e-9)]
     return np.concatenate([places[[along.argmin()]], between, places[[along.argmax()]]])
+
+
+def full_head(found, forces, water):
+    """What would become of a crack that this uplift ignores, as a note."""
+    if not found.with_uplift.crack or found.with_uplift.crack_at != "start" or water.follows_crack():
+        return []
+    hand = hand_method(found.base, forces, replace(water, in_crack="full"))
+    if hand.crack is None:
+        return [f"If the full head followed the crack, there would be no equilibrium: {hand.refused}."]
+    factor = factors(hand, found.strength)["peak"]
+    words = "" if factor is None else f", sliding factor {factor:.2f}"
+    return [f"If the full head followed the crack, it would be {hand.crack:.2f} m long{words}" + "".join(f"; {n}" for n in hand.notes) + "."]
 
 
 def joint_path(case, stage, name):
@@ -314,6 +326,10 @@ def judge(case, found):
     guideline = guidelines.read()
     if o.guideline not in guideline:
         raise guidelines.GuidelineError(f"no guideline '{o.guideline}', there are: {', '.join(guideline)}")
+    rule = guideline[o.guideline].get("uplift")
+    if found.with_uplift is not None and rule and rule != o.uplift:
+        found.complete = False
+        found.notes.append(f"Uplift follows rule {o.uplift}; this guideline goes with rule {rule}.")
     found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength))
 
 

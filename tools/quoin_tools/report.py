@@ -82,7 +82,7 @@ def verdict_class(text):
 def heading(case):
     summary = case.results.summary
     rows = [("Model", summary["model"]), ("Scene", case.scene.path if not summary["scene"] else summary["scene"]),
-            ("Program", f"Quoin {summary['quoin']}, {summary['ranks']} rank(s); sheet by quoin_tools {quoin_tools.__version__}"),
+            ("Program", f"Quoin {summary['quoin']}, {summary['ranks']} rank{'s' * (summary['ranks'] != 1)}; sheet by quoin_tools {quoin_tools.__version__}"),
             ("Model size", f"{summary['n_blocks']} blocks in {summary['n_macroblocks']} bodies, {summary['n_contacts']} contacts, "
                            f"{summary['n_dofs']} degrees of freedom"),
             ("Slice", f"{summary['thickness']:g} m thick; forces are those of the slice"),
@@ -111,12 +111,10 @@ def verdict_box(case, found, complaints):
     open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
     if open_ones:
         text += f" Limits not judged for want of a number: {open_ones}."
-    rule = guidelines.read()[o.guideline].get("uplift")
-    if o.uplift and rule and o.uplift != rule:
-        text += f" Uplift follows rule {o.uplift}; this guideline goes with rule {rule}."
     if any(limit.check for limit in rows):
         text += " Limits marked “check” were written from memory and must be held against the document."
-    flaws = [line for stage in named for line in complaints.get(stage, [])]
+    flaws = [f"Stage {stage}: {line}" for stage in complaints if stage in named for line in complaints[stage]]
+    flaws += [f"Stage {a.stage}, {a.name}: {note}" for a in judged for note in a.notes]
     return f'<div class="verdict {verdict_class(word)}"><b>{esc(word)}</b><br><span>{esc(text)}</span></div>' + notes(flaws)
 
 
@@ -128,7 +126,8 @@ def limits_part(case, found):
         return ""
     note = guidelines.read()[case.options.guideline]["note"]
     return ("<h2>Limits</h2>" + table(("stage", "condition", "base", "limit of", "limit", "number", "verdict", "source"), rows, (4, 5))
-            + "<p><small>The number is the less favourable of block model and gravity method, with uplift where a rule was given; stress "
+            + "<p><small>The number is the less favourable of the block model and of the gravity method, the latter with uplift where a "
+              "rule was given; the block model has the loads of the scene. Stress "
               f"limits are held against the gravity method's straight line. {esc(note)}</small></p>")  # fmt: skip
 
 
