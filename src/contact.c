@@ -61,11 +61,12 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const PetscR
   c->face[0] = f, c->face[1] = g;
   c->joint = JointOfPair(scene, m, f, g);
   c->model = scene->joints[c->joint].stress_model;
-  // a contact that is there may be pressed in deep; a new one that deep would be the back of the block
+  // a contact that is there may be pressed in deep, though never as deep as the back of its block; before it
+  // is one, its corners carry it as vertices on a face
   PetscReal depth = scene->overlap_tolerance;
-  if (old && OldContactFind(old, c)) depth = FACE_DEPTH * shorter;
+  if (old && OldContactFind(old, c)) depth = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
   // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
-  else if (m->faces.body[f] == m->faces.body[g])
+  if (m->faces.body[f] == m->faces.body[g] && !(old && OldContactFind(old, c)))
     depth = FACE_MIN_OVERLAP * shorter;
   if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
   // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is

@@ -18,7 +18,7 @@ enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
 static const PetscReal FACE_DEPTH =
-    0.2; /* relative to the shorter face: deeper overlap is no contact of this face */
+    0.4; /* of the block behind a face: deeper overlap is no contact of this face */
 static const PetscReal FACE_MIN_OVERLAP = 1e-6; /* relative to the shorter face */
 
 /* Projects P on the line A-B: parameter t along it, and distance to the right of it (the outward side), over

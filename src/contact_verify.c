@@ -72,11 +72,12 @@ typedef struct {
   PetscBool flat;                    /* the two faces are nearly parallel */
 } VertexNear;
 
+/* By vertex, then face. */
 static int vertex_order(const void *a, const void *b)
 {
   const VertexNear *p = a, *q = b;
-  if (p->key[0] != q->key[0]) return (p->key[0] > q->key[0]) - (p->key[0] < q->key[0]);
   if (p->key[1] != q->key[1]) return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
+  if (p->key[0] != q->key[0]) return (p->key[0] > q->key[0]) - (p->key[0] < q->key[0]);
   return (p->face > q->face) - (p->face < q->face);
 }
 
@@ -96,9 +97,10 @@ static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal 
   for (int k = 0; k < 2; k++) {
     const PetscInt v = m->faces.vertex[2 * f + k];
     const PetscReal edge = PetscMin(t[k], 1. - t[k]) * lg;
-    if (edge < -tolerance || gap[k] > tolerance || gap[k] < -FACE_DEPTH * shorter) continue;
-    const PetscBool aside = (PetscBool)(t[k] < 0. || t[k] >= 1.),
-                    other_deeper = (PetscBool)(gap[1 - k] < gap[k]);
+    if (edge < -tolerance || gap[k] > tolerance ||
+        gap[k] < -FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]))
+      continue;
+    const PetscBool aside = (PetscBool)(t[k] < 0. || t[k] >= 1.);
     list[n++] = (VertexNear){.key = {m->faces.gid[g], -2 - m->vertex_gid[v]},
                              .face = f,
                              .on = g,
@@ -106,7 +108,7 @@ static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal 
                              .t = t[k],
                              .gap = gap[k],
                              .edge = edge,
-                             .blocked = (PetscBool)(face_contact || aside || other_deeper),
+                             .blocked = (PetscBool)(face_contact || aside),
                              .flat = (PetscBool)(cosine < -FACE_COS_LIMIT)};
   }
   return n;
@@ -123,63 +125,62 @@ static PetscBool convex_corner(const Model *m, const PetscReal *u, PetscInt f, P
   return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
 }
 
-/* At a convex corner of the other body, whether the vertex belongs to face j rather than to face i: it slides
-   along j (its own face is nearly parallel to j and the corner is within the tolerance), or j is the nearer;
-   at a tie that of the lower gid. */
-static PetscBool belongs_to_other(const Scene *scene, const Model *m, const PetscReal *u, const VertexNear *i,
+/* At a convex corner of the other body, whether the vertex belongs to face j rather than to face i: to the
+   face that one of its own faces is nearly parallel to, else to the nearer; at a tie to that of the lower
+   gid. Never both ways. */
+static PetscBool belongs_to_other(const Model *m, const PetscReal *u, const VertexNear *i,
                                   const VertexNear *j)
 {
-  if (j->on == i->on || j->key[1] != i->key[1] || m->faces.body[j->on] != m->faces.body[i->on])
-    return PETSC_FALSE;
-  if (!convex_corner(m, u, i->on, j->on)) return PETSC_FALSE;
-  if (j->flat && !i->flat && i->edge < scene->contact_tolerance) return PETSC_TRUE;
+  if (m->faces.body[j->on] != m->faces.body[i->on] || !convex_corner(m, u, i->on, j->on)) return PETSC_FALSE;
+  if (j->flat != i->flat) return j->flat;
   if (j->t < 0. || j->t >= 1.) return PETSC_FALSE;
   return (PetscBool)(j->gap > i->gap || (j->gap == i->gap && j->key[0] < i->key[0]));
 }
 
-/* Entries by vertex, so that those of one vertex stand together. */
-static int by_vertex(const void *a, const void *b)
-{
-  const VertexNear *p = a, *q = b;
-  if (p->key[1] != q->key[1]) return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
-  return vertex_order(a, b);
-}
-
-/* Keeps one entry per vertex and face, none that is blocked through any face of the vertex, one of the two
-   faces at a convex corner. */
-static PetscInt choose_vertices(const Scene *scene, const Model *m, const PetscReal *u, PetscInt n,
-                                VertexNear *list)
+/* Joins the entries of one vertex and face, which come from the two faces of the vertex. */
+static PetscInt join_entries(PetscInt n, VertexNear *list)
 {
   PetscInt kept = 0;
-  if (n) qsort(list, n, sizeof(VertexNear), by_vertex);
-  for (PetscInt first = 0, end; first < n; first = end) {
-    for (end = first; end < n && list[end].key[1] == list[first].key[1];) end++;
-    for (PetscInt i = first, next; i < end; i = next) {
-      PetscBool blocked = PETSC_FALSE;
-      for (next = i; next < end && list[next].key[0] == list[i].key[0]; next++)
-        blocked = (PetscBool)(blocked || list[next].blocked);
-      for (PetscInt j = first; j < end && !blocked; j++)
-        blocked = belongs_to_other(scene, m, u, list + i, list + j);
-      list[i].blocked = blocked;
-      for (PetscInt j = i + 1; j < next; j++) list[j].blocked = PETSC_TRUE; // once is enough
+  if (n) qsort(list, n, sizeof(VertexNear), vertex_order);
+  for (PetscInt i = 0; i < n; i++) {
+    VertexNear *last = kept ? list + kept - 1 : NULL;
+    if (last && last->key[0] == list[i].key[0] && last->key[1] == list[i].key[1]) {
+      last->blocked = (PetscBool)(last->blocked || list[i].blocked);
+      last->flat = (PetscBool)(last->flat || list[i].flat);
+    } else {
+      list[kept++] = list[i];
     }
+  }
+  return kept;
+}
+
+/* Keeps one entry per vertex and face, none that is blocked, one of the two faces at a convex corner. */
+static PetscInt choose_vertices(const Model *m, const PetscReal *u, PetscInt n, VertexNear *list)
+{
+  PetscInt kept = 0;
+  n = join_entries(n, list);
+  for (PetscInt first = 0, end; first < n; first = end) { // the entries of one vertex stand together
+    for (end = first; end < n && list[end].key[1] == list[first].key[1];) end++;
+    for (PetscInt i = first; i < end; i++)
+      for (PetscInt j = first; j < end; j++)
+        if (j != i && belongs_to_other(m, u, list + i, list + j)) list[i].blocked = PETSC_TRUE;
   }
   for (PetscInt i = 0; i < n; i++)
     if (!list[i].blocked) list[kept++] = list[i];
   return kept;
 }
 
-/* What a vertex contact takes over from before: influence length and elastic slip. Returns whether it was a
-   contact of this face already. */
-static PetscBool vertex_history(const Scene *scene, const Model *m, const Contacts *c, const OldContacts *old,
-                                const VertexNear *v, PetscReal *length, PetscReal *u_e)
+/* What a vertex contact takes over from before: influence length and elastic slip; 0 if there was
+   nothing. */
+static void vertex_history(const Scene *scene, const Model *m, const Contacts *c, const OldContacts *old,
+                           const VertexNear *v, PetscReal *length, PetscReal *u_e)
 {
   const Candidate wanted = {.model = STRESS_PT, .key = {v->key[0], v->key[1]}},
                   *o = OldContactFind(old, &wanted);
   if (o) {
     *length = o->pair.length;
     *u_e = elastic_slip(c, o->vertex, 0);
-    return PETSC_TRUE;
+    return;
   }
   for (PetscInt f = 0; f < m->faces.n;
        f++) { // a face contact of one of the vertex' faces that has degenerated
@@ -194,17 +195,16 @@ static PetscBool vertex_history(const Scene *scene, const Model *m, const Contac
       const PetscReal N = c->F_n[SUB(at, 0)] + c->F_n[SUB(at, 1)], sigma = c->sigma[SUB(at, k)];
       *length = sigma < 0. && N < 0. ? PetscMin(2. * N / sigma, o->pair.length) : 0.;
       *u_e = elastic_slip(c, at, k);
-      return PETSC_TRUE;
+      return;
     }
   }
   for (PetscInt i = 0; i < old->n; i++) { // it stood on the next face before
     if (old->list[i].key[1] != v->key[1]) continue;
     *length = old->list[i].pair.length;
     *u_e = elastic_slip(c, old->list[i].vertex, 0);
-    return PETSC_FALSE;
+    return;
   }
   *length = *u_e = 0.;
-  return PETSC_FALSE;
 }
 
 static void vertex_candidate(const Scene *scene, const Model *m, const PetscReal *u, const VertexNear *v,
@@ -213,15 +213,16 @@ static void vertex_candidate(const Scene *scene, const Model *m, const PetscReal
   PetscReal xf[4], xg[4];
   FaceCoordinates(m, u, v->face, xf);
   FaceCoordinates(m, u, v->on, xg);
-  // the point model puts half its length at each end; the far end is idle
-  const PetscReal least = 2. * scene->vertex_length * PetscMin(face_length(xf), face_length(xg));
+  // the point model puts half its length at each end; the far end is idle. A first touch has the influence
+  // length of an end of a whole face contact, so that two corners landing flat are one already
+  const PetscReal shorter = PetscMin(face_length(xf), face_length(xg));
+  const PetscReal own = length > 0. ? PetscMax(length, 2. * scene->vertex_length * shorter) : shorter;
   *c = (Candidate){.model = STRESS_PT,
                    .key = {v->key[0], v->key[1]},
                    .face = {v->face, v->on},
                    .vertex = v->vertex,
                    .joint = JointOfPair(scene, m, v->face, v->on)};
-  c->pair = (FacePair){
-      .klass = VERTEX_FACE, .t = {v->t, 0.}, .gap = {v->gap, 0.}, .length = PetscMax(length, least)};
+  c->pair = (FacePair){.klass = VERTEX_FACE, .t = {v->t, 0.}, .gap = {v->gap, 0.}, .length = own};
 }
 
 /* ---- history of the new contacts */
@@ -328,12 +329,10 @@ static PetscErrorCode find_vertices(const Scene *scene, const Model *m, const Pe
     n_vertices += vertices_of(scene, m, u, f, g, face_contact, v + n_vertices);
     n_vertices += vertices_of(scene, m, u, g, f, face_contact, v + n_vertices);
   }
-  n_vertices = choose_vertices(scene, m, u, n_vertices, v);
+  n_vertices = choose_vertices(m, u, n_vertices, v);
   PetscCall(PetscRealloc((n_faces + n_vertices) * sizeof(Candidate), list));
   for (PetscInt i = 0; i < n_vertices; i++) {
-    const PetscBool known = vertex_history(scene, m, before, old, v + i, &length, &u_e);
-    const PetscReal tolerance = scene->overlap_tolerance;
-    if (!known && v[i].gap < -tolerance) continue; // too deep for a first touch: the back of the block
+    vertex_history(scene, m, before, old, v + i, &length, &u_e);
     vertex_candidate(scene, m, u, v + i, length, *list + *n);
     (*list)[(*n)++].pair.gap[1] = u_e; // the idle end lends its place to the slip, see ContactsVerify
   }

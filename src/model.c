@@ -193,6 +193,10 @@ static PetscErrorCode local_faces(const Builder *b, const Scene *scene, Model *m
       f->v_owner[k] = b->owner[cone[k]], f->v_index[k] = b->index[cone[k] - b->v_start];
       PetscCall(PetscArraycpy(f->X + 2 * k, b->x + 2 * (cone[k] - b->v_start), 2));
     }
+    for (PetscInt k = 0; k < k_max; k++) { // how far the block reaches behind the face
+      const PetscReal *P = b->x + 2 * (v[k] - b->v_start), ex = f->X[2] - f->X[0], ey = f->X[3] - f->X[1];
+      f->thick = PetscMax(f->thick, ((P[1] - f->X[1]) * ex - (P[0] - f->X[0]) * ey) / PetscHypotReal(ex, ey));
+    }
   }
   PetscCall(sort_faces(m->n_faces_local, m->face_local, *face_point));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -460,7 +464,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(elements_destroy(&m->t3));
   PetscCall(elements_destroy(&m->rigid_q4));
   PetscCall(elements_destroy(&m->rigid_t3));
-  PetscCall(PetscFree6(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint));
+  PetscCall(PetscFree7(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint, f->thick));
   PetscCall(PetscFree(m->face_local));
   PetscCall(PetscFree(m->ghosts));
   PetscCall(PetscFree5(m->group_names, m->group_rigid, m->lambda, m->mu, m->density));

@@ -199,16 +199,16 @@ static PetscErrorCode fill_faces(Model *m, PetscInt n, const FaceRecord *face)
 {
   Faces *f = &m->faces;
   PetscFunctionBeginUser;
-  PetscCall(PetscFree6(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint));
+  PetscCall(PetscFree7(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint, f->thick));
   f->n = n;
-  PetscCall(
-      PetscMalloc6(2 * n, &f->vertex, n, &f->gid, n, &f->group, n, &f->body, n, &f->rigid, n, &f->joint));
+  PetscCall(PetscMalloc7(2 * n, &f->vertex, n, &f->gid, n, &f->group, n, &f->body, n, &f->rigid, n, &f->joint,
+                         n, &f->thick));
   for (PetscInt i = 0; i < n; i++) {
     const FaceRecord *r = face + i;
     for (int k = 0; k < 2; k++)
       f->vertex[2 * i + k] = LocalVertex(m, r->v_gid[k], (PetscMPIInt)r->v_owner[k], r->v_index[k]);
     f->gid[i] = r->gid, f->group[i] = r->group, f->body[i] = r->body, f->rigid[i] = r->rigid,
-    f->joint[i] = r->joint;
+    f->joint[i] = r->joint, f->thick[i] = r->thick;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

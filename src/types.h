@@ -214,6 +214,7 @@ typedef struct {
   PetscInt local;                          /* 1: of a block at an owned vertex, 0: came from another rank */
   PetscInt v_gid[2], v_file[2], v_owner[2],
       v_index[2];       /* its two vertices: owner rank, and local index there */
+  PetscReal thick;      /* [m] of its block behind the face */
   PetscReal X[4], x[4]; /* [m] reference and present coordinates */
 } FaceRecord;
 
@@ -253,6 +254,7 @@ typedef struct {
   PetscInt *body;   /* (n,) macroblock of the block */
   PetscInt *rigid;  /* (n,) rigid body the block belongs to, -1: none */
   PetscInt *joint;  /* (n,) row of Scene.joints whose face set holds it (the first such row), -1: none */
+  PetscReal *thick; /* [m] (n,) reach of its block behind the face, reference state */
 } Faces;
 
 typedef struct {
