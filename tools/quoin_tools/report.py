@@ -69,7 +69,8 @@ def notes(texts):
 
 def picture(data, kind, caption):
     code = base64.b64encode(data).decode("ascii")
-    return f'<figure><img alt="{esc(caption)}" src="data:image/{kind};base64,{code}"><figcaption>{esc(caption)}</figcaption></figure>'
+    text = esc(caption)
+    return f'<figure><img alt="{text}" src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>'
 
 
 def verdict_class(text):
@@ -82,7 +83,8 @@ def verdict_class(text):
 def heading(case):
     summary = case.results.summary
     rows = [("Model", summary["model"]), ("Scene", case.scene.path if not summary["scene"] else summary["scene"]),
-            ("Program", f"Quoin {summary['quoin']}, {summary['ranks']} rank{'s' * (summary['ranks'] != 1)}; sheet by quoin_tools {quoin_tools.__version__}"),
+            ("Program", f"Quoin {summary['quoin']}, {summary['ranks']} rank{'s' * (summary['ranks'] != 1)}; "
+                        f"sheet by quoin_tools {quoin_tools.__version__}"),
             ("Model size", f"{summary['n_blocks']} blocks in {summary['n_macroblocks']} bodies, {summary['n_contacts']} contacts, "
                            f"{summary['n_dofs']} degrees of freedom"),
             ("Slice", f"{summary['thickness']:g} m thick; forces are those of the slice"),
@@ -194,9 +196,11 @@ def uplift_part(case):
     rule = uplift.rule_named(o.uplift)
     facts = [("rule", f"{rule.name}: {rule.source} ({rule.status})"), ("in the crack", o.in_crack or rule.crack),
              ("pressure", "normal to the base" if o.direction == "normal" else "vertical part only"),
-             ("drain from the heel", "none" if o.drain is None else f"{o.drain:g} m"), ("efficiency", "-" if o.efficiency is None else o.efficiency),
+             ("drain from the heel", "none" if o.drain is None else f"{o.drain:g} m"),
+             ("efficiency", "-" if o.efficiency is None else o.efficiency),
              ("measured head at the drain", "-" if o.drain_head is None else f"{o.drain_head:g} m"),
-             ("tailwater", "as loads" if o.tailwater is None else f"{o.tailwater:g} m"), ("gallery", "-" if o.gallery is None else f"{o.gallery:g} m")]  # fmt: skip
+             ("tailwater", "as loads" if o.tailwater is None else f"{o.tailwater:g} m"),
+             ("gallery", "-" if o.gallery is None else f"{o.gallery:g} m")]  # fmt: skip
     return "<h3>Uplift in the gravity method</h3>" + table(("", ""), facts)
 
 
