@@ -128,6 +128,17 @@ static inline void ReturnShear(const Holds *holds, const PetscReal trial[2], con
   }
 }
 
+/* Moving points: a contact that slips in part keeps its slip; the diagram is cut where it exceeds the limit.
+   Slip linear between the ends cannot follow a part that slips beside one that holds, and returning the
+   slipping end would relieve the holding part as well (5 % of tau near the heel of a dam). Only when both
+   ends are at their limits, one way, does the whole line return. */
+static inline PetscBool SlidesWhole(const PetscReal trial[2], const PetscReal limit[2])
+{
+  for (int k = 0; k < 2; k++)
+    if (!(limit[k] <= 0 || fabs(trial[k]) > limit[k])) return PETSC_FALSE;
+  return (PetscBool)(trial[0] * trial[1] >= 0);
+}
+
 /* Books what was returned as plastic slip; untouched where nothing was, so that it cannot drift by rounding.
  */
 static inline void AdvanceSlip(const Joint *joint, const PetscReal trial[2], const PetscReal held[2],
@@ -383,7 +394,11 @@ static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal 
 
   /* return of shear */
   for (int k = 0; k < 2; k++) limit[k] = JointShearLimit(joint, EndStrength(p->broken, k), sigma[k]);
-  ReturnShear(&holds, tau, limit, held);
+  if (SlidesWhole(tau, limit)) {
+    ReturnShear(&holds, tau, limit, held);
+  } else {
+    held[0] = tau[0], held[1] = tau[1];
+  }
   EndStresses(joint, sigma, tau, p);
   AdvanceSlip(joint, tau, held, p);
 
