@@ -195,6 +195,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  PetscCall(SecantStart(m, state, relax));
   state->ramp = 0.;
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
@@ -207,6 +208,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     result->cycles++;
     if (!check) continue;
     PetscCall(Unbalanced(m, state, contact_scale, result));
+    PetscCall(Secant(m, state, relax));
     result->wall = MPI_Wtime() - start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
     PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
