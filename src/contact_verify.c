@@ -383,6 +383,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscInt n, n_near, *near, count[2] = {0, 0};
   PetscReal deepest = 0.;
   PetscFunctionBeginUser;
+  PetscCall(PartBegin(PART_VERIFICATION));
   PetscCall(list_old(c, &old));
   PetscCall(NeighboursUpdate(m, state));
   u = state->u + 3 * m->n_bodies;
@@ -416,6 +417,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(PetscFree(old.list));
   PetscCall(PetscFree(list));
   PetscCall(PetscFree(near));
+  PetscCall(PartEnd(PART_VERIFICATION));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

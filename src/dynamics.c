@@ -237,15 +237,18 @@ static PetscErrorCode step(const Scene *scene, Model *m, const Stage *stage, Con
   QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.}, sums;
   PetscReal *swap = s->f_old;
   PetscFunctionBeginUser;
+  PartSample(s->cycle);
   s->f_old = s->f;
   s->f = swap;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   EnergyOfContacts(m, contacts, energy);
+  PetscCall(PartBegin(PART_INTEGRATION));
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
   EnergyAfterStep(m, s, energy);
   move_supports(scene, m, motions, s);
   RigidMotion(m, s->u);
+  PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
   s->cycle++;
   PetscFunctionReturn(PETSC_SUCCESS);

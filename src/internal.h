@@ -255,11 +255,11 @@ void Integrate(const Model *model, State *state, const QuotientSums *last, Quoti
 
 /* ---- relax.c */
 typedef struct _p_Relaxation {
-  QuotientSums sums; /* of the last cycle, over all ranks */
+  QuotientSums sums;    /* of the last cycle, over all ranks */
   PetscReal *u_0, *f_0; /* (n_dof,) displacement and resisting force at the start of the stage */
   PetscReal q_secant;   /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
-  PetscReal q_ray;   /* [1/s2] last positive Rayleigh quotient (37) */
-  MPI_Op reduce;     /* sums first, then maxima */
+  PetscReal q_ray;      /* [1/s2] last positive Rayleigh quotient (37) */
+  MPI_Op reduce;        /* sums first, then maxima */
   MPI_Datatype reduce_type;
   /* evidence for the verdict, per chunk of cycles */
   PetscReal *u_chunk,
@@ -291,6 +291,23 @@ PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model,
                      Relaxation *r, StageResult *result);
 
 /* ---- step.c */
+/* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled: PartSample says
+ * which cycles. */
+typedef enum {
+  PART_EXCHANGE,
+  PART_CONTACTS,
+  PART_BLOCKS,
+  PART_RIGID,
+  PART_INTEGRATION,
+  PART_DAMPING,
+  PART_VERIFICATION,
+  PARTS
+} Part;
+PetscErrorCode PartBegin(Part part);
+PetscErrorCode PartEnd(Part part);
+void PartSample(PetscInt64 cycle);
+/* Prints the shares since the last report (those of rank 0) and forgets them. */
+PetscErrorCode PartReport(MPI_Comm comm, PetscInt64 cycles);
 /* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the present
  * displacements. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,

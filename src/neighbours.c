@@ -142,8 +142,9 @@ static PetscErrorCode keep_faces(const Model *m, PetscInt *n, FaceRecord *face)
 
 /* Vertices of the kept faces that neither this rank owns nor an element here uses, behind the ghosts of
  * elements. */
-static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face)
+static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
+  const PetscInt n_before = m->n_ghosts;
   const PetscInt ne = m->n_element_ghosts;
   PetscInt more = 0;
   GhostRecord *all;
@@ -163,6 +164,10 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
       all[ne + more++] = g;
     }
   m->n_ghosts = ne + GhostsUnique(more, all + ne);
+  *changed = (PetscBool)(m->n_ghosts != n_before || !m->ghost);
+  for (PetscInt g = ne; g < m->n_ghosts && !*changed; g++)
+    *changed = (PetscBool)(all[g].gid != m->ghosts[g].gid);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPIU_BOOL, MPI_LOR, m->comm));
   PetscCall(PetscFree(m->ghosts));
   m->ghosts = all;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -243,14 +248,15 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
 {
   FaceRecord *face;
   PetscInt n;
+  PetscBool changed;
   PetscFunctionBeginUser;
   move_faces(m, state, m->face_local);
   PetscCall(exchange_faces(m, &n, &face));
   PetscCall(keep_faces(m, &n, face));
-  PetscCall(contact_ghosts(m, n, face));
+  PetscCall(contact_ghosts(m, n, face, &changed));
   PetscCall(append_ghosts(m));
   PetscCall(fill_faces(m, n, face));
-  PetscCall(connect(m));
+  if (changed) PetscCall(connect(m)); // the exchange stands as long as no rank reads other vertices
   PetscCall(PetscFree(face));
   if (state) {
     PetscCall(StateResize(m, state));

@@ -96,6 +96,7 @@ PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult
   if (!m->rank && on_terminal()) printf("\r%100s\r", "");
   PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name,
                         VerdictNames[r->verdict], r->cycles, r->wall, r->evidence));
+  PetscCall(PartReport(m->comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,22 +1,64 @@
 /* step.c: one cycle. */
 #include "internal.h"
 
-static PetscLogEvent event_ghost, event_element, event_contact, event_rigid, event_integrate, event_damping;
-static PetscBool events_registered = PETSC_FALSE;
+/* ---- what each part costs: PETSc events for -log_view, and one cycle in SAMPLE_EVERY by the clock for the
+ * report of a stage */
 
-static PetscErrorCode register_events(void)
+enum { SAMPLE_EVERY = 64 };
+static const char *const PartNames[PARTS] = {"GhostExchange", "ContactForces", "ElementForces", "RigidBodies",
+                                             "Integrate",     "Damping",       "Verification"};
+static const char *const PartWords[PARTS] = {"exchange",    "contacts", "blocks",      "rigid bodies",
+                                             "integration", "damping",  "verification"};
+static PetscLogEvent part_event[PARTS];
+static double part_start, part_time[PARTS], sampled_cycles;
+static PetscBool part_registered = PETSC_FALSE, sampling = PETSC_FALSE;
+
+PetscErrorCode PartBegin(Part part)
 {
   PetscClassId id;
   PetscFunctionBeginUser;
-  if (events_registered) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscClassIdRegister("Quoin", &id));
-  PetscCall(PetscLogEventRegister("GhostExchange", id, &event_ghost));
-  PetscCall(PetscLogEventRegister("ElementForces", id, &event_element));
-  PetscCall(PetscLogEventRegister("ContactForces", id, &event_contact));
-  PetscCall(PetscLogEventRegister("RigidBodies", id, &event_rigid));
-  PetscCall(PetscLogEventRegister("Integrate", id, &event_integrate));
-  PetscCall(PetscLogEventRegister("Damping", id, &event_damping));
-  events_registered = PETSC_TRUE;
+  if (!part_registered) {
+    PetscCall(PetscClassIdRegister("Quoin", &id));
+    for (int p = 0; p < PARTS; p++) PetscCall(PetscLogEventRegister(PartNames[p], id, &part_event[p]));
+    part_registered = PETSC_TRUE;
+  }
+  PetscCall(PetscLogEventBegin(part_event[part], 0, 0, 0, 0));
+  if (sampling || part == PART_VERIFICATION) part_start = MPI_Wtime();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PartEnd(Part part)
+{
+  PetscFunctionBeginUser;
+  if (sampling || part == PART_VERIFICATION) part_time[part] += MPI_Wtime() - part_start;
+  PetscCall(PetscLogEventEnd(part_event[part], 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void PartSample(PetscInt64 cycle)
+{
+  sampling = (PetscBool)(cycle % SAMPLE_EVERY == 0);
+  sampled_cycles += sampling;
+}
+
+PetscErrorCode PartReport(MPI_Comm comm, PetscInt64 cycles)
+{
+  double sum = 0.;
+  PetscFunctionBeginUser;
+  // the verification is timed whole, the parts of a cycle in samples
+  for (int p = 0; p < PARTS; p++) {
+    if (p != PART_VERIFICATION) part_time[p] *= sampled_cycles > 0. ? (double)cycles / sampled_cycles : 0.;
+    sum += part_time[p];
+  }
+  if (sum > 0. && cycles) {
+    PetscCall(PetscPrintf(comm, "  %.3g us a cycle:", 1e6 * sum / (double)cycles));
+    for (int p = 0; p < PARTS; p++)
+      if (part_time[p] > 0.005 * sum)
+        PetscCall(PetscPrintf(comm, " %s %.0f %%", PartWords[p], 100. * part_time[p] / sum));
+    PetscCall(PetscPrintf(comm, "\n"));
+  }
+  for (int p = 0; p < PARTS; p++) part_time[p] = 0.;
+  sampled_cycles = 0.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,21 +81,21 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
   const PetscInt at = 3 * m->n_bodies, n = at + 2 * (m->n_vertices + DUMMY_VERTICES);
   PetscFunctionBeginUser;
   // what the other ranks' vertices did
-  PetscCall(PetscLogEventBegin(event_ghost, 0, 0, 0, 0));
+  PetscCall(PartBegin(PART_EXCHANGE));
   PetscCall(GhostBegin(m, state->u + at));
   PetscCall(GhostEnd(m, state->u + at));
-  PetscCall(PetscLogEventEnd(event_ghost, 0, 0, 0, 0));
+  PetscCall(PartEnd(PART_EXCHANGE));
   PetscCall(PetscArrayzero(state->f, n));
-  PetscCall(PetscLogEventBegin(event_contact, 0, 0, 0, 0));
+  PetscCall(PartBegin(PART_CONTACTS));
   PetscCall(ContactForces(m, joints, contacts, state->u + at, state->f + at)); // (1)-(6)
-  PetscCall(PetscLogEventEnd(event_contact, 0, 0, 0, 0));
+  PetscCall(PartEnd(PART_CONTACTS));
   if (contact_scale) scale_of_contacts(m, state->f, contact_scale);
-  PetscCall(PetscLogEventBegin(event_element, 0, 0, 0, 0));
+  PetscCall(PartBegin(PART_BLOCKS));
   PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
-  PetscCall(PetscLogEventEnd(event_element, 0, 0, 0, 0));
-  PetscCall(PetscLogEventBegin(event_rigid, 0, 0, 0, 0));
+  PetscCall(PartEnd(PART_BLOCKS));
+  PetscCall(PartBegin(PART_RIGID));
   RigidForces(m, state->u, state->f); // (15)
-  PetscCall(PetscLogEventEnd(event_rigid, 0, 0, 0, 0));
+  PetscCall(PartEnd(PART_RIGID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,17 +105,17 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   PetscReal *swap = state->f_old;
   QuotientSums local;
   PetscFunctionBeginUser;
-  PetscCall(register_events());
+  PartSample(state->cycle);
   state->f_old = state->f;
   state->f = swap;
   PetscCall(Forces(m, joints, contacts, state, contact_scale));
-  PetscCall(PetscLogEventBegin(event_integrate, 0, 0, 0, 0));
+  PetscCall(PartBegin(PART_INTEGRATION));
   Integrate(m, state, &relax->sums, &local); // (11)-(20)
   RigidMotion(m, state->u);                  // (21)-(22)
-  PetscCall(PetscLogEventEnd(event_integrate, 0, 0, 0, 0));
-  PetscCall(PetscLogEventBegin(event_damping, 0, 0, 0, 0));
+  PetscCall(PartEnd(PART_INTEGRATION));
+  PetscCall(PartBegin(PART_DAMPING));
   PetscCall(Damping(scene, m, state, relax, &local)); // (35)-(38), for the next cycle
-  PetscCall(PetscLogEventEnd(event_damping, 0, 0, 0, 0));
+  PetscCall(PartEnd(PART_DAMPING));
   state->cycle++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
