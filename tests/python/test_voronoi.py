@@ -1,0 +1,180 @@
+"""Voronoi dams: areas, matching faces, shapes, names and reproducibility for several seeds and sections."""
+
+import os
+import sys
+
+import numpy as np
+import pytest
+
+HERE = os.path.dirname(__file__)
+sys.path.insert(0, os.path.join(HERE, "..", "..", "tools"))
+
+from quoin_tools import polygons, voronoi
+from quoin_tools.blockmesh import MeshError, all_faces, areas, check, face_ends, outer_faces, quality, read
+from quoin_tools.dam import G1
+from quoin_tools.voronoi import Options, voronoi_mesh
+
+TRIANGLE = [(0, 0), (80, 0), (0, 100)]
+WALL = [(0, 0), (12, 0), (12, 9), (0, 9)]
+FLARED = [(-3, 1), (30, 0), (31, 6), (12, 20), (10, 32), (4, 32), (5, 15)]  # corners in and out on both faces
+CASES = [(None, Options(seed=seed)) for seed in (1, 2, 3, 7, 123)] + [
+    (None, Options(facing=(0.0, 0.0), lloyd=0)), (None, Options(side=1.0, course=0.6, seed=4)),
+    (None, Options(facing=(0.0, 1.2), lloyd=4)), (TRIANGLE, Options(side=6.0, facing=(2.0, 2.0), course=4.0)),
+    (WALL, Options(side=1.0, facing=(0.5, 0.8), course=0.5)), (FLARED, Options(seed=5)), (FLARED, Options(seed=6, lloyd=0)),
+    ([(0, 0), (20, 0), (5, 25), (5, 30), (0, 30)], Options(side=1.5, facing=(0.0, 1.0)))]
+
+
+@pytest.fixture(scope="module", params=range(len(CASES)))
+def model(request):
+    section, options = CASES[request.param]
+    section = np.array(G1.corners() if section is None else section, dtype=float)
+    tess, facing = voronoi.tessellate(voronoi.checked_section(section, options), options)
+    return section, options, tess, facing, voronoi_mesh(section, options)
+
+
+def lengths(mesh, faces):
+    return np.hypot(*np.diff(mesh.vertices[face_ends(mesh, faces)], axis=1)[:, 0].T)
+
+
+def test_areas(model):
+    """Of the polygons, of the blocks, and polygon by polygon of their blocks."""
+    section, _, tess, _, mesh = model
+    whole = polygons.area(section)
+    of_polygons = np.array([polygons.area(xy) for xy in tess.polygons()])
+    assert of_polygons.sum() == pytest.approx(whole, rel=1e-12)
+    assert areas(mesh).sum() == pytest.approx(whole, rel=1e-12)
+    assert np.bincount(check(mesh), areas(mesh)) == pytest.approx(of_polygons, rel=1e-12)
+
+
+def test_one_macroblock_per_polygon(model):
+    _, _, tess, facing, mesh = model
+    component = check(mesh)
+    assert component.max() + 1 == len(tess.rings)
+    group = [set(mesh.block_group[component == i]) for i in range(len(tess.rings))]
+    assert group == [{int(face)} for face in facing]
+    quads = np.bincount(component)[facing]
+    assert (quads == 1).all() and (mesh.blocks[mesh.block_group == 1, 3] >= 0).all()
+
+
+def test_every_inner_edge_is_matched_twice(model):
+    """As two faces in opposite directions on the same two places, of two macroblocks, both in the set."""
+    _, _, tess, _, mesh = model
+    ends = mesh.vertices[face_ends(mesh, mesh.face_sets["joint"])].round(9).reshape(-1, 4) + 0.0
+    there, back = ({tuple(row) for row in rows.tolist()} for rows in (ends, ends[:, [2, 3, 0, 1]]))
+    edges = polygons.inner_edges(tess.rings)
+    assert len(ends) == len(there) == 2 * len(edges) and there == back
+    component = check(mesh)[mesh.face_sets["joint"][:, 0]]
+    owner = {tuple(row): part for row, part in zip(ends.tolist(), component)}
+    assert all(owner[row] != owner[row[2:] + row[:2]] for row in owner)
+
+
+def test_sets_are_the_whole_boundary_once(model):
+    section, _, _, _, mesh = model
+    listed = sorted(tuple(row) for rows in mesh.face_sets.values() for row in rows)
+    assert listed == sorted(map(tuple, outer_faces(mesh)))
+    around = np.hypot(*(np.roll(section, -1, axis=0) - section).T)
+    found = dict.fromkeys(voronoi.FACES, 0.0)
+    for name, length in zip(voronoi.face_names(section), around):
+        found[name] += length
+    for name, length in found.items():
+        rows = mesh.face_sets.get(name, np.empty((0, 2), int))
+        assert lengths(mesh, rows).sum() == pytest.approx(length, rel=1e-12), name
+
+
+def test_shapes(model):
+    """No short sides, no sharp corners, no slivers; the mean side is the one asked for."""
+    _, options, tess, facing, mesh = model
+    inside = [xy for xy, face in zip(tess.polygons(), facing) if not face]
+    shortest = min(np.hypot(*(np.roll(xy, -1, axis=0) - xy).T).min() for xy in inside)
+    assert shortest > min(options.least(), 0.7 * options.course) - 1e-9
+    corner = min(polygons.corner_angles(xy).min() for xy in inside)
+    assert corner > 30.0  # the toe of the triangle has 39 degrees after its facing
+    angle, aspect = quality(mesh)
+    assert angle > 12.0 and aspect < 12.0
+    _, ends = all_faces(mesh)
+    assert np.hypot(*(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]]).T).min() > 0.1 * options.side
+    inner = polygons.Tessellation(None, inside, None)
+    inner.polygons = lambda: inside
+    assert voronoi.mean_side(inner) == pytest.approx(options.side, rel=0.1)
+
+
+def test_points(model):
+    section, _, _, _, mesh = model
+    at = {name: mesh.vertices[vertex].tolist() for name, vertex in mesh.points.items()}
+    assert (at["heel"], at["toe"]) == (section[0].tolist(), section[1].tolist())
+    top = section[section[:, 1] == section[:, 1].max()]
+    assert at["crest_upstream"] == top[np.argmin(top[:, 0])].tolist()
+    assert at["crest_downstream"] == top[np.argmax(top[:, 0])].tolist()
+
+
+def test_same_seed_same_bytes(tmp_path):
+    files = [tmp_path / name for name in ("a.h5", "b.h5", "c.h5")]
+    for file, seed in zip(files, ("3", "3", "4")):
+        assert voronoi.main(["-o", str(file), "--seed", seed, "--side", "3"]) == 0
+    a, b, c = (file.read_bytes() for file in files)
+    assert a == b and a != c
+    assert check(read(str(files[0]))).max() > 20
+
+
+def test_continuum_and_refinement():
+    """The same blocks in one macroblock; refined, each block has one quadrilateral per corner."""
+    jointed, welded = voronoi_mesh(), voronoi_mesh(options=Options(joints=False))
+    assert check(welded).max() == 0 and "joint" not in welded.face_sets
+    assert np.array_equal(areas(jointed), areas(welded))
+    fine = voronoi_mesh(options=Options(refine=1))
+    corners = np.where(jointed.blocks[:, 3] < 0, 3, 4)
+    assert len(fine.blocks) == corners.sum() and (fine.blocks[:, 3] >= 0).all()
+    assert check(fine).max() == check(jointed).max()
+    assert len(fine.face_sets["joint"]) == 2 * len(jointed.face_sets["joint"])
+    assert areas(fine).sum() == pytest.approx(areas(jointed).sum(), rel=1e-12)
+
+
+def test_rock_matches_the_base():
+    mesh = voronoi_mesh(options=Options(rock=2.0))
+    check(mesh)
+    ends = mesh.vertices[face_ends(mesh, mesh.face_sets["base"])].round(6).reshape(-1, 4)
+    assert {tuple(row) for row in ends.tolist()} == {tuple(row) for row in ends[:, [2, 3, 0, 1]].tolist()}
+    rock = mesh.block_group == mesh.group_names.index("rock")
+    assert areas(mesh)[rock].sum() == pytest.approx(154.8 * 66 + 2.28 * (66 + 22.8 / 2), rel=1e-9)
+    assert areas(mesh)[~rock].sum() == pytest.approx(polygons.area(G1.corners()), rel=1e-12)
+    listed = [tuple(row) for rows in mesh.face_sets.values() for row in rows]
+    assert sorted(listed) == sorted(map(tuple, outer_faces(mesh)))
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--section", "0,0", "0,30", "20,0"], "counter-clockwise"), (["--section", "0,0", "5,0"], "three corners"),
+    (["--section", "0,0", "9,0", "0,9", "9,9"], "cross"), (["--side", "-1"], "positive"),
+    (["--side", "nan"], "positive"), (["--facing", "3", "3"], "too thick"), (["--shortest", "1.5"], "half"),
+    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative")])
+def test_refused(arguments, message, tmp_path, capsys):
+    assert voronoi.main(["-o", str(tmp_path / "model.h5"), *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "model.h5").exists()
+
+
+# ---- polygons --------------------------------------------------------------------------------------------
+
+def test_cut():
+    """Convex pieces that fill the polygon, of a square, a hexagon, a polygon with straight corners, an L."""
+    hexagon = [(np.cos(a), np.sin(a)) for a in np.arange(6) * np.pi / 3]
+    straight = [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+    ell = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    for xy, most in (([(0, 0), (1, 0), (1, 1), (0, 1)], 1), (hexagon, 2), (straight, 4), (ell, 4)):
+        pieces, centre = polygons.cut(np.array(xy, dtype=float))
+        nodes = np.array(xy if centre is None else [*xy, centre], dtype=float)
+        assert len(pieces) <= most
+        assert sum(polygons.area(nodes[list(piece)]) for piece in pieces) == pytest.approx(polygons.area(xy))
+        assert min(polygons.corner_quality(nodes, piece) for piece in pieces) > 20
+
+
+def test_tidy_merges_and_absorbs():
+    """A short edge goes, a sliver goes to its neighbour, and the outline stays."""
+    left = np.array([(0, 0), (1, 0), (1, 0.99), (0.98, 1), (1, 2), (0, 2)])
+    sliver = np.array([(1, 0), (1.02, 0), (1.02, 0.9), (1, 0.99)])
+    right = np.array([(1.02, 0), (2, 0), (2, 2), (1, 2), (0.98, 1), (1, 0.99), (1.02, 0.9)])
+    tess = polygons.tessellation([left, sliver, right], [(0, 0), (2, 0), (2, 2), (0, 2)])
+    polygons.tidy(tess, 0.3, 0.01)
+    assert len(tess.rings) == 2
+    assert sum(polygons.area(xy) for xy in tess.polygons()) == pytest.approx(4.0, rel=1e-14)
+    edges = polygons.directed_edges(tess.rings)
+    assert min(np.hypot(*(tess.nodes[a] - tess.nodes[b])) for a, b in edges) >= 0.3
