@@ -290,6 +290,10 @@ PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscRea
 PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state,
                      Relaxation *r, StageResult *result);
 
+/* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
+   before it finds an equilibrium of contacts that are no more. */
+PetscErrorCode JudgeContacts(const Model *model, const Contacts *contacts, StageResult *result);
+
 /* ---- step.c */
 /* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled: PartSample says
  * which cycles. */

@@ -13,6 +13,8 @@
 #include "reproducible.h"
 
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
+static const PetscReal OUTGROWN =
+    0.5; /* of a face: parted or slid so far, a contact that was kept means nothing */
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 3 };
 
 /* Sums add, maxima take the larger: one reduction a cycle. */
@@ -299,5 +301,45 @@ PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, con
                             result->cycles, (double)result->ratio, (double)stage->tolerance,
                             (double)result->increment, (double)stage->velocity_tolerance));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Length of the shorter of the two faces of contact i: it is the whole contact, unless the faces are
+ * staggered. */
+static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
+{
+  PetscReal shorter = PETSC_INFINITY;
+  if (c->klass[i] != FF2_I && c->klass[i] != FF2_F) return c->length[i];
+  for (int k = 0; k < 2; k++) {
+    const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * k) * BATCH + i % BATCH;
+    const PetscReal *A = m->X + 2 * v[BATCH], *B = m->X + 2 * v[2 * BATCH];
+    shorter = PetscMin(shorter, PetscHypotReal(B[0] - A[0], B[1] - A[1]));
+  }
+  return shorter;
+}
+
+PetscErrorCode JudgeContacts(const Model *m, const Contacts *c, StageResult *result)
+{
+  struct {
+    double moved;
+    int rank;
+  } worst = {0., m->rank};
+  PetscReal place[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++) {
+      const PetscReal moved = PetscMax(PetscAbsReal(c->u_s[SUB(i, k)]), c->u_n[SUB(i, k)]) /
+                              shorter_face(m, c, i);
+      if (moved <= worst.moved) continue;
+      const PetscReal *P = m->X + 2 * c->vertex[((i / BATCH) * 6 + 3 * k) * BATCH + i % BATCH];
+      worst.moved = moved, place[0] = P[0], place[1] = P[1];
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  if (!(worst.moved > OUTGROWN)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "at x = %.4g m, y = %.4g m two faces have parted by %.3g of their length",
+                          (double)place[0], (double)place[1], worst.moved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -212,6 +212,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(Secant(m, state, relax));
     result->wall = MPI_Wtime() - start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
+    if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));
     PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
     PetscCall(Interrupted(m, result));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
