@@ -314,7 +314,10 @@ PetscErrorCode StateResize(const Model *m, State *s)
   PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
   for (int i = 0; i < 6; i++) PetscCall(grow(sizeof(PetscReal), old, new, array[i]));
   s->capacity = new;
-  PetscCall(VecDestroy(&s->u_vec));
-  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
+  // this rank's arrays may grow when another's do not: nothing collective here
+  if (s->u_vec) {
+    PetscCall(VecResetArray(s->u_vec));
+    PetscCall(VecPlaceArray(s->u_vec, s->u));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

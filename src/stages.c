@@ -28,6 +28,7 @@ PetscErrorCode StateCreate(const Model *m, State *s)
   PetscCall(PetscMemzero(s, sizeof(*s)));
   PetscCall(StateResize(m, s));
   PetscCall(PetscCalloc4(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv, m->n_dof, &s->u_verified));
+  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   s->dt = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
