@@ -78,6 +78,26 @@ static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode motions_read(const Scene *scene, MPI_Comm comm, Motion **motions)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(scene->n_supports, motions));
+  for (PetscInt i = 0; i < scene->n_supports; i++)
+    if (scene->supports[i].motion[0]) PetscCall(motion_read(scene, scene->supports + i, comm, *motions + i));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode motions_destroy(const Scene *scene, Motion **motions)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    PetscCall(PetscFree((*motions)[i].t));
+    PetscCall(PetscFree((*motions)[i].v));
+  }
+  PetscCall(PetscFree(*motions));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Velocity at time t: linear between rows, at rest before the first and after the last. */
 static PetscReal motion_at(const Motion *motion, PetscReal t, int k)
 {
@@ -176,15 +196,14 @@ static void half_step(const Model *m, State *s, PetscReal sign)
     s->v[d] += sign * 0.5 * s->dt * (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * s->v[d]);
 }
 
-static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
-                            StageResult *result)
+static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                            Contacts *contacts, State *s, StageResult *result)
 {
   PetscReal limit;
   PetscFunctionBeginUser;
-  if (s->time == 0.) {
+  if (!number || scene->stages[number - 1].kind != STAGE_DYNAMIC)
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
-    PetscCall(start_velocities(scene, m, s));
-  }
+  if (s->time == 0.) PetscCall(start_velocities(scene, m, s));
   PetscCall(DynamicTimeStep(scene, m, stage, s, &limit));
   s->dt = stage->dt_factor * limit;
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
@@ -231,10 +250,10 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode step(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
-                           const Motion *motions, EnergyAccount *energy)
+/* Forces at the present time, and what contacts have done to get there. */
+static PetscErrorCode evaluate(Model *m, const Stage *stage, Contacts *contacts, State *s,
+                               EnergyAccount *energy)
 {
-  QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.}, sums;
   PetscReal *swap = s->f_old;
   PetscFunctionBeginUser;
   PartSample(s->cycle);
@@ -242,6 +261,16 @@ static PetscErrorCode step(const Scene *scene, Model *m, const Stage *stage, Con
   s->f = swap;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   EnergyOfContacts(m, contacts, energy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On to the next time, by the forces just evaluated. */
+static PetscErrorCode advance(const Scene *scene, const Model *m, State *s, const Motion *motions,
+                              EnergyAccount *energy)
+{
+  const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
+  QuotientSums sums;
+  PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_INTEGRATION));
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
@@ -296,61 +325,70 @@ static PetscErrorCode warn_models(const Model *m, const Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The steps of a stage; frames are written where forces and displacements are of one time. */
+static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                          Contacts *contacts, State *s, const Motion *motions, EnergyAccount *energy,
+                          Output *output, StageResult *result)
+{
+  const PetscInt64 steps = (PetscInt64)rint(stage->duration / s->dt);
+  const double wall = MPI_Wtime();
+  PetscInt frame = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscPrintf(m->comm,
+                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
+                        stage->name, steps, (double)s->dt, (double)stage->dt_factor));
+  for (PetscInt64 i = 0; i < steps && result->verdict == VERDICT_NONE; i++) {
+    if (stage->variable && i % VERIFY_EVERY == 0)
+      PetscCall(verify(scene, m, stage, contacts, s, energy, result));
+    PetscCall(evaluate(m, stage, contacts, s, energy));
+    if (frame < stage->frames && i * (stage->frames + 1) >= steps * (frame + 1))
+      PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++frame, result));
+    PetscCall(advance(scene, m, s, motions, energy));
+    result->cycles++;
+    if (i && (i + 1) % scene->history_every && i + 1 < steps) continue;
+    PetscCall(look(m, stage, s, contacts, energy, (PetscBool)(i == 0), result));
+    PetscCall(Interrupted(m, result));
+    result->wall = MPI_Wtime() - wall;
+    PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode completed(const Stage *stage, const EnergyAccount *energy, StageResult *r)
+{
+  const PetscReal moved = PetscAbsReal(r->energy.outside) + PetscAbsReal(r->energy.supports) +
+                          energy->kinetic_0;
+  PetscFunctionBeginUser;
+  r->verdict = VERDICT_COMPLETED;
+  PetscCall(PetscSNPrintf(r->evidence, sizeof(r->evidence),
+                          "%g s in %" PetscInt64_FMT
+                          " steps; energy balance %.2g J of %.3g J moved; contacts verified %" PetscInt64_FMT
+                          " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT " lost",
+                          (double)stage->duration, r->cycles, (double)r->energy.balance, (double)moved,
+                          r->verifications, r->contacts_made, r->contacts_lost));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
                                Contacts *contacts, State *s, struct _p_Output *output, StageResult *result)
 {
   EnergyAccount energy;
   Motion *motions;
   const double wall = MPI_Wtime();
-  PetscInt64 steps, last_frame = 0;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
-  PetscCall(PetscCalloc1(scene->n_supports, &motions));
-  for (PetscInt i = 0; i < scene->n_supports; i++)
-    if (scene->supports[i].motion[0])
-      PetscCall(motion_read(scene, scene->supports + i, m->comm, motions + i));
-  PetscCall(start(scene, m, stage, contacts, s, result));
+  PetscCall(motions_read(scene, m->comm, &motions));
+  PetscCall(start(scene, m, stage, number, contacts, s, result));
   PetscCall(warn_models(m, contacts));
   PetscCall(EnergyCreate(m, &energy));
   PetscCall(EnergyContactsChanged(scene, contacts, &energy));
-  steps = (PetscInt64)rint(stage->duration / s->dt);
-  PetscCall(PetscPrintf(m->comm,
-                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
-                        stage->name, steps, (double)s->dt, (double)stage->dt_factor));
-  for (PetscInt64 i = 0; i < steps && result->verdict == VERDICT_NONE; i++) {
-    if (stage->variable && i % VERIFY_EVERY == 0)
-      PetscCall(verify(scene, m, stage, contacts, s, &energy, result));
-    PetscCall(step(scene, m, stage, contacts, s, motions, &energy));
-    result->cycles++;
-    const PetscBool frame = (PetscBool)(stage->frames && (i + 1) * stage->frames / steps > last_frame);
-    if (i && (i + 1) % scene->history_every && i + 1 < steps && !frame) continue;
-    PetscCall(look(m, stage, s, contacts, &energy, (PetscBool)(i == 0), result));
-    PetscCall(Interrupted(m, result));
-    result->wall = MPI_Wtime() - wall;
-    PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
-    if (frame) last_frame++;
-  }
+  PetscCall(run(scene, m, stage, number, contacts, s, motions, &energy, output, result));
   contacts->rate = 0.;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - wall;
-  if (result->verdict == VERDICT_NONE) {
-    result->verdict = VERDICT_COMPLETED;
-    PetscCall(
-        PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                      "%g s in %" PetscInt64_FMT
-                      " steps; energy balance %.2g J of %.3g J moved; contacts verified %" PetscInt64_FMT
-                      " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT " lost",
-                      (double)stage->duration, result->cycles, (double)result->energy.balance,
-                      (double)(PetscAbsReal(result->energy.outside) + PetscAbsReal(result->energy.supports) +
-                               energy.kinetic_0),
-                      result->verifications, result->contacts_made, result->contacts_lost));
-  }
-  for (PetscInt i = 0; i < scene->n_supports; i++) {
-    PetscCall(PetscFree(motions[i].t));
-    PetscCall(PetscFree(motions[i].v));
-  }
-  PetscCall(PetscFree(motions));
+  if (result->verdict == VERDICT_NONE) PetscCall(completed(stage, &energy, result));
+  PetscCall(motions_destroy(scene, &motions));
   PetscCall(EnergyDestroy(&energy));
   PetscCall(StageReport(m, stage, result));
   if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));

@@ -272,6 +272,15 @@ static void contact_end_place(const Model *model, const PetscReal *u, const Cont
   end->normal[1] = -along[0] / length;
 }
 
+/* A vertex on a face: all its force is at end 0, with half the length that the point model gives two ends. */
+static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
+{
+  row->face[1] = -2 - model->vertex_file[c->vertex[i / BATCH * 6 * BATCH + i % BATCH]];
+  row->length *= 0.5;
+  row->end[1] = row->end[0];
+  row->end[1].force[0] = row->end[1].force[1] = 0;
+}
+
 static void contact_row(const Model *model, const State *state, const Contacts *c, PetscInt i,
                         StressModelKind kind, const Joint *joints, ContactRow *row)
 {
@@ -292,6 +301,7 @@ static void contact_row(const Model *model, const State *state, const Contacts *
     end->state = c->state[j];
   }
   contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, row);
+  if (row->klass == VERTEX_FACE) one_end(model, c, i, row);
 }
 
 static int compare_contacts(const void *a, const void *b)
@@ -321,7 +331,7 @@ static PetscErrorCode gather_contacts(const Model *model, const State *state, co
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     for (int k = 0; k < 2; k++) {
       const PetscInt face = s->contact[i].face[k];
-      s->contact[i].face[k] = 4 * mesh->file[face / 4] + face % 4;
+      if (face >= 0) s->contact[i].face[k] = 4 * mesh->file[face / 4] + face % 4;
     }
   }
   if (s->n_contacts) qsort(s->contact, s->n_contacts, sizeof(ContactRow), compare_contacts);
@@ -338,6 +348,7 @@ PetscErrorCode GatherStage(const Model *model, const State *state, const Contact
   PetscCall(gather_bodies(model, state, s));
   PetscCall(gather_blocks(model, state, s));
   PetscCall(gather_contacts(model, state, contacts, stage, mesh, s));
+  s->time = state->time;
   PetscCallMPI(MPI_Reduce(counts, &s->n_dof, 1, MPIU_INT, MPI_SUM, 0, model->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -434,13 +434,14 @@ typedef struct {
 } ContactEnd;
 
 typedef struct {
-  PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key */
+  PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt klass, joint;
-  PetscReal length; /* [m] */
-  ContactEnd end[2];
+  PetscReal length;  /* [m] */
+  ContactEnd end[2]; /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;
 
 typedef struct {
+  PetscReal time;                       /* [s] of dynamic stages */
   PetscInt n_contacts, n_bodies, n_dof; /* of the whole model */
   PetscReal *vertex;                    /* (n_vertices, VERTEX_WIDTH) */
   PetscReal *body;                      /* (n_bodies, BODY_WIDTH) rigid bodies by number */
@@ -462,12 +463,14 @@ typedef struct {
   const Scene *scene;
   const Model *model; /* names only */
   const MeshFields *mesh;
-  char *xdmf; /* grids of the stages written so far */
+  char *xdmf;         /* grids of the stages written so far */
+  PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
-/* Adds a stage; the finished file replaces results.h5, then results.xdmf follows. */
-PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
+/* Adds the end of a stage (frame 0): the finished file replaces results.h5, then results.xdmf follows. Or
+   adds a frame on the way: it stays in results.h5.part until the stage ends. */
+PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 /* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not
@@ -536,6 +539,10 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output
 /* A row of history.csv. ramp: part of the stage's load change that acts, 0 to 1. */
 PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
                              PetscInt stage, PetscReal ramp, const StageResult *result);
+/* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
+PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *model, const State *state,
+                           const Contacts *contacts, PetscInt stage, PetscInt frame,
+                           const StageResult *result);
 /* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
  * name. */
 PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,

@@ -57,9 +57,29 @@ static PetscErrorCode update_probes(const Model *model, const State *state, Outp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void history_header(FILE *f, const Model *model)
+/* Whether a stage runs in time: then history.csv has columns of time and energies. */
+static PetscBool in_time(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].kind == STAGE_DYNAMIC) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Energies of a static stage are not accounted for: nan. */
+static void history_energies(FILE *f, const Stage *stage, const State *state, const Energies *e)
+{
+  const PetscReal value[] = {e->strain,   e->joints,  e->outside,   e->supports,
+                             e->friction, e->damping, e->detection, e->balance};
+  fprintf(f, ",%.10g", state->time);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(value); i++)
+    fprintf(f, ",%.10g", stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
+}
+
+static void history_header(FILE *f, const Scene *scene, const Model *model)
 {
   fprintf(f, "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m");
+  if (in_time(scene))
+    fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,detection_J,balance_J");
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, ",%s_ux_m,%s_uy_m", model->point_names[p], model->point_names[p]);
   }
@@ -81,7 +101,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output
     if (!make_folder(output->folder, message))
       output->history = PartOpen(output->folder, "history.csv", message);
     if (output->history) {
-      history_header(output->history, model);
+      history_header(output->history, scene, model);
       PetscCall(ResultsFileCreate(&output->results, message));
     }
   }
@@ -100,11 +120,26 @@ PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *mo
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)state->cycle,
           scene->stages[stage].name, ramp, result->ratio, result->kinetic, state->alpha, state->dt,
           state->alpha * state->dt, u_max);
+  if (in_time(scene)) history_energies(f, scene->stages + stage, state, &result->energy);
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, ",%.10g,%.10g", output->probes[4 * p + 2], output->probes[4 * p + 3]);
   }
   fprintf(f, "\n");
   fflush(f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *model, const State *state,
+                           const Contacts *contacts, PetscInt stage, PetscInt frame,
+                           const StageResult *result)
+{
+  char message[MESSAGE_LENGTH] = "";
+  StageFields fields;
+  PetscFunctionBeginUser;
+  PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
+  if (!model->rank) PetscCall(ResultsFileStage(&output->results, stage, frame, result, &fields, message));
+  PetscCall(GatherStageDestroy(&fields));
+  PetscCall(CheckMessage(model->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,7 +156,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
   if (!model->rank) {
     const PetscInt first = !output->n_stages;
-    PetscCall(ResultsFileStage(&output->results, stage, result, &fields, message));
+    PetscCall(ResultsFileStage(&output->results, stage, 0, result, &fields, message));
     PetscCall(SummaryStage(scene, model, state, &output->mesh, &fields, stage, result, output->probes,
                            checksum, &output->trials, &output->stages[output->n_stages++]));
     PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,

@@ -143,11 +143,14 @@ static int write_mesh(hid_t file, const ResultsFile *results)
 
 /* ---- a stage */
 
-static int write_stage_attributes(hid_t group, PetscInt stage, const StageResult *result)
+static int write_stage_attributes(hid_t group, PetscInt stage, PetscInt frame, PetscReal time,
+                                  const StageResult *result)
 {
-  return write_count(group, "index", stage) || write_text(group, "verdict", VerdictNames[result->verdict]) ||
-         write_text(group, "evidence", result->evidence) || write_count(group, "cycles", result->cycles) ||
-         write_number(group, "ratio", result->ratio);
+  return write_count(group, "index", stage) || write_count(group, "frame", frame) ||
+         write_number(group, "time", time) ||
+         write_text(group, "verdict", frame ? "running" : VerdictNames[result->verdict]) ||
+         write_text(group, "evidence", frame ? "" : result->evidence) ||
+         write_count(group, "cycles", result->cycles) || write_number(group, "ratio", result->ratio);
 }
 
 static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFields *fields)
@@ -206,8 +209,9 @@ static int write_faces_lengths(hid_t group, const StageFields *fields)
   int error = !face || !length;
   for (hsize_t i = 0; !error && i < n; i++) {
     for (int k = 0; k < 2; k++) {
-      face[4 * i + 2 * k] = fields->contact[i].face[k] / 4;
-      face[4 * i + 2 * k + 1] = fields->contact[i].face[k] % 4;
+      const PetscInt number = fields->contact[i].face[k]; // -2 - vertex where a vertex stands on a face
+      face[4 * i + 2 * k] = number < 0 ? -1 : number / 4;
+      face[4 * i + 2 * k + 1] = number < 0 ? -2 - number : number % 4;
     }
     length[i] = fields->contact[i].length;
   }
@@ -312,19 +316,22 @@ static void put_contacts(FILE *f, PetscInt n, const char *stage)
   fprintf(f, "     </Grid>\n");
 }
 
-/* Appends the grids of a stage to results->xdmf. Time is the number of the stage, from 1. */
-static int add_stage_grids(ResultsFile *results, PetscInt stage, const char *name, PetscInt n_contacts)
+/* Appends the grids of a stage to results->xdmf. Its time counts 1 for each stage that is not dynamic, and
+   the seconds of those that are. */
+static int add_stage_grids(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
 {
   char *text = NULL;
   size_t size = 0;
+  PetscReal time = fields->time;
+  for (PetscInt s = 0; s <= stage; s++) time += results->scene->stages[s].kind != STAGE_DYNAMIC;
   FILE *f = open_memstream(&text, &size);
   if (!f) return -1;
   fprintf(f,
           "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
-          "Value=\"%d\"/>\n",
-          results->xdmf ? results->xdmf : "", name, (int)stage + 1);
+          "Value=\"%.10g\"/>\n",
+          results->xdmf ? results->xdmf : "", name, time);
   put_blocks(f, results->mesh, name);
-  put_contacts(f, n_contacts, name);
+  put_contacts(f, fields->n_contacts, name);
   fprintf(f, "    </Grid>\n");
   const int error = fclose(f);
   free(results->xdmf);
@@ -384,10 +391,10 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) error = H5Fclose(file) < 0 || error;
   if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s'", path);
+  results->has_part = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The finished file goes on as the .part of the next stage, so that results.h5 is whole at any time. */
 static int copy_file(const char *from, const char *to)
 {
   FILE *in = fopen(from, "rb"), *out = in ? fopen(to, "wb") : NULL;
@@ -404,30 +411,43 @@ static int copy_file(const char *from, const char *to)
   return -(error || !chunk);
 }
 
-PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const StageResult *result,
-                                const StageFields *fields, char message[MESSAGE_LENGTH])
+/* The finished file goes on as the .part of the next stage, so that results.h5 is whole at any time. */
+static int open_part(ResultsFile *results, const char *part, hid_t *file)
 {
-  const char *name = results->scene->stages[stage].name;
-  char part[PETSC_MAX_PATH_LEN + 64], path[PETSC_MAX_PATH_LEN + 64];
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  if (!results->has_part && copy_file(path, part)) return -1;
+  results->has_part = PETSC_TRUE;
+  *file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
+  return *file < 0 ? -1 : 0;
+}
+
+PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt frame,
+                                const StageResult *result, const StageFields *fields,
+                                char message[MESSAGE_LENGTH])
+{
+  char part[PETSC_MAX_PATH_LEN + 64], name[NAME_LENGTH + 16];
   hid_t file = -1, group = -1;
   PetscFunctionBeginUser;
   snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
-  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  snprintf(name, sizeof(name), "%s", results->scene->stages[stage].name);
+  if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  int error = results->xdmf && copy_file(path, part);
-  if (!error) file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
-  const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
+  int error = open_part(results, part, &file);
+  const hid_t stages = error ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   if (stages >= 0) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  error = group < 0 || write_stage_attributes(group, stage, result) ||
+  error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
           write_body_fields(group, results->mesh, fields) || write_contacts(group, fields) ||
-          add_stage_grids(results, stage, name, fields->n_contacts);
+          add_stage_grids(results, stage, name, fields);
   if (group >= 0) H5Gclose(group);
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) error = H5Fclose(file) < 0 || error;
   if (error && !message[0])
     snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s' (is the disk full?)", name,
              part);
+  if (frame) PetscFunctionReturn(PETSC_SUCCESS);
   PartRename(results->folder, "results.h5", message);
+  results->has_part = PETSC_FALSE;
   write_xdmf(results, message);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
 #include "entries.h"
 #include "internal.h"
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef char NameText[NAME_LENGTH];
@@ -166,6 +167,24 @@ static void CheckLoads(const Scene *scene, const BlockMesh *mesh, char *message)
   }
 }
 
+// the results of frames are named <stage>_<k>: no stage may have such a name
+static void CheckFrames(const Scene *scene, char *message)
+{
+  char frame[NAME_LENGTH + 16], key[NAME_LENGTH + 16];
+
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    for (const Stage *other = scene->stages; other < scene->stages + scene->n_stages; other++) {
+      const size_t length = strlen(s->name);
+      if (strncmp(other->name, s->name, length) || other->name[length] != '_') continue;
+      const long k = strtol(other->name + length + 1, NULL, 10);
+      snprintf(frame, sizeof frame, "%s_%ld", s->name, k);
+      if (k < 1 || k > s->frames || strcmp(frame, other->name)) continue;
+      snprintf(key, sizeof key, "stages.%s", other->name);
+      Complain(message, scene->file, other->line, key, "is the name of a frame of stage %s: choose another",
+               s->name);
+    }
+}
+
 PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -177,6 +196,7 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
   CheckLoads(scene, mesh, message);
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
     CheckTarget(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
+  CheckFrames(scene, message);
   for (PetscInt i = 0; i < scene->n_supports; i++) scene->supports[i].row = i;
   for (PetscInt i = 0; i < scene->n_stages && !message[0]; i++)
     if (scene->stages[i].variable && scene->strain == STRAIN_SMALL)

@@ -74,6 +74,21 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
   JsonNumber(f, "kinetic", result->kinetic, "},\n");
 }
 
+/* The account of a dynamic stage. */
+static void put_account(FILE *f, const Energies *e)
+{
+  fprintf(f, "      \"energy\": {");
+  JsonNumber(f, "strain", e->strain, ", ");
+  JsonNumber(f, "joints", e->joints, ", ");
+  JsonNumber(f, "kinetic", e->kinetic, ", ");
+  JsonNumber(f, "outside", e->outside, ", ");
+  JsonNumber(f, "supports", e->supports, ", ");
+  JsonNumber(f, "friction", e->friction, ", ");
+  JsonNumber(f, "damping", e->damping, ", ");
+  JsonNumber(f, "detection", e->detection, ", ");
+  JsonNumber(f, "balance", e->balance, "},\n");
+}
+
 static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
 {
   const PetscInt *v = mesh->blocks + 4 * b;
@@ -179,13 +194,20 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   JsonNumber(f, "increment", result->increment, ",\n      ");
   JsonNumber(f, "alpha", state->alpha, ",\n      ");
   JsonNumber(f, "dt", state->dt, ",\n      ");
+  JsonNumber(f, "time", state->time, ",\n      ");
+  JsonCount(f, "verifications", result->verifications, ",\n      ");
+  JsonCount(f, "contacts_made", result->contacts_made, ",\n      ");
+  JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
   JsonText(f, "checksum", hex, ",\n");
   put_probes(f, model, probes);
   if (scene->stages[stage].kind != STAGE_FLOOD) SummaryUplift(f, scene, state, scene->stages + stage);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);
-  put_energies(f, mesh, fields, result);
+  if (scene->stages[stage].kind == STAGE_DYNAMIC)
+    put_account(f, &result->energy);
+  else
+    put_energies(f, mesh, fields, result);
   put_extremes(f, model, mesh, fields);
   if (trials->n) SummaryTrials(f, scene, scene->stages + stage, trials);
   PetscCall(SummaryJoints(f, scene, scene->stages[stage].joints, fields));
