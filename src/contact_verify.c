@@ -81,9 +81,20 @@ static int vertex_order(const void *a, const void *b)
   return (p->face > q->face) - (p->face < q->face);
 }
 
+/* How deep a vertex may be behind a face. Behind a face of its own body it is inside, unless it has come
+   there across a slit. */
+static PetscReal depth_allowed(const Model *m, const OldContacts *old, PetscInt v, PetscInt f, PetscInt g,
+                               PetscReal shorter)
+{
+  const Candidate wanted = {.model = STRESS_PT, .key = {m->faces.gid[g], -2 - m->vertex_gid[v]}};
+  if (m->faces.body[f] == m->faces.body[g] && !OldContactFind(old, &wanted))
+    return FACE_MIN_OVERLAP * shorter;
+  return FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
+}
+
 /* Both vertices of face f against face g, also a little beyond its ends. */
-static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal *u, PetscInt f, PetscInt g,
-                            PetscBool face_contact, VertexNear *list)
+static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal *u, const OldContacts *old,
+                            PetscInt f, PetscInt g, PetscBool face_contact, VertexNear *list)
 {
   PetscReal xf[4], xg[4], t[2], gap[2];
   PetscInt n = 0;
@@ -97,8 +108,8 @@ static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal 
   for (int k = 0; k < 2; k++) {
     const PetscInt v = m->faces.vertex[2 * f + k];
     const PetscReal edge = PetscMin(t[k], 1. - t[k]) * lg;
-    if (edge < -tolerance || gap[k] > tolerance ||
-        gap[k] < -FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]))
+    if (v == m->faces.vertex[2 * g] || v == m->faces.vertex[2 * g + 1]) continue; // its own neighbour
+    if (edge < -tolerance || gap[k] > tolerance || gap[k] < -depth_allowed(m, old, v, f, g, shorter))
       continue;
     const PetscBool aside = (PetscBool)(t[k] < 0. || t[k] >= 1.);
     list[n++] = (VertexNear){.key = {m->faces.gid[g], -2 - m->vertex_gid[v]},
@@ -326,8 +337,8 @@ static PetscErrorCode find_vertices(const Scene *scene, const Model *m, const Pe
                               .key = {PetscMin(a, b), PetscMax(a, b)}};
     const PetscBool face_contact = (PetscBool)(n_faces && bsearch(&wanted, *list, n_faces, sizeof(Candidate),
                                                                   CandidateOrder) != NULL);
-    n_vertices += vertices_of(scene, m, u, f, g, face_contact, v + n_vertices);
-    n_vertices += vertices_of(scene, m, u, g, f, face_contact, v + n_vertices);
+    n_vertices += vertices_of(scene, m, u, old, f, g, face_contact, v + n_vertices);
+    n_vertices += vertices_of(scene, m, u, old, g, f, face_contact, v + n_vertices);
   }
   n_vertices = choose_vertices(m, u, n_vertices, v);
   PetscCall(PetscRealloc((n_faces + n_vertices) * sizeof(Candidate), list));

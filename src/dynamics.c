@@ -288,7 +288,7 @@ static PetscErrorCode look(const Model *m, const Stage *stage, const State *s, c
 {
   PetscReal top[3] = {0., 0., 0.};
   PetscFunctionBeginUser;
-  PetscCall(EnergyReport(m, stage->joints, s, contacts, energy, first, &result->energy));
+  PetscCall(EnergyReport(m, stage->joints, contacts, energy, first, &result->energy));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     if (d < 3 * m->n_bodies && d % 3 == 2) continue;
     top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
@@ -343,9 +343,11 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(evaluate(m, stage, contacts, s, energy));
     if (frame < stage->frames && i * (stage->frames + 1) >= steps * (frame + 1))
       PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++frame, result));
+    const PetscBool report = (PetscBool)(!i || (i + 1) % scene->history_every == 0 || i + 1 == steps);
+    if (report) PetscCall(EnergyOfBlocks(m, s, energy));
     PetscCall(advance(scene, m, s, motions, energy));
     result->cycles++;
-    if (i && (i + 1) % scene->history_every && i + 1 < steps) continue;
+    if (!report) continue;
     PetscCall(look(m, stage, s, contacts, energy, (PetscBool)(i == 0), result));
     PetscCall(Interrupted(m, result));
     result->wall = MPI_Wtime() - wall;

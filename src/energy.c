@@ -109,30 +109,28 @@ void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
   e->damping_ahead = half;
 }
 
-/* Strain energy of owned elements [J]. */
-static PetscErrorCode strain_energy(const Model *m, const State *s, PetscReal *sum)
+PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
 {
   const Elements *list[2] = {&m->q4, &m->t3};
   PetscReal *energy;
   PetscFunctionBeginUser;
-  *sum = 0.;
+  e->strain = 0.;
   for (int l = 0; l < 2; l++) {
     PetscCall(PetscMalloc1(list[l]->n, &energy));
     PetscCall(ElementEnergy(m, list[l], l ? 3 : 4, s->u + 3 * m->n_bodies, energy));
-    for (PetscInt i = 0; i < list[l]->n; i++) *sum += energy[i];
+    for (PetscInt i = 0; i < list[l]->n; i++) e->strain += energy[i];
     PetscCall(PetscFree(energy));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EnergyReport(const Model *m, const Joint *joints, const State *s, const Contacts *c,
-                            EnergyAccount *e, PetscBool first, Energies *out)
+PetscErrorCode EnergyReport(const Model *m, const Joint *joints, const Contacts *c, EnergyAccount *e,
+                            PetscBool first, Energies *out)
 {
-  PetscReal sum[7] = {e->kinetic,    0.,          EnergyInJoints(m, joints, c),
+  PetscReal sum[7] = {e->kinetic,    e->strain,   EnergyInJoints(m, joints, c),
                       e->outside,    e->supports, e->damping - e->damping_ahead,
                       e->work_before};
   PetscFunctionBeginUser;
-  PetscCall(strain_energy(m, s, sum + 1));
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPIU_REAL, MPI_SUM, m->comm));
   if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];

@@ -327,7 +327,7 @@ typedef struct {
   PetscReal *work;                  /* (n_contacts,) [J] of each contact since it is there */
   PetscInt n_contacts;
   PetscReal work_before; /* [J] of contacts that are no more */
-  PetscReal kinetic, outside, supports, damping, damping_ahead,
+  PetscReal kinetic, strain, outside, supports, damping, damping_ahead,
       detection;                           /* [J]; detection is of all ranks */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
 } EnergyAccount;
@@ -343,9 +343,11 @@ void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
 PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *contacts, EnergyAccount *e);
 /* Energy stored in owned contacts [J]. */
 PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
+/* Strain energy of owned blocks, at the forces just evaluated: before Integrate, when a report follows. */
+PetscErrorCode EnergyOfBlocks(const Model *model, const State *state, EnergyAccount *e);
 /* Collective. The account at the time of the forces last evaluated. first: the start of the stage. */
-PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const State *state,
-                            const Contacts *contacts, EnergyAccount *e, PetscBool first, Energies *out);
+PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Contacts *contacts,
+                            EnergyAccount *e, PetscBool first, Energies *out);
 
 /* ---- dynamics.c */
 /* Collective. Runs a dynamic stage for its duration. */

@@ -6,6 +6,7 @@ mesh.png                    deformed blocks at the end of the last stage over th
 stress_<stage>.png          principal stresses as contours, and as crosses
 joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
+energy_<stage>.png          where the energy of a dynamic stage is, came from and went, over time
 
 Where one group is much larger than the rest (the rock under a dam), pictures show the rest with a margin;
 --whole shows all.
@@ -353,7 +354,7 @@ def cut_runaway(axes, results):
     history = results.history
     moving = [f"{p}_{x}_m" for p in moving_points(history) for x in ("ux", "uy")] or ["u_max_m"]
     values = 1e3 * np.array([history[column] for column in moving])
-    held = [name for name in results.stages if results.stage(name).verdict == "converged"]
+    held = [name for name in results.stages if results.stage(name).verdict in ("converged", "completed")]
     kept = values[:, np.isin(history["stage"], held)]
     kept = kept[np.isfinite(kept)]
     finite = values[np.isfinite(values)]
@@ -409,6 +410,34 @@ def plot_history(results, path):
     return True
 
 
+# ---- energy of a dynamic stage
+
+
+def plot_energy(results, stage, path):
+    """False for a stage that has no account: one that is not dynamic."""
+    history = results.history
+    rows = history.get("stage") == stage if "balance_J" in history else np.zeros(0, dtype=bool)
+    if not rows.any() or not np.isfinite(history["balance_J"][rows]).any():
+        return False
+    time = history["time_s"][rows]
+    present = {"kinetic": "kinetic", "strain": "strain of blocks", "joints": "stored in joints"}
+    flows = {"outside": "work of loads", "supports": "work of moving supports", "friction": "lost in joints",
+             "damping": "lost to damping", "detection": "changed by verification", "balance": "not accounted for"}
+    figure, panels = pyplot.subplots(2, 1, figsize=(8.5, 6.4), sharex=True)
+    for axes, names, title in zip(panels, (present, flows), ("energy now [J]", "since the start [J]")):
+        for colour, (name, words) in zip(LINES, names.items()):
+            axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=words)
+        axes.set_ylabel(title)
+        axes.grid(alpha=0.3)
+        axes.margins(x=0.01)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    panels[1].set_xlabel("time [s]")
+    figure.suptitle(f"Stage {stage}: energy")
+    figure.align_ylabels(panels)
+    save(figure, path)
+    return True
+
+
 # ---- command line
 
 
@@ -432,6 +461,8 @@ def plot_all(results, whole=False):
             for joint in results.stage_summary(stage)["joints"]:
                 if plot_joint(results, stage, joint, path(f"joint_{joint}_{stage}")):
                     written.append(path(f"joint_{joint}_{stage}"))
+            if plot_energy(results, stage, path(f"energy_{stage}")):
+                written.append(path(f"energy_{stage}"))
         if plot_history(results, path("history")):
             written.append(path("history"))
     return written

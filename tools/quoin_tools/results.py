@@ -5,6 +5,7 @@ python -m quoin_tools.results FOLDER    table of stages, probes, joints and extr
 results = Results("out")
 results.stages                     # names, in order
 stage = results.stage("water")     # .displacement, .s1, .contacts.sigma, ...
+results.frames("quake")            # names of the frames of a dynamic stage: results.stage("quake_3").time
 results.summary, results.history   # dict of summary.json; dict of the columns of history.csv
 """
 
@@ -20,6 +21,8 @@ import numpy as np
 
 FORMAT, VERSION = "quoin-results", 1
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
+VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
+ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
 CONTACT_FIELDS = (
     "face",
@@ -94,13 +97,14 @@ class Contacts:
 
 
 class Stage:
-    """Fields at the end of a stage; arrays are read when they are asked for."""
+    """Fields at the end of a stage, or in a frame of it; arrays are read when they are asked for."""
 
     def __init__(self, path, name):
         self.path, self.name = path, name
         with h5py.File(path) as file:
             group = file["stages"][name]
             self.index, self.cycles = int(group.attrs["index"]), int(group.attrs["cycles"])
+            self.frame, self.time = int(group.attrs.get("frame", 0)), float(group.attrs.get("time", 0.0))
             self.ratio = float(group.attrs["ratio"])
             self.verdict, self.evidence = text(group.attrs["verdict"]), text(group.attrs["evidence"])
 
@@ -146,14 +150,21 @@ class Results:
         names = {name: [text(word) for word in mesh[name]] for name in ("group_names", "joint_names")}
         self.mesh = Mesh(**arrays, **names)
         stages = file["stages"]
-        self.stages = sorted(stages, key=lambda name: stages[name].attrs["index"])
+        order = {name: (item.attrs["index"], item.attrs.get("frame", 0)) for name, item in stages.items()}
+        names = sorted(order, key=order.get)
+        self.stages = [name for name in names if order[name][1] == 0]
+        self._frames = {s: [n for n in names if order[n][0] == order[s][0] and n != s] for s in self.stages}
+
+    def frames(self, stage):
+        """Names of what a dynamic stage wrote on the way, in order; none for another stage."""
+        return self._frames[self.stage(stage).name]
 
     def stage(self, name=None):
-        """A stage by name; the last one by default."""
+        """A stage, or a frame of one, by name; the last stage by default."""
         if not self.stages:
             raise ResultsError(f"{self.path}: holds no stage")
         name = self.stages[-1] if name is None else name
-        if name not in self.stages:
+        if name not in self.stages and not any(name in frames for frames in self._frames.values()):
             raise ResultsError(f"{self.path}: no stage '{name}', there are: {', '.join(self.stages)}")
         return Stage(self.path, name)
 
@@ -250,7 +261,7 @@ def place(end):
 
 
 def stage_rows(s):
-    ratio = "-" if s["ratio"] is None else f"{s['ratio']:.2e}"
+    ratio = "-" if s["ratio"] is None or energy_rows(s) else f"{s['ratio']:.2e}"
     forces = [fixed(s[force][x], 1e-3, 1) for force in ("applied", "reaction") for x in "xy"]
     return [(s["verdict"], s["cycles"], fixed(s["wall_s"], 1, 2), ratio, *forces)]
 
@@ -280,11 +291,20 @@ def extreme_rows(s):
     return rows
 
 
+def energy_rows(s):
+    """The account of a dynamic stage."""
+    energy = s.get("energy", {})
+    if "balance" not in energy:
+        return []
+    return [(fixed(s["time"]), *("-" if energy[name] is None else f"{energy[name]:.4g}" for name in ENERGIES))]
+
+
 SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak|residual|length m|open m|slipping m|"
                "sigma start MPa|sigma end MPa", joint_rows),
+    ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),
     ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),
 )  # fmt: skip
 
