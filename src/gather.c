@@ -353,9 +353,27 @@ PetscErrorCode GatherStage(const Model *model, const State *state, const Contact
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *s)
+{
+  const PetscInt n = model->n_owned;
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  if (!mechanism) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(PetscMax(1, n), &place));
+  PetscCall(PetscMalloc1(PetscMax(1, 2 * n), &rows));
+  PetscCall(PetscArraycpy(place, model->vertex_file, n));
+  PetscCall(PetscArraycpy(rows, mechanism, 2 * n));
+  PetscCall(gather_placed(model->comm, n, place, 2, rows, model->n_vertices_global, &s->mechanism));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode GatherStageDestroy(StageFields *s)
 {
   PetscFunctionBeginUser;
+  PetscCall(PetscFree(s->safety));
+  PetscCall(PetscFree(s->safety_mode));
+  PetscCall(PetscFree(s->mechanism));
   PetscCall(PetscFree(s->vertex));
   PetscCall(PetscFree(s->body));
   PetscCall(PetscFree(s->block));

@@ -449,6 +449,9 @@ typedef struct {
   PetscReal *body;                      /* (n_bodies, BODY_WIDTH) rigid bodies by number */
   PetscReal *block;                     /* (n_blocks, BLOCK_WIDTH) */
   ContactRow *contact;                  /* (n_contacts,) ascending faces */
+  PetscReal *safety;                    /* (n_blocks,) least of (39)-(41), NaN without strengths; safety.c */
+  PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
+  PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
 } StageFields;
 
 /* All collective. */
@@ -457,6 +460,18 @@ PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
 PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
                            const Stage *stage, const MeshFields *mesh, StageFields *fields);
 PetscErrorCode GatherStageDestroy(StageFields *fields);
+/* The mechanism of the trials: (n_owned,2) on each rank, NULL on all: nothing happens. */
+PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
+
+/* ---- safety.c: rank 0 only */
+typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
+/* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite when nothing can fail.
+ */
+SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor);
+/* Writes fields->safety and safety_mode when a material has strengths. */
+PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
+/* The "safety" member of a stage's object. */
+void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
 /* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when
  * there is none. */
@@ -497,8 +512,9 @@ typedef struct {
 PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *model, const State *state,
                          const Contacts *contacts, const Stage *stage, const MeshFields *mesh,
                          PetscReal value, const StageResult *result);
-/* Collective. Takes the present velocities as the mechanism. */
-PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *state);
+/* Collective. Takes the present motion as the mechanism. */
+PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *state,
+                               const Relaxation *relax);
 PetscErrorCode TrialsReset(Trials *trials);
 /* Members of a stage's object in summary.json. */
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);

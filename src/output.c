@@ -154,8 +154,10 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
   PetscCall(update_probes(model, state, output, &u_max));
   PetscCall(StateChecksum(model, state, contacts, &checksum));
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
+  PetscCall(GatherMechanism(model, output->trials.mechanism, &fields));
   if (!model->rank) {
     const PetscInt first = !output->n_stages;
+    PetscCall(SafetyFields(scene, &output->mesh, &fields));
     PetscCall(ResultsFileStage(&output->results, stage, 0, result, &fields, message));
     PetscCall(SummaryStage(scene, model, state, &output->mesh, &fields, stage, result, output->probes,
                            checksum, &output->trials, &output->stages[output->n_stages++]));

@@ -164,7 +164,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full, PetscReal value)
     PetscCall(snapshot_take(d));
   } else if (*verdict == VERDICT_COLLAPSED) {
     d->failing = value;
-    PetscCall(TrialsMechanism(&d->output->trials, d->m, d->state));
+    PetscCall(TrialsMechanism(&d->output->trials, d->m, d->state, d->relax));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

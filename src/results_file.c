@@ -164,7 +164,10 @@ static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFie
          write_columns(group, "s2", 1, &nb, block, BLOCK_WIDTH, 4) ||
          write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
          write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
-         write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8);
+         write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
+         (fields->safety && (write_reals(group, "safety_factor", 1, &nb, fields->safety) ||
+                             write_ints(group, "safety_mode", nb, 0, fields->safety_mode))) ||
+         (fields->mechanism && write_reals(group, "mechanism", 2, plane, fields->mechanism));
 }
 
 /* A dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
@@ -259,14 +262,14 @@ static void put_attribute(FILE *f, const char *name, const char *kind, const cha
                           const char *stage, const char *path)
 {
   char full[256];
-  const int is_int = !strcmp(name, "state") || !strcmp(name, "joint");
+  const int is_int = !strcmp(name, "state") || !strcmp(name, "joint") || !strcmp(name, "safety_mode");
   snprintf(full, sizeof(full), "/stages/%s/%s", stage, path);
   fprintf(f, "      <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, kind, centre);
   put_item(f, dims, is_int ? "Int" : "Float", is_int ? 4 : 8, full);
   fprintf(f, "</Attribute>\n");
 }
 
-static void put_blocks(FILE *f, const MeshFields *mesh, const char *stage)
+static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *fields, const char *stage)
 {
   char nb[64], nv2[64], nb3[64], size[64];
   snprintf(nb, sizeof(nb), "%d", (int)mesh->n_blocks);
@@ -284,6 +287,11 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const char *stage)
   put_attribute(f, "s1", "Scalar", "Cell", nb, stage, "s1");
   put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
   put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
+  if (fields->mechanism) put_attribute(f, "mechanism", "Vector", "Node", nv2, stage, "mechanism");
+  if (fields->safety) {
+    put_attribute(f, "safety_factor", "Scalar", "Cell", nb, stage, "safety_factor");
+    put_attribute(f, "safety_mode", "Scalar", "Cell", nb, stage, "safety_mode");
+  }
   fprintf(f, "      <Attribute Name=\"group\" AttributeType=\"Scalar\" Center=\"Cell\">");
   put_item(f, nb, "Int", 4, "/mesh/block_group");
   fprintf(f, "</Attribute>\n      <Attribute Name=\"macroblock\" AttributeType=\"Scalar\" Center=\"Cell\">");
@@ -330,7 +338,7 @@ static int add_stage_grids(ResultsFile *results, PetscInt stage, const char *nam
           "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
           "Value=\"%.10g\"/>\n",
           results->xdmf ? results->xdmf : "", name, time);
-  put_blocks(f, results->mesh, name);
+  put_blocks(f, results->mesh, fields, name);
   put_contacts(f, fields->n_contacts, name);
   fprintf(f, "    </Grid>\n");
   const int error = fclose(f);

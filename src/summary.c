@@ -209,6 +209,7 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   else
     put_energies(f, mesh, fields, result);
   put_extremes(f, model, mesh, fields);
+  SummarySafety(f, scene, mesh, fields);
   if (trials->n) SummaryTrials(f, scene, scene->stages + stage, trials);
   PetscCall(SummaryJoints(f, scene, scene->stages[stage].joints, fields));
   fprintf(f, "    }");

@@ -80,22 +80,27 @@ PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *m, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrialsMechanism(Trials *trials, const Model *m, const State *state)
+/* The motion over the last chunk of cycles: single velocities still carry what vibrates in the blocks. */
+PetscErrorCode TrialsMechanism(Trials *trials, const Model *m, const State *state, const Relaxation *r)
 {
   const PetscInt at = 3 * m->n_bodies;
+  const PetscBool chunk_ended = (PetscBool)(r->chunk_start == state->cycle);
   const PetscReal *u = state->u + at;
-  PetscReal most = 0.;
+  PetscReal most = 0., *du;
   PetscFunctionBeginUser;
   if (!trials->mechanism) PetscCall(PetscMalloc1(2 * m->n_owned, &trials->mechanism));
+  PetscCall(PetscMalloc1(m->n_dof, &du));
+  for (PetscInt d = 0; d < m->n_dof; d++) du[d] = chunk_ended ? r->du_chunk[d] : state->u[d] - r->u_chunk[d];
   PetscReal *v = trials->mechanism;
-  for (PetscInt i = 0; i < 2 * m->n_deformable; i++) v[i] = state->v[at + i];
+  for (PetscInt i = 0; i < 2 * m->n_deformable; i++) v[i] = du[at + i];
   for (PetscInt b = 0; b < m->n_bodies; b++)
     for (PetscInt i = m->body_start[b]; i < m->body_start[b + 1]; i++) {
       const PetscReal rx = m->X[2 * i] + u[2 * i] - m->body_X[2 * b] - state->u[3 * b],
                       ry = m->X[2 * i + 1] + u[2 * i + 1] - m->body_X[2 * b + 1] - state->u[3 * b + 1];
-      v[2 * i] = state->v[3 * b] - ry * state->v[3 * b + 2];         // (21)
-      v[2 * i + 1] = state->v[3 * b + 1] + rx * state->v[3 * b + 2]; // (22)
+      v[2 * i] = du[3 * b] - ry * du[3 * b + 2];         // (21)
+      v[2 * i + 1] = du[3 * b + 1] + rx * du[3 * b + 2]; // (22)
     }
+  PetscCall(PetscFree(du));
   for (PetscInt i = 0; i < m->n_owned; i++) most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
   for (PetscInt i = 0; most > 0. && i < 2 * m->n_owned; i++) v[i] /= most; // time is fictitious

@@ -24,6 +24,7 @@ OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
 VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism")  # fields that not every stage has: None there
 CONTACT_FIELDS = (
     "face",
     "joint",
@@ -109,11 +110,11 @@ class Stage:
             self.verdict, self.evidence = text(group.attrs["verdict"]), text(group.attrs["evidence"])
 
     def __getattr__(self, name):
-        if name not in STAGE_FIELDS and name != "contacts":
+        if name not in STAGE_FIELDS + SOME_STAGES and name != "contacts":
             raise AttributeError(name)
         with h5py.File(self.path) as file:
-            item = file["stages"][self.name][name]
-            value = Contacts(item) if name == "contacts" else np.array(item)
+            item = file["stages"][self.name].get(name)
+            value = Contacts(item) if name == "contacts" else None if item is None else np.array(item)
         setattr(self, name, value)
         return value
 
