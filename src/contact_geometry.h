@@ -14,6 +14,11 @@ typedef struct {
   PetscReal length; /* [m] L = L_i,0 + L_i,1 */
 } FacePair;
 
+/* By class: the face of the vertex at each end (0: a, 1: b), and which vertex of it; as FacePairClassify sets
+ * them. */
+static const int END_SOURCE[4][2] = {{1, 1}, {0, 0}, {0, 1}, {1, 0}};
+static const int END_CORNER[4][2] = {{1, 0}, {0, 1}, {0, 0}, {1, 1}};
+
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
@@ -104,6 +109,15 @@ typedef struct {
 static inline const Candidate *OldContactFind(const OldContacts *old, const Candidate *wanted)
 {
   return bsearch(wanted, old->list, old->n, sizeof(Candidate), CandidateOrder);
+}
+/* Collective. Gives the contacts just stored (in the order of list) the history of those before. joints: the
+ * stage's table. */
+PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints, const PetscReal *u,
+                               const Contacts *before, const OldContacts *old, const Candidate *list,
+                               Contacts *c);
+static inline PetscReal FaceLength(const PetscReal x[4])
+{
+  return PetscHypotReal(x[2] - x[0], x[3] - x[1]);
 }
 /* Face-to-face contacts among model->faces, present state (u NULL: reference); near: (n_near,2) pairs of
    faces that come within the contact margin. Free both lists with PetscFree. */

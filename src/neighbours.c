@@ -260,6 +260,8 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscCall(PetscFree(face));
   if (state) {
     PetscCall(StateResize(m, state));
+    // the dummies may stand where a ghost was
+    PetscCall(PetscArrayzero(state->u + 3 * m->n_bodies + 2 * m->n_vertices, 2 * DUMMY_VERTICES));
     PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
     PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
   }

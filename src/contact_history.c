@@ -1,0 +1,266 @@
+/* contact_history.c: what a contact keeps when contacts are found again (sections 2.3-2.4).
+
+   What is carried over. The normal law needs nothing: u_n is the distance itself. Shear: u_e = u_s - slip,
+   the elastic part at the two old ends, is a linear field along the contact; its values at the new ends are
+   the new contact's (at a new end u_s = 0, since P is projected afresh, so slip = -u_e). The paper copies u_n
+   and u_s from old ends to new by the table of Fig. 5; here the class only says which vertices are the ends,
+   and the field does the rest: a block that slides across an edge then feels no jump. A part of a contact
+   that is new has no strength left from before: it is broken.
+
+   A contact of another kind or on another face may follow one that was: a vertex whose face contact has
+   degenerated, a vertex that has gone on to the next face, a face contact that a vertex has landed flat. A
+   rank may know the new contact but not the old one, so ranks tell each other what they inherit; of several
+   sources the first by kind and key is taken on all. */
+#include "internal.h"
+#include "contact_geometry.h"
+
+static PetscReal elastic_slip(const Contacts *c, PetscInt at, int k)
+{
+  return c->u_s[SUB(at, k)] - c->slip[SUB(at, k)];
+}
+
+static PetscBool has_strength(const Joint *j)
+{
+  return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
+                     (j->tension[0] > j->tension[1] || j->cohesion[0] > j->cohesion[1] ||
+                      j->friction[0] > j->friction[1]));
+}
+
+static PetscReal along(const PetscReal a[4], const PetscReal *P)
+{
+  PetscReal t, gap;
+  face_project(a, a + 2, P, &t, &gap);
+  return t * FaceLength(a);
+}
+
+/* Elastic slip, rest and broken parts of a face contact, from those of the same pair before. */
+static void carry_over(const Model *m, const PetscReal *u, const Contacts *before, const Candidate *o,
+                       const Candidate *n, PetscInt at, const Joint *joint, Contacts *c)
+{
+  PetscReal x[2][4], s_old[2], s_new[2];
+  for (int i = 0; i < 2; i++) FaceCoordinates(m, u, n->face[i], x[i]);
+  for (int k = 0; k < 2; k++) {
+    s_old[k] = along(x[0], x[END_SOURCE[o->pair.klass][k]] + 2 * END_CORNER[o->pair.klass][k]);
+    s_new[k] = along(x[0], x[END_SOURCE[n->pair.klass][k]] + 2 * END_CORNER[n->pair.klass][k]);
+  }
+  const PetscReal span = s_old[1] - s_old[0], old = (PetscReal)(PetscAbsReal(span) > 1e-9 * FaceLength(x[0]));
+  for (int k = 0; k < 2; k++) {
+    const PetscReal w = old > 0. ? PetscMax(-1., PetscMin(2., (s_new[k] - s_old[0]) / span)) : 0.5;
+    const PetscReal u_e = (1. - w) * elastic_slip(before, o->vertex, 0) +
+                          w * elastic_slip(before, o->vertex, 1);
+    c->slip[SUB(at, k)] = -u_e;
+    c->rest[SUB(at, k)] = PetscMin(0., (1. - w) * before->rest[SUB(o->vertex, 0)] +
+                                           w * before->rest[SUB(o->vertex, 1)]);
+    // broken up to where it was broken from this end, and wherever the contact did not reach before
+    const PetscReal reach = k ? s_new[1] - s_old[1]
+                              : s_old[0] - s_new[0]; // how far the contact has grown at this end
+    const PetscReal part = PetscMax(0., reach) + before->broken[SUB(o->vertex, k)] * o->pair.length;
+    c->broken[SUB(at, k)] = has_strength(joint) && (part > 1e-6 * n->pair.length)
+                                ? PetscMin(1., part / n->pair.length)
+                                : 0.;
+  }
+}
+
+/* ---- the same contact as before, or a new one */
+
+static void first_history(const Joint *joint, const Candidate *n, PetscInt at, Contacts *c)
+{
+  for (int k = 0; k < 2; k++) {
+    c->slip[SUB(at, k)] = 0.;
+    c->rest[SUB(at, k)] = 0.; // what met in motion has no stress-free overlap
+    c->broken[SUB(at, k)] = !has_strength(joint) ? 0. : n->pair.klass == VERTEX_FACE ? 1. : 0.5;
+  }
+}
+
+static void same_vertex(const Contacts *before, const Candidate *o, const Joint *joint, PetscInt at,
+                        Contacts *c)
+{
+  c->length[at] = o->pair.length;
+  c->slip[SUB(at, 0)] = -elastic_slip(before, o->vertex, 0);
+  c->rest[SUB(at, 0)] = 0.;
+  c->broken[SUB(at, 0)] = has_strength(joint) ? 1. : 0.;
+}
+
+/* ---- what a new contact inherits from another */
+
+typedef struct {
+  PetscInt model, key[2]; /* of the new contact */
+  PetscInt kind,
+      source[2]; /* 0: faces that were in contact, 1: the vertex on another face; key of the old contact */
+  PetscReal length, u_e; /* length 0: keeps its own */
+} Heir;
+
+static int heir_order(const void *a, const void *b)
+{
+  const PetscInt *p = &((const Heir *)a)->model, *q = &((const Heir *)b)->model;
+  for (int i = 0; i < 6; i++)
+    if (p[i] != q[i]) return (p[i] > q[i]) - (p[i] < q[i]);
+  return 0;
+}
+
+static PetscInt push(Heir *heir, const Candidate *n, PetscInt kind, const Candidate *o, PetscReal length,
+                     PetscReal u_e)
+{
+  *heir = (Heir){(PetscInt)n->model, {n->key[0], n->key[1]}, kind, {o->key[0], o->key[1]}, length, u_e};
+  return 1;
+}
+
+/* A vertex on a face after a contact of that face with face f of the vertex: the influence length that keeps
+ * the force. */
+static PetscInt from_faces(const Scene *scene, const Model *m, const Contacts *before, const OldContacts *old,
+                           const Candidate *n, PetscInt f, Heir *heir)
+{
+  const PetscInt g = n->face[1], a = m->faces.gid[f] < m->faces.gid[g] ? f : g, b = a == f ? g : f;
+  const Candidate wanted = {.model = scene->joints[JointOfPair(scene, m, f, g)].stress_model,
+                            .key = {m->faces.gid[a], m->faces.gid[b]}},
+                  *o = OldContactFind(old, &wanted);
+  if (!o) return 0;
+  for (int k = 0; k < 2; k++) {
+    const PetscInt row = END_SOURCE[o->pair.klass][k] ? b : a, at = o->vertex;
+    if (m->faces.vertex[2 * row + END_CORNER[o->pair.klass][k]] != n->vertex) continue;
+    const PetscReal N = before->F_n[SUB(at, 0)] + before->F_n[SUB(at, 1)], sigma = before->sigma[SUB(at, k)];
+    const PetscReal length = sigma < 0. && N < 0. ? PetscMin(2. * N / sigma, o->pair.length) : 0.;
+    const PetscReal least = 2. * scene->vertex_length * n->pair.length;
+    return push(heir, n, 0, o, length > 0. ? PetscMax(length, least) : 0., elastic_slip(before, at, k));
+  }
+  return 0;
+}
+
+/* The same vertex on another face of the same body. */
+static PetscInt from_vertex(const Model *m, const Contacts *before, const OldContacts *old,
+                            const PetscInt *start, const PetscInt *row, const Candidate *n, Heir *heir)
+{
+  const PetscInt *ends = m->faces.vertex + 2 * n->face[1];
+  PetscInt found = 0;
+  for (int i = 0; i < 2; i++) // the faces that share a vertex with this one
+    for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1] && found < 2; r++) {
+      const Candidate wanted = {.model = STRESS_PT, .key = {m->faces.gid[row[r]], n->key[1]}},
+                      *o = OldContactFind(old, &wanted);
+      if (o) found += push(heir + found, n, 1, o, o->pair.length, elastic_slip(before, o->vertex, 0));
+    }
+  return found;
+}
+
+/* A face contact after one of its end vertices stood on the other face. */
+static PetscInt from_landing(const Model *m, const Contacts *before, const OldContacts *old,
+                             const Candidate *n, int k, Heir *heir)
+{
+  const int source = END_SOURCE[n->pair.klass][k];
+  const PetscInt v = m->faces.vertex[2 * n->face[source] + END_CORNER[n->pair.klass][k]];
+  const Candidate wanted = {.model = STRESS_PT, .key = {n->key[1 - source], -2 - m->vertex_gid[v]}},
+                  *o = OldContactFind(old, &wanted);
+  return o ? push(heir, n, 0, o, 0., elastic_slip(before, o->vertex, 0)) : 0;
+}
+
+/* Rows of the faces at each vertex: (n_vertices + 1), (2 n faces). */
+static PetscErrorCode faces_of_vertices(const Model *m, PetscInt **start, PetscInt **row)
+{
+  PetscInt *s, *r, *fill;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + 1, &s));
+  PetscCall(PetscMalloc1(2 * m->faces.n, &r));
+  PetscCall(PetscMalloc1(m->n_vertices, &fill));
+  for (PetscInt i = 0; i < 2 * m->faces.n; i++) s[m->faces.vertex[i] + 1]++;
+  for (PetscInt v = 0; v < m->n_vertices; v++) s[v + 1] += s[v];
+  PetscCall(PetscArraycpy(fill, s, m->n_vertices));
+  for (PetscInt i = 0; i < 2 * m->faces.n; i++) r[fill[m->faces.vertex[i]]++] = i / 2;
+  PetscCall(PetscFree(fill));
+  *start = s;
+  *row = r;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All that the new contacts of this rank could inherit from old contacts it knows. */
+static PetscErrorCode find_heirs(const Scene *scene, const Model *m, const Contacts *before,
+                                 const OldContacts *old, const Candidate *list, const Contacts *c,
+                                 PetscInt *n, Heir **heirs)
+{
+  PetscInt *start, *row, fresh = 0;
+  PetscFunctionBeginUser;
+  PetscCall(faces_of_vertices(m, &start, &row));
+  for (PetscInt i = 0; i < c->n; i++) fresh += !OldContactFind(old, list + i);
+  PetscCall(PetscMalloc1(8 * fresh + 1, heirs));
+  *n = 0;
+  for (PetscInt i = 0; i < c->n; i++) {
+    const Candidate *now = list + i;
+    if (OldContactFind(old, now)) continue;
+    if (now->pair.klass == VERTEX_FACE) {
+      const PetscInt last = PetscMin(start[now->vertex] + 6, start[now->vertex + 1]);
+      for (PetscInt r = start[now->vertex]; r < last; r++)
+        *n += from_faces(scene, m, before, old, now, row[r], *heirs + *n);
+      *n += from_vertex(m, before, old, start, row, now, *heirs + *n);
+    } else {
+      for (int k = 0; k < 2; k++) *n += from_landing(m, before, old, now, k, *heirs + *n);
+    }
+  }
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every rank gets the heirs of all; sorted, the first of each contact is the one that counts. */
+static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
+{
+  PetscMPIInt size, mine = (PetscMPIInt)(*n * (PetscInt)sizeof(Heir)), *count, *at;
+  Heir *all;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscCalloc2(size, &count, size + 1, &at));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, comm));
+  for (PetscMPIInt p = 0; p < size; p++) at[p + 1] = at[p] + count[p];
+  *n = at[size] / (PetscInt)sizeof(Heir);
+  PetscCall(PetscMalloc1(*n, &all));
+  if (*n) PetscCallMPI(MPI_Allgatherv(*heirs, mine, MPI_BYTE, all, count, at, MPI_BYTE, comm));
+  if (*n) qsort(all, *n, sizeof(Heir), heir_order);
+  PetscCall(PetscFree2(count, at));
+  PetscCall(PetscFree(*heirs));
+  *heirs = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first heir of a contact, NULL: none. */
+static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
+{
+  const Heir wanted = {(PetscInt)now->model, {now->key[0], now->key[1]}, -1, {0, 0}, 0., 0.};
+  PetscInt low = 0, high = n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (heir_order(heirs + middle, &wanted) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  const PetscBool is_mine = (PetscBool)(low < n && heirs[low].model == wanted.model &&
+                                        heirs[low].key[0] == now->key[0] && heirs[low].key[1] == now->key[1]);
+  return is_mine ? heirs + low : NULL;
+}
+
+PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints, const PetscReal *u,
+                               const Contacts *before, const OldContacts *old, const Candidate *list,
+                               Contacts *c)
+{
+  PetscInt n;
+  Heir *heirs;
+  PetscFunctionBeginUser;
+  PetscCall(find_heirs(scene, m, before, old, list, c, &n, &heirs));
+  PetscCall(share_heirs(m->comm, &n, &heirs));
+  for (PetscInt at = 0; at < c->n_padded; at++) {
+    if (c->key[2 * at] < 0) continue;
+    const Candidate *now = list++, *o = OldContactFind(old, now); // contacts and candidates run in one order
+    const Joint *joint = joints + now->joint;
+    if (o && now->pair.klass == VERTEX_FACE) {
+      same_vertex(before, o, joint, at, c);
+    } else if (o) {
+      carry_over(m, u, before, o, now, at, joint, c);
+    } else {
+      const Heir *heir = heir_of(n, heirs, now);
+      first_history(joint, now, at, c);
+      if (heir && heir->length > 0.) c->length[at] = heir->length;
+      for (int k = 0; heir && k < (now->pair.klass == VERTEX_FACE ? 1 : 2); k++)
+        c->slip[SUB(at, k)] = -heir->u_e;
+    }
+    for (int k = 0; k < 2; k++) c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)];
+  }
+  PetscCall(PetscFree(heirs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
