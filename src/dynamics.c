@@ -223,16 +223,29 @@ static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Pe
 
 /* ---- on the way */
 
-static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
-                             EnergyAccount *energy, StageResult *result)
+/* Forces at the present time, and what contacts have done to get there. */
+static PetscErrorCode evaluate(Model *m, const Stage *stage, Contacts *contacts, State *s,
+                               EnergyAccount *energy)
 {
-  PetscBool need;
-  PetscReal stored[2];
+  PetscReal *swap = s->f_old;
   PetscFunctionBeginUser;
-  PetscCall(ContactsNeedVerify(scene, m, s, &need));
-  if (!need) PetscFunctionReturn(PETSC_SUCCESS);
+  PartSample(s->cycle);
+  s->f_old = s->f;
+  s->f = swap;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   EnergyOfContacts(m, contacts, energy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether contacts were found again; then the forces are those of the new ones. */
+static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
+                             EnergyAccount *energy, PetscBool *verified, StageResult *result)
+{
+  PetscReal stored[2];
+  PetscFunctionBeginUser;
+  PetscCall(ContactsNeedVerify(scene, m, s, verified));
+  if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(evaluate(m, stage, contacts, s, energy));
   stored[0] = EnergyInJoints(m, stage->joints, contacts);
   PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
@@ -247,20 +260,6 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
                             "(lower dt_factor) or k_n too low",
                             (double)s->time, (double)result->deepest));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Forces at the present time, and what contacts have done to get there. */
-static PetscErrorCode evaluate(Model *m, const Stage *stage, Contacts *contacts, State *s,
-                               EnergyAccount *energy)
-{
-  PetscReal *swap = s->f_old;
-  PetscFunctionBeginUser;
-  PartSample(s->cycle);
-  s->f_old = s->f;
-  s->f = swap;
-  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
-  EnergyOfContacts(m, contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -338,9 +337,10 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
                         stage->name, steps, (double)s->dt, (double)stage->dt_factor));
   for (PetscInt64 i = 0; i < steps && result->verdict == VERDICT_NONE; i++) {
+    PetscBool verified = PETSC_FALSE;
     if (stage->variable && i % VERIFY_EVERY == 0)
-      PetscCall(verify(scene, m, stage, contacts, s, energy, result));
-    PetscCall(evaluate(m, stage, contacts, s, energy));
+      PetscCall(verify(scene, m, stage, contacts, s, energy, &verified, result));
+    if (!verified) PetscCall(evaluate(m, stage, contacts, s, energy));
     if (frame < stage->frames && i * (stage->frames + 1) >= steps * (frame + 1))
       PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++frame, result));
     const PetscBool report = (PetscBool)(!i || (i + 1) % scene->history_every == 0 || i + 1 == steps);
