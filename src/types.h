@@ -410,8 +410,8 @@ typedef struct {
   PetscReal kinetic, strain, joints; /* present */
   PetscReal outside;                 /* work of applied forces, weight included */
   PetscReal supports;                /* work of moving supports */
-  PetscReal friction;                /* lost in joints: their work less what they store */
-  PetscReal damping;                 /* lost to mass-proportional damping and dashpots of joints */
+  PetscReal friction;                /* lost in joints, dashpots included: their work less what they store */
+  PetscReal damping;                 /* lost to mass-proportional damping */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */
   PetscReal balance;                 /* what came in less what is there or lost: 0 when nothing is amiss */
 } Energies;
