@@ -5,8 +5,15 @@
 typedef struct _p_Quoin *Quoin;
 
 /* Exit codes of the program, and QuoinExitCode(). */
-enum { QUOIN_OK = 0, QUOIN_BAD_INPUT = 2, QUOIN_DIVERGED = 3, QUOIN_UNDECIDED = 4, QUOIN_INTERRUPTED = 5, QUOIN_COLLAPSED = 6,
-       QUOIN_INTERNAL = 7 };
+enum {
+  QUOIN_OK = 0,
+  QUOIN_BAD_INPUT = 2,
+  QUOIN_DIVERGED = 3,
+  QUOIN_UNDECIDED = 4,
+  QUOIN_INTERRUPTED = 5,
+  QUOIN_COLLAPSED = 6,
+  QUOIN_INTERNAL = 7
+};
 
 /* All functions are collective on comm. Bad input returns PETSC_ERR_USER_INPUT after one line on stderr. */
 PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q);

@@ -173,8 +173,9 @@ static void vertex_candidate(const Scene *scene, const Model *m, const PetscReal
 /* ---- the whole */
 
 /* Adds the contacts of vertices on faces to the face contacts found. */
-static PetscErrorCode find_vertices(const Scene *scene, const Model *m, const PetscReal *u, PetscInt n_near,
-                                    const PetscInt *near, PetscInt *n, Candidate **list)
+static PetscErrorCode find_vertices(const Scene *scene, const Model *m, const PetscReal *u,
+                                    const OldContacts *old, PetscInt n_near, const PetscInt *near,
+                                    PetscInt *n, Candidate **list)
 {
   PetscInt n_vertices = 0, n_faces = *n;
   VertexNear *v;
@@ -246,7 +247,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(NeighboursUpdate(m, state));
   u = state->u + 3 * m->n_bodies;
   PetscCall(ContactsFind(scene, m, u, &old, &n, &list, &n_near, &near));
-  PetscCall(find_vertices(scene, m, u, n_near, near, &n, &list));
+  PetscCall(find_vertices(scene, m, u, &old, n_near, near, &n, &list));
   keep_not_upgradeable(scene, m, &old, &n, list);
   PetscCall(ContactsStore(scene, m, n, list, c));
   c->rate = before.rate;

@@ -1,5 +1,5 @@
-/* Scene from YAML and command line: values, defaults, overrides, about 100 kinds of bad input, names against a
-   mesh, and docs/scene.md against -help.
+/* Scene from YAML and command line: values, defaults, overrides, about 100 kinds of bad input,
+   names against a mesh, and docs/scene.md against -help.
 
    ranks: 1 2 */
 #include "internal.h"
