@@ -1,6 +1,7 @@
 /* dynamics.c: a stage in time. True masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
 #include "internal.h"
+#include "reproducible.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
 static const PetscReal PRESSED_THROUGH =
@@ -129,23 +130,43 @@ static void move_supports(const Scene *scene, const Model *m, const Motion *moti
 
 /* ---- start */
 
-/* Mass centre of every macroblock from owned vertices and bodies [m] (n_bodies_global,2). */
+/* First moment of the mass of a dof [kg m] and, once per vertex or body, the mass [kg]; FALSE: a rotation. */
+static PetscBool moment_of_dof(const Model *m, const State *s, PetscInt d, int *axis, PetscReal *moment)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  *axis = (int)(d < at ? d % 3 : (d - at) % 2);
+  if (*axis == 2) return PETSC_FALSE;
+  *moment = m->mass[d] * ((d < at ? m->body_X[2 * (d / 3) + *axis] : m->X[d - at]) + s->u[d]);
+  return PETSC_TRUE;
+}
+
+/* Mass centre of every macroblock from owned vertices and bodies [m] (n_bodies_global,2); the same bits on
+   any number of ranks. */
 static PetscErrorCode mass_centres(const Model *m, const State *s, PetscReal *centre)
 {
-  const PetscInt nb = m->n_bodies_global, at = 3 * m->n_bodies;
-  PetscReal *sum;
+  const PetscInt nb = m->n_bodies_global;
+  PetscReal *sum, moment, top[2] = {1e-290, 1e-290};
+  int axis;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(3 * nb, &sum));
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscInt b = m->dof_body[d], axis = d < at ? d % 3 : (d - at) % 2;
-    if (axis == 2) continue;
-    const PetscReal X = d < at ? m->body_X[2 * (d / 3) + axis] : m->X[d - at];
-    sum[3 * b + axis] += m->mass[d] * (X + s->u[d]);
-    if (axis == 0) sum[3 * b + 2] += m->mass[d];
+  PetscCall(PetscCalloc1(6 * nb, &sum)); // by body: moments x, y, mass; two bins each
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (moment_of_dof(m, s, d, &axis, &moment)) {
+      top[0] = PetscMax(top[0], PetscAbsReal(moment));
+      top[1] = PetscMax(top[1], m->mass[d]);
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
+  const Bins moments = BinsFor(top[0]), masses = BinsFor(top[1]);
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (moment_of_dof(m, s, d, &axis, &moment)) {
+      PetscReal *body = sum + 6 * m->dof_body[d];
+      BinAdd(&moments, moment, body + 2 * axis);
+      if (axis == 0) BinAdd(&masses, m->mass[d], body + 4);
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6 * nb, MPIU_REAL, MPI_SUM, m->comm));
+  for (PetscInt i = 0; i < 2 * nb; i++) {
+    const PetscReal *body = sum + 6 * (i / 2), mass = body[4] + body[5];
+    centre[i] = mass > 0. ? (body[2 * (i % 2)] + body[2 * (i % 2) + 1]) / mass : 0.;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3 * nb, MPIU_REAL, MPI_SUM, m->comm));
-  for (PetscInt i = 0; i < 2 * nb; i++)
-    centre[i] = sum[3 * (i / 2) + 2] > 0. ? sum[3 * (i / 2) + i % 2] / sum[3 * (i / 2) + 2] : 0.;
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

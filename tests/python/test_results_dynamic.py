@@ -25,7 +25,7 @@ model: model.h5
 contact: {connectivity: variable, tolerance: 0.002}
 relaxation: {allow_floating: true, history_every: 20}
 materials:
-  block: {density: 2400, young: 1e8, poisson: 0.2}
+  block: {density: 2400, young: 1e8, poisson: 0.2, velocity: [0.1, 0], spin: 0.2}
   base: {density: 2400, rigid: true}
 joints:
   default: {stress_model: tptm, k_n: 1e9, k_s: 1e9, friction: 30}
