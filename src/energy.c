@@ -24,6 +24,17 @@ PetscErrorCode EnergyDestroy(EnergyAccount *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Normal end force of the joint itself: F_n less that of its dashpot, by the row of its stress model. */
+static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int k)
+{
+  PetscReal a, b;
+  int model = 0;
+  if (j->damping == 0. || c->rate == 0.) return c->F_n[SUB(i, k)];
+  while (i >= c->model_start[model + 1]) model++;
+  StressModelElastic((StressModelKind)model, &a, &b);
+  return c->length[i] * (a * c->sigma[SUB(i, k)] + b * c->sigma[SUB(i, 1 - k)]);
+}
+
 /* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens, tau as far as it holds.
  */
 static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
@@ -37,7 +48,7 @@ static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
     const PetscReal closed = open[0] ? s[1] : s[0], other = open[0] ? s[0] : s[1];
     stored += closed * closed * (closed / (closed - other)) * c->length[i] / (6. * j->k_n);
   } else {
-    for (int k = 0; k < 2; k++) stored += 0.5 * c->F_n[at[k]] * c->sigma[at[k]] / j->k_n;
+    for (int k = 0; k < 2; k++) stored += 0.5 * spring_force(c, j, i, k) * c->sigma[at[k]] / j->k_n;
   }
   for (int k = 0; k < 2; k++)
     if (j->k_s > 0.) stored += 0.5 * c->F_s[at[k]] * c->tau[at[k]] / j->k_s;
