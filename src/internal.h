@@ -255,11 +255,14 @@ void Integrate(const Model *model, State *state, const QuotientSums *last, Quoti
 
 /* ---- relax.c */
 typedef struct _p_Relaxation {
-  QuotientSums sums;    /* of the last cycle, over all ranks */
-  PetscReal *u_0, *f_0; /* (n_dof,) displacement and resisting force at the start of the stage */
-  PetscReal q_secant;   /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
-  PetscReal q_ray;      /* [1/s2] last positive Rayleigh quotient (37) */
-  MPI_Op reduce;        /* sums first, then maxima */
+  QuotientSums sums;      /* of the last cycle, over all ranks */
+  PetscReal *u_0, *f_0;   /* (n_dof,) displacement and resisting force at the start of the stage */
+  PetscReal q_secant;     /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
+  PetscBool tangent_only; /* the secant damped too little in this stage */
+  PetscReal best_ratio; /* [-] least unbalanced ratio of the stage that counted as progress, and its cycle */
+  PetscInt64 best_cycle;
+  PetscReal q_ray; /* [1/s2] last positive Rayleigh quotient (37) */
+  MPI_Op reduce;   /* sums first, then maxima */
   MPI_Datatype reduce_type;
   /* evidence for the verdict, per chunk of cycles */
   PetscReal *u_chunk,
@@ -278,7 +281,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r);
 PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
 /* The start of a stage (forces evaluated), and, collective, the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const State *state, Relaxation *r);
-PetscErrorCode Secant(const Model *model, const State *state, Relaxation *r);
+PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
 PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r,
                        const QuotientSums *local);

@@ -15,6 +15,7 @@
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
 static const PetscReal OUTGROWN =
     0.5; /* of a face: parted or slid so far, a contact that was kept means nothing */
+enum { STALL_CYCLES = 2500 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 3 };
 
 /* Sums add, maxima take the larger: one reduction a cycle. */
@@ -80,13 +81,29 @@ PetscErrorCode SecantStart(const Model *m, const State *state, Relaxation *r)
   PetscCall(PetscArraycpy(r->u_0, state->u, m->n_dof));
   PetscCall(PetscArraycpy(r->f_0, state->f, m->n_dof));
   r->q_secant = 0.;
+  r->tangent_only = PETSC_FALSE;
+  r->best_ratio = PETSC_MAX_REAL;
+  r->best_cycle = state->cycle;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Secant(const Model *m, const State *state, Relaxation *r)
+/* Friction can feed an oscillation that the smaller damping does not still: when the unbalanced ratio has not
+   fallen by a tenth over STALL_CYCLES, the stage goes on with the tangent alone. */
+static void guard_secant(const State *state, PetscReal ratio, Relaxation *r)
+{
+  if (state->ramp < 1. || ratio < 0.9 * r->best_ratio) r->best_ratio = ratio, r->best_cycle = state->cycle;
+  if (state->cycle - r->best_cycle > STALL_CYCLES) r->tangent_only = PETSC_TRUE;
+}
+
+PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relaxation *r)
 {
   PetscReal top[2] = {0., 0.}, sum[4] = {0., 0., 0., 0.};
   PetscFunctionBeginUser;
+  guard_secant(state, ratio, r);
+  if (r->tangent_only) {
+    r->q_secant = 0.;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
     const Bins num_bins = BinsFor(PetscMax(top[0], 1e-290)), den_bins = BinsFor(PetscMax(top[1], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {

@@ -210,7 +210,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     result->cycles++;
     if (!check) continue;
     PetscCall(Unbalanced(m, state, contact_scale, result));
-    PetscCall(Secant(m, state, relax));
+    PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));

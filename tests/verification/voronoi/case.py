@@ -96,7 +96,7 @@ def friction_at_failure(case):
     """Reduced in steps of 0.5 degrees under weight and water, joints without cohesion and tensile strength."""
     angles = np.concatenate([[45, 35, 30, 27, 25], np.arange(24, 9.9, -0.5)])
     stages = [{"SW": {"loads": ["weight"]}}]
-    stages += [{f"phi_{round(10 * angle)}": {"loads": ["weight", "water"], "max_cycles": 100000,
+    stages += [{f"phi_{round(10 * angle)}": {"loads": ["weight", "water"], "max_cycles": 400000,
                                             "joints": {"default": {"friction": float(angle)}}}} for angle in angles]
     scene = changed(SCENE, ("joints.default", {"k_n": 10e9, "k_s": 3e9, "friction": 45}), ("stages", stages),
                     ("strain", "large"), ("relaxation.tolerance", 1e-5), ("relaxation.velocity_tolerance", 1e-5))
