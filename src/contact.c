@@ -133,8 +133,8 @@ static PetscErrorCode allocate(Contacts *c)
   PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n,
                          &c->length, 2 * n, &c->state));
   PetscCall(PetscCalloc5(2 * n, &c->t, 4 * n, &c->gap, 2 * n, &c->rest, 2 * n, &c->slip, 2 * n, &c->broken));
-  PetscCall(PetscCalloc6(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau, 2 * n, &c->F_n,
-                         2 * n, &c->F_s));
+  PetscCall(PetscCalloc7(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->speed, 2 * n, &c->sigma, 2 * n, &c->tau,
+                         2 * n, &c->F_n, 2 * n, &c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -225,11 +225,11 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscCall(PetscArraycpy(copy->length, c->length, n));
   PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
   PetscCall(PetscArraycpy(copy->gap, c->gap, 4 * n));
-  PetscReal *const to[] = {copy->t,   copy->rest,  copy->slip, copy->broken, copy->u_n,
-                           copy->u_s, copy->sigma, copy->tau,  copy->F_n,    copy->F_s},
-                   *const from[] = {c->t,   c->rest,  c->slip, c->broken, c->u_n,
-                                    c->u_s, c->sigma, c->tau,  c->F_n,    c->F_s};
-  for (int i = 0; i < 10; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  PetscReal *const to[] = {copy->t,     copy->rest,  copy->slip, copy->broken, copy->u_n, copy->u_s,
+                           copy->speed, copy->sigma, copy->tau,  copy->F_n,    copy->F_s},
+                   *const from[] = {c->t,     c->rest,  c->slip, c->broken, c->u_n, c->u_s,
+                                    c->speed, c->sigma, c->tau,  c->F_n,    c->F_s};
+  for (int i = 0; i < 11; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -238,7 +238,7 @@ PetscErrorCode ContactsDestroy(Contacts *c)
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
   PetscCall(PetscFree5(c->t, c->gap, c->rest, c->slip, c->broken));
-  PetscCall(PetscFree6(c->u_n, c->u_s, c->sigma, c->tau, c->F_n, c->F_s));
+  PetscCall(PetscFree7(c->u_n, c->u_s, c->speed, c->sigma, c->tau, c->F_n, c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

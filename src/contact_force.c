@@ -112,16 +112,16 @@ static void scatter(const PetscInt *restrict vertex, const PetscReal *restrict t
 
 /* Dashpots of closed ends in time: damping * k_n * d(u_n)/dt over the end's half of the contact; a joint
  * never pulls. */
-static void dashpots(PetscInt b, const Contacts *c, const Joint *joints, Lanes *L)
+static void dashpots(PetscInt b, Contacts *c, const Joint *joints, Lanes *L)
 {
   for (int l = 0; l < BATCH; l++) {
     const Joint *j = joints + c->joint[b * BATCH + l];
     for (int k = 0; k < 2 && j->damping > 0.; k++) {
       const PetscInt at = SUB(b * BATCH + l, k);
+      c->speed[at] = (L->d_n[k][l] - c->rest[at] - c->u_n[at]) * c->rate;
       if (L->sigma[k][l] >= 0.) continue;
-      const PetscReal speed = (L->d_n[k][l] - c->rest[at] - c->u_n[at]) * c->rate;
-      L->F_n[k][l] = PetscMin(0.,
-                              L->F_n[k][l] + 0.5 * c->length[b * BATCH + l] * j->damping * j->k_n * speed);
+      L->F_n[k][l] = PetscMin(0., L->F_n[k][l] +
+                                      0.5 * c->length[b * BATCH + l] * j->damping * j->k_n * c->speed[at]);
     }
   }
 }

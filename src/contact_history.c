@@ -5,7 +5,8 @@
    the new contact's (at a new end u_s = 0, since P is projected afresh, so slip = -u_e). The paper copies u_n
    and u_s from old ends to new by the table of Fig. 5; here the class only says which vertices are the ends,
    and the field does the rest: a block that slides across an edge then feels no jump. A part of a contact
-   that is new has no strength left from before: it is broken.
+   that is new has no strength left from before: it is broken. The speed of opening, for dashpots, goes the
+   way of u_e.
 
    A contact of another kind or on another face may follow one that was: a vertex whose face contact has
    degenerated, a vertex that has gone on to the next face, a face contact that a vertex has landed flat. A
@@ -49,6 +50,7 @@ static void carry_over(const Model *m, const PetscReal *u, const Contacts *befor
     const PetscReal u_e = (1. - w) * elastic_slip(before, o->vertex, 0) +
                           w * elastic_slip(before, o->vertex, 1);
     c->slip[SUB(at, k)] = -u_e;
+    c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(o->vertex, 0)] + w * before->speed[SUB(o->vertex, 1)];
     c->rest[SUB(at, k)] = PetscMin(0., (1. - w) * before->rest[SUB(o->vertex, 0)] +
                                            w * before->rest[SUB(o->vertex, 1)]);
     // broken up to where it was broken from this end, and wherever the contact did not reach before
@@ -77,6 +79,7 @@ static void same_vertex(const Contacts *before, const Candidate *o, const Joint 
 {
   c->length[at] = o->pair.length;
   c->slip[SUB(at, 0)] = -elastic_slip(before, o->vertex, 0);
+  c->speed[SUB(at, 0)] = before->speed[SUB(o->vertex, 0)];
   c->rest[SUB(at, 0)] = 0.;
   c->broken[SUB(at, 0)] = has_strength(joint) ? 1. : 0.;
 }
@@ -87,7 +90,7 @@ typedef struct {
   PetscInt model, key[2]; /* of the new contact */
   PetscInt kind,
       source[2]; /* 0: faces that were in contact, 1: the vertex on another face; key of the old contact */
-  PetscReal length, u_e; /* length 0: keeps its own */
+  PetscReal length, u_e, speed; /* length 0: keeps its own */
 } Heir;
 
 static int heir_order(const void *a, const void *b)
@@ -98,10 +101,17 @@ static int heir_order(const void *a, const void *b)
   return 0;
 }
 
-static PetscInt push(Heir *heir, const Candidate *n, PetscInt kind, const Candidate *o, PetscReal length,
-                     PetscReal u_e)
+/* From end k of the old contact o. */
+static PetscInt push(Heir *heir, const Candidate *n, PetscInt kind, const Contacts *before,
+                     const Candidate *o, int k, PetscReal length)
 {
-  *heir = (Heir){(PetscInt)n->model, {n->key[0], n->key[1]}, kind, {o->key[0], o->key[1]}, length, u_e};
+  *heir = (Heir){(PetscInt)n->model,
+                 {n->key[0], n->key[1]},
+                 kind,
+                 {o->key[0], o->key[1]},
+                 length,
+                 elastic_slip(before, o->vertex, k),
+                 before->speed[SUB(o->vertex, k)]};
   return 1;
 }
 
@@ -121,7 +131,7 @@ static PetscInt from_faces(const Scene *scene, const Model *m, const Contacts *b
     const PetscReal N = before->F_n[SUB(at, 0)] + before->F_n[SUB(at, 1)], sigma = before->sigma[SUB(at, k)];
     const PetscReal length = sigma < 0. && N < 0. ? PetscMin(2. * N / sigma, o->pair.length) : 0.;
     const PetscReal least = 2. * scene->vertex_length * n->pair.length;
-    return push(heir, n, 0, o, length > 0. ? PetscMax(length, least) : 0., elastic_slip(before, at, k));
+    return push(heir, n, 0, before, o, k, length > 0. ? PetscMax(length, least) : 0.);
   }
   return 0;
 }
@@ -136,7 +146,7 @@ static PetscInt from_vertex(const Model *m, const Contacts *before, const OldCon
     for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1] && found < 2; r++) {
       const Candidate wanted = {.model = STRESS_PT, .key = {m->faces.gid[row[r]], n->key[1]}},
                       *o = OldContactFind(old, &wanted);
-      if (o) found += push(heir + found, n, 1, o, o->pair.length, elastic_slip(before, o->vertex, 0));
+      if (o) found += push(heir + found, n, 1, before, o, 0, o->pair.length);
     }
   return found;
 }
@@ -149,7 +159,7 @@ static PetscInt from_landing(const Model *m, const Contacts *before, const OldCo
   const PetscInt v = m->faces.vertex[2 * n->face[source] + END_CORNER[n->pair.klass][k]];
   const Candidate wanted = {.model = STRESS_PT, .key = {n->key[1 - source], -2 - m->vertex_gid[v]}},
                   *o = OldContactFind(old, &wanted);
-  return o ? push(heir, n, 0, o, 0., elastic_slip(before, o->vertex, 0)) : 0;
+  return o ? push(heir, n, 0, before, o, 0, 0.) : 0;
 }
 
 /* Rows of the faces at each vertex: (n_vertices + 1), (2 n faces). */
@@ -221,7 +231,7 @@ static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
 /* The first heir of a contact, NULL: none. */
 static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
 {
-  const Heir wanted = {(PetscInt)now->model, {now->key[0], now->key[1]}, -1, {0, 0}, 0., 0.};
+  const Heir wanted = {(PetscInt)now->model, {now->key[0], now->key[1]}, -1, {0, 0}, 0., 0., 0.};
   PetscInt low = 0, high = n;
   while (low < high) {
     const PetscInt middle = (low + high) / 2;
@@ -239,6 +249,7 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
                                const Contacts *before, const OldContacts *old, const Candidate *list,
                                Contacts *c)
 {
+  const PetscReal dt = before->rate > 0. ? 1. / before->rate : 0.;
   PetscInt n;
   Heir *heirs;
   PetscFunctionBeginUser;
@@ -257,9 +268,11 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
       first_history(joint, now, at, c);
       if (heir && heir->length > 0.) c->length[at] = heir->length;
       for (int k = 0; heir && k < (now->pair.klass == VERTEX_FACE ? 1 : 2); k++)
-        c->slip[SUB(at, k)] = -heir->u_e;
+        c->slip[SUB(at, k)] = -heir->u_e, c->speed[SUB(at, k)] = heir->speed;
     }
-    for (int k = 0; k < 2; k++) c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)];
+    // in a dynamic stage the opening a step ago, from which the next evaluation has the speed
+    for (int k = 0; k < 2; k++)
+      c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
   }
   PetscCall(PetscFree(heirs));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,9 +5,13 @@
    corner that comes down on a face, are contacts of one vertex: the point model at P with an influence length
    of its own, carried over when a face contact degenerates so that the force stays, never less than
    vertex_length times the shorter face. One vertex has one contact with a face, none beside a face contact of
-   one of its faces; of the two faces at a convex corner it takes the nearer. */
+   one of its faces; of the two faces at a convex corner it takes the nearer. Where a corner slides over a
+   joint of two flush faces it is pressed in, and must not catch on the side of the next block: within FLUSH
+   tolerances of a corner only what was a contact before is one. */
 #include "internal.h"
 #include "contact_geometry.h"
+
+static const PetscReal FLUSH = 0.1; /* of the contact tolerance: lower steps are not seen */
 
 /* ---- the contacts that were */
 
@@ -39,6 +43,8 @@ typedef struct {
   PetscReal t, gap, edge;            /* edge: [m] from the nearer end of the face, negative beyond it */
   PetscBool blocked;                 /* it cannot be a contact */
   PetscBool flat;                    /* the two faces are nearly parallel */
+  PetscBool was;                     /* it, or the two faces, were a contact before */
+  PetscReal flush;                   /* [m] lower steps are not seen */
 } VertexNear;
 
 /* By vertex, then face. */
@@ -59,6 +65,16 @@ static PetscReal depth_allowed(const Model *m, const OldContacts *old, PetscInt 
   if (m->faces.body[f] == m->faces.body[g] && !OldContactFind(old, &wanted))
     return FACE_MIN_OVERLAP * shorter;
   return FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
+}
+
+static PetscBool was_contact(const Scene *scene, const Model *m, const OldContacts *old, PetscInt v,
+                             PetscInt f, PetscInt g)
+{
+  const Candidate wanted = {.model = STRESS_PT, .key = {m->faces.gid[g], -2 - m->vertex_gid[v]}};
+  const PetscInt gid[2] = {m->faces.gid[f], m->faces.gid[g]};
+  const Candidate faces = {.model = scene->joints[JointOfPair(scene, m, f, g)].stress_model,
+                           .key = {PetscMin(gid[0], gid[1]), PetscMax(gid[0], gid[1])}};
+  return (PetscBool)(OldContactFind(old, &wanted) || OldContactFind(old, &faces));
 }
 
 /* Both vertices of face f against face g, also a little beyond its ends. */
@@ -90,7 +106,9 @@ static PetscInt vertices_of(const Scene *scene, const Model *m, const PetscReal 
                              .gap = gap[k],
                              .edge = edge,
                              .blocked = (PetscBool)(face_contact || aside),
-                             .flat = (PetscBool)(cosine < -FACE_COS_LIMIT)};
+                             .flat = (PetscBool)(cosine < -FACE_COS_LIMIT),
+                             .was = was_contact(scene, m, old, v, f, g),
+                             .flush = FLUSH * tolerance};
   }
   return n;
 }
@@ -107,14 +125,17 @@ static PetscBool convex_corner(const Model *m, const PetscReal *u, PetscInt f, P
 }
 
 /* At a convex corner of the other body, whether the vertex belongs to face j rather than to face i: to the
-   face that one of its own faces is nearly parallel to, else to the nearer; at a tie to that of the lower
-   gid. Never both ways. */
+   face that one of its own faces is nearly parallel to; close to the corner of flush faces to what was a
+   contact before, or to none; else to the nearer; at a tie to that of the lower gid. */
 static PetscBool belongs_to_other(const Model *m, const PetscReal *u, const VertexNear *i,
                                   const VertexNear *j)
 {
   if (m->faces.body[j->on] != m->faces.body[i->on] || !convex_corner(m, u, i->on, j->on)) return PETSC_FALSE;
   if (j->flat != i->flat) return j->flat;
-  if (j->t < 0. || j->t >= 1.) return PETSC_FALSE;
+  const PetscBool over = (PetscBool)(j->t >= 0. && j->t < 1.);
+  if (j->flat && j->gap > -j->flush && i->gap > -i->flush && !(over && i->was && j->was))
+    return (PetscBool)!i->was;
+  if (!over) return PETSC_FALSE;
   return (PetscBool)(j->gap > i->gap || (j->gap == i->gap && j->key[0] < i->key[0]));
 }
 
@@ -128,6 +149,7 @@ static PetscInt join_entries(PetscInt n, VertexNear *list)
     if (last && last->key[0] == list[i].key[0] && last->key[1] == list[i].key[1]) {
       last->blocked = (PetscBool)(last->blocked || list[i].blocked);
       last->flat = (PetscBool)(last->flat || list[i].flat);
+      last->was = (PetscBool)(last->was || list[i].was);
     } else {
       list[kept++] = list[i];
     }

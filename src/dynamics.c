@@ -268,8 +268,10 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(evaluate(m, stage, contacts, s, energy));
   stored[0] = EnergyInJoints(m, stage->joints, contacts);
+  PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  EnergyOfExchange(m, s, energy);
   stored[1] = EnergyInJoints(m, stage->joints, contacts);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
   energy->detection += stored[1] - stored[0];

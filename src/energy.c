@@ -4,8 +4,10 @@
    1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). What then does not balance is the error of the time step.
 
    Joints: the work of a contact is that of its end forces on d.n and d.s (contact_force.c), to which they are
-   conjugate. What joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is
-   lost in friction (and dashpots). */
+   conjugate. When contacts are found anew at time t, it is the new forces that the scheme uses at t: what
+   they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What joints
+   store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in friction (and
+   dashpots). */
 #include "internal.h"
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
@@ -13,6 +15,7 @@ PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(e, sizeof(*e)));
   PetscCall(PetscMalloc1(m->n_dof, &e->v_before));
+  PetscCall(PetscMalloc1(m->n_dof, &e->f_before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -20,6 +23,7 @@ PetscErrorCode EnergyDestroy(EnergyAccount *e)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree(e->v_before));
+  PetscCall(PetscFree(e->f_before));
   PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -95,6 +99,12 @@ void EnergyOfContacts(const Model *m, const Contacts *c, EnergyAccount *e)
   }
 }
 
+void EnergyOfExchange(const Model *m, const State *s, EnergyAccount *e)
+{
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    e->work_before += 0.5 * (s->f[d] - e->f_before[d]) * s->v[d] * s->dt;
+}
+
 void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
 {
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -138,6 +148,7 @@ PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
 PetscErrorCode EnergyReport(const Model *m, const Joint *joints, const Contacts *c, EnergyAccount *e,
                             PetscBool first, Energies *out)
 {
+  if (first) e->outside = e->supports = 0., e->damping = e->damping_ahead; // it starts at this very time
   PetscReal sum[7] = {e->kinetic,    e->strain,   EnergyInJoints(m, joints, c),
                       e->outside,    e->supports, e->damping - e->damping_ahead,
                       e->work_before};

@@ -326,6 +326,7 @@ PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints,
 /* ---- energy.c: see there. Sums are of this rank until EnergyReport. */
 typedef struct {
   PetscReal *v_before;              /* (n_dof,) velocity before the step */
+  PetscReal *f_before;              /* (n_dof,) resisting force with the contacts before a verification */
   PetscReal *F_n, *F_s, *d_n, *d_s; /* (contacts as in Contacts) of the cycle before */
   PetscReal *work;                  /* (n_contacts,) [J] of each contact since it is there */
   PetscInt n_contacts;
@@ -338,6 +339,8 @@ PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
 PetscErrorCode EnergyDestroy(EnergyAccount *e);
 /* Works of the contacts over the step that led to the forces just evaluated. */
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
+/* Contacts were found anew: half a step's work of what the forces have changed by, from f_before. */
+void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
 /* Around Integrate: works of loads and supports of the step before; kinetic energy and damping at this time.
  */
 void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);

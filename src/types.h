@@ -362,6 +362,7 @@ typedef struct {
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, 0 in a static one: joints have no dashpots there */
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
+  PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
   PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
   PetscReal *F_n, *F_s;   /* [N/m] (.., 2, BATCH) end forces per metre of thickness, signs of sigma and tau */
   PetscInt *state;        /* (.., 2, BATCH) ContactState bits */
