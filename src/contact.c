@@ -63,18 +63,21 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const PetscR
   c->model = scene->joints[c->joint].stress_model;
   // a contact that is there may be pressed in deep, though never as deep as the back of its block; before it
   // is one, its corners carry it as vertices on a face
+  const PetscBool was = (PetscBool)(old && OldContactFind(old, c));
   PetscReal depth = scene->overlap_tolerance;
-  if (old && OldContactFind(old, c)) depth = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
+  if (was) depth = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
   // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
-  if (m->faces.body[f] == m->faces.body[g] && !(old && OldContactFind(old, c)))
-    depth = FACE_MIN_OVERLAP * shorter;
-  if (FacePairClassify(a, b, tolerance, depth, &c->pair) == FACES_APART) return PETSC_FALSE;
+  if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
+  // a contact that is there stays one while either end is near: partly open it has a potential (tptm), which
+  // a change to a vertex on a face and back has not
+  if (FacePairClassify(a, b, was ? PETSC_MAX_REAL : tolerance, depth, &c->pair) == FACES_APART)
+    return PETSC_FALSE;
+  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;
   // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
   // long is the side of a block that slides over the edge
   const PetscBool corners = (PetscBool)(c->pair.klass == FF2_I || c->pair.klass == FF2_F);
   const PetscReal distance = PetscMax(PetscAbsReal(c->pair.gap[0]), PetscAbsReal(c->pair.gap[1]));
-  if (u && old && corners && c->pair.length < tolerance && distance > c->pair.length &&
-      !OldContactFind(old, c))
+  if (u && old && corners && c->pair.length < tolerance && distance > c->pair.length && !was)
     return PETSC_FALSE;
   return PETSC_TRUE;
 }

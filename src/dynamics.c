@@ -331,19 +331,21 @@ static PetscErrorCode look(const Model *m, const Stage *stage, const State *s, c
 }
 
 /* The four models that derive from no potential make or destroy energy where contacts open and close. */
-static PetscErrorCode warn_models(const Model *m, const Contacts *c)
+static PetscErrorCode warn_models(const Scene *scene, const Model *m, const Stage *stage, const Contacts *c)
 {
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
+  for (PetscInt j = 0; j < scene->n_joints && stage->variable; j++) { // contacts yet to be made
+    const StressModelKind model = stage->joints[j].stress_model;
+    n += stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
+  }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, m->comm));
   if (n)
-    PetscCall(PetscPrintf(
-        m->comm,
-        "warning: %" PetscInt_FMT
-        " contacts use r2pt, r3pt, t2pt or t3pt, which create or destroy energy when they open and "
-        "close: use pt or tptm in dynamic stages\n",
-        n));
+    PetscCall(PetscPrintf(m->comm,
+                          "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
+                          "destroy energy when they open and close: use pt or tptm in dynamic stages\n",
+                          stage->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -404,7 +406,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(motions_read(scene, m->comm, &motions));
   PetscCall(start(scene, m, stage, number, contacts, s, result));
-  PetscCall(warn_models(m, contacts));
+  PetscCall(warn_models(scene, m, stage, contacts));
   PetscCall(EnergyCreate(m, &energy));
   PetscCall(EnergyContactsChanged(scene, contacts, &energy));
   PetscCall(run(scene, m, stage, number, contacts, s, motions, &energy, output, result));

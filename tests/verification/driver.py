@@ -145,7 +145,8 @@ def compare(what, ours, expected, relative, absolute):
         return Check(what, None, None, float("nan"), relative or absolute, "absolute", "", 0.0, False)
     error = np.abs(ours - expected)
     if relative is not None:
-        error = error / np.abs(expected)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = error / np.abs(expected)
     error = np.where(np.isfinite(error), error, np.inf)
     worst = int(np.argmax(error))
     tolerance, kind = (absolute, "absolute") if relative is None else (relative, "relative")

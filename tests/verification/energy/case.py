@@ -1,0 +1,113 @@
+# ranks: 2
+"""Energy in time (V25): an elastic block in free motion, a block that slides, and a rocking block by all six stress models."""
+
+import numpy as np
+from driver import MODELS, changed
+from quoin_tools.meshing import join, rectangle, renamed
+
+WHAT = "energy of a free elastic block, of a sliding one, and of a rocking one by the six stress models (V25)"
+SOURCE = "E = 1/2 v-.M v+ + strain + joints is constant without damping; work in = stored + lost in friction"
+
+G, RHO = 9.81, 2400.0
+SCENE = {
+    "relaxation": {"allow_floating": True, "tolerance": 1e-9, "velocity_tolerance": 1e-9},
+    "materials": {"block": {"density": RHO, "young": 1e9, "poisson": 0.2}, "base": {"density": RHO, "rigid": True}},
+    "joints": {"default": {"k_n": 1e9, "k_s": 1e9, "friction": 60}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"none": {"type": "point_force", "point": "mark", "value": [0, 0]},
+              "weight": {"type": "self_weight", "groups": ["block"]},
+              "pull": {"type": "traction", "faces": "top", "value": [2e5, 5e5]},
+              "press": {"type": "traction", "faces": "top", "value": [0, -5e5]}},
+}
+LEVEL = ("kinetic_J", "strain_J", "joints_J")
+
+
+def base(width=3.0):
+    return renamed(rectangle(-0.5 * width, -1, width, 1, group="base", rigid=True), {})
+
+
+def history(result, stage):
+    mine = (result.history["stage"] == stage) & np.isfinite(result.history["balance_J"])
+    return {name: column[mine] for name, column in result.history.items() if name != "stage"}
+
+
+def run(case):
+    free_block(case)
+    on_a_joint(case)
+    sliding(case)
+    rocking(case)
+
+
+def free_block(case):
+    """Pulled at the top while an elastic joint holds it; then the joint lets go, and it flies off, spins and shakes."""
+    mesh = join([base(), renamed(rectangle(-0.5, 0, 1, 1, 4, 4, group="block"), {"top": "top"}, {"mark": "top_right"})])
+    stages = [{"pull": {"loads": ["pull"]}},
+              {"fly": {"type": "dynamic", "loads": ["none"], "duration": 0.1, "dt_factor": 0.5,
+                       "joints": {"default": {"law": "mohr_coulomb", "friction": 60}}}}]
+    for strain in ("small", "large"):
+        scene = changed(SCENE, ("stages", stages), ("strain", strain), ("joints.default.law", "elastic"),
+                        ("materials.block.spin", 5.0), ("materials.block.velocity", [0.0, 2.0]), ("relaxation.history_every", 20))
+        h = history(case.run(mesh, scene), "fly")
+        total = sum(h[name] for name in LEVEL)
+        shakes = np.ptp(h["strain_J"]) / h["strain_J"].max()
+        case.check(f"free elastic block, {strain} strain: the strain energy comes and goes, part of it", bool(shakes > 0.3), True)
+        if strain == "small":  # a linear system; history.csv has ten digits, the balance is of all
+            case.check("... change of the energy", h["balance_J"] / total[0], 0.0, absolute=1e-10)
+            free = total[h["time_s"] > 0.05]  # the joint has let go
+            case.check("... once it is free, as printed in history.csv", free / free[0] - 1, 0.0, absolute=1e-9)
+        else:
+            case.check("... change of the energy", h["balance_J"] / total[0], 0.0, absolute=1e-3)
+
+
+def on_a_joint(case):
+    """Pulled at the top, let go: swings on an elastic joint, a linear system."""
+    mesh = join([base(), renamed(rectangle(-0.5, 0, 1, 1, 4, 4, group="block"), {"top": "top"}, {"mark": "top_right"})])
+    stages = [{"pull": {"loads": ["pull"]}},
+              {"swing": {"type": "dynamic", "loads": ["none"], "duration": 0.2, "dt_factor": 0.5}}]
+    scene = changed(SCENE, ("stages", stages), ("strain", "small"), ("joints.default.law", "elastic"))
+    for alpha in (0.0, 5.0):
+        stages[1]["swing"]["alpha"] = alpha
+        h = history(case.run(mesh, changed(scene, ("stages", stages))), "swing")
+        total = sum(h[name] for name in LEVEL)
+        case.check(f"elastic block swings on an elastic joint, alpha = {alpha:g}: balance", h["balance_J"] / total[0], 0.0,
+                   absolute=1e-10)
+        case.check("... stored and lost in damping, as printed", (total + h["damping_J"]) / total[0] - 1, 0.0, absolute=1e-9)
+        case.check("... kinetic at times", bool((h["kinetic_J"] / total).max() > 0.5), True)
+
+
+def sliding(case):
+    """An elastic block slides to rest by friction, in large strain."""
+    v, mu = 2.0, 0.5
+    block = rectangle(-0.5, 0, 1, 0.25, 4, 1, group="block")
+    mesh = join([base(4.0), renamed(block, {"top": "top"}, {"corner": "bottom_left", "mark": "top_right"})])
+    stages = [{"rest": {"loads": ["weight"]}}, {"slide": {"type": "dynamic", "loads": ["weight"], "duration": 0.6}}]
+    row = {"k_n": 1e9, "k_s": 1e9, "friction": float(np.degrees(np.arctan(mu))), "damping": 1e-4}
+    scene = changed(SCENE, ("stages", stages), ("joints.default", row), ("materials.block.velocity", [v, 0.0]),
+                    ("contact", {"connectivity": "variable", "tolerance": 0.005}))
+    result = case.run(mesh, scene)
+    h, kinetic = history(result, "slide"), 0.5 * RHO * 0.25 * v**2
+    moved = result.probe("slide", "corner") - result.probe("rest", "corner")
+    case.check("elastic block slides to rest: v^2 / 2 mu g [m]", moved[0], v**2 / (2 * mu * G), relative=0.005)
+    case.check("... lost in friction: m v^2 / 2 [J]", h["friction_J"][-1], kinetic, relative=0.01)
+    case.check("... balance over m v^2 / 2", h["balance_J"] / kinetic, 0.0, absolute=0.01)
+
+
+def rocking(case):
+    """A slender block set rocking from rest on one contact without shear: pt and tptm keep its energy."""
+    width, height, spin = 0.5, 2.0, -0.5
+    mesh = join([base(4.0), renamed(rectangle(0, 0, width, height, group="block", rigid=True), {"top": "top"}, {"mark": "top_left"})])
+    material = {"density": RHO, "rigid": True, "spin": spin, "velocity": [0.0, -spin * width / 2]}
+    stages = [{"rest": {"loads": ["weight"]}}, {"rock": {"type": "dynamic", "loads": ["weight"], "duration": 4.0, "dt_factor": 0.02}}]
+    jobs = [(mesh, changed(SCENE, ("stages", stages), ("materials.block", material),
+                           ("contact", {"connectivity": "variable", "tolerance": 0.005}),
+                           ("joints.default", {"k_n": 1e8, "k_s": 0, "friction": 60, "stress_model": model}))) for model in MODELS]
+    for model, result in zip(MODELS, case.run_all(jobs)):
+        h = history(result, "rock")
+        total = sum(h[name] for name in LEVEL) - h["outside_J"]
+        drift = (total - total[0]) / h["kinetic_J"][0]
+        what = f"rocking block for 4 s, {model}: change of the energy over that given to it"
+        if model in ("pt", "tptm"):
+            case.check(what, drift, 0.0, absolute=0.01)
+        else:
+            case.report(what, drift[np.argmax(np.abs(drift))], 0.0)
+        case.check(f"... {model}: a warning", "create or destroy energy" in result.stdout, model not in ("pt", "tptm"))

@@ -1,0 +1,81 @@
+# ranks: 1
+"""Where the method fails, what the user is told: step, connectivity, slivers, nearly parallel faces, support, a contact run over."""
+
+import numpy as np
+from driver import changed
+from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.stacks import block_on_plane, column
+
+WHAT = "where the method fails, what is told"
+SOURCE = "the messages"
+
+SCENE = {
+    "contact": {"connectivity": "variable", "tolerance": 0.005},
+    "relaxation": {"allow_floating": True},
+    "materials": {"block": {"density": 2400}, "base": {"density": 2400}},
+    "joints": {"default": {"k_n": 1e9, "k_s": 1e9, "friction": 30}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["block"]}},
+}
+
+
+def stage(**keys):
+    return ("stages", [{"go": {"type": "dynamic", "loads": ["weight"]} | keys}])
+
+
+def told(case, what, result, verdict, words):
+    case.check(what, result.verdict, verdict)
+    said = result.stdout + result.stderr
+    case.check(f"... says \"{words}\"", words in said, True)
+
+
+def run(case):
+    pressed_through(case)
+    outgrown(case)
+    not_held(case)
+    sliver(case)
+    nearly_parallel(case)
+
+
+def pressed_through(case):
+    """A block falls fast on a joint far too soft; and one so fast that a step takes it through the base's face."""
+    mesh = column(1)
+    soft = changed(SCENE, ("joints.default.k_n", 1e5), ("joints.default.k_s", 1e5), ("materials.block.velocity", [0.0, -10.0]),
+                   stage(duration=1.0))
+    told(case, "a contact is pressed in by a tenth of its length", case.run(mesh, soft), "diverged", "a contact is pressed in by")
+    fast = changed(SCENE, ("materials.block.velocity", [0.0, -1e6]), stage(duration=0.01, dt_factor=1.0))
+    told(case, "a block passes through in one step", case.run(mesh, fast), "diverged", "the step is too large")
+
+
+def outgrown(case):
+    """Fixed connectivity: a block slides off its contact."""
+    scene = changed(SCENE, ("contact.connectivity", "fixed"), ("joints.default.friction", 10), stage(duration=0.6))
+    told(case, "fixed connectivity is outgrown", case.run(block_on_plane(), scene), "converged", "fixed connectivity is outgrown")
+
+
+def not_held(case):
+    scene = changed(SCENE, ("relaxation", {}), ("stages", [{"rest": {"loads": ["weight"]}}]))
+    mesh = join([renamed(rectangle(0, -1, 1, 1, group="base", rigid=True), {}),
+                 renamed(rectangle(0, 1, 1, 1, group="block", rigid=True), {})])
+    told(case, "a body with no support", case.run(mesh, scene), "bad input", "hangs on nothing")
+
+
+def sliver(case):
+    """A block a thousand times longer than high has no area to speak of, and a bow-tie is no block."""
+    thin = quad_patch((0, 0), (1, 0), (1, 1e-9), (0, 1e-9), 1, 1, "block", True)
+    mesh = join([renamed(rectangle(0, -1, 1, 1, group="base", rigid=True), {}), renamed(thin, {})])
+    scene = changed(SCENE, ("stages", [{"rest": {"loads": ["weight"]}}]))
+    result = case.run(mesh, scene)
+    case.check("a sliver of 1e-9: refused, not run", result.verdict, "bad input")
+
+
+def nearly_parallel(case):
+    """A wedge of half a degree on a plane, landing: contact of one corner, then of both faces; it comes to rest, nothing is gained."""
+    t = np.tan(np.radians(0.5))
+    wedge = quad_patch((0, 0.01), (1, 0.01 + t), (1, 0.5), (0, 0.5), 1, 1, "block", True)
+    mesh = join([renamed(rectangle(-1, -1, 3, 1, group="base", rigid=True), {}), renamed(wedge, {}, {"right": "bottom_right"})])
+    scene = changed(SCENE, ("joints.default.damping", 5e-4), stage(duration=1.5))
+    result = case.run(mesh, scene)
+    energy = result.stage_summary("go")["energy"]
+    case.check("faces at half a degree: lands flat, right corner at [m]", 0.01 + t + result.probe("go", "right")[1], 0.0, absolute=1e-4)
+    case.check("... nothing gained: all work of the weight is lost", energy["friction"] / energy["outside"], 1.0, absolute=0.01)

@@ -1,0 +1,84 @@
+# ranks: 2
+"""A block on a slope stays, slides or topples (V13); a block rocks."""
+
+import numpy as np
+from driver import changed
+from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.stacks import block_on_plane
+
+WHAT = "a block on a slope stays, slides or topples (V13); a rocking block comes down as Housner's"
+SOURCE = "slides when phi < slope, topples when width / height < tan(slope); Housner: theta'' = -p^2 sin(alpha - theta), p^2 = 3 g / 4 R"
+
+G, RHO = 10.0, 2000.0
+SCENE = {
+    "gravity": G,
+    "contact": {"connectivity": "variable", "tolerance": 0.05},
+    "relaxation": {"ramp": 2000},
+    "materials": {"block": {"density": RHO}, "base": {"density": RHO}},
+    "joints": {"default": {"k_n": 10e6, "k_s": 10e6, "friction": 45}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["block"]}},
+}
+
+
+def run(case):
+    slope_of_blocks(case)
+    rocking(case)
+
+
+def on_slope(height, slope, phi, joint):
+    """4 s in time; at rest under its weight before, with much friction, unless it topples anyway."""
+    mesh = block_on_plane(10.0, height, slope, plane_length=60.0, start=5.0)
+    rest = [{"rest": {"loads": ["weight"], "joints": {"default": {"friction": 60}}}}] if height < 20 else []
+    stages = rest + [{"go": {"type": "dynamic", "loads": ["weight"], "duration": 4.0, "dt_factor": 0.02, "alpha": 0.5,
+                             "joints": {"default": {"friction": phi}}}}]
+    return mesh, changed(SCENE, ("stages", stages), ("joints.default", SCENE["joints"]["default"] | joint))
+
+
+def slope_of_blocks(case):
+    """Width 10 m, k = 10 MPa/m with forces at the corners (pt), as in the handbook of 3DEC; tptm with stiff joints.
+
+    On a joint of 10 MPa/m without tension the first block has no equilibrium: closed over 2.4 m it leans by 3 degrees, which
+    moves its weight out by more than the joint can follow. The third slope is such that width / height < its tangent."""
+    cases = [("height 10, slope 40, phi 40.1: stays", 10.0, 40.0, 40.1), ("height 5, slope 40, phi 20: slides", 5.0, 40.0, 20.0),
+             ("height 25, slope 30, phi 40: topples", 25.0, 30.0, 40.0)]
+    joints = {"pt": {"stress_model": "pt"}, "tptm, 1 GPa/m": {"k_n": 1e9, "k_s": 1e9}}
+    for name, joint in joints.items():
+        slope_of(case, name, cases, case.run_all([on_slope(*values, joint) for _, *values in cases]))
+
+
+def slope_of(case, name, cases, results):
+    for (what, height, slope, phi), result in zip(cases, results):
+        down = np.array([np.cos(np.radians(slope)), -np.sin(np.radians(slope))])
+        moved = np.array([result.probe("go", c) @ down for c in ("bottom_left", "bottom_right", "top_left", "top_right")])
+        turned = np.degrees(np.nanmin(result.stage("go").rotation))
+        did = "topples" if turned < -15 else "slides" if moved[:2].min() > 1 else "stays"
+        case.check(f"{name}: {what}", did, what.split()[-1])
+        if did == "stays":
+            case.check("... turned [degree], moved down the slope at its base [m]", [turned, moved[:2].mean()], 0.0, absolute=1.0)
+
+
+def rocking(case):
+    """Let go from a lean of a third of its slenderness: free rotation about the corner until it comes upright."""
+    width, height, part = 0.5, 2.0, 1 / 3
+    alpha, R = np.arctan(width / height), np.hypot(width, height) / 2
+    lean = part * alpha
+    block = rectangle(0, 0, width, height, group="block", rigid=True)
+    c, s = np.cos(lean), np.sin(lean)
+    block.vertices = (block.vertices - [width, 0]) @ np.array([[c, -s], [s, c]]) + [width, 0]
+    mesh = join([renamed(rectangle(-2, -1, 4.5, 1, group="base", rigid=True), {}), renamed(block, {}, {"top": "top_left"})])
+    p = np.sqrt(3 * G / (4 * R))
+    quarter = np.arccosh(1 / (1 - part)) / p
+    stages = [{"rock": {"type": "dynamic", "loads": ["weight"], "duration": 0.98 * quarter, "dt_factor": 0.02}}]
+    scene = changed(SCENE, ("stages", stages), ("joints.default", {"k_n": 1e10, "k_s": 1e10, "friction": 60}),
+                    ("contact.tolerance", 0.002), ("relaxation.allow_floating", True))
+    result = case.run(mesh, scene)
+    t = 0.98 * quarter
+    # theta'' = -p^2 sin(alpha - theta), which for a slender block is theta = alpha - (alpha - theta_0) cosh(p t)
+    theta, rate, n = lean, 0.0, 20000
+    for _ in range(n):
+        rate -= p**2 * np.sin(alpha - theta) * t / n
+        theta += rate * t / n
+    case.check("rocking: angle just before it is upright [rad]", lean - np.nanmax(result.stage("rock").rotation), theta, absolute=0.005 * lean)
+    case.check("... energy balance over the work of the weight", result.stage_summary("rock")["energy"]["balance"]
+               / result.stage_summary("rock")["energy"]["outside"], 0.0, absolute=1e-3)
