@@ -299,8 +299,9 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
 }
 
 /* Whether a vertex has moved verify_after tolerances since contacts were last verified: a bound for bodies by
- * their reach. */
-PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const State *state, PetscBool *need)
+   their reach. far [m]: how far it has, NULL: not asked for. */
+PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const State *state, PetscBool *need,
+                                  PetscReal *far)
 {
   PetscReal moved = 0.;
   PetscFunctionBeginUser;
@@ -315,6 +316,7 @@ PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const Stat
     moved = PetscMax(moved, PetscHypotReal(state->u[d] - state->u_verified[d],
                                            state->u[d + 1] - state->u_verified[d + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPIU_REAL, MPI_MAX, m->comm));
+  if (far) *far = moved;
   *need = (PetscBool)(moved > scene->verify_after * m->contact_margin);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -258,14 +258,32 @@ static PetscErrorCode evaluate(Model *m, const Stage *stage, Contacts *contacts,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A block that has moved farther than blocks are deep may have gone through another between two looks. */
+static PetscErrorCode run_over(const Model *m, const State *s, PetscReal moved, StageResult *result)
+{
+  PetscReal thinnest = PETSC_MAX_REAL;
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < m->faces.n; f++) thinnest = PetscMin(thinnest, m->faces.thick[f]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &thinnest, 1, MPIU_REAL, MPI_MIN, m->comm));
+  if (!(moved > thinnest)) PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_DIVERGED;
+  PetscCall(
+      PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                    "t = %g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
+                    "passed through others: the step is too large (lower dt_factor)",
+                    (double)s->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Whether contacts were found again; then the forces are those of the new ones. */
 static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
                              EnergyAccount *energy, PetscBool *verified, StageResult *result)
 {
-  PetscReal stored[2];
+  PetscReal stored[2], moved;
   PetscFunctionBeginUser;
-  PetscCall(ContactsNeedVerify(scene, m, s, verified));
+  PetscCall(ContactsNeedVerify(scene, m, s, verified, &moved));
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(run_over(m, s, moved, result));
   PetscCall(evaluate(m, stage, contacts, s, energy));
   stored[0] = EnergyInJoints(m, stage->joints, contacts);
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));

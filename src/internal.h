@@ -178,8 +178,8 @@ PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *
 PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *model, State *state,
                               Contacts *contacts, StageResult *result);
 /* Collective. Whether blocks have moved enough since the last verification. */
-PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const State *state,
-                                  PetscBool *need);
+PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const State *state, PetscBool *need,
+                                  PetscReal *far);
 
 /* ---- ghost.c: owned vertices' displacements to the ranks that read them. Collective. u: vertex array. */
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);

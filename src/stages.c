@@ -122,7 +122,7 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
 {
   PetscBool need = now;
   PetscFunctionBeginUser;
-  if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need));
+  if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need, NULL));
   if (!need) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   PetscCall(ContactsVerify(scene, stage->joints, m, state, contacts, result));

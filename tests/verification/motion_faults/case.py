@@ -61,12 +61,19 @@ def not_held(case):
 
 
 def sliver(case):
-    """A block a thousand times longer than high has no area to speak of, and a bow-tie is no block."""
-    thin = quad_patch((0, 0), (1, 0), (1, 1e-9), (0, 1e-9), 1, 1, "block", True)
+    """A sliver whose area is rounding is refused, one of a nanometre runs."""
+    for height, verdict in ((1e-13, "bad input"), (1e-9, "converged")):
+        sliver_of(case, height, verdict)
+
+
+def sliver_of(case, height, verdict):
+    thin = quad_patch((0, 0), (1, 0), (1, height), (0, height), 1, 1, "block", True)
     mesh = join([renamed(rectangle(0, -1, 1, 1, group="base", rigid=True), {}), renamed(thin, {})])
     scene = changed(SCENE, ("stages", [{"rest": {"loads": ["weight"]}}]))
     result = case.run(mesh, scene)
-    case.check("a sliver of 1e-9: refused, not run", result.verdict, "bad input")
+    case.check(f"a sliver 1 m by {height:g} m", result.verdict, verdict)
+    if verdict == "bad input":
+        case.check("... says \"its area is zero\"", "its area is zero" in result.stderr, True)
 
 
 def nearly_parallel(case):
