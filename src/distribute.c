@@ -19,6 +19,7 @@ static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh, PetscInt n_edges,
   PetscCall(DMPlexGetConeOrientations(dm, &orientation));
   for (PetscInt b = 0; b < nb; b++) {
     for (PetscInt k = 0; k < (mesh->blocks[4 * b + 3] < 0 ? 3 : 4); k++, at++) {
+      // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): with blocks there are edges
       const PetscInt e = block_edges[4 * b + k];
       cone[at] = nb + nv + (e >= 0 ? e : -(e + 1));
       orientation[at] = e >= 0 ? 0 : -1;
@@ -77,7 +78,9 @@ static PetscErrorCode plex_labels(DM dm, const BlockMesh *mesh, const PetscInt *
     PetscCall(DMCreateLabel(dm, mesh->face_set_names[s]));
     PetscCall(DMGetLabel(dm, mesh->face_set_names[s], &label));
     for (PetscInt i = 0; mesh->n_blocks && i < mesh->face_sets[s].n; i++) {
-      const PetscInt *face = mesh->face_sets[s].faces + 2 * i, e = block_edges[4 * face[0] + face[1]];
+      const PetscInt *face = mesh->face_sets[s].faces + 2 * i;
+      // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): with blocks there are edges
+      const PetscInt e = block_edges[4 * face[0] + face[1]];
       PetscCall(DMLabelSetValue(label, mesh->n_blocks + mesh->n_vertices + (e >= 0 ? e : -(e + 1)), 1));
     }
   }

@@ -113,6 +113,7 @@ static void reduce_joints(const Scene *scene, const Stage *given, const Joint *f
 {
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     Joint *joint = joints + j;
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there is always the default joint
     *joint = full[j];
     if (!is_reduced(given, joint)) continue;
     for (int i = 0; i < 2; i++) {

@@ -11,7 +11,7 @@
 static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, void *base, const void *kind)
 {
   const PetscBool is_stage = (PetscBool)(section == SECTION_STAGES);
-  const int *type = kind;
+  const int type = kind ? *(const int *)kind : 0;
   Entry *entry;
 
   PetscFunctionBeginUser;
@@ -19,11 +19,11 @@ static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, 
     if (key->section != section || key->type == TYPE_CHANGES) continue;
     PetscCall(Ask(r, path, key->name, &entry));
     const int bits = is_stage ? key->stages : key->loads;
-    if (!bits || bits & BIT(*type))
+    if (!bits || bits & BIT(type))
       PetscCall(ReadKey(r, key, entry, base));
     else if (entry)
       COMPLAIN(r, "does not belong to a %s of type %s", is_stage ? "stage" : "load",
-               (is_stage ? StageTypes : LoadTypes)[*type]);
+               (is_stage ? StageTypes : LoadTypes)[type]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -139,6 +139,7 @@ static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *
 static void put_end(FILE *f, const char *name, const ContactEnd *end, const char *tail)
 {
   fprintf(f, "          \"%s\": {", name);
+  // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): called for joints with contacts only
   JsonNumber(f, "x", end->point[0], ", ");
   JsonNumber(f, "y", end->point[1], ", ");
   JsonNumber(f, "sigma", end->sigma, ", ");

@@ -15,7 +15,6 @@ import matplotlib
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
-
 from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402

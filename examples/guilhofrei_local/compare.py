@@ -10,14 +10,12 @@ import sys
 
 import matplotlib
 import numpy as np
-
 from quoin_tools.results import Results, ResultsError, table
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm  # noqa: E402
-
 from quoin_tools.plots import STYLE  # noqa: E402
 
 STAGE = "swhp"

@@ -10,12 +10,10 @@ import os
 import sys
 
 import matplotlib
-
 from quoin_tools.results import Results, ResultsError, table
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
-
 from quoin_tools.plots import LINES, STYLE  # noqa: E402
 
 CREST = 33.0  # m

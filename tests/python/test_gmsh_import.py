@@ -167,7 +167,7 @@ def grid_msh(path, curves, points=(), n=4, surfaces=("body",)):
     for j in range(n):
         for i in range(n):
             corners = (node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1))
-            elements.append("3 2 1 1 %d %d %d %d" % corners)
+            elements.append("3 2 1 1 {} {} {} {}".format(*corners))
     nodes = [f"{node(i, j)} {i} {j} 0" for j in range(n + 1) for i in range(n + 1)]
     text = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names)), *names,
             "$EndPhysicalNames", "$Nodes", str(len(nodes)), *nodes, "$EndNodes", "$Elements",

@@ -143,7 +143,7 @@ def test_fields(folder):
     assert stage.displacement.shape == (len(run.mesh.vertices), 2) and len(stage.contacts) == N
     assert stage.contacts.klass.tolist() == [0] * N
     with pytest.raises(AttributeError):
-        stage.no_such_field
+        _ = stage.no_such_field
     assert run.history["cycle"].tolist() == list(
         range(100, 1100, 100)
     )  # the row cut off at the end is left out
@@ -466,7 +466,7 @@ def test_old_results_stay_until_a_stage_is_complete(runs, tmp_path):
     for name in ("model.h5", "scene.yaml"):
         (tmp_path / name).write_bytes((runs / name).read_bytes())
     (tmp_path / "out").mkdir()
-    old = {name: b"of an older run" for name in ("results.h5", "results.xdmf", "summary.json", "history.csv")}
+    old = dict.fromkeys(("results.h5", "results.xdmf", "summary.json", "history.csv"), b"of an older run")
     for name, content in old.items():
         (tmp_path / "out" / name).write_bytes(content)
     code, error = run_quoin(tmp_path, 1, "-joints.joint.k_n", "-5")

@@ -10,7 +10,7 @@ HERE = os.path.dirname(__file__)
 sys.path.insert(0, os.path.join(HERE, "..", "..", "tools"))
 
 from quoin_tools import polygons, voronoi
-from quoin_tools.blockmesh import MeshError, all_faces, areas, check, face_ends, outer_faces, quality, read
+from quoin_tools.blockmesh import all_faces, areas, check, face_ends, outer_faces, quality, read
 from quoin_tools.dam import G1
 from quoin_tools.voronoi import Options, voronoi_mesh
 

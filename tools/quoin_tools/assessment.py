@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from quoin_tools import blockmesh, cut, guidelines, scene, uplift
-from quoin_tools.assessment_options import Options, parser, options_from
+from quoin_tools.assessment_options import Options, options_from, parser
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.results import OPEN, Results, ResultsError, table
 

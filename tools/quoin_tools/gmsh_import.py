@@ -11,8 +11,7 @@ import sys
 import meshio
 import numpy as np
 
-from quoin_tools.blockmesh import (BlockMesh, MeshError, all_faces, areas, check, edge_keys, outer_faces,
-                                   write, xy_text)
+from quoin_tools.blockmesh import BlockMesh, MeshError, all_faces, areas, check, edge_keys, outer_faces, write, xy_text
 from quoin_tools.meshing import double_vertices, faces_on_edges
 
 DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}

@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 import quoin_tools
-from quoin_tools import assessment, browser, guidelines, plots, section, uplift
+from quoin_tools import browser, guidelines, plots, section, uplift
 from quoin_tools.assessment import ERRORS, assess, cell, lines, load_case, uplift_under
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.results import fixed
@@ -89,7 +89,7 @@ def heading(case):
                            f"{summary['n_dofs']} degrees of freedom"),
             ("Slice", f"{summary['thickness']:g} m thick; forces are those of the slice"),
             ("State checksum", f"{summary['stages'][-1]['checksum']} (stage {summary['stages'][-1]['name']})"),
-            ("Sheet written", datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
+            ("Sheet written", datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
     title = summary["title"] or summary["model"]
     return f"<h1>{esc(title)}</h1><p class='soft'>Safety of a masonry dam: block model and gravity method</p>" + table(("", ""), rows)
 

@@ -21,8 +21,7 @@ from scipy.spatial import Voronoi
 from quoin_tools import polygons
 from quoin_tools.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, write
 from quoin_tools.dam import G1, corner
-from quoin_tools.meshing import (double_vertices, face_set_on, faces_on_edges, graded, join, line, ruled,
-                                 structured, vertex_at)
+from quoin_tools.meshing import double_vertices, face_set_on, faces_on_edges, graded, join, line, ruled, structured, vertex_at
 
 FACES = ("base", "downstream", "crest", "upstream")
 

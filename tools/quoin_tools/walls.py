@@ -61,7 +61,7 @@ def stones(blocks, courses, openings):
         bond[highest][first - 1:last + 1] = 2 * blocks + i
     for i, (first, last, lowest, highest) in enumerate(openings):  # after all of them: none may cut another
         whole = all((bond[j][first:last] == -1).all() for j in range(lowest, highest))
-        beside = all((bond[highest - 1][[first - 1, last]] >= 0))
+        beside = all(bond[highest - 1][[first - 1, last]] >= 0)
         whole &= bool(beside) and (bond[highest] == 2 * blocks + i).sum() == last - first + 2
         require(whole, f"opening {i} and its lintel clear of the others")
     return bond

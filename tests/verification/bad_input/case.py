@@ -8,7 +8,6 @@ import copy
 import h5py
 import numpy as np
 from driver import changed
-from quoin_tools.blockmesh import write
 from quoin_tools.stacks import column, two_bodies
 
 WHAT = "bad input: one line on stderr, exit code 2, results of an older run untouched"

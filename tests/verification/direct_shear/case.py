@@ -6,7 +6,7 @@ relaxation overshoots by about 1/ramp: a peak may be approached no closer than t
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.meshing import join, rectangle, renamed
 from quoin_tools.stacks import one_contact
 
 WHAT = "direct shear: peak, residual, tension, memory of the gap, eccentric normal force, false slip (V07, V10)"

@@ -48,7 +48,7 @@ def slope_of_blocks(case):
 
 
 def slope_of(case, name, cases, results):
-    for (what, height, slope, phi), result in zip(cases, results):
+    for (what, _height, slope, _phi), result in zip(cases, results):
         down = np.array([np.cos(np.radians(slope)), -np.sin(np.radians(slope))])
         moved = np.array([result.probe("go", c) @ down for c in ("bottom_left", "bottom_right", "top_left", "top_right")])
         turned = np.degrees(np.nanmin(result.stage("go").rotation))

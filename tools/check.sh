@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Checkers that run nothing: clang-format, clang-tidy and cppcheck on the C side, ruff and mypy on the Python side.
+# Settings: .clang-format, .clang-tidy, pyproject.toml. Prints what is wrong; exit code 0 when nothing is.
+#   ./tools/check.sh          all
+#   ./tools/check.sh format   those whose names are given: format tidy cppcheck ruff mypy
+set -euo pipefail
+export QUOIN_PACKAGES="${QUOIN_PACKAGES:-} clang-format clang-tidy cppcheck"
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+cd "$QUOIN_ROOT"
+
+quoin_checkers_make() {
+  build/venv/bin/python -m venv --clear build/checkers &&
+    build/checkers/bin/pip install --disable-pip-version-check ruff==0.17.6 mypy==2.4.1 types-PyYAML==6.0.12.20261113
+}
+
+# the Python checkers live beside the tools' own packages, so that users need not install them
+checkers=$QUOIN_ROOT/build/checkers/bin
+[ -x "$checkers/mypy" ] || quoin_step "checkers build/checkers" quoin_checkers_make
+
+format() {
+  find src include tests -name '*.[ch]' -print0 | xargs -0 clang-format --dry-run --Werror
+}
+
+tidy() {
+  cmake -S . -B build -D CMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
+  # the compiler's own flags that clang does not know are no business of the checker
+  find src -name '*.c' -print0 | xargs -0 -n 4 -P "$(nproc)" clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option 2>/dev/null
+}
+
+cppcheck_c() {
+  cppcheck -q -j "$(nproc)" --std=c11 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
+    --suppress=missingIncludeSystem --suppress=unknownMacro -I include -I src src
+}
+
+failed=""
+for name in ${@:-format tidy cppcheck ruff mypy}; do
+  printf -- '-- %s\n' "$name"
+  case $name in
+    format) format || failed+=" $name" ;;
+    tidy) tidy || failed+=" $name" ;;
+    cppcheck) cppcheck_c || failed+=" $name" ;;
+    ruff) "$checkers/ruff" check --quiet tools tests examples || failed+=" $name" ;;
+    mypy) "$checkers/mypy" --python-executable build/venv/bin/python --no-error-summary tools/quoin_tools || failed+=" $name" ;;
+    *) echo "tools/check.sh: no checker named $name" >&2 && exit 2 ;;
+  esac
+done
+[ -z "$failed" ] || { echo "failed:$failed" >&2; exit 1; }
