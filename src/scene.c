@@ -11,7 +11,6 @@
 static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, void *base, const void *kind)
 {
   const PetscBool is_stage = (PetscBool)(section == SECTION_STAGES);
-  const int type = kind ? *(const int *)kind : 0;
   Entry *entry;
 
   PetscFunctionBeginUser;
@@ -19,6 +18,7 @@ static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, 
     if (key->section != section || key->type == TYPE_CHANGES) continue;
     PetscCall(Ask(r, path, key->name, &entry));
     const int bits = is_stage ? key->stages : key->loads;
+    const int type = kind ? *(const int *)kind : 0; // read above, once its key has come
     if (!bits || bits & BIT(type))
       PetscCall(ReadKey(r, key, entry, base));
     else if (entry)
