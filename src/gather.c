@@ -4,8 +4,7 @@
 #include "internal.h"
 #include <stdlib.h>
 
-/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
-static PetscErrorCode gather_bytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                                    void **all)
 {
   PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
@@ -32,9 +31,7 @@ static PetscErrorCode gather_bytes(MPI_Comm comm, PetscInt n, size_t unit, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. place: row of the result for each of the n rows; frees place and rows. all: (n_all, width) on
- * rank 0. */
-static PetscErrorCode gather_placed(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width,
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width,
                                     PetscReal *rows, PetscInt n_all, PetscReal **all)
 {
   PetscInt n_places, n_rows, *places;
@@ -42,8 +39,8 @@ static PetscErrorCode gather_placed(MPI_Comm comm, PetscInt n, PetscInt *place, 
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(gather_bytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
-  PetscCall(gather_bytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
+  PetscCall(GatherBytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
+  PetscCall(GatherBytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
   *all = NULL;
   if (!rank) PetscCall(PetscCalloc1(1 + (size_t)n_all * width, all));
   for (PetscInt i = 0; i < n_rows; i++) {
@@ -85,7 +82,7 @@ static PetscErrorCode gather_vertices(const Model *model, MeshFields *mesh)
   PetscCall(PetscMalloc1(PetscMax(1, 2 * model->n_owned), &rows));
   PetscCall(PetscArraycpy(place, model->vertex_file, model->n_owned));
   PetscCall(PetscArraycpy(rows, model->X, 2 * model->n_owned));
-  PetscCall(gather_placed(model->comm, model->n_owned, place, 2, rows, mesh->n_vertices, &mesh->X));
+  PetscCall(GatherPlaced(model->comm, model->n_owned, place, 2, rows, mesh->n_vertices, &mesh->X));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,7 +98,7 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
   for (int l = 0; l < 4; l++) most += lists[l]->n;
   PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
   for (int l = 0; l < 4; l++) block_rows(model, lists[l], 3 + l % 2, &n, rows);
-  PetscCall(gather_bytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
+  PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   PetscCall(PetscFree(rows));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc4(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all,
@@ -144,7 +141,7 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
       rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof];
     }
   }
-  PetscCall(gather_placed(model->comm, n, place, VERTEX_WIDTH, rows, model->n_vertices_global, &s->vertex));
+  PetscCall(GatherPlaced(model->comm, n, place, VERTEX_WIDTH, rows, model->n_vertices_global, &s->vertex));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,7 +163,7 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
     }
   }
   s->n_bodies = model->n_rigid_global;
-  PetscCall(gather_placed(model->comm, model->n_bodies, place, BODY_WIDTH, rows, s->n_bodies, &s->body));
+  PetscCall(GatherPlaced(model->comm, model->n_bodies, place, BODY_WIDTH, rows, s->n_bodies, &s->body));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,7 +227,7 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   rigid_rows(model, state, &model->rigid_t3, 3, body_of, &n, place, rows);
   rigid_rows(model, state, &model->rigid_q4, 4, body_of, &n, place, rows);
   PetscCall(PetscFree(body_of));
-  PetscCall(gather_placed(model->comm, n, place, BLOCK_WIDTH, rows, model->n_blocks_global, &s->block));
+  PetscCall(GatherPlaced(model->comm, n, place, BLOCK_WIDTH, rows, model->n_blocks_global, &s->block));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,7 +323,7 @@ static PetscErrorCode gather_contacts(const Model *model, const State *state, co
       contact_row(model, state, c, i, (StressModelKind)kind, stage->joints, &rows[n++]);
     }
   }
-  PetscCall(gather_bytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
+  PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
   PetscCall(PetscFree(rows));
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     for (int k = 0; k < 2; k++) {
@@ -364,7 +361,7 @@ PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, S
   PetscCall(PetscMalloc1(PetscMax(1, 2 * n), &rows));
   PetscCall(PetscArraycpy(place, model->vertex_file, n));
   PetscCall(PetscArraycpy(rows, mechanism, 2 * n));
-  PetscCall(gather_placed(model->comm, n, place, 2, rows, model->n_vertices_global, &s->mechanism));
+  PetscCall(GatherPlaced(model->comm, n, place, 2, rows, model->n_vertices_global, &s->mechanism));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+struct _p_Archive;
+struct _p_Checkpoint;
 struct _p_Relaxation;
 struct _p_Output;
 
@@ -277,6 +279,8 @@ typedef struct _p_Relaxation {
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
+/* Collective, see archive.h: all that the damping and the verdicts remember. */
+PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model, Relaxation *r);
 /* Start of a stage: forgets the evidence. */
 PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
 /* The start of a stage (forces evaluated), and, collective, the secant quotient at this cycle. */
@@ -460,6 +464,13 @@ typedef struct {
   PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
 } StageFields;
 
+/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
+PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all);
+/* Collective. place: (n,) row of the result for each of the n rows; frees place and rows. all: (n_all, width)
+ * on rank 0, from PetscMalloc. */
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                            PetscInt n_all, PetscReal **all);
 /* All collective. */
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
 PetscErrorCode GatherMeshDestroy(MeshFields *mesh);

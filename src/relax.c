@@ -9,7 +9,7 @@
    Where joints slip and open, a few sub-contacts that chatter raise that tangent quotient and overdamp the
    slow modes, 2 to 5 times. The secant over the stage, (u - u_0).(f - f_0) / (u - u_0).m (u - u_0), looks at
    the motion that matters: the smaller of the two is taken. */
-#include "internal.h"
+#include "archive.h"
 #include "reproducible.h"
 
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
@@ -51,6 +51,35 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
   PetscCallMPI(MPI_Type_free(&r->reduce_type));
   PetscCall(PetscFree3(r->u_chunk, r->du_chunk, r->ratios));
   PetscCall(PetscFree2(r->u_0, r->f_0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
+{
+  QuotientSums *q = &r->sums;
+  PetscReal *const reals[] = {q->num,        q->num + 1,    q->den,         q->den + 1,       &q->num_max,
+                              &q->den_max,   &r->q_secant,  &r->best_ratio, &r->q_ray,        r->median,
+                              r->median + 1, r->median + 2, r->median + 3,  r->rate,          r->rate + 1,
+                              r->rate + 2,   r->rate + 3,   &r->alpha_sum,  &r->settled_alpha};
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 7 };
+  PetscReal x[REALS];
+  PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle,   r->n_ratios, r->steady,
+                          r->chunk_start,  r->chunk_length, r->n_alpha};
+  PetscFunctionBeginUser;
+  for (int i = 0; i < REALS; i++) x[i] = *reals[i];
+  PetscCall(ArchiveReals(a, "reals", REALS, x));
+  PetscCall(ArchiveCounts(a, "counts", COUNTS, n));
+  if (a->reading) {
+    for (int i = 0; i < REALS; i++) *reals[i] = x[i];
+    r->tangent_only = (PetscBool)n[0], r->best_cycle = n[1];
+    r->n_ratios = (PetscInt)PetscMin(n[2], r->max_ratios), r->steady = (PetscInt)n[3];
+    r->chunk_start = n[4], r->chunk_length = n[5], r->n_alpha = (PetscInt)n[6];
+  }
+  PetscCall(ArchiveReals(a, "ratios", r->n_ratios, r->ratios));
+  PetscCall(ArchiveDofs(a, m, "u_0", r->u_0));
+  PetscCall(ArchiveDofs(a, m, "f_0", r->f_0));
+  PetscCall(ArchiveDofs(a, m, "u_chunk", r->u_chunk));
+  PetscCall(ArchiveDofs(a, m, "du_chunk", r->du_chunk));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,0 +1,291 @@
+/* archive_state.c: state by gid, contacts by key; see archive.h. */
+#include "archive.h"
+#include "contact_geometry.h"
+
+/* ---- contacts as rows of two tables */
+
+enum { COUNTS = 7, ENDS = 11, REALS = 1 + 2 * (ENDS + 2) };
+
+/* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
+   end the reals of end_arrays and the gap vector. */
+typedef struct {
+  PetscInt64 count[COUNTS];
+  PetscReal real[REALS];
+} Row;
+
+static int row_order(const void *a, const void *b)
+{
+  const Row *p = a, *q = b;
+  for (int i = 0; i < 3; i++)
+    if (p->count[i] != q->count[i]) return p->count[i] < q->count[i] ? -1 : 1;
+  return 0;
+}
+
+/* The (.., 2, BATCH) arrays of reals. */
+static void end_arrays(const Contacts *c, PetscReal *array[ENDS])
+{
+  PetscReal *const all[ENDS] = {c->t,     c->rest,  c->slip, c->broken, c->u_n, c->u_s,
+                                c->speed, c->sigma, c->tau,  c->F_n,    c->F_s};
+  for (int i = 0; i < ENDS; i++) array[i] = all[i];
+}
+
+/* Between a row and the place of a contact in its arrays. */
+static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row)
+{
+  PetscReal *array[ENDS], *x = row->real;
+  end_arrays(c, array);
+#define MOVE(here, there) (reading ? ((here) = (there)) : ((there) = (here)))
+  MOVE(c->length[at], *x), x++;
+  for (int k = 0; k < 2; k++) {
+    for (int i = 0; i < ENDS; i++, x++) MOVE(array[i][SUB(at, k)], *x);
+    for (int i = 0; i < 2; i++, x++) MOVE(c->gap[((at / BATCH) * 4 + 2 * k + i) * BATCH + at % BATCH], *x);
+    if (reading)
+      c->state[SUB(at, k)] = (PetscInt)row->count[5 + k];
+    else
+      row->count[5 + k] = c->state[SUB(at, k)];
+  }
+#undef MOVE
+}
+
+/* Collective. The owned contacts of all ranks on rank 0, in the order of CandidateOrder. */
+static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n_all, Row **all)
+{
+  PetscInt n = 0;
+  Row *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(c->n, &rows));
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
+      if (!c->owned[at]) continue;
+      Row *row = rows + n++;
+      row->count[0] = s, row->count[1] = c->key[2 * at], row->count[2] = c->key[2 * at + 1];
+      row->count[3] = c->klass[at], row->count[4] = c->joint[at];
+      move_row(c, at, PETSC_FALSE, row);
+    }
+  PetscCall(GatherBytes(m->comm, n, sizeof(Row), rows, n_all, (void **)all));
+  if (*n_all) qsort(*all, (size_t)*n_all, sizeof(Row), row_order);
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- which contacts a rank holds */
+
+/* Row of the face with this gid, -1: not known here. Faces ascend among the local ones, then among the rest.
+ */
+static PetscInt face_of_gid(const Model *m, PetscInt gid)
+{
+  const PetscInt start[3] = {0, m->n_faces_local, m->faces.n};
+  for (int part = 0; part < 2; part++) {
+    PetscInt low = start[part], high = start[part + 1];
+    while (low < high) {
+      const PetscInt middle = (low + high) / 2;
+      if (m->faces.gid[middle] < gid)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    if (low < start[part + 1] && m->faces.gid[low] == gid) return low;
+  }
+  return -1;
+}
+
+/* Vertices of faces: (2 n faces) gid and row, ascending. */
+typedef struct {
+  PetscInt gid, face, corner;
+} VertexOfFace;
+
+static int vertex_order(const void *a, const void *b)
+{
+  const VertexOfFace *p = a, *q = b;
+  if (p->gid != q->gid) return p->gid < q->gid ? -1 : 1;
+  return (p->face > q->face) - (p->face < q->face);
+}
+
+static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * m->faces.n, list));
+  for (PetscInt i = 0; i < 2 * m->faces.n; i++)
+    (*list)[i] = (VertexOfFace){m->vertex_gid[m->faces.vertex[i]], i / 2, i % 2};
+  if (m->faces.n) qsort(*list, (size_t)(2 * m->faces.n), sizeof(VertexOfFace), vertex_order);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool at_owned_vertex(const Model *m, PetscInt f)
+{
+  return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
+}
+
+/* The faces of a contact, when this rank holds it: it knows both and owns a vertex of either. */
+static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Row *row, Candidate *c)
+{
+  const PetscInt key[2] = {(PetscInt)row->count[1], (PetscInt)row->count[2]};
+  const PetscInt g = face_of_gid(m, key[0]);
+  if (g < 0) return PETSC_FALSE;
+  if (key[1] >= 0) { // two faces
+    const PetscInt f = face_of_gid(m, key[1]);
+    c->face[0] = g, c->face[1] = f;
+    return (PetscBool)(f >= 0 && (at_owned_vertex(m, f) || at_owned_vertex(m, g)));
+  }
+  const VertexOfFace wanted = {-2 - key[1], -1, 0};
+  PetscInt low = 0, high = 2 * m->faces.n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (vertex_order(list + middle, &wanted) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  for (; low < 2 * m->faces.n && list[low].gid == wanted.gid; low++) {
+    const PetscInt f = list[low].face;
+    if (!at_owned_vertex(m, f) && !at_owned_vertex(m, g)) continue;
+    c->face[0] = f, c->face[1] = g;
+    c->vertex = m->faces.vertex[2 * f + list[low].corner];
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* The rows that this rank holds, moved to the front, and the candidates that make contacts of them. */
+static PetscErrorCode keep_rows(const Model *m, PetscInt *n, Row *rows, Candidate **list)
+{
+  VertexOfFace *vertices;
+  PetscInt kept = 0;
+  PetscFunctionBeginUser;
+  PetscCall(vertices_of_faces(m, &vertices));
+  PetscCall(PetscMalloc1(*n, list));
+  for (PetscInt i = 0; i < *n; i++) {
+    const PetscInt64 *count = rows[i].count;
+    Candidate *c = *list + kept;
+    *c = (Candidate){.model = (StressModelKind)count[0],
+                     .key = {(PetscInt)count[1], (PetscInt)count[2]},
+                     .joint = (PetscInt)count[4]};
+    c->pair.klass = (ContactClass)count[3], c->pair.length = rows[i].real[0];
+    if (!faces_of_row(m, vertices, rows + i, c)) continue;
+    for (int k = 0; k < 2 && c->pair.klass != VERTEX_FACE; k++)
+      c->pair.source[k] = END_SOURCE[c->pair.klass][k], c->pair.corner[k] = END_CORNER[c->pair.klass][k];
+    rows[kept++] = rows[i];
+  }
+  *n = kept;
+  PetscCall(PetscFree(vertices));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- both directions */
+
+static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const name[2], const Contacts *c)
+{
+  PetscInt n;
+  PetscInt64 *counts;
+  PetscReal *reals;
+  Row *rows;
+  PetscFunctionBeginUser;
+  PetscCall(gather_rows(m, c, &n, &rows));
+  if (a->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1((size_t)n * COUNTS, &counts));
+  PetscCall(PetscMalloc1((size_t)n * REALS, &reals));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(PetscArraycpy(counts + (size_t)i * COUNTS, rows[i].count, COUNTS));
+    PetscCall(PetscArraycpy(reals + (size_t)i * REALS, rows[i].real, REALS));
+  }
+  PetscCall(PetscFree(rows));
+  PetscCall(ArchiveAdd(a, name[0], ARCHIVE_COUNT, (size_t)n, COUNTS, counts));
+  PetscCall(ArchiveAdd(a, name[1], ARCHIVE_REAL, (size_t)n, REALS, reals));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All rows on all ranks. */
+static PetscErrorCode read_rows(Archive *a, const char *const name[2], PetscInt *n, Row **rows)
+{
+  const ArchiveEntry *e[2] = {a->rank ? NULL : ArchiveFind(a, name[0]),
+                              a->rank ? NULL : ArchiveFind(a, name[1])};
+  PetscMPIInt bytes;
+  PetscFunctionBeginUser;
+  *n = e[0] && e[1] && e[0]->columns == COUNTS && e[1]->columns == REALS && e[0]->rows == e[1]->rows
+           ? (PetscInt)e[0]->rows
+           : -1;
+  if (!a->rank && *n < 0) snprintf(a->message, MESSAGE_LENGTH, "%s is missing", name[0]);
+  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, a->comm));
+  *n = PetscMax(*n, 0);
+  PetscCall(PetscMalloc1(*n, rows));
+  for (PetscInt i = 0; i < *n && !a->rank; i++) {
+    PetscCall(PetscArraycpy((*rows)[i].count, (PetscInt64 *)e[0]->data + (size_t)i * COUNTS, COUNTS));
+    PetscCall(PetscArraycpy((*rows)[i].real, (PetscReal *)e[1]->data + (size_t)i * REALS, REALS));
+  }
+  enum { CHUNK = 1 << 20 };
+  for (PetscInt i = 0; i < *n; i += CHUNK) {
+    PetscCall(PetscMPIIntCast(PetscMin(CHUNK, *n - i) * (PetscInt)sizeof(Row), &bytes));
+    PetscCallMPI(MPI_Bcast(*rows + i, bytes, MPI_BYTE, 0, a->comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, const char *name, Contacts *c)
+{
+  char label[2][2 * NAME_LENGTH];
+  const char *const names[2] = {label[0], label[1]};
+  PetscInt n;
+  Row *rows;
+  Candidate *list;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(label[0], sizeof(label[0]), "%s/%s_key", a->part, name));
+  PetscCall(PetscSNPrintf(label[1], sizeof(label[1]), "%s/%s", a->part, name));
+  if (!a->reading) {
+    PetscCall(write_rows(a, m, names, c));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(read_rows(a, names, &n, &rows));
+  PetscCall(keep_rows(m, &n, rows, &list));
+  PetscCall(ContactsDestroy(c));
+  PetscCall(ContactsStore(scene, m, n, list, c));
+  for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
+    if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++);
+  PetscCall(PetscFree(list));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Displacements of all vertices this rank knows, from those of its degrees of freedom. */
+static PetscErrorCode spread(const Model *m, PetscReal *u)
+{
+  PetscFunctionBeginUser;
+  RigidMotion(m, u);
+  PetscCall(GhostBegin(m, u + 3 * m->n_bodies));
+  PetscCall(GhostEnd(m, u + 3 * m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, Contacts *c)
+{
+  PetscReal reals[] = {s->dt, s->alpha, s->time, s->ramp, c->rate};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
+  PetscCall(ArchiveReals(a, "dt_alpha_time_ramp_rate", 5, reals));
+  PetscCall(ArchiveDofs(a, m, "u_verified", s->u_verified));
+  if (a->reading) { // neighbours are those of the displacements where contacts were found
+    PetscCall(PetscArraycpy(s->u, s->u_verified, m->n_dof));
+    PetscCall(spread(m, s->u));
+    PetscCall(NeighboursUpdate(m, s));
+  }
+  PetscCall(ArchiveContacts(a, scene, m, "contacts", c));
+  PetscCall(ArchiveDofs(a, m, "u", s->u));
+  PetscCall(ArchiveDofs(a, m, "v", s->v));
+  PetscCall(ArchiveDofs(a, m, "f", s->f));
+  PetscCall(ArchiveDofs(a, m, "f_ext", s->f_ext));
+  PetscCall(ArchiveDofs(a, m, "f_start", s->f_start));
+  PetscCall(ArchiveDofs(a, m, "f_target", s->f_target));
+  PetscCall(ArchiveDofs(a, m, "m", s->m));
+  PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    char label[NAME_LENGTH + 16];
+    if (scene->loads[l].kind != LOAD_UPLIFT) continue;
+    PetscCall(PetscSNPrintf(label, sizeof(label), "crack_%s", scene->loads[l].name));
+    PetscCall(ArchiveReals(a, label, 1, &s->uplift[l].crack));
+    PetscCall(PetscSNPrintf(label, sizeof(label), "rounds_%s", scene->loads[l].name));
+    PetscCall(ArchiveInts(a, label, 1, &s->uplift[l].rounds));
+  }
+  if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
+  s->dt = reals[0], s->alpha = reals[1], s->time = reals[2], s->ramp = reals[3], c->rate = reals[4];
+  PetscCall(spread(m, s->u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,158 @@
+/* ranks: 1 2 4
+   Archive: what is written on these ranks and read on one goes on with the same bits, contacts with history
+   and damping included; what is missing or of another size is told. */
+#include "scene_fixture.h"
+#include "archive.h"
+
+static Sketch sketch;
+
+static const char *const yaml =
+    "materials: {ground: {density: 2000}, wall: {density: 2000, young: 1e9, poisson: 0.2}, "
+    "stone: {density: 2500}}\n"
+    "joints: {default: {k_n: 1e9, k_s: 5e8, friction: 20, cohesion: 1e3}}\n"
+    "contact: {connectivity: variable}\n"
+    "supports: {ground: {fix: xy}}\n"
+    "loads: {weight: {type: self_weight}, push: {type: point_force, point: top, value: [1e4, 0]}}\n"
+    "stages: [all: {loads: [weight, push], ramp: 50}]\n";
+
+/* A rigid ground, three deformable walls on it, a row of rigid stones on these, staggered. */
+static void make_sketch(void)
+{
+  memset(&sketch, 0, sizeof sketch);
+  const int ground = SketchGroup(&sketch, "ground", 1), wall = SketchGroup(&sketch, "wall", 0),
+            stone = SketchGroup(&sketch, "stone", 1);
+  SketchBox(&sketch, ground, -1, -1, 8, 1);
+  for (int i = 0; i < 3; i++) {
+    const double x = 2. * i, corner[8] = {x, 0, x + 2, 0, x + 2, 2, x, 2};
+    SketchGrid(&sketch, wall, corner, 4, 4, i % 2 ? TRIANGLES : QUADS);
+  }
+  for (int i = 0; i < 5; i++) SketchBox(&sketch, stone, 0.5 + i, 2, 1, 0.5);
+  SketchPoint(&sketch, "top", sketch.n_vertices - 1);
+}
+
+static PetscErrorCode cycles(Fixture *f, int n)
+{
+  StageResult result;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(&result, sizeof(result)));
+  const Stage *stage = f->scene->stages;
+  for (int i = 0; i < n; i++) {
+    LoadsApply(f->model, f->state, PetscMin(1., (PetscReal)(f->state->cycle + 1) / stage->ramp));
+    PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, f->relax, NULL));
+    if (f->state->cycle % 40) continue; // contacts change while the wall slides
+    PetscCall(Secant(f->model, f->state, 1., f->relax));
+    PetscCall(Forces(f->model, stage->joints, f->contacts, f->state, NULL));
+    PetscCall(ContactsVerify(f->scene, stage->joints, f->model, f->state, f->contacts, &result));
+    PetscCall(ScaledMasses(f->scene, f->model, stage->joints, f->contacts, f->state));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode start(Fixture *f)
+{
+  PetscFunctionBeginUser;
+  PetscCall(LoadsTarget(f->scene, f->model, f->scene->stages, f->state));
+  PetscCall(ScaledMasses(f->scene, f->model, f->scene->stages->joints, f->contacts, f->state));
+  PetscCall(SecantStart(f->model, f->state, f->relax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode all_parts(Archive *a, Fixture *f)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(a->part, "state", sizeof(a->part)));
+  PetscCall(StateArchive(a, f->scene, f->model, f->state, f->contacts));
+  PetscCall(PetscStrncpy(a->part, "relaxation", sizeof(a->part)));
+  PetscCall(RelaxationArchive(a, f->model, f->relax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadOnOneRankGoesOnWithTheSameBits(void)
+{
+  Fixture f, twin;
+  Archive archive;
+  uint64_t before, after, now;
+  PetscMPIInt rank;
+  PetscBool valid;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", yaml));
+  PetscCall(start(&f));
+  PetscCall(cycles(&f, 333));
+  PetscCall(ArchiveCreate(PETSC_COMM_WORLD, &archive));
+  PetscCall(all_parts(&archive, &f));
+  PetscCall(StateChecksum(f.model, f.state, f.contacts, &before));
+  PetscCall(cycles(&f, 400));
+  PetscCall(StateChecksum(f.model, f.state, f.contacts, &after));
+  PetscReal slipped = 0.;
+  for (PetscInt i = 0; i < 2 * f.contacts->n_padded; i++)
+    slipped = PetscMax(slipped, PetscAbsReal(f.contacts->slip[i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slipped, 1, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
+  ENSURE(slipped > 1e-4); // there is a history to keep
+  ENSURE(before != after);
+
+  // the same ranks again, from a state that has gone on
+  archive.reading = PETSC_TRUE;
+  PetscCall(all_parts(&archive, &f));
+  PetscCall(ContactsIsValid(f.model, f.contacts, &valid));
+  ENSURE(valid);
+  PetscCall(StateChecksum(f.model, f.state, f.contacts, &now));
+  ENSURE(now == before);
+  PetscCall(cycles(&f, 400));
+  PetscCall(StateChecksum(f.model, f.state, f.contacts, &now));
+  ENSURE(now == after);
+  if (!rank) { // one rank, from the start
+    PetscCall(FixtureOpen(PETSC_COMM_SELF, &sketch, &twin, "%s", yaml));
+    PetscCall(start(&twin));
+    archive.comm = PETSC_COMM_SELF;
+    PetscCall(all_parts(&archive, &twin));
+    ENSURE(!archive.message[0]);
+    PetscCall(StateChecksum(twin.model, twin.state, twin.contacts, &now));
+    ENSURE(now == before);
+    PetscCall(cycles(&twin, 400));
+    PetscCall(StateChecksum(twin.model, twin.state, twin.contacts, &now));
+    ENSURE(now == after);
+    PetscCall(FixtureClose(&twin));
+  }
+  PetscCall(ArchiveDestroy(&archive));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WhatIsMissingIsTold(void)
+{
+  Archive a;
+  PetscReal x[3] = {1., 2., 3.};
+  PetscBool has;
+  char *text = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCreate(PETSC_COMM_WORLD, &a));
+  PetscCall(PetscStrncpy(a.part, "part", sizeof(a.part)));
+  PetscCall(ArchiveReals(&a, "x", 3, x));
+  PetscCall(ArchiveText(&a, "text", &text));
+  a.reading = PETSC_TRUE;
+  PetscCall(ArchiveHasPart(&a, "part", &has));
+  ENSURE(has);
+  PetscCall(ArchiveHasPart(&a, "par", &has));
+  ENSURE(!has);
+  PetscCall(ArchiveText(&a, "text", &text));
+  ENSURE(!text && !a.message[0]);
+  PetscCall(ArchiveReals(&a, "x", 2, x));
+  ENSURE(a.rank || strstr(a.message, "part/x is of another size"));
+  a.message[0] = 0;
+  PetscCall(ArchiveReals(&a, "y", 3, x));
+  ENSURE(a.rank || strstr(a.message, "part/y is missing"));
+  PetscCall(ArchiveDestroy(&a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  make_sketch();
+  RUN_TEST(ReadOnOneRankGoesOnWithTheSameBits);
+  RUN_TEST(WhatIsMissingIsTold);
+  const int failed = CheckSummary();
+  PetscCall(PetscFinalize());
+  return failed;
+}
