@@ -27,6 +27,19 @@ static int make_folder(const char *path, char message[MESSAGE_LENGTH])
   return -1;
 }
 
+/* The input beside the results: scene_echo.yaml. */
+static void write_echo(const char *folder, const Scene *scene, char message[MESSAGE_LENGTH])
+{
+  FILE *f = PartOpen(folder, "scene_echo.yaml", message);
+  if (!f) return;
+  fputs(scene->echo, f);
+  const PetscBool failed = (PetscBool)(ferror(f) != 0);
+  if (fclose(f) || failed)
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write scene_echo.yaml (is the disk full?)");
+  else
+    PartRename(folder, "scene_echo.yaml", message);
+}
+
 /* Collective. Values of the named points into output->probes, and the largest displacement [m]. */
 static PetscErrorCode update_probes(const Model *model, const State *state, Output *output, PetscReal *u_max)
 {
@@ -98,8 +111,8 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
     output->results = (ResultsFile){
         .folder = output->folder, .scene = scene, .model = model, .mesh = &output->mesh};
-    if (!make_folder(output->folder, message))
-      output->history = PartOpen(output->folder, "history.csv", message);
+    if (!make_folder(output->folder, message)) write_echo(output->folder, scene, message);
+    if (!message[0]) output->history = PartOpen(output->folder, "history.csv", message);
     if (output->history) {
       history_header(output->history, scene, model);
       PetscCall(ResultsFileCreate(&output->results, message));

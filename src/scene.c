@@ -19,9 +19,10 @@ static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, 
     PetscCall(Ask(r, path, key->name, &entry));
     const int bits = is_stage ? key->stages : key->loads;
     const int type = kind ? *(const int *)kind : 0; // read above, once its key has come
-    if (!bits || bits & BIT(type))
+    if (!bits || bits & BIT(type)) {
       PetscCall(ReadKey(r, key, entry, base));
-    else if (entry)
+      PetscCall(EchoKey(r, key, entry));
+    } else if (entry)
       COMPLAIN(r, "does not belong to a %s of type %s", is_stage ? "stage" : "load",
                (is_stage ? StageTypes : LoadTypes)[type]);
   }
@@ -37,6 +38,7 @@ static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
   PetscCall(AskNames(r, "materials", &scene->n_materials, &names));
   if (!scene->n_materials) COMPLAIN_MISSING(r, "missing: every group of the mesh needs a material");
   PetscCall(PetscCalloc1(scene->n_materials, &scene->materials));
+  if (scene->n_materials) PetscCall(EchoSection(r, 0, "materials"));
   for (PetscInt i = 0; i < scene->n_materials; i++) {
     Material *m = &scene->materials[i];
     memcpy(m->name, names[i].name, NAME_LENGTH);
@@ -45,6 +47,7 @@ static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
     m->tension = m->compression = m->cohesion = m->friction = NAN;
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
+    PetscCall(EchoSection(r, 2, m->name));
     PetscCall(ReadSection(r, SECTION_MATERIALS, path, m, NULL));
     PetscCall(CompleteStrengths(r, path, m));
   }
@@ -60,12 +63,14 @@ static PetscErrorCode ReadSupports(Reader *r, Scene *scene)
   PetscFunctionBeginUser;
   PetscCall(AskNames(r, "supports", &scene->n_supports, &names));
   PetscCall(PetscCalloc1(scene->n_supports, &scene->supports));
+  if (scene->n_supports) PetscCall(EchoSection(r, 0, "supports"));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     Support *s = &scene->supports[i];
     memcpy(s->name, names[i].name, NAME_LENGTH);
     memcpy(s->target, names[i].name, NAME_LENGTH);
     s->line = names[i].line;
     PetscCall(AskSection(r, "supports", s->name, path));
+    PetscCall(EchoSection(r, 2, s->name));
     PetscCall(ReadSection(r, SECTION_SUPPORTS, path, s, NULL));
   }
   PetscCall(PetscFree(names));
@@ -80,12 +85,14 @@ static PetscErrorCode ReadLoads(Reader *r, Scene *scene)
   PetscFunctionBeginUser;
   PetscCall(AskNames(r, "loads", &scene->n_loads, &names));
   PetscCall(PetscCalloc1(scene->n_loads, &scene->loads));
+  if (scene->n_loads) PetscCall(EchoSection(r, 0, "loads"));
   for (PetscInt i = 0; i < scene->n_loads; i++) {
     Load *load = &scene->loads[i];
     memcpy(load->name, names[i].name, NAME_LENGTH);
     load->line = names[i].line;
     load->drain = load->gallery = load->tailwater = load->efficiency = NAN;
     PetscCall(AskSection(r, "loads", load->name, path));
+    PetscCall(EchoSection(r, 2, load->name));
     PetscCall(ReadSection(r, SECTION_LOADS, path, load, &load->kind));
     if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
   }
@@ -131,7 +138,36 @@ static void CompleteJoint(Reader *r, Joint *joint)
   if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
 }
 
-// a key not given for a joint is that of the default joint, then the one in the table
+// a key not given for a joint is that of the default joint; NULL: nowhere
+static const Entry *JointSource(const Entry *const *given, PetscInt joint, PetscInt key)
+{
+  return given[joint * KEYS + key] ? given[joint * KEYS + key] : given[key];
+}
+
+/* The keys of all joints; before: where they were given in the stage before, NULL: this is the table of the
+   scene. The echo has all keys of that one, and of a stage's those that come from elsewhere than before. */
+static PetscErrorCode EchoJoints(Reader *r, PetscInt n, const Joint *joints, const Entry *const *given,
+                                 const Entry *const *before)
+{
+  const int indent = before ? 4 : 0;
+  PetscBool any = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < n; j++) {
+    PetscBool named = PETSC_FALSE;
+    for (PetscInt k = 0; k < KEYS && joints[j].defined; k++) {
+      const Entry *source = JointSource(given, j, k);
+      if (Keys[k].section != SECTION_JOINTS || (before && source == JointSource(before, j, k))) continue;
+      if (!any) PetscCall(EchoSection(r, indent, "joints"));
+      if (!named) PetscCall(EchoSection(r, indent + 2, joints[j].name));
+      PetscCall(EchoKey(r, &Keys[k], source));
+      any = named = PETSC_TRUE;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// a key given nowhere is the one in the table
 static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Joint *joints,
                                      const Entry **given)
 {
@@ -144,7 +180,7 @@ static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Jo
     if (!joints[j].defined) continue;
     for (PetscInt k = 0; k < KEYS; k++) {
       if (Keys[k].section != SECTION_JOINTS) continue;
-      const Entry *source = given[j * KEYS + k] ? given[j * KEYS + k] : given[k];
+      const Entry *source = JointSource(given, j, k);
       PetscCall(AskSection(r, path, joints[j].name, section));
       PetscCall(Ask(r, section, Keys[k].name, &entry));
       if (source) {
@@ -182,6 +218,7 @@ static PetscErrorCode ReadJoints(Reader *r, Scene *scene, const Entry ***given)
   PetscCall(PetscCalloc1(scene->n_joints * KEYS, given));
   PetscCall(AskJoints(r, "joints", scene->n_joints, scene->joints, *given));
   PetscCall(ReadJointTable(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscCall(EchoJoints(r, scene->n_joints, scene->joints, *given, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -193,13 +230,18 @@ static PetscErrorCode ReadStageJoints(Reader *r, const char *parent, const Scene
                                       const Entry **given)
 {
   char path[LABEL_LENGTH];
+  const Entry **before;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(scene->n_joints * KEYS, &before));
+  PetscCall(PetscArraycpy(before, given, scene->n_joints * KEYS));
   PetscCall(PetscMalloc1(scene->n_joints, &stage->joints));
   PetscCall(PetscArraycpy(stage->joints, scene->joints, scene->n_joints));
   PetscCall(AskSection(r, parent, "joints", path));
   PetscCall(AskJoints(r, path, scene->n_joints, scene->joints, given));
   PetscCall(ReadJointTable(r, path, scene->n_joints, stage->joints, given));
+  PetscCall(EchoJoints(r, scene->n_joints, scene->joints, given, before));
+  PetscCall(PetscFree(before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -212,6 +254,7 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
   PetscCall(AskNames(r, "stages", &scene->n_stages, &names));
   if (!scene->n_stages) COMPLAIN_MISSING(r, "missing: at least one stage is needed");
   PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
+  if (scene->n_stages) PetscCall(EchoSection(r, 0, "stages"));
   for (PetscInt i = 0; i < scene->n_stages; i++) {
     Stage *stage = &scene->stages[i];
     *stage = r->defaults;
@@ -220,6 +263,7 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
     stage->line = names[i].line;
     stage->start = stage->step = stage->limit = stage->factor = NAN;
     PetscCall(AskSection(r, "stages", stage->name, path));
+    PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(ReadSection(r, SECTION_STAGES, path, stage, &stage->kind));
     PetscCall(ReadStageJoints(r, path, scene, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
@@ -289,10 +333,13 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
 
   PetscFunctionBeginUser;
   PetscCall(PetscSegBufferCreate(1, 512 * LABEL_LENGTH, &r->asked));
+  PetscCall(PetscSegBufferCreate(1, 4096, &r->echo));
   PetscCall(ReadSection(r, SECTION_TOP, "", scene, NULL));
   PetscCall(AskSection(r, "", "contact", path));
+  PetscCall(EchoSection(r, 0, "contact"));
   PetscCall(ReadSection(r, SECTION_CONTACT, path, scene, NULL));
   PetscCall(AskSection(r, "", "relaxation", path));
+  PetscCall(EchoSection(r, 0, "relaxation"));
   PetscCall(ReadSection(r, SECTION_RELAXATION, path, scene, NULL));
   PetscCall(ReadSection(r, SECTION_STAGE_DEFAULTS, path, &r->defaults, NULL));
   PetscCall(ReadMaterials(r, scene));
@@ -325,6 +372,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   PetscCall(EntriesDestroy(&r.entries));
   PetscCall(CheckMessage(comm, r.message));
   PetscCall(FindModel(comm, scene));
+  PetscCall(EchoEnd(&r, &scene->echo));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -337,6 +385,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
     PetscCall(PetscFree(scene->stages[i].joints));
     PetscCall(PetscFree(scene->stages[i].reduce));
   }
+  PetscCall(PetscFree(scene->echo));
   PetscCall(PetscFree(scene->damping_groups));
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->joints));

@@ -53,6 +53,8 @@ typedef struct {
   Entries entries;
   Stage defaults;               /* what `relaxation` says about stages */
   PetscSegBuffer asked;         /* every key asked for, LABEL_LENGTH each: the known keys */
+  PetscSegBuffer echo;          /* text of the keys read so far, see scene_echo.c */
+  int echo_indent;              /* of the keys of the section being read */
   char label[LABEL_LENGTH];     /* of the key being read, for messages */
   int line;                     /* of that key, or of what should hold it */
   char message[MESSAGE_LENGTH]; /* first wrong value */
@@ -75,6 +77,11 @@ PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char 
 PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names);
 /* Value or default of the key last asked for, into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
+/* ---- scene_echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
+ * the whole text, once scene->model is found: free with PetscFree. */
+PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
+PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
+PetscErrorCode EchoEnd(Reader *r, char **text);
 /* ---- scene_safety.c: what keys of one load or stage say together; path: its section */
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);

@@ -180,6 +180,7 @@ typedef struct {
   Support *supports;
   Load *loads;
   Stage *stages;
+  char *echo; /* every key in force, as YAML: scene_echo.yaml */
 } Scene;
 
 /* ------------------------------------------------------------------------------------------ BlockMesh

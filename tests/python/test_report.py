@@ -1,5 +1,5 @@
 """The sheet of a run, its assessment, comparison and export: on runs of the solver, and in headless Chromium where it is installed.
-ranks: 1"""
+ranks: 1 2"""
 
 import csv
 import json
@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report  # noqa: E402
+from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report, scene  # noqa: E402
 from quoin_tools.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 
@@ -122,23 +123,39 @@ def test_path_through_the_body_has_no_block_numbers(run):
 
 @solver
 def test_crack_of_both_methods(flood):
+    """The run had water at 40 m by an option, the file says 33 m: the echo in the output folder counts."""
     found, complaints = assess(flood)
-    base = found["swhp", "base"]
-    assert not base.complete and any("is not what was run" in line for line in complaints["swhp"])
-    assert base.block["crack"] > 0.5  # the run had water at 40 m; the file says 33 m
-    assert base.hand.crack == 0.0
-
-
-@solver
-def test_flood_with_its_own_scene(flood, tmp_path):
-    """The scene in the output folder counts before the one that summary.json names."""
-    folder = Path(shutil.copytree(flood, tmp_path / "flood"))
-    (folder / "scene.yaml").write_text(SCENE.read_text().replace("level: 33.0", "level: 40.0"))
-    found, complaints = assess(folder)
     base = found["swhp", "base"]
     assert base.complete and not complaints["swhp"]
     assert base.hand.crack > 0.5 and base.block["crack"] == pytest.approx(base.hand.crack, abs=2.0)
     assert base.block["N"] == pytest.approx(base.hand.N, rel=2e-3)
+
+
+@solver
+def test_flood_without_echo(flood, tmp_path):
+    """The file that summary.json names does not know the option: said, and no basis for a verdict."""
+    folder = Path(shutil.copytree(flood, tmp_path / "flood"))
+    (folder / "scene_echo.yaml").unlink()
+    found, complaints = assess(folder)
+    base = found["swhp", "base"]
+    assert not base.complete and any("is not what was run" in line for line in complaints["swhp"])
+    assert base.block["crack"] > 0.5 and base.hand.crack == 0.0
+
+
+@solver
+def test_echo_of_the_scene_runs_to_the_same_bits(flood, tmp_path):
+    """scene_echo.yaml is a scene: on 2 ranks it gives the checksums of the run that wrote it, and echoes itself."""
+    command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2", QUOIN, "-options_file", str(flood / "scene_echo.yaml"),
+               "-output", str(tmp_path)]  # fmt: skip
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    again, first = (Results(folder).summary["stages"] for folder in (tmp_path, flood))
+    assert [stage["checksum"] for stage in again] == [stage["checksum"] for stage in first]
+    assert [stage["name"] for stage in again] == ["sw", "swhp"]
+    echo = (flood / "scene_echo.yaml").read_text(encoding="utf-8")
+    assert "level: 40  # m, command line" in echo and "gravity: 9.81  # m/s2, default" in echo
+    values = [scene.numbers(yaml.safe_load((folder / "scene_echo.yaml").read_text(encoding="utf-8"))) for folder in (flood, tmp_path)]
+    assert values[0] | {"output": ""} == values[1] | {"output": ""}
 
 
 @solver
@@ -160,7 +177,7 @@ def test_bad_input_is_one_line(copy, tmp_path, capsys):
         assert report.main(arguments) == 2
         error = capsys.readouterr().err
         assert error.startswith("report: ") and error.count("\n") == 1
-    (copy / "scene.yaml").write_text("loads: [1, 2]")
+    (copy / "scene_echo.yaml").write_text("loads: [1, 2]")
     assert report.main([str(copy)]) == 2 and "expected one name per row" in capsys.readouterr().err
 
 
@@ -246,7 +263,7 @@ def test_sheet_says_what_it_must(run):
     text = sheet(run, *USACE, *UPLIFT)
     summary = Results(run).summary
     for word in ("Guilhofrei dam, section G1", "FAIL", "sliding factor, peak strength in stage swhp on base", summary["quoin"], "28.10",
-                 summary["stages"][-1]["checksum"], "table 4-1; check", "guilhofrei/scene.yaml", "relaxation: {tolerance: 1e-7",
+                 summary["stages"][-1]["checksum"], "table 4-1; check", "guilhofrei/scene.yaml", "tolerance: 1e-7", "Every key in force",
                  "Evidence of convergence", "Uplift follows rule npb; this guideline goes with rule usace"):  # fmt: skip
         assert word in text, word
     assert len(re.findall("<img ", text)) == 1 + 1 + 3 + 3 + 1  # section, mesh, stresses, joints, history
@@ -278,7 +295,7 @@ def test_user_strings_are_escaped(copy):
     summary["stages"][-1]["evidence"] = evil
     summary["stages"][-1]["probes"] = {evil: summary["stages"][-1]["probes"]["toe"]}
     (copy / "summary.json").write_text(json.dumps(summary))
-    (copy / "scene.yaml").write_text(SCENE.read_text() + f"# {evil}\n")
+    (copy / "scene_echo.yaml").write_text(SCENE.read_text() + f"# {evil}\n")
     text = sheet(copy)
     assert "<script" not in text and "<img src=x" not in text and text.count("&lt;script&gt;alert(1)") >= 4
 
@@ -418,8 +435,6 @@ def test_hand_forces_are_those_of_the_run(run):
 def test_reservations_of_a_cracked_base(tmp_path):
     """Uplift by another rule, and a crack it ignores: never a plain PASS."""
     folder = tmp_path / "high"
-    folder.mkdir()
-    (folder / "scene.yaml").write_text(SCENE.read_text().replace("level: 33.0", "level: 38.0"))
     solve(folder, "-loads_water_level", "38", "-stages", "sw,swhp")
     arguments = ["--guideline", "ferc", "--condition", "swhp=extreme", *UPLIFT, "--drain-head", "11"]
     base = assess(folder, *arguments)[0]["swhp", "base"]

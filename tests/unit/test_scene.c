@@ -201,6 +201,67 @@ static PetscErrorCode TestCommandLine(void)
   return 0;
 }
 
+static void EnsureSameJoints(PetscInt n, const Joint *a, const Joint *b)
+{
+  for (PetscInt j = 0; j < n; j++) {
+    Joint left = a[j], right = b[j];
+    ENSURE(!strcmp(left.name, right.name));
+    left.line = right.line = 0;
+    memset(left.name, 0, sizeof left.name); // bytes behind the name
+    memset(right.name, 0, sizeof right.name);
+    ENSURE(!memcmp(&left, &right, sizeof left));
+  }
+}
+
+static void EnsureSameStage(PetscInt n_joints, const Stage *a, const Stage *b)
+{
+  ENSURE(!strcmp(a->name, b->name) && a->kind == b->kind && a->n_loads == b->n_loads);
+  ENSURE(!memcmp(a->loads, b->loads, a->n_loads * sizeof *a->loads));
+  ENSURE(a->ramp == b->ramp && a->max_cycles == b->max_cycles && a->tolerance == b->tolerance &&
+         a->velocity_tolerance == b->velocity_tolerance && a->variable == b->variable);
+  EnsureSameJoints(n_joints, a->joints, b->joints);
+}
+
+// the echo of a scene, read as a scene, is the same scene, and its echo says the same values
+static PetscErrorCode TestEcho(void)
+{
+  static const char *const options[] = {"", "-title a\"b\\#: -materials_dam_density 2500.125 "
+                                            "-contact_relative -stages last,hp -loads_push_value -5,6 "
+                                            "-joints_base_compression inf -stages_hp_joints_default_friction "
+                                            "21 -stages_last_joints_dam+rock_k_s 4"};
+  Scene a, b;
+
+  for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+    PetscCall(Read(good, options[i], &a));
+    EnsureMessage("", "scene");
+    PetscCall(Read(a.echo, "", &b));
+    EnsureMessage("", a.echo);
+    ENSURE(!strcmp(a.title, b.title) && !strcmp(a.model, b.model) && !strcmp(a.output, b.output));
+    ENSURE(a.contact_tolerance == b.contact_tolerance && a.contact_relative == b.contact_relative);
+    ENSURE(a.n_damping_groups == 1 && b.n_damping_groups == 1 && !strcmp(b.damping_groups[0], "dam"));
+    ENSURE(a.n_materials == b.n_materials && a.n_joints == b.n_joints && a.n_supports == b.n_supports &&
+           a.n_loads == b.n_loads && a.n_stages == b.n_stages);
+    for (PetscInt m = 0; m < a.n_materials; m++) {
+      const Material *left = &a.materials[m], *right = &b.materials[m];
+      const size_t values = offsetof(Material, density), after = offsetof(Material, line);
+      ENSURE(!strcmp(left->name, right->name));
+      ENSURE(!memcmp((const char *)left + values, (const char *)right + values, after - values));
+    }
+    ENSURE(!strcmp(b.supports[1].target, "ground") && b.supports[1].fix[0] && b.supports[1].fix[1]);
+    for (PetscInt l = 0; l < a.n_loads; l++)
+      ENSURE(!strcmp(a.loads[l].name, b.loads[l].name) && a.loads[l].kind == b.loads[l].kind &&
+             !strcmp(a.loads[l].target, b.loads[l].target) && a.loads[l].n_groups == b.loads[l].n_groups &&
+             !memcmp(a.loads[l].traction, b.loads[l].traction, sizeof a.loads[l].traction));
+    EnsureSameJoints(a.n_joints, a.joints, b.joints);
+    for (PetscInt s = 0; s < a.n_stages; s++) EnsureSameStage(a.n_joints, &a.stages[s], &b.stages[s]);
+    ENSURE(strstr(a.echo, i ? "density: 2500.125  # kg/m3, command line\n" : "density: 2400  # kg/m3\n"));
+    ENSURE(strstr(a.echo, "gravity: 9.81  # m/s2\n") && strstr(a.echo, "thickness: 1  # m, default\n"));
+    PetscCall(SceneDestroy(&a));
+    PetscCall(SceneDestroy(&b));
+  }
+  return 0;
+}
+
 // the model is looked for here, then beside the scene
 static PetscErrorCode TestModelPath(void)
 {
@@ -383,6 +444,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestValues);
   RUN_TEST(TestJoints);
   RUN_TEST(TestCommandLine);
+  RUN_TEST(TestEcho);
   RUN_TEST(TestModelPath);
   RUN_TEST(TestBadInput);
   RUN_TEST(TestBadFiles);

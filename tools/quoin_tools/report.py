@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 import quoin_tools
-from quoin_tools import browser, guidelines, plots, section, uplift
+from quoin_tools import browser, guidelines, plots, scene, section, uplift
 from quoin_tools.assessment import ERRORS, assess, cell, lines, load_case, uplift_under
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.results import fixed
@@ -273,9 +273,11 @@ def digest(path):
 def echo_part(case):
     files = [("results.h5", case.results.path), ("scene", case.scene.path), ("mesh", case.mesh_path), ("guidelines", guidelines.PATH)]
     rows = [(name, os.path.basename(path), digest(path)) for name, path in files]
+    echoed = os.path.basename(case.scene.path) == scene.ECHO
+    source = ("Every key in force, as the solver wrote it down, the command line included." if echoed else
+              "The scene as read from its file; keys given on the solver's command line are not in it.")  # fmt: skip
     return ("<h2>Input</h2>" + table(("file", "name", "SHA-256"), rows)
-            + "<p><small>The scene as read from its file; keys given on the solver's command line are not in it. The loads above were held "
-              "against those the run applied.</small></p>"
+            + f"<p><small>{esc(source)} The loads above were held against those the run applied.</small></p>"
             + f"<pre>{esc(case.scene.text)}</pre>")  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """A scene (docs/scene.md) for Python tools: sections as dictionaries, numbers as numbers, joints stage by stage.
 
-The solver checks scenes; here only what the tools use is read. Keys given on the solver's command line are not in the file.
+The solver checks scenes; here only what the tools use is read. A run leaves its scene, command line included, in its output folder.
 """
 
 import os
@@ -10,7 +10,7 @@ import yaml
 
 JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0, "tension": 0.0,
                   "compression": float("inf"), "cohesion_residual": 0.0, "tension_residual": 0.0}  # fmt: skip
-ECHOES = ("scene.yaml", "scene_echo.yaml")  # names under which a run may leave its input in its output folder
+ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the output folder
 
 
 class SceneError(ValueError):
@@ -133,8 +133,7 @@ def find(folder, named, extra=()):
 
 def of_run(folder, summary):
     """The scene of a run, or SceneError that says where it was looked for."""
-    path = find(folder, summary.get("scene"), ECHOES)
+    path = find(folder, summary.get("scene"), (ECHO,))
     if path is None:
-        raise SceneError(f"{folder}: neither {' nor '.join(ECHOES)} there, nor the scene of the run, "
-                         f"'{summary.get('scene') or ''}'")  # fmt: skip
+        raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")
     return read(path)
