@@ -257,10 +257,10 @@ static PetscErrorCode spread(const Model *m, PetscReal *u)
 
 PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, Contacts *c)
 {
-  PetscReal reals[] = {s->dt, s->alpha, s->time, s->ramp, c->rate};
+  PetscReal reals[] = {s->dt, s->alpha, s->beta, s->time, s->ramp, c->rate};
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
-  PetscCall(ArchiveReals(a, "dt_alpha_time_ramp_rate", 5, reals));
+  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate", 6, reals));
   PetscCall(ArchiveDofs(a, m, "u_verified", s->u_verified));
   if (a->reading) { // neighbours are those of the displacements where contacts were found
     PetscCall(PetscArraycpy(s->u, s->u_verified, m->n_dof));
@@ -285,7 +285,8 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
     PetscCall(ArchiveInts(a, label, 1, &s->uplift[l].rounds));
   }
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
-  s->dt = reals[0], s->alpha = reals[1], s->time = reals[2], s->ramp = reals[3], c->rate = reals[4];
+  s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
+  s->time = reals[3], s->ramp = reals[4], c->rate = reals[5];
   PetscCall(spread(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

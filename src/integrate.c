@@ -16,6 +16,7 @@ void Integrate(const Model *m, State *state, const QuotientSums *last, QuotientS
   const PetscReal *restrict f = state->f, *restrict f_old = state->f_old, *restrict f_ext = state->f_ext;
   const PetscReal *restrict mass = state->m, *restrict m_inv = state->m_inv, *restrict in_q = m->in_quotient;
   PetscReal *restrict u = state->u, *restrict v = state->v;
+  const PetscReal beta = state->beta;
   PetscReal num[2] = {0., 0.}, den[2] = {0., 0.}, num_max = 0., den_max = 0.;
 
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -26,7 +27,7 @@ void Integrate(const Model *m, State *state, const QuotientSums *last, QuotientS
     BinAdd(&num_bins, num_d, num);
     BinAdd(&den_bins, den_d, den);
     // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step
-    v[d] = (v[d] * d1 + m_inv[d] * (f_ext[d] - f[d]) * dt) * d2;
+    v[d] = (v[d] * d1 + m_inv[d] * (f_ext[d] - f[d] - beta * (f[d] - f_old[d])) * dt) * d2;
     u[d] += v[d] * dt;
   }
   *sums = (QuotientSums){{num[0], num[1]}, {den[0], den[1]}, num_max, den_max};

@@ -275,7 +275,9 @@ typedef struct _p_Relaxation {
   PetscInt64 chunk_start, chunk_length;
   PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
   PetscInt n_alpha;
-  PetscReal settled_alpha; /* mean damping of the last stage or trial that converged, 0: none has */
+  PetscReal
+      settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
+  PetscBool still;   /* Judge asks for RelaxationStill */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
@@ -286,6 +288,9 @@ PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const Sta
 /* The start of a stage (forces evaluated), and, collective, the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
+/* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
+PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joint *joints,
+                               const Contacts *contacts, State *state, Relaxation *r);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
 PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r,
                        const QuotientSums *local);

@@ -196,6 +196,9 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscCall(LoadsTarget(scene, m, stage, state));
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
+  PetscCall(
+      Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
+  state->beta = scene->damping == DAMPING_ADAPTIVE ? scene->beta : 0.;
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   PetscCall(SecantStart(m, state, relax));
   state->ramp = 0.;
@@ -213,6 +216,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
+    if (relax->still) PetscCall(RelaxationStill(scene, m, stage->joints, contacts, state, relax));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));
     PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
     PetscCall(Interrupted(m, result));
@@ -232,6 +236,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   }
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  state->beta = 0.;
   result->wall = MPI_Wtime() - start;
   PetscCall(PetscFree(contact_scale));
   PetscFunctionReturn(PETSC_SUCCESS);

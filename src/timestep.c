@@ -55,8 +55,9 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   PetscReal *k;
   PetscFunctionBeginUser;
   state->dt = 1.;
-  const PetscReal factor = 0.25 * state->dt * state->dt /
-                           (scene->safety * scene->safety); // (33), dt/safety for dt
+  // (33), dt/safety for dt; damping by beta takes (1 + 2 beta) (omega dt)^2 <= 4
+  const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) /
+                           (scene->safety * scene->safety);
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
   PetscCall(ContactStiffness(joints, c, m->thickness, k));

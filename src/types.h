@@ -167,6 +167,7 @@ typedef struct {
   /* relaxation */
   DampingKind damping;
   PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */
+  PetscReal beta;            /* [-] adaptive damping: State.beta */
   PetscInt n_damping_groups; /* groups that enter the Rayleigh quotient; 0: all */
   char (*damping_groups)[NAME_LENGTH];
   PetscReal safety;         /* [-] of the time step: masses are those of a step 1/safety times longer */
@@ -386,6 +387,7 @@ typedef struct {
   Vec u_vec, v_vec;  /* (n_dof,) views of u and v for PETSc */
   PetscReal dt;      /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
+  PetscReal beta;    /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
   PetscInt64 cycle;  /* cycles since the start of the run */
   PetscReal *f_start,
       *f_target;         /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
