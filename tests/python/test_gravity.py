@@ -17,6 +17,7 @@ from quoin_tools import cut, dam, uplift  # noqa: E402
 from quoin_tools.blockmesh import BlockMesh  # noqa: E402
 from quoin_tools.cut import GravityError  # noqa: E402
 from quoin_tools.gravity import Base, Hand, Uplift, hand_method, triangle_crack  # noqa: E402
+from quoin_tools.joint_uplift import chord_of, uplift_loads  # noqa: E402
 from quoin_tools.scene import SceneError, parse  # noqa: E402
 from quoin_tools.uplift import Heads, UpliftError, head_line, pressure, resultant  # noqa: E402
 
@@ -395,3 +396,77 @@ def test_thickness_counts_once():
     assert isinstance(one, Hand) and two.N == 2 * one.N and two.linear == pytest.approx(one.linear)
     assert two.sliding_factor(30, 1e5) == pytest.approx(one.sliding_factor(30, 1e5))
     assert two.compression == pytest.approx(one.compression)
+
+
+# ---- uplift loads of a scene: the same numbers as the rule on the base
+
+UPLIFT = "  uplift: {type: uplift, faces: base, level: %g, rule: npb, drain: %.12g, %s}\nstages:\n  - wet: {loads: [weight, water, uplift]}\n"
+
+
+def wet_scene(level=33.0, keys="component: vertical"):
+    return parse(SCENE.replace("stages:\n", UPLIFT % (level, DRAIN, keys)) % level, "scene.yaml")
+
+
+def wet(g1, level=33.0, keys="component: vertical", part=None):
+    """The loads, and the hand method with them, as the assessment does."""
+    mesh, base, own = g1
+    used = wet_scene(level, keys)
+    loads = uplift_loads(mesh, used, "wet", own if part is None else part)
+    return loads, hand_method(base, cut.total(cut.stage_forces(mesh, used, "wet", own)[0]), loads[0] if loads else None)
+
+
+def test_uplift_load_of_the_paper(g1):
+    """Hand values of S1 on G1: N 8467, T 4521 kN, stress -39 and -700 kPa, angle 28.10 degrees, factor 1.873."""
+    (load,), answer = wet(g1)
+    assert answer.N == pytest.approx(8467e3, abs=500) and answer.T == pytest.approx(4521e3, abs=600)
+    assert answer.linear == pytest.approx([-39e3, -700e3], abs=500)
+    assert answer.friction_needed == pytest.approx(28.10, abs=5e-3) and answer.sliding_factor(45) == pytest.approx(1.873, abs=5e-4)
+    assert load.chord.ends() == pytest.approx(np.array([[0, 0], [22.8, 2.28]]), abs=1e-9)
+    same = hand(g1, water=paper_uplift(g1[1]))
+    assert (answer.N, answer.T, answer.M) == pytest.approx((same.N, same.T, same.M), rel=1e-9)
+
+
+@pytest.mark.parametrize("keys", ["component: both", "component: vertical, tailwater: 8", "component: vertical, cracked: true"])
+def test_uplift_load_is_the_rule_on_the_base(g1, keys):
+    _, answer = wet(g1, 34.0, keys)
+    tail = 8 - 2.28 if "tail" in keys else 0.0
+    rule = Uplift("npb", Heads(g1[1].length, 34.0, tail, DRAIN), "vertical" if "vertical" in keys else "normal",
+                  "full" if "cracked" in keys else "unchanged")  # fmt: skip
+    same = hand(g1, level=34.0, water=rule)
+    assert (answer.N, answer.T, answer.M, answer.crack) == pytest.approx((same.N, same.T, same.M, same.crack), rel=1e-9)
+    assert answer.crack > 0
+
+
+def test_uplift_within_the_part_cancels(g1):
+    """Joint and both its sides above a cut through the rock; and nothing of it above a lift joint."""
+    mesh, _, _ = g1
+    low = cut.cut(mesh, [(-500, -10), (500, -10)])
+    high = cut.cut(mesh, [(-50, 15), (50, 15)])
+    assert wet(g1, part=low)[0] == [] and wet(g1, part=high)[0] == []
+
+
+def test_uplift_of_a_set_on_the_other_side(g1):
+    """A set that names the rock's faces only presses on the dam all the same."""
+    mesh, base, part = g1
+    faces = mesh.face_sets["base"]
+    of_rock = faces[part.share[faces[:, 0]] < 0.5]
+    assert 0 < len(of_rock) < len(faces)
+    one_sided = BlockMesh(mesh.vertices, mesh.blocks, mesh.block_group, mesh.group_names, mesh.group_rigid,
+                          dict(mesh.face_sets, base=of_rock), mesh.points)  # fmt: skip
+    forces = [uplift_loads(m, wet_scene(), "wet", part)[0].forces(base, 0.0) for m in (mesh, one_sided)]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-9) and forces[0][1] == pytest.approx(1991e3, abs=600)
+
+
+def test_chord_of_an_uplift_load():
+    zigzag = np.array([[[3, 0.0], [0, 0.1]], [[6, 0.1], [3, 0.0]]])
+    assert chord_of(zigzag, "start").ends().tolist() == [[0, 0.1], [6, 0.1]]
+    assert chord_of(zigzag, "end").ends().tolist() == [[6, 0.1], [0, 0.1]]
+    upright = np.array([[[1, 4.0], [1, 0.0]]])
+    assert chord_of(upright, "start").ends().tolist() == [[1, 0], [1, 4]]
+
+
+def test_uplift_that_the_hand_method_refuses(g1):
+    with pytest.raises(GravityError, match="heel: end"):
+        wet(g1, keys="cracked: true, heel: end")
+    with pytest.raises(GravityError, match="no face set 'lost'"):
+        uplift_loads(g1[0], parse(wet_scene().text.replace("faces: base", "faces: lost"), "s"), "wet", g1[2])

@@ -431,6 +431,41 @@ def test_hand_forces_are_those_of_the_run(run):
         assert ours[:2] == pytest.approx([applied["x"], applied["y"]], rel=5e-3, abs=10.0)
 
 
+@pytest.fixture(scope="module")
+def wet(tmp_path_factory):
+    """The paper's uplift (section 4.4) as a load of the scene, given on the command line."""
+    folder = tmp_path_factory.mktemp("runs") / "wet"
+    solve(folder, "-loads", "weight,water,uplift", "-loads_uplift_type", "uplift", "-loads_uplift_faces", "base", "-loads_uplift_level", "33",
+          "-loads_uplift_rule", "npb", "-loads_uplift_drain", "4.7235", "-loads_uplift_component", "vertical", "-stages", "sw,swhp",
+          "-stages_swhp_loads", "weight,water,uplift")  # fmt: skip
+    return folder
+
+
+@solver
+def test_uplift_of_the_scene(wet):
+    """Both methods have it: hand values of S1 on G1, and the block model within the residual of the iteration."""
+    found, complaints = assess(wet)
+    base = found["swhp", "base"]
+    assert base.complete and not complaints["swhp"] and base.with_uplift is None
+    assert base.hand.N == pytest.approx(8467e3, abs=500) and base.hand.T == pytest.approx(4521e3, abs=600)
+    rows = {r.quantity: r for r in assessment.lines(base)}
+    assert rows["U, uplift force"].hand == pytest.approx(1014 + 977, abs=1.0)
+    for name in ("N, normal force", "T, shear force", "atan |T| / N", "sliding factor, peak", "straight-line stress at the end"):
+        assert rows[name].block == pytest.approx(rows[name].hand, rel=1e-3), name
+    assert rows["sliding factor, peak"].hand == pytest.approx(1.873, abs=5e-4)
+    assert found["sw", "base"].water is None
+    asked = assess(wet, *UPLIFT)[0]["swhp", "base"]  # by the options too: once, in a column of its own
+    assert asked.with_uplift.N == pytest.approx(asked.hand.N, rel=1e-6)
+
+
+@solver
+def test_sheet_with_uplift_of_the_scene(wet):
+    text = sheet(wet, "--guideline", "usace", "--strength", "10e6")
+    assert "presuppose uplift" not in text and "Uplift follows rule npb; this guideline goes with rule usace" in text
+    assert "component vertical" in text and "with uplift of the options" not in text
+    assert "sliding factor, peak strength in stage swhp on base" in text
+
+
 @solver
 def test_reservations_of_a_cracked_base(tmp_path):
     """Uplift by another rule, and a crack it ignores: never a plain PASS."""

@@ -14,6 +14,7 @@ import numpy as np
 from quoin_tools import blockmesh, cut, guidelines, scene, uplift
 from quoin_tools.assessment_options import Options, options_from, parser
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
+from quoin_tools.joint_uplift import uplift_loads
 from quoin_tools.results import OPEN, Results, ResultsError, table
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
@@ -50,7 +51,8 @@ class Assessment:
     block: dict | None
     hand: Hand
     strength: dict
-    with_uplift: Hand | None = None
+    with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
+    water: Uplift | None = None  # what governs: of the options, else of the scene
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -203,16 +205,21 @@ def assess_base(case, stage, name, path, kind, strength):
     path = path if kind == "joint" else trimmed(path, case.body)
     base = Base(path[0], path[-1], case.scene.thickness)
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
-    hand = hand_method(base, cut.total(forces))
+    dry = cut.total(forces)
+    water, others = scene_uplift(case, stage, part, base)
+    hand = hand_method(base, dry + others, water)
     if kind == "joint":
         block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
     else:
         block = block_on_path(case, stage, path, base, strength)
     found = Assessment(stage, name, kind, base, block, hand, strength)
-    water = uplift_under(case, stage, name, base)
-    if water:
-        found.with_uplift = hand_method(base, cut.total(forces), water)
-        found.notes += uplift.remarks(water.rule, water.heads) + full_head(found, cut.total(forces), water)
+    asked = uplift_under(case, stage, name, base)
+    if asked:
+        found.with_uplift = hand_method(base, dry, asked)
+    found.water = asked or water
+    if found.water:
+        rest = dry if asked else dry + others
+        found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest)
     for which, answer in (("", hand), (" with uplift", found.with_uplift)):
         if answer and answer.refused:
             found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
@@ -234,11 +241,18 @@ def trimmed(path, body):
     return np.concatenate([places[[along.argmin()]], between, places[[along.argmax()]]])
 
 
-def full_head(found, forces, water):
+def scene_uplift(case, stage, part, base):
+    """The scene's uplift under a base, which may follow its crack, or None; and the force of all other uplift on the part."""
+    loads = uplift_loads(case.mesh, case.scene, stage, part)
+    under = next((load for load in loads if load.is_under(base)), None)
+    return under, sum((load.forces(base, 0.0) for load in loads if load is not under), np.zeros(3))
+
+
+def full_head(found, forces):
     """What would become of a crack that this uplift ignores, as a note."""
-    if not found.with_uplift.crack or found.with_uplift.crack_at != "start" or water.follows_crack():
+    if not found.governing.crack or found.governing.crack_at != "start" or found.water.follows_crack():
         return []
-    hand = hand_method(found.base, forces, replace(water, in_crack="full"))
+    hand = hand_method(found.base, forces, replace(found.water, in_crack="full"))
     if hand.crack is None:
         return [f"If the full head followed the crack, there would be no equilibrium: {hand.refused}."]
     factor = factors(hand, found.strength)["peak"]
@@ -320,16 +334,16 @@ def judge(case, found):
     found.condition = o.condition_of(stage, case.results.stages)
     if not o.guideline or not found.condition:
         return
-    if water_levels(case, stage, found.base)[0] is not None and found.with_uplift is None:
+    if water_levels(case, stage, found.base)[0] is not None and found.water is None:
         found.complete = False
         found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
     guideline = guidelines.read()
     if o.guideline not in guideline:
         raise guidelines.GuidelineError(f"no guideline '{o.guideline}', there are: {', '.join(guideline)}")
     rule = guideline[o.guideline].get("uplift")
-    if found.with_uplift is not None and rule and rule != o.uplift:
+    if found.water is not None and rule and rule != found.water.rule:
         found.complete = False
-        found.notes.append(f"Uplift follows rule {o.uplift}; this guideline goes with rule {rule}.")
+        found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
     found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength))
 
 
@@ -363,7 +377,7 @@ def lines(found):
             return {}
         values = {"N": hand.N, "T": hand.T, "M": hand.M, "resultant": hand.resultant if hand.N > 0 else None,
                   "start": hand.linear[0], "end": hand.linear[1], "crack": hand.crack, "compression": hand.compression,
-                  "friction": hand.friction_needed if hand.N > 0 else None, "uplift": hand.uplift}  # fmt: skip
+                  "friction": hand.friction_needed if hand.N > 0 else None, "uplift": hand.uplift or None}  # fmt: skip
         return values | (factors(hand, found.strength) if hand.crack is not None else {})
 
     rows = (("N, normal force", "kN", "N", 1e-3, 1), ("T, shear force", "kN", "T", 1e-3, 1),
@@ -372,7 +386,7 @@ def lines(found):
             ("straight-line stress at the end", "kPa", "end", 1e-3, 1), ("crack length, no tension", "m", "crack", 1, 3),
             ("largest compression", "kPa", "compression", 1e-3, 1), ("atan |T| / N", "deg", "friction", 1, 2),
             ("sliding factor, peak", "", "peak", 1, 3), ("sliding factor, residual", "", "residual", 1, 3))  # fmt: skip
-    sources = found.block or {}, numbers(found.hand) | {"uplift": None}, numbers(found.with_uplift)
+    sources = found.block or {}, numbers(found.hand), numbers(found.with_uplift)
     result = []
     for words, unit, key, factor, digits in rows:
         values = [None if s.get(key) is None else factor * s[key] for s in sources]
@@ -394,7 +408,9 @@ def text_of(found):
              cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits)) for r in lines(found)]  # fmt: skip
     out = ["", f"Stage {found.stage}, {found.kind} {found.name}: ({found.base.start[0]:.2f}, {found.base.start[1]:.2f}) to "
                f"({found.base.end[0]:.2f}, {found.base.end[1]:.2f}) m, length {found.base.length:.3f} m"]  # fmt: skip
-    out += table(["quantity", "block model", "gravity", "difference", "with uplift"], rows)
+    shown = 5 if found.with_uplift else 4
+    header = ["quantity", "block model", "gravity", "difference", "with uplift"]
+    out += table(header[:shown], [row[:shown] for row in rows])
     out += [f"  {j.text}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source}{'; check' if j.check else ''})"
             for j in found.limits]  # fmt: skip
     return out + [f"  {note}" for note in found.notes]

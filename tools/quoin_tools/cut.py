@@ -175,10 +175,14 @@ KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point
 
 
 def stage_forces(mesh, scene, stage, part=WHOLE):
-    """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know."""
+    """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know.
+
+    Uplift is left to joint_uplift.py: it presses on both sides of a joint, and may follow a crack."""
     forces, left_out = {}, []
     for name, load in scene.stage_loads(stage).items():
         kind = KINDS.get(load.get("type"))
+        if load.get("type") == "uplift":
+            continue
         if kind is None:
             left_out.append(f"{name} ({load.get('type')})")
         else:

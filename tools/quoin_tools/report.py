@@ -16,7 +16,7 @@ import tempfile
 
 import quoin_tools
 from quoin_tools import browser, guidelines, plots, scene, section, uplift
-from quoin_tools.assessment import ERRORS, assess, cell, lines, load_case, uplift_under
+from quoin_tools.assessment import ERRORS, assess, cell, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.results import fixed
 
@@ -192,7 +192,7 @@ def cell_of(value, factor, digits):
 def uplift_part(case):
     o = case.options
     if not o.uplift:
-        return "<p>No uplift rule was given: the gravity method has the loads of the block model only.</p>"
+        return "<p>No uplift was asked for besides the scene's: both methods have the same loads.</p>"
     rule = uplift.rule_named(o.uplift)
     facts = [("rule", f"{rule.name}: {rule.source} ({rule.status})"), ("in the crack", o.in_crack or rule.crack),
              ("pressure", "normal to the base" if o.direction == "normal" else "vertical part only"),
@@ -210,8 +210,10 @@ def assessment_part(found):
     at = [f"({x:.2f}, {y:.2f}) m" for x, y in found.base.ends()]
     head = f"Stage {found.stage}, {found.kind} {found.name}" + ("" if found.condition else " (stage not judged)")
     text = f"From {at[0]} (start) to {at[1]} (end), {found.base.length:.3f} m."
-    part = f"<h3>{esc(head)}</h3><p class='soft'>{esc(text)}</p>" + table(
-        ("quantity", "unit", "block model", "gravity method", "difference", "gravity method with uplift"), rows, (2, 3, 4, 5))  # fmt: skip
+    header = ("quantity", "unit", "block model", "gravity method", "difference", "with uplift of the options")
+    shown = 6 if found.with_uplift else 5
+    part = f"<h3>{esc(head)}</h3><p class='soft'>{esc(text)}</p>"
+    part += table(header[:shown], [row[:shown] for row in rows], (2, 3, 4, 5))
     return f"<section>{part}{notes(found.notes)}</section>"
 
 
@@ -259,7 +261,7 @@ def sections_part(case, found):
     part = "<h2>Section and loads</h2>"
     for stage in stages:
         mine = [a for a in found if a.stage == stage]
-        drawing = section.section_svg(case, stage, mine, lambda a: uplift_under(case, a.stage, a.name, a.base))
+        drawing = section.section_svg(case, stage, mine)
         caption = f"Stage {stage}. Forces of the slice; red arrows at bases: resultants by the gravity method; dashed: its crack."
         part += picture(drawing.encode("utf-8"), "svg+xml", caption)
     return part

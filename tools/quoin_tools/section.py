@@ -81,22 +81,18 @@ def draw_other(axes, case, name, load, force, size):
     axes.text(*(at - 0.13 * size * direction), force_text(name, force), color=LOAD, ha="center", zorder=7, **LABEL)
 
 
-def draw_uplift(axes, found, water, size):
+def draw_uplift(axes, found, size):
     """Uplift below the base and the resultant of the base in it."""
-    base = found.base
-    x, head = cut_heads(water, found)
+    base, hand = found.base, found.governing
+    crack = hand.crack or 0.0
+    x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == "start" else 0.0, found.water.in_crack)
     points = np.array([base.at(distance) for distance in x])
     if head.max() > 0:
         segments = np.stack([points[:-1], points[1:]], axis=1)
         tips = draw_pressure(axes, segments, np.stack([head[:-1], head[1:]], axis=1), 0.12 * size / head.max(), "#e7d6f2", UPLIFT)
         axes.text(*(tips[len(tips) // 2].mean(axis=0) - [0, 0.035 * size]),
-                  f"uplift ({water.rule})  {plots.plain(found.with_uplift.uplift / 1e3)} kN", color=UPLIFT, ha="center", va="top", zorder=7,
+                  f"uplift ({found.water.rule})  {plots.plain(hand.uplift / 1e3)} kN", color=UPLIFT, ha="center", va="top", zorder=7,
                   **LABEL)  # fmt: skip
-
-
-def cut_heads(water, found):
-    crack = found.with_uplift.crack or 0.0
-    return head_line(water.rule, water.heads, crack if found.with_uplift.crack_at == "start" else 0.0, water.in_crack)
 
 
 def draw_bases(axes, assessed, size):
@@ -115,8 +111,8 @@ def draw_bases(axes, assessed, size):
             arrow(axes, at - 0.11 * size * force / np.hypot(*force), at, LOAD)
 
 
-def section_svg(case, stage, assessed, water_of):
-    """SVG text. assessed: of this stage; water_of(found): Uplift of a base, or None."""
+def section_svg(case, stage, assessed):
+    """SVG text. assessed: of this stage."""
     mesh = case.results.mesh
     box, _ = plots.view(mesh)
     size = max(box[1] - box[0], box[3] - box[2])
@@ -137,8 +133,8 @@ def section_svg(case, stage, assessed, water_of):
             else:
                 draw_other(axes, case, name, load, force, size)
         for found in assessed:
-            if found.with_uplift is not None:
-                draw_uplift(axes, found, water_of(found), size)
+            if found.water is not None:
+                draw_uplift(axes, found, size)
         draw_bases(axes, assessed, size)
         plots.set_view(axes, box)
         axes.set_ylabel("y [m]")

@@ -1,0 +1,118 @@
+"""Uplift loads of a scene (docs/scene.md) in the gravity method: water pressure on the part above a base.
+
+    for water in uplift_loads(mesh, scene, stage, part): forces += water.forces(base, crack)
+
+The pressure runs in straight lines along the chord of the load's face set, from heel to toe, and presses square to each face. What
+lies on both sides of the joint within the part cancels: only faces between the part and the rest count.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from quoin_tools import uplift
+from quoin_tools.blockmesh import face_ends
+from quoin_tools.cut import GAP, GravityError, force_at
+from quoin_tools.gravity import Base, Uplift
+
+ALIKE = 0.01  # ends of a chord and of a base no farther apart than this part of its length are the same
+
+
+@dataclass(frozen=True)
+class JointUplift(Uplift):
+    """An uplift load; chord: from heel to toe; segments: (n, 2, 2) faces, the part to their left."""
+
+    name: str = ""
+    chord: Base | None = None
+    segments: np.ndarray | None = None
+
+    def is_under(self, base):
+        """Whether the crack of the base is that of this joint."""
+        return np.abs(self.chord.ends() - base.ends()).max() <= ALIKE * base.length
+
+    def forces(self, base, crack):
+        """(X, Y, M) on the part above; crack [m] from the heel."""
+        crack = min(crack, self.chord.length) if self.is_under(base) else 0.0
+        at, head = uplift.head_line(self.rule, self.heads, crack, self.in_crack)
+        total = np.zeros(3)
+        for a, b in self.segments:
+            for p, q in pieces(a, b, self.chord, at):
+                total += self.on_piece(p, q, at, head)
+        return base.thickness * total
+
+    def on_piece(self, p, q, at, head):
+        """(X, Y, M) of pressure that is linear from p to q; per metre of thickness."""
+        ends = self.unit_weight * np.interp([self.along(p), self.along(q)], at, head)
+        push = np.array([p[1] - q[1], q[0] - p[0]])  # to the left of p to q, times its length
+        if self.direction == "vertical":
+            push = np.array([0.0, push[1]])
+        thirds = (2 * p + q) / 3, (p + 2 * q) / 3  # resultants of the two triangles of a trapezium
+        return force_at(0.5 * ends[0] * push, thirds[0]) + force_at(0.5 * ends[1] * push, thirds[1])
+
+    def along(self, point):
+        return float((point - self.chord.start) @ self.chord.along)
+
+
+def pieces(a, b, chord, at):
+    """The face a to b, cut where the diagram over the chord has its corners."""
+    s = [float((point - chord.start) @ chord.along) for point in (a, b)]
+    if abs(s[1] - s[0]) < 1e-9 * chord.length:
+        return [(a, b)]
+    cuts = sorted((x - s[0]) / (s[1] - s[0]) for x in at)
+    t = [0.0, *(x for x in cuts if 1e-12 < x < 1 - 1e-12), 1.0]
+    return [(a + u * (b - a), a + v * (b - a)) for u, v in zip(t[:-1], t[1:])]
+
+
+def chord_of(segments, heel):
+    """Heel and toe: outermost ends along the longest spread, which runs to the right, or up; turned for heel: end."""
+    points = segments.reshape(-1, 2)
+    e = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+    if e[0] < -1e-6 or (abs(e[0]) <= 1e-6 and e[1] < 0):
+        e = -e
+    if heel == "end":
+        e = -e
+    order = points @ e
+    return Base(points[order.argmin()], points[order.argmax()])
+
+
+def boundary(mesh, part, faces):
+    """Faces of a set between the part and the rest, the part to their left; of both sides named, the part's own."""
+    segments = mesh.vertices[face_ends(mesh, faces)]
+    along = segments[:, 1] - segments[:, 0]
+    outward = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]  # of the block of the face
+    beyond = shapely.contains_xy(part.region, *(segments.mean(axis=1) + 2 * GAP * outward).T)
+    mine = part.share[faces[:, 0]] > 0.5
+    own, others = segments[mine & ~beyond], segments[~mine & beyond]
+    return own if len(own) else others[:, ::-1]
+
+
+def heads_of(load, chord):
+    level, tail, drain = float(load["level"]), load.get("tailwater"), load.get("drain")
+    gallery = load.get("gallery")
+    if gallery is not None:
+        gallery = max(0.0, gallery - chord.at(drain)[1])
+    toe = 0.0 if tail is None else max(0.0, tail - chord.end[1])
+    return uplift.Heads(chord.length, max(0.0, level - chord.start[1]), toe, drain, load.get("efficiency"), gallery)
+
+
+def uplift_loads(mesh, scene, stage, part):
+    """JointUplift of every uplift load of a stage that presses on the part."""
+    found = []
+    for name, load in scene.stage_loads(stage).items():
+        if load.get("type") != "uplift":
+            continue
+        if load["faces"] not in mesh.face_sets:
+            raise GravityError(f"the mesh has no face set '{load['faces']}'")
+        faces = mesh.face_sets[load["faces"]]
+        segments = boundary(mesh, part, faces)
+        if not len(segments):
+            continue
+        in_crack = "full" if load.get("cracked") is True else "unchanged"
+        if in_crack == "full" and load.get("heel") == "end":
+            raise GravityError(f"load {name}: heel: end with cracked: true is not known to the gravity method")
+        chord = chord_of(mesh.vertices[face_ends(mesh, faces)], load.get("heel", "start"))
+        direction = "vertical" if load.get("component") == "vertical" else "normal"
+        found.append(JointUplift(load.get("rule", "linear"), heads_of(load, chord), direction, in_crack,
+                                 float(load.get("density", 1000.0)) * scene.gravity, name, chord, segments))  # fmt: skip
+    return found
