@@ -68,9 +68,11 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const PetscR
   if (was) depth = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
   // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
   if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
-  // a contact that is there stays one while either end is near: partly open it has a potential (tptm), which
-  // a change to a vertex on a face and back has not
-  if (FacePairClassify(a, b, was ? PETSC_MAX_REAL : tolerance, depth, &c->pair) == FACES_APART)
+  // in motion it is enough that one end is near: partly open a face contact has a potential (tptm), which a
+  // change from a vertex on a face that carries load has not
+  if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, depth, &c->pair) == FACES_APART)
+    return PETSC_FALSE;
+  if (!was && c->pair.length < 0.5 * shorter && PetscMax(c->pair.gap[0], c->pair.gap[1]) > tolerance)
     return PETSC_FALSE;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;
   // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is

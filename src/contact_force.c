@@ -75,7 +75,7 @@ static void inelastic_lanes(Contacts *c, const Joint *joints, StressModelKind mo
   for (int l = 0; l < BATCH; l++) {
     if (!(lanes >> l & 1)) continue;
     const PetscInt i = b * BATCH + l;
-    ContactPoint p;
+    ContactPoint p = {.in_time = (PetscBool)(c->rate != 0.)};
     for (int k = 0; k < 2; k++) {
       const PetscInt at = SUB(i, k);
       p.u_n[k] = L->d_n[k][l] - c->rest[at], p.u_s[k] = L->d_s[k][l];

@@ -229,7 +229,7 @@ static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Pe
   s->dt = stage->dt_factor * limit;
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
   s->alpha = stage->alpha;
-  contacts->rate = 0.; // no motion yet to damp
+  contacts->rate = -1.; // no motion yet to damp
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   if (stage->variable) {
     PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
@@ -428,7 +428,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(EnergyCreate(m, &energy));
   PetscCall(EnergyContactsChanged(scene, contacts, &energy));
   PetscCall(run(scene, m, stage, number, contacts, s, motions, &energy, output, result));
-  contacts->rate = 0.;
+  contacts->rate = -1.;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - wall;

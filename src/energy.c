@@ -33,7 +33,7 @@ static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int
 {
   PetscReal a, b;
   int model = 0;
-  if (j->damping == 0. || c->rate == 0.) return c->F_n[SUB(i, k)];
+  if (j->damping == 0. || c->rate <= 0.) return c->F_n[SUB(i, k)];
   while (i >= c->model_start[model + 1]) model++;
   StressModelElastic((StressModelKind)model, &a, &b);
   return c->length[i] * (a * c->sigma[SUB(i, k)] + b * c->sigma[SUB(i, 1 - k)]);
@@ -54,8 +54,7 @@ static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
   } else {
     for (int k = 0; k < 2; k++) stored += 0.5 * spring_force(c, j, i, k) * c->sigma[at[k]] / j->k_n;
   }
-  for (int k = 0; k < 2; k++)
-    if (j->k_s > 0.) stored += 0.5 * c->F_s[at[k]] * c->tau[at[k]] / j->k_s;
+  for (int k = 0; k < 2; k++) stored += 0.5 * c->F_s[at[k]] * (c->u_s[at[k]] - c->slip[at[k]]);
   return stored;
 }
 

@@ -235,7 +235,7 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
 static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
                                PetscReal thickness, ContactRow *row)
 {
-  ContactPoint p;
+  ContactPoint p = {.in_time = (PetscBool)(c->rate != 0.)};
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
     p.u_n[k] = c->u_n[j];

@@ -411,6 +411,7 @@ void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
 typedef struct {
   PetscReal u_n[2], u_s[2];     /* in: [m] at the two ends, openings already reduced by `rest` */
   PetscReal slip[2], broken[2]; /* in: history at the start of the step; out: at its end */
+  PetscBool in_time;            /* in: of a dynamic stage, where partial slip may make no energy */
   PetscReal sigma[2], tau[2];   /* out: [Pa] at the ends */
   PetscReal F_n[2], F_s[2];     /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
   PetscInt state[2];            /* out: ContactState bits */

@@ -251,6 +251,7 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
   static const StageRunner runners[] = {
       [STAGE_STATIC] = StageRelax, [STAGE_STRENGTH_REDUCTION] = ReductionRun, [STAGE_FLOOD] = FloodRun};
   PetscFunctionBeginUser;
+  contacts->rate = 0.; // not in time: joints have no dashpots
   PetscCall(runners[stage->kind](scene, m, stage, number, contacts, state, relax, output, result));
   PetscCall(StageReport(m, stage, result));
   if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));

@@ -150,6 +150,27 @@ static inline void AdvanceSlip(const Joint *joint, const PetscReal trial[2], con
   }
 }
 
+/* In time, tptm: each end force F_s is an elastic-plastic spring with the limit of its share of the joint,
+   because clipping a line that keeps its slip has no memory and makes energy where N changes while a part
+   slips. The nearest point of the box |F_s| <= most to the trial forces in the metric of the elastic row
+   L/6 [2 1; 1 2]: slip is then normal to the box, which holds F_s = 0, and F_s . d(slip) >= 0. */
+static void ReturnForces(PetscReal length, const PetscReal trial[2], const PetscReal most[2], PetscReal F[2],
+                         PetscReal tau[2])
+{
+  PetscReal T[2];
+  int a;
+
+  for (int k = 0; k < 2; k++) T[k] = length * (2 * trial[k] + trial[1 - k]) / 6;
+  a = fabs(T[1]) - most[1] > fabs(T[0]) - most[0]; // the end that is farther out first
+  for (int pass = 0; pass < 2; pass++, a = 1 - a) {
+    F[a] = JointClip(T[a], most[a]);
+    F[1 - a] = JointClip(T[1 - a] + 0.5 * (F[a] - T[a]), most[1 - a]);
+    if (JointClip(T[a] + 0.5 * (F[1 - a] - T[1 - a]), most[a]) == F[a]) break; // it stays at its limit
+  }
+  for (int k = 0; k < 2; k++)
+    tau[k] = F[0] == T[0] && F[1] == T[1] ? trial[k] : (4 * F[k] - 2 * F[1 - k]) / length;
+}
+
 /* sigma, tau and state at the ends, from the trial stresses and the strengths there */
 static inline void EndStresses(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
                                ContactPoint *p)
@@ -384,7 +405,9 @@ static void ShearPiece(const PetscReal xi[2], const PetscReal tau[2], const Pets
 static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal sigma[2],
                           const PetscReal tau[2], ContactPoint *p)
 {
-  PetscReal limit[2], held[2], f_n[PIECES][2], f_s[PIECES][2];
+  PetscReal limit[2], held[2], most[2], f_n[PIECES][2], f_s[PIECES][2], f_most[PIECES][2];
+  // a joint that can still break keeps the diagram, which the fronts of failure need
+  PetscBool in_time = (PetscBool)(p->in_time && (!JointIsBrittle(joint) || p->broken[0] >= 1));
   Holds holds = {.n = 0};
   Cuts cuts;
 
@@ -394,13 +417,12 @@ static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal 
 
   /* return of shear */
   for (int k = 0; k < 2; k++) limit[k] = JointShearLimit(joint, EndStrength(p->broken, k), sigma[k]);
-  if (SlidesWhole(tau, limit)) {
+  if (SlidesWhole(tau, limit) && !in_time) {
     ReturnShear(&holds, tau, limit, held);
   } else {
     held[0] = tau[0], held[1] = tau[1];
   }
   EndStresses(joint, sigma, tau, p);
-  AdvanceSlip(joint, tau, held, p);
 
   /* diagrams; strength and state of a piece are those of its middle, so that rounding at a cut does not
    * spread */
@@ -408,7 +430,7 @@ static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal 
     const PetscReal *xi = cuts.xi + i, middle = 0.5 * (xi[0] + xi[1]), sm = Line(sigma, middle);
     int strength = StrengthAt(&cuts, middle);
     PetscBool open = JointIsOpen(joint, strength, sm), flat = (PetscBool)(open || JointIsCrushing(joint, sm));
-    PetscReal s[2], t[2], cone[2];
+    PetscReal s[2], t[2], cone[2], most_at[2];
 
     for (int k = 0; k < 2; k++) {
       s[k] = JointNormal(joint, strength, flat ? sm : Line(sigma, xi[k]));
@@ -416,16 +438,19 @@ static void RespondMoving(const Joint *joint, PetscReal length, const PetscReal 
       cone[k] = JointCone(joint, strength, s[k]);
     }
     Trapezoid(xi, s, f_n[i]);
-    if (open)
-      f_s[i][0] = f_s[i][1] = 0;
-    else
-      ShearPiece(xi, t, cone, f_s[i]);
+    ShearPiece(xi, t, cone, f_s[i]);
+    for (int k = 0; k < 2; k++) most_at[k] = cone[k] < 0 ? 0 : cone[k];
+    Trapezoid(xi, most_at, f_most[i]);
+    for (int k = 0; k < 2 && open; k++) f_s[i][k] = f_most[i][k] = 0;
   }
 
   /* forces */
   SumShares(cuts.n, f_n, p->F_n);
   SumShares(cuts.n, f_s, p->F_s);
-  for (int k = 0; k < 2; k++) p->F_n[k] *= length, p->F_s[k] *= length;
+  SumShares(cuts.n, f_most, most);
+  for (int k = 0; k < 2; k++) p->F_n[k] *= length, p->F_s[k] *= length, most[k] *= length;
+  if (in_time) ReturnForces(length, tau, most, p->F_s, held);
+  AdvanceSlip(joint, tau, held, p);
 }
 
 /* ------------------------------------------------------------------------------------------------ */

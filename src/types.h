@@ -361,7 +361,7 @@ typedef struct {
   PetscReal *slip;   /* [m] (.., 2, BATCH) plastic part of u_s */
   PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed (residual
                         strength) */
-  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, 0 in a static one: joints have no dashpots there */
+  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */

@@ -383,6 +383,7 @@ static void TestFullSliding(void)
   for (int i = 0; i < 2000; i++) {
     Joint joint = MakeJoint(1, 1, Random(0, 50), i % 2 ? Random(0, 0.5) : 0, 0);
     ContactPoint p = RandomPoint(PETSC_FALSE);
+    p.in_time = (PetscBool)(i % 7 < 3);
     double closed[2] = {p.u_n[0] < 0, p.u_n[1] < 0}, length;
     int steps = i % 5 ? 1 : 300;
 
@@ -399,6 +400,53 @@ static void TestFullSliding(void)
   }
 }
 
+/* Shear along a random path on which the contact opens, closes and slips: work less what is stored is lost,
+ * at every moment; returns the largest part of the loss that comes back, and the loss. */
+static double GivenBack(int model, const Joint *joint, PetscBool in_time, double *lost)
+{
+  ContactPoint p = {.in_time = in_time}, old;
+  double wave[4][3], worst = 0, most = 0;
+
+  for (int i = 0; i < 4; i++)
+    wave[i][0] = Random(0.5, 2), wave[i][1] = Random(3, 40), wave[i][2] = Random(0, 6);
+  *lost = 0;
+  for (int step = 0; step < 20000; step++) {
+    double x = step / 20000.;
+    old = p;
+    for (int k = 0; k < 2; k++) {
+      p.u_n[k] = -0.6 + wave[k][0] * sin(wave[k][1] * x + wave[k][2]);
+      p.u_s[k] = 0.8 * wave[2][0] * sin(wave[2][1] * x + wave[2][2]) + 0.3 * sin(wave[3][1] * x + k);
+    }
+    StressModelRespond(model, joint, 1.3, &p);
+    if (!step) continue;
+    for (int k = 0; k < 2; k++) {
+      *lost += 0.5 * (p.F_s[k] + old.F_s[k]) * (p.u_s[k] - old.u_s[k]);
+      *lost -= 0.5 * (p.F_s[k] * (p.u_s[k] - p.slip[k]) - old.F_s[k] * (old.u_s[k] - old.slip[k]));
+    }
+    if (*lost > most) most = *lost;
+    if (most - *lost > worst) worst = most - *lost;
+  }
+  return worst;
+}
+
+/* In time friction takes energy and never gives it back, with pt and with tptm, however they open and slip.
+ */
+static void TestFrictionLoses(void)
+{
+  for (int i = 0; i < 200; i++) {
+    Joint joint = MakeJoint(1, Random(0.1, 1), Random(10, 60), i % 2 ? Random(0, 0.3) : 0, 0);
+    const int models[2] = {STRESS_PT, STRESS_TPTM};
+    double lost;
+
+    for (int m = 0; m < 2; m++) {
+      const double back = GivenBack(models[m], &joint, PETSC_TRUE, &lost);
+
+      ENSURE_NEAR(back, 0, 1e-3 * fabs(lost));
+      ENSURE(lost > 0);
+    }
+  }
+}
+
 int main(void)
 {
   RUN_TEST(TestReference);
@@ -411,5 +459,6 @@ int main(void)
   RUN_TEST(TestPotential);
   RUN_TEST(TestPointLaw);
   RUN_TEST(TestFullSliding);
+  RUN_TEST(TestFrictionLoses);
   return CheckSummary();
 }
