@@ -1,0 +1,261 @@
+#!/usr/bin/env python3
+"""The catalogue of bad input: every wrong scene and block mesh of the tests, the message it gets and the exit code.
+
+    tests/verification/bad_input/catalogue.py --quoin build/quoin                      check docs/bad_input.md on 1 rank
+    tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
+
+Scenes: one fault each in the good scene of tests/unit/test_scene.c, as listed in tests/unit/scene_faults.h. Meshes: one
+fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
+one line on stderr, when ranks do not agree on that line, or when the document says another one."""
+
+import argparse
+import ast
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from driver import ENVIRONMENT, ROOT, write
+from quoin_tools.meshing import face_set_on, join, rectangle
+
+DOCUMENT = ROOT / "docs" / "bad_input.md"
+UNIT = ROOT / "tests" / "unit"
+STRING = r'(?:"(?:[^"\\]|\\.)*"\s*)+'
+
+
+def c_strings(text):
+    """Neighbouring string literals of C as one string."""
+    return "".join(ast.literal_eval(part) for part in re.findall(r'"(?:[^"\\]|\\.)*"', text))
+
+
+def good_scene():
+    text = (UNIT / "test_scene.c").read_text(encoding="utf-8")
+    return c_strings(re.sub(r"//[^\n]*", "", re.search(r"good\[\] = (.*?);", text, re.DOTALL)[1]))
+
+
+def scene_faults():
+    """(what, scene text, options) of each fault in scene_faults.h."""
+    good = good_scene()
+    text = (UNIT / "scene_faults.h").read_text(encoding="utf-8")
+    for entry in re.finditer(rf"\{{({STRING}),\s*({STRING}),\s*({STRING})(?:,\s*({STRING}))?\}}", text):
+        before, after, options, message = (c_strings(part) if part else None for part in entry.groups())
+        options = options.split() if message else []
+        assert before in good, before
+        what = " ".join(options) if options else f"{before} → {after}" if after else f"without {before}"
+        yield what, good.replace(before, after, 1), options
+
+
+def good_mesh():
+    """Rock, dam and ground, each of two blocks, with the sets that the good scene names."""
+    parts = [rectangle(0, i, 2, 1, nx=2, group=name) for i, name in enumerate(("ground", "rock", "dam"))]
+    for part in parts:
+        part.face_sets, part.points = {}, {}
+    mesh = join(parts)
+    mesh.face_sets = {"base": face_set_on(mesh, (0, 2), (2, 2)), "upstream": face_set_on(mesh, (0, 2), (0, 3)),
+                      "sides": face_set_on(mesh, (0, 0), (0, 2)), "both": face_set_on(mesh, (2, 2), (2, 3))}  # fmt: skip
+    mesh.points = {"tip": len(mesh.vertices) - 1, "both": 0}
+    return mesh
+
+
+def put(name, value):
+    def change(file):
+        del file[name]
+        file[name] = value
+    return change
+
+
+def entry(name, at, value):
+    def change(file):
+        file[name][at] = value
+    return change
+
+
+def without(name):
+    def change(file):
+        del file[name]
+    return change
+
+
+def attribute(name, value):
+    def change(file):
+        file.attrs[name] = value
+    return change
+
+
+def link(name, target):
+    def change(file):
+        del file[name]
+        file[name] = target
+    return change
+
+
+def move(group, dx, dy):
+    def change(file):
+        rows = np.unique(file["blocks"][()][file["block_group"][()] == group])
+        file["vertices"][rows] = file["vertices"][rows] + [dx, dy]
+    return change
+
+
+def swap(file):
+    file["blocks"][2] = file["blocks"][2][::-1]
+
+
+def unwritten(file):
+    del file["vertices"]
+    file.create_dataset("vertices", (18, 2), "f8")
+
+
+def mesh_faults():
+    """(what, change of the HDF5 file) of each fault of a mesh."""
+    return [
+        ("version 9", attribute("version", 9)),
+        ("version is text", attribute("version", np.bytes_("one"))),
+        ("format of another program", attribute("format", np.bytes_("other-mesh"))),
+        ("format of variable length", attribute("format", "quoin-mesh")),
+        *((f"without /{name}", without(name)) for name in ("vertices", "blocks", "block_group", "groups", "groups/name", "groups/rigid")),
+        ("vertices in single precision", put("vertices", np.zeros((18, 2), "f4"))),
+        ("vertices with three coordinates", put("vertices", np.zeros((18, 3)))),
+        ("vertices without a value", put("vertices", h5py.Empty("f8"))),
+        ("vertices declared, never written", unwritten),
+        ("blocks of 64 bits", put("blocks", np.zeros((6, 4), "i8"))),
+        ("blocks without a sign", put("blocks", np.zeros((6, 4), "u4"))),
+        ("blocks of five vertices", put("blocks", np.zeros((6, 5), "i4"))),
+        ("no blocks", put("blocks", np.zeros((0, 4), "i4"))),
+        ("fewer groups than blocks", put("block_group", np.zeros(5, "i4"))),
+        ("rigid for one group too many", put("groups/rigid", np.zeros(4, "i4"))),
+        ("names of 32 bytes", put("groups/name", np.array([b"ground", b"rock", b"dam"], "S32"))),
+        ("group name with a path separator", entry("groups/name", 0, b"../ground")),
+        ("group name with a line feed", entry("groups/name", 0, b"gro\nund")),
+        ("empty group name", entry("groups/name", 0, b"")),
+        ("two groups of one name", entry("groups/name", 0, b"rock")),
+        ("rigid is 2", entry("groups/rigid", 0, 2)),
+        ("vertices is a soft link", link("vertices", h5py.SoftLink("/blocks"))),
+        ("vertices is a link to itself", link("vertices", h5py.SoftLink("/vertices"))),
+        ("vertices in another file", link("vertices", h5py.ExternalLink("elsewhere.h5", "/vertices"))),
+        ("vertices is a group", lambda file: (file.__delitem__("vertices"), file.create_group("vertices"))),
+        ("2^40 vertices", lambda file: (file.__delitem__("vertices"), file.create_dataset("vertices", (1 << 40, 2), "f8", chunks=(1024, 2)))),
+        ("2^31 blocks", lambda file: (file.__delitem__("blocks"), file.create_dataset("blocks", (1 << 31, 4), "i4", chunks=(1024, 4)))),
+        ("coordinate not a number", entry("vertices", 3, [np.nan, 0])),
+        ("coordinate infinite", entry("vertices", 3, [np.inf, 0])),
+        ("coordinate 1e300 m", entry("vertices", 3, [1e300, 0])),
+        ("vertex 1000 of a block", entry("blocks", (1, 2), 1000)),
+        ("vertex -2 of a block", entry("blocks", (1, 2), -2)),
+        ("-1 in the first column", entry("blocks", (1, 0), -1)),
+        ("vertex repeated", entry("blocks", 1, [1, 2, 2, 4])),
+        ("group 7 of a block", entry("block_group", 1, 7)),
+        ("clockwise block", swap),
+        ("block without area", entry("vertices", 3, [0, 0])),
+        ("block not convex", entry("vertices", 0, [0.9, 0.9])),
+        ("vertex that no block uses", put("vertices", np.vstack([good_mesh().vertices, [9, 9]]))),
+        ("bodies that overlap", move(2, 0, -0.25)),
+        ("face set with a block too many", entry("face_sets/base", 0, [6, 0])),
+        ("face set with a fifth face", entry("face_sets/base", 0, [4, 4])),
+        ("face set with an inner face", entry("face_sets/base", 0, [4, 1])),
+        ("face listed twice", lambda file: entry("face_sets/base", 1, file["face_sets/base"][0])(file)),
+        ("face set of another shape", put("face_sets/base", np.zeros((2, 3), "i4"))),
+        ("face set with a name that is none", lambda file: file.__setitem__("face_sets/a b", np.zeros((0, 2), "i4"))),
+        ("point of a vertex that is not there", entry("points/tip", 0, 99)),
+        ("point of two vertices", put("points/tip", np.zeros(2, "i4"))),
+        ("point with a name that is none", lambda file: file.__setitem__("points/1st", np.zeros(1, "i4"))),
+    ]
+
+
+def file_faults():
+    """(what, function of the bytes of a good file -> bytes, or None for no file)."""
+    return [("no such file", lambda data: None), ("not an HDF5 file", lambda data: b"vertices: none"), ("an empty file", lambda data: b""),
+            ("cut off in the middle", lambda data: data[:len(data) // 2]), ("cut off after the header", lambda data: data[:96])]  # fmt: skip
+
+
+def prepare(folder):
+    """A folder for each entry; (section, what, folder, options)."""
+    entries = []
+
+    def new(section, what, scene, options=()):
+        place = folder / f"{len(entries):03d}"
+        place.mkdir()
+        (place / "scene.yaml").write_text(scene, encoding="utf-8")
+        entries.append((section, what, place, list(options)))
+        return place / "model.h5"
+
+    for what, scene, options in scene_faults():
+        write(str(new("Scenes", what, scene, options)), good_mesh())
+    for what, change in mesh_faults():
+        path = new("Block meshes", what, good_scene())
+        write(str(path), good_mesh())
+        with h5py.File(path, "r+") as file:
+            change(file)
+    for what, change in file_faults():
+        path = new("Files", what, good_scene())
+        write(str(path), good_mesh())
+        data = change(path.read_bytes())
+        path.unlink()
+        if data is not None:
+            path.write_bytes(data)
+    return entries
+
+
+def message_of(quoin, place, options, ranks):
+    """What the run says; ValueError when it is not one line and exit code 2."""
+    start = [] if ranks == 1 else ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
+    done = subprocess.run([*start, quoin, "-options_file", "scene.yaml", *options], cwd=place, capture_output=True, text=True,
+                          errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=120)  # fmt: skip
+    lines = done.stderr.splitlines()
+    if done.returncode != 2 or len(lines) != 1 or not lines[0].startswith("quoin: error: ") or (place / "out").exists():
+        raise ValueError(f"{place.name} on {ranks} ranks: exit code {done.returncode}, stderr {done.stderr[:400]!r}")
+    return lines[0].removeprefix("quoin: error: ")
+
+
+def cell(text):
+    return "`" + re.sub(r"\s*\n\s*", " ⏎ ", text.strip()).replace("|", "\\|").replace("`", "'").replace("\t", "⇥") + "`"
+
+
+def document(entries, messages):
+    lines = ["# Bad input and what is said about it", "",
+             f"Written by `tests/verification/bad_input/catalogue.py`: {len(entries)} wrong scenes, block meshes and files, each tried on 1 and 2",
+             "ranks. Each ends with exit code 2, nothing is written, and stderr holds one line, `quoin: error: ` and the text below.",
+             "Scenes: the change made to a good scene, or the words added to the command line."]  # fmt: skip
+    section = None
+    for (name, what, _, _), message in zip(entries, messages):
+        if name != section:
+            section = name
+            lines += ["", f"## {name}", "", "| what is wrong | message | exit code |", "|---|---|---|"]
+        lines.append(f"| {cell(what)} | {cell(message)} | 2 |")
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quoin", type=Path, default=ROOT / "build" / "quoin")
+    parser.add_argument("--write", action="store_true", help="write docs/bad_input.md, tried on 1 and 2 ranks")
+    arguments = parser.parse_args()
+    quoin = str(arguments.quoin.resolve())
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
+        entries = prepare(Path(folder))
+
+        def tried(entry):
+            _, what, place, options = entry
+            try:
+                said = {message_of(quoin, place, options, ranks) for ranks in ((1, 2) if arguments.write else (1,))}
+                return said.pop() if len(said) == 1 else ValueError(f"ranks differ: {said}")
+            except ValueError as error:
+                return ValueError(f"{what}: {error}")
+
+        messages = list(pool.map(tried, entries))
+    faults = [str(message) for message in messages if isinstance(message, ValueError)]
+    if not faults and arguments.write:
+        DOCUMENT.write_text(document(entries, messages), encoding="utf-8")
+    elif not faults and DOCUMENT.read_text(encoding="utf-8") != document(entries, messages):
+        faults.append(f"{DOCUMENT}: does not say what the solver says; write it anew with --write")
+    print("\n".join(faults) if faults else f"{len(entries)} entries, all refused in one line")
+    sys.exit(bool(faults))
+
+
+if __name__ == "__main__":
+    main()
