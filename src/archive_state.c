@@ -1,6 +1,6 @@
 /* archive_state.c: state by gid, contacts by key; see archive.h. */
 #include "archive.h"
-#include "contact_geometry.h"
+#include "contact_find.h"
 
 /* ---- contacts as rows of two tables */
 
@@ -47,7 +47,7 @@ static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row
 #undef MOVE
 }
 
-/* Collective. The owned contacts of all ranks on rank 0, in the order of CandidateOrder. */
+/* Collective. The owned contacts of all ranks on rank 0, in the order of contacts. */
 static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n_all, Row **all)
 {
   PetscInt n = 0;
@@ -69,25 +69,6 @@ static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n
 }
 
 /* ---- which contacts a rank holds */
-
-/* Row of the face with this gid, -1: not known here. Faces ascend among the local ones, then among the rest.
- */
-static PetscInt face_of_gid(const Model *m, PetscInt gid)
-{
-  const PetscInt start[3] = {0, m->n_faces_local, m->faces.n};
-  for (int part = 0; part < 2; part++) {
-    PetscInt low = start[part], high = start[part + 1];
-    while (low < high) {
-      const PetscInt middle = (low + high) / 2;
-      if (m->faces.gid[middle] < gid)
-        low = middle + 1;
-      else
-        high = middle;
-    }
-    if (low < start[part + 1] && m->faces.gid[low] == gid) return low;
-  }
-  return -1;
-}
 
 /* Vertices of faces: (2 n faces) gid and row, ascending. */
 typedef struct {
@@ -120,10 +101,10 @@ static PetscBool at_owned_vertex(const Model *m, PetscInt f)
 static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Row *row, Candidate *c)
 {
   const PetscInt key[2] = {(PetscInt)row->count[1], (PetscInt)row->count[2]};
-  const PetscInt g = face_of_gid(m, key[0]);
+  const PetscInt g = FaceRow(m, key[0]);
   if (g < 0) return PETSC_FALSE;
   if (key[1] >= 0) { // two faces
-    const PetscInt f = face_of_gid(m, key[1]);
+    const PetscInt f = FaceRow(m, key[1]);
     c->face[0] = g, c->face[1] = f;
     return (PetscBool)(f >= 0 && (at_owned_vertex(m, f) || at_owned_vertex(m, g)));
   }
@@ -136,14 +117,10 @@ static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Ro
     else
       high = middle;
   }
-  for (; low < 2 * m->faces.n && list[low].gid == wanted.gid; low++) {
-    const PetscInt f = list[low].face;
-    if (!at_owned_vertex(m, f) && !at_owned_vertex(m, g)) continue;
-    c->face[0] = f, c->face[1] = g;
-    c->vertex = m->faces.vertex[2 * f + list[low].corner];
-    return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
+  if (low == 2 * m->faces.n || list[low].gid != wanted.gid) return PETSC_FALSE;
+  c->face[0] = list[low].face, c->face[1] = g;
+  c->vertex = m->faces.vertex[2 * list[low].face + list[low].corner];
+  return (PetscBool)(c->vertex < m->n_owned || at_owned_vertex(m, g));
 }
 
 /* The rows that this rank holds, moved to the front, and the candidates that make contacts of them. */
@@ -159,7 +136,8 @@ static PetscErrorCode keep_rows(const Model *m, PetscInt *n, Row *rows, Candidat
     Candidate *c = *list + kept;
     *c = (Candidate){.model = (StressModelKind)count[0],
                      .key = {(PetscInt)count[1], (PetscInt)count[2]},
-                     .joint = (PetscInt)count[4]};
+                     .joint = (PetscInt)count[4],
+                     .before = -1};
     c->pair.klass = (ContactClass)count[3], c->pair.length = rows[i].real[0];
     if (!faces_of_row(m, vertices, rows + i, c)) continue;
     for (int k = 0; k < 2 && c->pair.klass != VERTEX_FACE; k++)
@@ -237,7 +215,7 @@ PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, c
   PetscCall(read_rows(a, names, &n, &rows));
   PetscCall(keep_rows(m, &n, rows, &list));
   PetscCall(ContactsDestroy(c));
-  PetscCall(ContactsStore(scene, m, n, list, c));
+  PetscCall(ContactsStore(scene, m, &(CandidateList){.n = n, .item = list}, NULL, NULL, c));
   for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
     if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++);
   PetscCall(PetscFree(list));

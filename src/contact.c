@@ -1,116 +1,7 @@
-/* contact.c: finding and storing face-to-face contacts (sections 2.1-2.2). Every rank keeps the contacts that
-   touch a vertex it owns, in ascending (stress model, face, face). */
+/* contact.c: storing contacts, and what hangs on nothing. Every rank keeps the contacts that touch a vertex
+   it owns, in ascending (stress model, face, face). */
 #include "internal.h"
-#include "contact_geometry.h"
-
-int CandidateOrder(const void *a, const void *b)
-{
-  const Candidate *p = a, *q = b;
-  if (p->model != q->model) return (p->model > q->model) - (p->model < q->model);
-  if (p->key[0] != q->key[0]) return (p->key[0] > q->key[0]) - (p->key[0] < q->key[0]);
-  return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
-}
-
-/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the
- * default. */
-PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
-{
-  const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g];
-  if (jf >= 0 || jg >= 0) return jf < 0 ? jg : jg < 0 ? jf : PetscMin(jf, jg);
-  const char *a = m->group_names[m->faces.group[f]], *b = m->group_names[m->faces.group[g]];
-  for (PetscInt j = 1; j < scene->n_joints; j++) {
-    const char *name = scene->joints[j].name, *plus = strchr(name, '+');
-    if (!plus) continue;
-    const size_t na = strlen(a), nb = strlen(b), first = (size_t)(plus - name);
-    if (first == na && !strncmp(name, a, na) && !strcmp(plus + 1, b)) return j;
-    if (first == nb && !strncmp(name, b, nb) && !strcmp(plus + 1, a)) return j;
-  }
-  return 0;
-}
-
-/* Whether two faces may touch at all: different blocks, not of one rigid body, one of them at an owned
- * vertex. */
-static PetscBool may_touch(const Model *m, PetscInt f, PetscInt g)
-{
-  const PetscInt *vf = m->faces.vertex + 2 * f, *vg = m->faces.vertex + 2 * g;
-  if (m->faces.gid[f] / 4 == m->faces.gid[g] / 4) return PETSC_FALSE;
-  if (m->faces.rigid[f] >= 0 && m->faces.rigid[f] == m->faces.rigid[g]) return PETSC_FALSE;
-  return (PetscBool)(vf[0] < m->n_owned || vf[1] < m->n_owned || vg[0] < m->n_owned || vg[1] < m->n_owned);
-}
-
-void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
-{
-  for (int i = 0; i < 4; i++) {
-    const PetscInt at = 2 * m->faces.vertex[2 * f + i / 2] + i % 2;
-    x[i] = u ? m->X[at] + u[at] : m->X[at];
-  }
-}
-
-/* The two faces as a contact, or nothing: returns PETSC_FALSE when they do not touch. */
-static PetscBool make_candidate(const Scene *scene, const Model *m, const PetscReal *u,
-                                const OldContacts *old, PetscInt f, PetscInt g, Candidate *c)
-{
-  PetscReal a[4], b[4];
-  if (m->faces.gid[f] > m->faces.gid[g]) return make_candidate(scene, m, u, old, g, f, c);
-  FaceCoordinates(m, u, f, a);
-  FaceCoordinates(m, u, g, b);
-  const PetscReal shorter = PetscMin(PetscHypotReal(a[2] - a[0], a[3] - a[1]),
-                                     PetscHypotReal(b[2] - b[0], b[3] - b[1]));
-  const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
-  c->key[0] = m->faces.gid[f], c->key[1] = m->faces.gid[g];
-  c->face[0] = f, c->face[1] = g;
-  c->joint = JointOfPair(scene, m, f, g);
-  c->model = scene->joints[c->joint].stress_model;
-  // a contact that is there may be pressed in deep, though never as deep as the back of its block; before it
-  // is one, its corners carry it as vertices on a face
-  const PetscBool was = (PetscBool)(old && OldContactFind(old, c));
-  PetscReal depth = scene->overlap_tolerance;
-  if (was) depth = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
-  // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
-  if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
-  // in motion it is enough that one end is near: partly open a face contact has a potential (tptm), which a
-  // change from a vertex on a face that carries load has not
-  if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, depth, &c->pair) == FACES_APART)
-    return PETSC_FALSE;
-  if (!was && c->pair.length < 0.5 * shorter && PetscMax(c->pair.gap[0], c->pair.gap[1]) > tolerance)
-    return PETSC_FALSE;
-  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;
-  // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
-  // long is the side of a block that slides over the edge
-  const PetscBool corners = (PetscBool)(c->pair.klass == FF2_I || c->pair.klass == FF2_F);
-  const PetscReal distance = PetscMax(PetscAbsReal(c->pair.gap[0]), PetscAbsReal(c->pair.gap[1]));
-  if (u && old && corners && c->pair.length < tolerance && distance > c->pair.length && !was)
-    return PETSC_FALSE;
-  return PETSC_TRUE;
-}
-
-PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const PetscReal *u, const OldContacts *old,
-                            PetscInt *n, Candidate **candidates, PetscInt *n_near, PetscInt **near)
-{
-  PetscInt n_pairs, *pairs, kept = 0;
-  PetscReal *box, x[4];
-  Candidate *list;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(4 * m->faces.n, &box));
-  for (PetscInt f = 0; f < m->faces.n; f++) {
-    FaceCoordinates(m, u, f, x);
-    FaceBox(x, x + 2, m->contact_margin, box + 4 * f);
-  }
-  PetscCall(GridPairs(m->faces.n, box, &n_pairs, &pairs));
-  PetscCall(PetscFree(box));
-  PetscCall(PetscMalloc1(n_pairs, &list));
-  *n = 0;
-  for (PetscInt p = 0; p < n_pairs; p++) {
-    const PetscInt f = pairs[2 * p], g = pairs[2 * p + 1];
-    if (!may_touch(m, f, g)) continue;
-    pairs[2 * kept] = f, pairs[2 * kept++ + 1] = g;
-    if (make_candidate(scene, m, u, old, f, g, list + *n)) (*n)++;
-  }
-  *candidates = list;
-  *n_near = kept;
-  *near = pairs;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+#include "contact_find.h"
 
 /* A contact whose joint has no properties is an error of the scene. */
 static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt n, const Candidate *list)
@@ -118,7 +9,7 @@ static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt 
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n && !message[0]; i++) {
-    if (list[i].joint || scene->joints[0].k_n > 0.) continue;
+    if (list[i].joint || list[i].kept || scene->joints[0].k_n > 0.) continue;
     const char *a = m->group_names[m->faces.group[list[i].face[0]]],
                *b = m->group_names[m->faces.group[list[i].face[1]]];
     PetscCall(PetscSNPrintf(
@@ -178,41 +69,69 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   }
 }
 
-PetscErrorCode ContactsStore(const Scene *scene, const Model *m, PetscInt n, Candidate *list, Contacts *c)
+/* A contact that stays as it was, in its new place. */
+static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *vertex_now, PetscInt at,
+                       Contacts *c)
+{
+  const PetscInt from = p->before;
+  c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
+  c->klass[at] = old->klass[from], c->joint[at] = old->joint[from];
+  c->owned[at] = old->owned[from], c->length[at] = old->length[from];
+  for (int i = 0; i < 6; i++)
+    c->vertex[((at / BATCH) * 6 + i) * BATCH + at % BATCH] =
+        vertex_now[old->vertex[((from / BATCH) * 6 + i) * BATCH + from % BATCH]];
+  for (int i = 0; i < 4; i++)
+    c->gap[((at / BATCH) * 4 + i) * BATCH + at % BATCH] =
+        old->gap[((from / BATCH) * 4 + i) * BATCH + from % BATCH];
+  for (int k = 0; k < 2; k++) {
+    const PetscInt to = SUB(at, k), of = SUB(from, k);
+    c->t[to] = old->t[of], c->rest[to] = old->rest[of], c->slip[to] = old->slip[of];
+    c->broken[to] = old->broken[of], c->u_n[to] = old->u_n[of], c->u_s[to] = old->u_s[of];
+    c->speed[to] = old->speed[of], c->sigma[to] = old->sigma[of], c->tau[to] = old->tau[of];
+    c->F_n[to] = old->F_n[of], c->F_s[to] = old->F_s[of], c->state[to] = old->state[of];
+  }
+}
+
+PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const CandidateList *list,
+                             const Contacts *before, const PetscInt *vertex_now, Contacts *c)
 {
   PetscInt count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
+  const Candidate *item = list->item;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(c, sizeof(*c)));
-  if (n) qsort(list, n, sizeof(Candidate), CandidateOrder);
-  PetscCall(check_joints(scene, m, n, list));
-  for (PetscInt i = 0; i < n; i++) count[list[i].model]++;
+  PetscCall(check_joints(scene, m, list->n, item));
+  for (PetscInt i = 0; i < list->n; i++) count[item[i].model]++;
   for (int s = 0; s < STRESS_MODELS; s++) {
     first[s] = s ? first[s - 1] + count[s - 1] : 0;
     c->model_start[s + 1] = c->model_start[s] + (count[s] + BATCH - 1) / BATCH * BATCH;
   }
-  c->n = n;
+  c->n = list->n;
   c->n_padded = c->model_start[STRESS_MODELS];
   PetscCall(allocate(c));
   for (int s = 0; s < STRESS_MODELS; s++)
     for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
       const PetscInt i = at - c->model_start[s];
-      if (i < count[s])
-        store(m, list + first[s] + i, at, c);
+      if (i >= count[s])
+        store_padding(m, at, item[first[s]].joint, c);
+      else if (item[first[s] + i].kept)
+        store_kept(item + first[s] + i, before, vertex_now, at, c);
       else
-        store_padding(m, at, list[first[s]].joint, c);
+        store(m, item + first[s] + i, at, c);
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
 {
-  Candidate *list;
-  PetscInt n, n_near, *near;
+  CandidateList list = {0};
+  FaceTable table;
   PetscFunctionBeginUser;
-  PetscCall(ContactsFind(scene, m, NULL, NULL, &n, &list, &n_near, &near));
-  PetscCall(ContactsStore(scene, m, n, list, c));
-  PetscCall(PetscFree(list));
-  PetscCall(PetscFree(near));
+  PetscCall(FaceTableCreate(m, NULL, PETSC_FALSE, &table));
+  PetscCall(ContactsFind(scene, m, NULL, &table, &list));
+  PetscCall(FaceTableDestroy(&table));
+  PetscCall(CandidatesSort(m, &list));
+  PetscCall(ContactsStore(scene, m, &list, NULL, NULL, c));
+  PetscCall(PetscFree(list.item));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

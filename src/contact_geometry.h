@@ -1,7 +1,6 @@
 /* contact_geometry.h: pure geometry of two faces that may touch (sections 2.1-2.2, Fig. 3-4). No plumbing. */
 #pragma once
 #include "types.h"
-#include <stdlib.h>
 
 /* Two faces that touch: which vertex of which face stands opposite the other face at each end. Ends 0 and 1
    are taken along the direction of face a. */
@@ -86,42 +85,7 @@ static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, Petsc
   return FACES_TOUCH;
 }
 
-/* A contact before it has its place in the batches. */
-typedef struct {
-  StressModelKind model;
-  PetscInt key[2], face[2], joint; /* face: rows of Model.faces, that of the lower gid first */
-  PetscInt vertex;                 /* VERTEX_FACE: local vertex; face[1] is the face it stands on */
-  FacePair pair;
-} Candidate;
-
-/* Order of contacts: stress model, then key. For qsort and bsearch. */
-int CandidateOrder(const void *a, const void *b);
-/* Row of the joints table for a pair of faces: the named joint of either face (first in the scene), the pair
-   of groups, the default. */
-PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g);
-/* Ends of a face: present with u (vertex array), reference when u is NULL. */
-void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4]);
-/* The contacts that were, in the order of CandidateOrder; `vertex` holds the place in their arrays. */
-typedef struct {
-  PetscInt n;
-  Candidate *list;
-} OldContacts;
-static inline const Candidate *OldContactFind(const OldContacts *old, const Candidate *wanted)
-{
-  return bsearch(wanted, old->list, old->n, sizeof(Candidate), CandidateOrder);
-}
-/* Collective. Gives the contacts just stored (in the order of list) the history of those before. joints: the
- * stage's table. */
-PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints, const PetscReal *u,
-                               const Contacts *before, const OldContacts *old, const Candidate *list,
-                               Contacts *c);
 static inline PetscReal FaceLength(const PetscReal x[4])
 {
   return PetscHypotReal(x[2] - x[0], x[3] - x[1]);
 }
-/* Face-to-face contacts among model->faces, present state (u NULL: reference); near: (n_near,2) pairs of
-   faces that come within the contact margin. Free both lists with PetscFree. */
-PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const PetscReal *u, const OldContacts *old,
-                            PetscInt *n, Candidate **candidates, PetscInt *n_near, PetscInt **near);
-/* Collective. Sorts the candidates and makes contacts of them, without history. */
-PetscErrorCode ContactsStore(const Scene *scene, const Model *m, PetscInt n, Candidate *list, Contacts *c);

@@ -13,7 +13,7 @@
    rank may know the new contact but not the old one, so ranks tell each other what they inherit; of several
    sources the first by kind and key is taken on all. */
 #include "internal.h"
-#include "contact_geometry.h"
+#include "contact_find.h"
 
 static PetscReal elastic_slip(const Contacts *c, PetscInt at, int k)
 {
@@ -27,36 +27,38 @@ static PetscBool has_strength(const Joint *j)
                       j->friction[0] > j->friction[1]));
 }
 
-static PetscReal along(const PetscReal a[4], const PetscReal *P)
+/* [m] Place of P along a face of this length. */
+static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *P)
 {
   PetscReal t, gap;
   face_project(a, a + 2, P, &t, &gap);
-  return t * FaceLength(a);
+  return t * length;
 }
 
 /* Elastic slip, rest and broken parts of a face contact, from those of the same pair before. */
-static void carry_over(const Model *m, const PetscReal *u, const Contacts *before, const Candidate *o,
-                       const Candidate *n, PetscInt at, const Joint *joint, Contacts *c)
+static void carry_over(const FaceTable *table, const Contacts *before, const Candidate *n, PetscInt at,
+                       const Joint *joint, Contacts *c)
 {
-  PetscReal x[2][4], s_old[2], s_new[2];
-  for (int i = 0; i < 2; i++) FaceCoordinates(m, u, n->face[i], x[i]);
+  const PetscReal *x[2] = {table->x + 4 * n->face[0], table->x + 4 * n->face[1]},
+                  length = table->length[n->face[0]];
+  const PetscInt from = n->before, was = (PetscInt)before->klass[from], is = (PetscInt)n->pair.klass;
+  PetscReal s_old[2], s_new[2];
   for (int k = 0; k < 2; k++) {
-    s_old[k] = along(x[0], x[END_SOURCE[o->pair.klass][k]] + 2 * END_CORNER[o->pair.klass][k]);
-    s_new[k] = along(x[0], x[END_SOURCE[n->pair.klass][k]] + 2 * END_CORNER[n->pair.klass][k]);
+    s_old[k] = along(x[0], length, x[END_SOURCE[was][k]] + 2 * END_CORNER[was][k]);
+    s_new[k] = along(x[0], length, x[END_SOURCE[is][k]] + 2 * END_CORNER[is][k]);
   }
-  const PetscReal span = s_old[1] - s_old[0], old = (PetscReal)(PetscAbsReal(span) > 1e-9 * FaceLength(x[0]));
+  const PetscReal span = s_old[1] - s_old[0], old = (PetscReal)(PetscAbsReal(span) > 1e-9 * length);
   for (int k = 0; k < 2; k++) {
     const PetscReal w = old > 0. ? PetscMax(-1., PetscMin(2., (s_new[k] - s_old[0]) / span)) : 0.5;
-    const PetscReal u_e = (1. - w) * elastic_slip(before, o->vertex, 0) +
-                          w * elastic_slip(before, o->vertex, 1);
+    const PetscReal u_e = (1. - w) * elastic_slip(before, from, 0) + w * elastic_slip(before, from, 1);
     c->slip[SUB(at, k)] = -u_e;
-    c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(o->vertex, 0)] + w * before->speed[SUB(o->vertex, 1)];
-    c->rest[SUB(at, k)] = PetscMin(0., (1. - w) * before->rest[SUB(o->vertex, 0)] +
-                                           w * before->rest[SUB(o->vertex, 1)]);
+    c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(from, 0)] + w * before->speed[SUB(from, 1)];
+    c->rest[SUB(at, k)] = PetscMin(0.,
+                                   (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
     // broken up to where it was broken from this end, and wherever the contact did not reach before
     const PetscReal reach = k ? s_new[1] - s_old[1]
                               : s_old[0] - s_new[0]; // how far the contact has grown at this end
-    const PetscReal part = PetscMax(0., reach) + before->broken[SUB(o->vertex, k)] * o->pair.length;
+    const PetscReal part = PetscMax(0., reach) + before->broken[SUB(from, k)] * before->length[from];
     c->broken[SUB(at, k)] = has_strength(joint) && (part > 1e-6 * n->pair.length)
                                 ? PetscMin(1., part / n->pair.length)
                                 : 0.;
@@ -74,12 +76,11 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
   }
 }
 
-static void same_vertex(const Contacts *before, const Candidate *o, const Joint *joint, PetscInt at,
-                        Contacts *c)
+static void same_vertex(const Contacts *before, PetscInt from, const Joint *joint, PetscInt at, Contacts *c)
 {
-  c->length[at] = o->pair.length;
-  c->slip[SUB(at, 0)] = -elastic_slip(before, o->vertex, 0);
-  c->speed[SUB(at, 0)] = before->speed[SUB(o->vertex, 0)];
+  c->length[at] = before->length[from];
+  c->slip[SUB(at, 0)] = -elastic_slip(before, from, 0);
+  c->speed[SUB(at, 0)] = before->speed[SUB(from, 0)];
   c->rest[SUB(at, 0)] = 0.;
   c->broken[SUB(at, 0)] = has_strength(joint) ? 1. : 0.;
 }
@@ -101,110 +102,85 @@ static int heir_order(const void *a, const void *b)
   return 0;
 }
 
-/* From end k of the old contact o. */
-static PetscInt push(Heir *heir, const Candidate *n, PetscInt kind, const Contacts *before,
-                     const Candidate *o, int k, PetscReal length)
+/* From end k of the old contact at `from`. */
+static PetscInt push(Heir *heir, const Candidate *n, PetscInt kind, const Contacts *before, PetscInt from,
+                     int k, PetscReal length)
 {
   *heir = (Heir){(PetscInt)n->model,
                  {n->key[0], n->key[1]},
                  kind,
-                 {o->key[0], o->key[1]},
+                 {before->key[2 * from], before->key[2 * from + 1]},
                  length,
-                 elastic_slip(before, o->vertex, k),
-                 before->speed[SUB(o->vertex, k)]};
+                 elastic_slip(before, from, k),
+                 before->speed[SUB(from, k)]};
   return 1;
 }
 
 /* A vertex on a face after a contact of that face with face f of the vertex: the influence length that keeps
  * the force. */
-static PetscInt from_faces(const Scene *scene, const Model *m, const Contacts *before, const OldContacts *old,
+static PetscInt from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
                            const Candidate *n, PetscInt f, Heir *heir)
 {
+  const Contacts *before = old->contacts;
   const PetscInt g = n->face[1], a = m->faces.gid[f] < m->faces.gid[g] ? f : g, b = a == f ? g : f;
-  const Candidate wanted = {.model = scene->joints[JointOfPair(scene, m, f, g)].stress_model,
-                            .key = {m->faces.gid[a], m->faces.gid[b]}},
-                  *o = OldContactFind(old, &wanted);
-  if (!o) return 0;
+  const PetscInt at = OldContactFind(old, m->faces.gid[a], m->faces.gid[b]);
+  if (at < 0) return 0;
   for (int k = 0; k < 2; k++) {
-    const PetscInt row = END_SOURCE[o->pair.klass][k] ? b : a, at = o->vertex;
-    if (m->faces.vertex[2 * row + END_CORNER[o->pair.klass][k]] != n->vertex) continue;
+    const PetscInt row = END_SOURCE[before->klass[at]][k] ? b : a;
+    if (m->faces.vertex[2 * row + END_CORNER[before->klass[at]][k]] != n->vertex) continue;
     const PetscReal N = before->F_n[SUB(at, 0)] + before->F_n[SUB(at, 1)], sigma = before->sigma[SUB(at, k)];
-    const PetscReal length = sigma < 0. && N < 0. ? PetscMin(2. * N / sigma, o->pair.length) : 0.;
-    const PetscReal least = 2. * scene->vertex_length * n->pair.length;
-    return push(heir, n, 0, before, o, k, length > 0. ? PetscMax(length, least) : 0.);
+    const PetscReal length = sigma < 0. && N < 0. ? PetscMin(2. * N / sigma, before->length[at]) : 0.;
+    const PetscReal least = 2. * vertex_length * n->pair.length;
+    return push(heir, n, 0, before, at, k, length > 0. ? PetscMax(length, least) : 0.);
   }
   return 0;
 }
 
 /* The same vertex on another face of the same body. */
-static PetscInt from_vertex(const Model *m, const Contacts *before, const OldContacts *old,
-                            const PetscInt *start, const PetscInt *row, const Candidate *n, Heir *heir)
+static PetscInt from_vertex(const Model *m, const OldContacts *old, const FaceTable *table,
+                            const Candidate *n, Heir *heir)
 {
-  const PetscInt *ends = m->faces.vertex + 2 * n->face[1];
+  const PetscInt *ends = m->faces.vertex + 2 * n->face[1], *start = table->vertex_start;
   PetscInt found = 0;
   for (int i = 0; i < 2; i++) // the faces that share a vertex with this one
     for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1] && found < 2; r++) {
-      const Candidate wanted = {.model = STRESS_PT, .key = {m->faces.gid[row[r]], n->key[1]}},
-                      *o = OldContactFind(old, &wanted);
-      if (o) found += push(heir + found, n, 1, before, o, 0, o->pair.length);
+      const PetscInt from = OldContactFind(old, m->faces.gid[table->vertex_row[r]], n->key[1]);
+      if (from >= 0) found += push(heir + found, n, 1, old->contacts, from, 0, old->contacts->length[from]);
     }
   return found;
 }
 
 /* A face contact after one of its end vertices stood on the other face. */
-static PetscInt from_landing(const Model *m, const Contacts *before, const OldContacts *old,
-                             const Candidate *n, int k, Heir *heir)
+static PetscInt from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
 {
   const int source = END_SOURCE[n->pair.klass][k];
   const PetscInt v = m->faces.vertex[2 * n->face[source] + END_CORNER[n->pair.klass][k]];
-  const Candidate wanted = {.model = STRESS_PT, .key = {n->key[1 - source], -2 - m->vertex_gid[v]}},
-                  *o = OldContactFind(old, &wanted);
-  return o ? push(heir, n, 0, before, o, 0, 0.) : 0;
-}
-
-/* Rows of the faces at each vertex: (n_vertices + 1), (2 n faces). */
-static PetscErrorCode faces_of_vertices(const Model *m, PetscInt **start, PetscInt **row)
-{
-  PetscInt *s, *r, *fill;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + 1, &s));
-  PetscCall(PetscMalloc1(2 * m->faces.n, &r));
-  PetscCall(PetscMalloc1(m->n_vertices, &fill));
-  for (PetscInt i = 0; i < 2 * m->faces.n; i++) s[m->faces.vertex[i] + 1]++;
-  for (PetscInt v = 0; v < m->n_vertices; v++) s[v + 1] += s[v];
-  PetscCall(PetscArraycpy(fill, s, m->n_vertices));
-  for (PetscInt i = 0; i < 2 * m->faces.n; i++) r[fill[m->faces.vertex[i]]++] = i / 2;
-  PetscCall(PetscFree(fill));
-  *start = s;
-  *row = r;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  const PetscInt from = OldContactFind(old, n->key[1 - source], VertexKey(m->vertex_gid[v]));
+  return from < 0 ? 0 : push(heir, n, 0, old->contacts, from, 0, 0.);
 }
 
 /* All that the new contacts of this rank could inherit from old contacts it knows. */
-static PetscErrorCode find_heirs(const Scene *scene, const Model *m, const Contacts *before,
-                                 const OldContacts *old, const Candidate *list, const Contacts *c,
-                                 PetscInt *n, Heir **heirs)
+static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
+                                 PetscReal vertex_length, const CandidateList *list, PetscInt *n,
+                                 Heir **heirs)
 {
-  PetscInt *start, *row, fresh = 0;
+  PetscInt fresh = 0;
   PetscFunctionBeginUser;
-  PetscCall(faces_of_vertices(m, &start, &row));
-  for (PetscInt i = 0; i < c->n; i++) fresh += !OldContactFind(old, list + i);
+  for (PetscInt i = 0; i < list->n; i++) fresh += list->item[i].before < 0;
   PetscCall(PetscMalloc1(8 * fresh + 1, heirs));
   *n = 0;
-  for (PetscInt i = 0; i < c->n; i++) {
-    const Candidate *now = list + i;
-    if (OldContactFind(old, now)) continue;
+  for (PetscInt i = 0; i < list->n; i++) {
+    const Candidate *now = list->item + i;
+    if (now->before >= 0) continue;
     if (now->pair.klass == VERTEX_FACE) {
-      const PetscInt last = PetscMin(start[now->vertex] + 6, start[now->vertex + 1]);
-      for (PetscInt r = start[now->vertex]; r < last; r++)
-        *n += from_faces(scene, m, before, old, now, row[r], *heirs + *n);
-      *n += from_vertex(m, before, old, start, row, now, *heirs + *n);
+      const PetscInt *start = table->vertex_start + now->vertex, last = PetscMin(start[0] + 6, start[1]);
+      for (PetscInt r = start[0]; r < last; r++)
+        *n += from_faces(m, old, vertex_length, now, table->vertex_row[r], *heirs + *n);
+      *n += from_vertex(m, old, table, now, *heirs + *n);
     } else {
-      for (int k = 0; k < 2; k++) *n += from_landing(m, before, old, now, k, *heirs + *n);
+      for (int k = 0; k < 2; k++) *n += from_landing(m, old, now, k, *heirs + *n);
     }
   }
-  PetscCall(PetscFree(start));
-  PetscCall(PetscFree(row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,24 +221,27 @@ static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
   return is_mine ? heirs + low : NULL;
 }
 
-PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints, const PetscReal *u,
-                               const Contacts *before, const OldContacts *old, const Candidate *list,
+PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTable *table,
+                               const OldContacts *old, PetscReal vertex_length, const CandidateList *list,
                                Contacts *c)
 {
+  const Contacts *before = old->contacts;
+  const Candidate *next = list->item;
   const PetscReal dt = before->rate > 0. ? 1. / before->rate : 0.;
   PetscInt n;
   Heir *heirs;
   PetscFunctionBeginUser;
-  PetscCall(find_heirs(scene, m, before, old, list, c, &n, &heirs));
+  PetscCall(find_heirs(m, table, old, vertex_length, list, &n, &heirs));
   PetscCall(share_heirs(m->comm, &n, &heirs));
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
-    const Candidate *now = list++, *o = OldContactFind(old, now); // contacts and candidates run in one order
+    const Candidate *now = next++; // contacts and candidates run in one order
     const Joint *joint = joints + now->joint;
-    if (o && now->pair.klass == VERTEX_FACE) {
-      same_vertex(before, o, joint, at, c);
-    } else if (o) {
-      carry_over(m, u, before, o, now, at, joint, c);
+    if (now->kept) continue;
+    if (now->before >= 0 && now->pair.klass == VERTEX_FACE) {
+      same_vertex(before, now->before, joint, at, c);
+    } else if (now->before >= 0) {
+      carry_over(table, before, now, at, joint, c);
     } else {
       const Heir *heir = heir_of(n, heirs, now);
       first_history(joint, now, at, c);

@@ -174,7 +174,9 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscI
   PetscCall(PetscMalloc1(mesh->n_blocks + mesh->n_vertices + n_edges, &old));
   if (rank == 0) PetscCall(fill_records(mesh, rigid, n_edges, block_edges, old));
   PetscCall(PetscMalloc1(mesh->n_blocks, &part));
+  PetscCall(PartBegin(PART_PARTITION));
   if (rank == 0) PetscCall(PartitionBlocks(mesh, rigid, margin, size, part));
+  PetscCall(PartEnd(PART_PARTITION));
 
   // vertex adjacency, one layer: every element that touches an owned vertex
   PetscCall(DMSetBasicAdjacency(dm, PETSC_FALSE, PETSC_TRUE));

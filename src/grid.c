@@ -5,19 +5,26 @@
    with the boxes of its own grid and of all coarser ones, and meets at most 3 x 3 cells in each. So memory is
    O(n) and time O(n x grids) for any mixture of sizes: one huge box sits alone in a coarse grid and costs
    each small one a look at 9 cells. (A single grid would either file the huge box in all cells, or all small
-   ones in one cell.) Cells without boxes take no memory: cells are found by hashing. */
+   ones in one cell.) Cells without boxes take no memory: cells are found by hashing. Copies of the boxes
+   stand in the order of the hash, which keeps tiles of 8 x 8 cells together: a look at the next cell rarely
+   leaves the cache. */
 #include "internal.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
-#define NO_BOX (-1)
-
 enum {
-  CELL_BITS = 30, /* the finest grid has at most 2^30 cells in a row */
+  CELL_BITS = 28, /* the finest grid has at most 2^28 cells in a row */
   MAX_LEVELS = CELL_BITS + 4,
+  TILE_BITS = 3,
   SAMPLE = 1000 /* boxes looked at to find the proportions of a cell */
 };
+
+typedef struct {
+  PetscReal box[4];
+  uint64_t cell; /* level, row and column in one number */
+  PetscInt id, level;
+} Entry;
 
 typedef struct {
   PetscInt n;
@@ -25,8 +32,8 @@ typedef struct {
   PetscReal origin[2];
   PetscReal per_cell[MAX_LEVELS][2];     /* [1/m] 1 / size of the cells of each level, finest first */
   PetscInt n_levels, levels[MAX_LEVELS]; /* the levels that hold boxes, ascending */
-  PetscInt *level, *column, *row;        /* (n,) level, and cell there, of each box */
-  PetscInt *head, *next;                 /* (mask + 1,), (n,) chain of the boxes of a bucket */
+  Entry *entry;                          /* (n,) by bucket */
+  PetscInt *start;                       /* (mask + 2,) first entry of each bucket */
   unsigned mask;
 } Grid;
 
@@ -84,73 +91,117 @@ static PetscInt LevelOf(const Grid *g, const PetscReal *b)
   return PetscMin(PetscMax(exponent, 0), MAX_LEVELS - 1);
 }
 
+/* x is not left of the origin, so that cutting off is rounding down. */
 static inline PetscInt CellOf(const Grid *g, PetscInt level, int axis, PetscReal x)
 {
-  return (PetscInt)floor((x - g->origin[axis]) * g->per_cell[level][axis]);
+  return (PetscInt)((x - g->origin[axis]) * g->per_cell[level][axis]);
 }
 
+static inline uint64_t CellKey(PetscInt level, PetscInt column, PetscInt row)
+{
+  return ((uint64_t)level << 58) | ((uint64_t)(unsigned)row << 29) | (uint64_t)(unsigned)column;
+}
+
+/* A tile lies in one piece, its cells shuffled by bits of its hash: boxes at like places of many tiles do not
+   share a bucket. */
 static inline unsigned Bucket(const Grid *g, PetscInt level, PetscInt column, PetscInt row)
 {
-  /* neighbours in a row share a cache line; the odd factors keep rows and levels apart */
-  return ((unsigned)column + 40503u * (unsigned)row + 2654435769u * (unsigned)level) & g->mask;
+  const unsigned c = (unsigned)column, r = (unsigned)row, side = (1u << TILE_BITS) - 1u;
+  const unsigned tile = ((c >> TILE_BITS) * 2654435769u) ^
+                        (((r >> TILE_BITS) * 2246822519u + (unsigned)level * 3266489917u) * 668265263u);
+  const unsigned within = ((r & side) << TILE_BITS) | (c & side);
+  return (((tile >> 10) << 2 * TILE_BITS) | (within ^ (tile >> 26))) & g->mask;
 }
 
+/* Counting sort of the boxes by bucket; within a bucket by number. */
 static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
 {
   PetscBool used[MAX_LEVELS] = {PETSC_FALSE};
+  unsigned *bucket;
+  PetscInt *level;
 
   PetscFunctionBegin;
-  *g = (Grid){.n = n, .box = box, .mask = 15};
+  *g = (Grid){.n = n, .box = box, .mask = 63};
   SetCells(g);
   while (g->mask < (unsigned)n) g->mask = 2 * g->mask + 1;
-  PetscCall(
-      PetscMalloc5(n, &g->level, n, &g->column, n, &g->row, n, &g->next, (size_t)g->mask + 1, &g->head));
-  for (size_t b = 0; b <= g->mask; b++) g->head[b] = NO_BOX;
-
-  /* backwards, so that chains ascend */
-  for (PetscInt i = n - 1; i >= 0; i--) {
-    const PetscInt level = LevelOf(g, box + 4 * i);
-    g->level[i] = level;
-    g->column[i] = CellOf(g, level, 0, box[4 * i]);
-    g->row[i] = CellOf(g, level, 1, box[4 * i + 1]);
-    const unsigned bucket = Bucket(g, level, g->column[i], g->row[i]);
-    g->next[i] = g->head[bucket];
-    g->head[bucket] = i;
-    used[level] = PETSC_TRUE;
+  PetscCall(PetscMalloc2(n, &bucket, n, &level));
+  PetscCall(PetscMalloc1(n, &g->entry));
+  PetscCall(PetscCalloc1((size_t)g->mask + 3, &g->start));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *b = box + 4 * i;
+    level[i] = LevelOf(g, b);
+    used[level[i]] = PETSC_TRUE;
+    bucket[i] = Bucket(g, level[i], CellOf(g, level[i], 0, b[0]), CellOf(g, level[i], 1, b[1]));
+    g->start[bucket[i] + 2]++;
+  }
+  for (unsigned b = 0; b <= g->mask; b++) g->start[b + 2] += g->start[b + 1];
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *b = box + 4 * i;
+    const PetscInt l = level[i];
+    g->entry[g->start[bucket[i] + 1]++] = (Entry){
+        {b[0], b[1], b[2], b[3]}, CellKey(l, CellOf(g, l, 0, b[0]), CellOf(g, l, 1, b[1])), i, l};
   }
   for (PetscInt l = 0; l < MAX_LEVELS; l++)
     if (used[l]) g->levels[g->n_levels++] = l;
+  PetscCall(PetscFree2(bucket, level));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Visits the pairs of box i with boxes filed in one cell of its own or a coarser level. */
-static inline PetscErrorCode VisitCell(const Grid *g, PetscInt i, PetscInt level, PetscInt column,
-                                       PetscInt row, GridVisitor visit, PetscBool *stop, void *context)
+/* Visits the pairs of box a with the entries first .. end of a bucket that lie in one cell. */
+static inline PetscErrorCode VisitEntries(const Grid *g, const Entry *a, uint64_t cell, PetscInt first,
+                                          PetscInt end, GridVisitor visit, PetscBool *stop, void *context)
 {
-  const PetscReal *a = g->box + 4 * i;
   PetscFunctionBegin;
-  for (PetscInt j = g->head[Bucket(g, level, column, row)]; j != NO_BOX && !*stop; j = g->next[j]) {
-    const PetscReal *b = g->box + 4 * j;
-    if (g->column[j] != column || g->row[j] != row || g->level[j] != level)
-      continue;                                   /* another cell's, same bucket */
-    if (level == g->level[i] && j <= i) continue; /* both boxes come here: one of them counts */
-    if (a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3])
-      PetscCall(visit(PetscMin(i, j), PetscMax(i, j), stop, context));
+  for (PetscInt at = first; at < end && !*stop; at++) {
+    const Entry *b = g->entry + at;
+    if (b->cell == cell && a->box[0] <= b->box[2] && b->box[0] <= a->box[2] && a->box[1] <= b->box[3] &&
+        b->box[1] <= a->box[3])
+      PetscCall(visit(PetscMin(a->id, b->id), PetscMax(a->id, b->id), stop, context));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode VisitLevel(const Grid *g, PetscInt i, PetscInt level, GridVisitor visit,
-                                 PetscBool *stop, void *context)
+static inline PetscErrorCode VisitCell(const Grid *g, const Entry *a, PetscInt level, PetscInt column,
+                                       PetscInt row, GridVisitor visit, PetscBool *stop, void *context)
 {
-  const PetscReal *b = g->box + 4 * i;
   PetscFunctionBegin;
-  /* boxes filed one cell to the left or below may reach over */
-  const PetscInt column_0 = CellOf(g, level, 0, b[0]) - 1, column_1 = CellOf(g, level, 0, b[2]);
-  const PetscInt row_0 = CellOf(g, level, 1, b[1]) - 1, row_1 = CellOf(g, level, 1, b[3]);
+  const unsigned b = Bucket(g, level, column, row);
+  PetscCall(
+      VisitEntries(g, a, CellKey(level, column, row), g->start[b], g->start[b + 1], visit, stop, context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Boxes of the same level, each pair once, from the lower one: the rest of its own cell, the cell to the
+   right, and three above, as far as box a reaches; boxes of the one above to the left may reach over to a. */
+static PetscErrorCode VisitOwnLevel(const Grid *g, PetscInt at, GridVisitor visit, PetscBool *stop,
+                                    void *context)
+{
+  const Entry *a = g->entry + at;
+  const PetscInt level = a->level, column = CellOf(g, level, 0, a->box[0]),
+                 row = CellOf(g, level, 1, a->box[1]);
+  const PetscInt right = CellOf(g, level, 0, a->box[2]), top = CellOf(g, level, 1, a->box[3]);
+
+  PetscFunctionBegin;
+  PetscCall(
+      VisitEntries(g, a, a->cell, at + 1, g->start[Bucket(g, level, column, row) + 1], visit, stop, context));
+  if (right > column) PetscCall(VisitCell(g, a, level, column + 1, row, visit, stop, context));
+  for (PetscInt c = PetscMax(0, column - 1); top > row && c <= right; c++)
+    PetscCall(VisitCell(g, a, level, c, row + 1, visit, stop, context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All boxes of a coarser level: those filed one cell to the left or below may reach over. */
+static PetscErrorCode VisitCoarser(const Grid *g, const Entry *a, PetscInt level, GridVisitor visit,
+                                   PetscBool *stop, void *context)
+{
+  PetscFunctionBegin;
+  const PetscInt column_0 = PetscMax(0, CellOf(g, level, 0, a->box[0]) - 1),
+                 column_1 = CellOf(g, level, 0, a->box[2]);
+  const PetscInt row_0 = PetscMax(0, CellOf(g, level, 1, a->box[1]) - 1),
+                 row_1 = CellOf(g, level, 1, a->box[3]);
   for (PetscInt row = row_0; row <= row_1; row++)
     for (PetscInt column = column_0; column <= column_1; column++)
-      PetscCall(VisitCell(g, i, level, column, row, visit, stop, context));
+      PetscCall(VisitCell(g, a, level, column, row, visit, stop, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -162,19 +213,24 @@ PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, vo
   PetscFunctionBegin;
   if (n < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GridCreate(n, box, &grid));
-  for (PetscInt i = 0; i < n && !stop; i++)
+  for (PetscInt at = 0; at < n && !stop; at++) {
+    PetscCall(VisitOwnLevel(&grid, at, visit, &stop, context));
     for (PetscInt l = 0; l < grid.n_levels; l++)
-      if (grid.levels[l] >= grid.level[i])
-        PetscCall(VisitLevel(&grid, i, grid.levels[l], visit, &stop, context));
-  PetscCall(PetscFree5(grid.level, grid.column, grid.row, grid.next, grid.head));
+      if (grid.levels[l] > grid.entry[at].level)
+        PetscCall(VisitCoarser(&grid, grid.entry + at, grid.levels[l], visit, &stop, context));
+  }
+  PetscCall(PetscFree(grid.entry));
+  PetscCall(PetscFree(grid.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- as a list */
+/* ---- as rows */
 
 typedef struct {
   PetscInt n, capacity;
   PetscInt *pair; /* (capacity,2) */
+  GridFilter filter;
+  const void *context;
 } PairList;
 
 static PetscErrorCode AddPair(PetscInt i, PetscInt j, PetscBool *stop, void *context)
@@ -182,6 +238,7 @@ static PetscErrorCode AddPair(PetscInt i, PetscInt j, PetscBool *stop, void *con
   PairList *list = context;
   PetscFunctionBegin;
   (void)stop;
+  if (list->filter && !list->filter(i, j, list->context)) PetscFunctionReturn(PETSC_SUCCESS);
   if (list->n == list->capacity) {
     PetscCheck(list->n < PETSC_MAX_INT / 4, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                "Too many pairs of overlapping boxes: more than %" PetscInt_FMT, list->n);
@@ -194,40 +251,47 @@ static PetscErrorCode AddPair(PetscInt i, PetscInt j, PetscBool *stop, void *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counting sort by the first box, then each short row by the second. */
-static PetscErrorCode SortPairs(PetscInt n, const PairList *list, PetscInt *sorted)
+/* start: ends of the rows, shifted by one: it becomes their starts as the rows fill. */
+static inline void AddToRow(PetscInt *start, PetscInt *near, PetscInt i, PetscInt j)
 {
-  PetscInt *start, *second;
+  near[start[i + 1]++] = j;
+}
+
+/* Both directions of every pair in rows; to turn such a table over (row i names j: row j names i) gives the
+   same table with ascending rows. */
+static PetscErrorCode PairsToRows(PetscInt n, PairList *list, PetscInt **start, PetscInt **near)
+{
+  PetscInt *unsorted, *ends, *rows;
 
   PetscFunctionBegin;
-  PetscCall(PetscCalloc1((size_t)n + 1, &start));
-  PetscCall(PetscMalloc1(list->n, &second));
-  for (PetscInt p = 0; p < list->n; p++) start[list->pair[2 * p] + 1]++;
-  for (PetscInt i = 0; i < n; i++) start[i + 1] += start[i];
-  for (PetscInt p = 0; p < list->n; p++) second[start[list->pair[2 * p]]++] = list->pair[2 * p + 1];
-  /* start[i] is the end of row i now */
-  for (PetscInt i = 0, p = 0; i < n; i++) {
-    PetscCall(PetscSortInt(start[i] - p, second + p));
-    for (; p < start[i]; p++) {
-      sorted[2 * p] = i;
-      sorted[2 * p + 1] = second[p];
-    }
+  PetscCall(PetscCalloc1((size_t)n + 2, &ends));
+  for (PetscInt p = 0; p < 2 * list->n; p++) ends[list->pair[p] + 2]++;
+  for (PetscInt i = 0; i < n; i++) ends[i + 2] += ends[i + 1];
+  PetscCall(PetscMalloc1((size_t)n + 2, start));
+  PetscCall(PetscArraycpy(*start, ends, (size_t)n + 2));
+  PetscCall(PetscMalloc1(2 * (size_t)list->n, &unsorted));
+  for (PetscInt p = 0; p < list->n; p++) {
+    AddToRow(ends, unsorted, list->pair[2 * p], list->pair[2 * p + 1]);
+    AddToRow(ends, unsorted, list->pair[2 * p + 1], list->pair[2 * p]);
   }
-  PetscCall(PetscFree(second));
-  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(list->pair));
+  PetscCall(PetscMalloc1(2 * (size_t)list->n, &rows));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt p = ends[i]; p < ends[i + 1]; p++) AddToRow(*start, rows, unsorted[p], i);
+  PetscCall(PetscFree(unsorted));
+  PetscCall(PetscFree(ends));
+  *near = rows;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs)
+PetscErrorCode GridRows(PetscInt n, const PetscReal *box, GridFilter filter, const void *context,
+                        PetscInt **start, PetscInt **near)
 {
-  PairList list = {.capacity = PetscMax(16, n)};
+  PairList list = {.capacity = PetscMax(16, n), .filter = filter, .context = context};
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(2 * (size_t)list.capacity, &list.pair));
   PetscCall(GridVisit(n, box, AddPair, &list));
-  PetscCall(PetscMalloc1(2 * (size_t)list.n, pairs));
-  PetscCall(SortPairs(n, &list, *pairs));
-  PetscCall(PetscFree(list.pair));
-  *n_pairs = list.n;
+  PetscCall(PairsToRows(n, &list, start, near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -61,12 +61,16 @@ static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal
   box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;
   box[2] = PetscMax(a[0], b[0]) + margin, box[3] = PetscMax(a[1], b[1]) + margin;
 }
-/* box: [m] (n,4) xmin ymin xmax ymax. pairs: (n_pairs,2) i < j, ascending, of boxes that overlap or touch;
-   free with PetscFree. Boxes are finite; cost O(n), a little more for each power of two between the sizes. */
-PetscErrorCode GridPairs(PetscInt n, const PetscReal *box, PetscInt *n_pairs, PetscInt **pairs);
-/* The same pairs one by one, in an order of its own, until the visitor stops it. */
+/* Pairs i < j of boxes that overlap or touch, one by one, in an order of its own, until the visitor stops it.
+   box: [m] (n,4) xmin ymin xmax ymax, finite; cost O(n), a little more for each power of two between the
+   sizes. */
 typedef PetscErrorCode (*GridVisitor)(PetscInt i, PetscInt j, PetscBool *stop, void *context);
 PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context);
+/* The same pairs as rows: near[start[i] .. start[i + 1] - 1] are the boxes near box i, ascending; each pair is
+   in both rows. filter: keeps the pairs (i < j) it says true to; NULL: all. Free both with PetscFree. */
+typedef PetscBool (*GridFilter)(PetscInt i, PetscInt j, const void *context);
+PetscErrorCode GridRows(PetscInt n, const PetscReal *box, GridFilter filter, const void *context,
+                        PetscInt **start, PetscInt **near);
 
 /* ---- rigid.c (numbering at set-up) */
 /* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1:
@@ -110,8 +114,10 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscI
    state), and the ghosts and exchange that follow. Rewrites model->faces, the contact ghosts and
    model->ghost; grows the state's arrays. */
 PetscErrorCode NeighboursUpdate(Model *model, State *state);
-/* Local number of the vertex with this gid, owner rank and local index there; owned vertices and known ghosts
- * only. */
+/* The faces of local blocks, ascending gid; element ghosts must be known. Before the first NeighboursUpdate. */
+PetscErrorCode FacesCreate(Model *model, PetscInt n, const FaceRecord *face);
+PetscErrorCode FacesDestroy(Model *model);
+/* Local number of the vertex with this gid, owner rank and local index there; -1: neither owned nor a ghost. */
 PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
 /* Sorts by gid, drops repetitions, returns how many remain. */
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
@@ -316,7 +322,20 @@ typedef enum {
   PART_RIGID,
   PART_INTEGRATION,
   PART_DAMPING,
-  PART_VERIFICATION,
+  PART_VERIFICATION, /* from here on timed whole; the next five are parts of it */
+  PART_FAR_FACES,
+  PART_NEAR_FACES,
+  PART_FACE_CONTACTS,
+  PART_VERTEX_CONTACTS,
+  PART_HISTORY,
+  PART_READING, /* from here on set-up */
+  PART_CHECKS,
+  PART_ORDER,
+  PART_PARTITION,
+  PART_DISTRIBUTION,
+  PART_MODEL,
+  PART_FIRST_CONTACTS,
+  PART_OUTPUT_START,
   PARTS
 } Part;
 PetscErrorCode PartBegin(Part part);
@@ -324,6 +343,8 @@ PetscErrorCode PartEnd(Part part);
 void PartSample(PetscInt64 cycle);
 /* Prints the shares since the last report (those of rank 0) and forgets them. */
 PetscErrorCode PartReport(MPI_Comm comm, PetscInt64 cycles);
+/* Likewise of the set-up, until the first cycle. */
+PetscErrorCode PartReportSetUp(MPI_Comm comm);
 /* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the present
  * displacements. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,

@@ -164,9 +164,10 @@ static PetscErrorCode joint_of_face(const Builder *b, const Scene *scene, PetscI
 /* Outer faces of local blocks at owned vertices; face_point: their Plex points. */
 static PetscErrorCode local_faces(const Builder *b, const Scene *scene, Model *m, PetscInt **face_point)
 {
+  FaceRecord *face;
+  PetscInt n = 0;
   PetscFunctionBeginUser;
-  m->n_faces_local = 0;
-  PetscCall(PetscMalloc1(b->e_end - b->e_start, &m->face_local));
+  PetscCall(PetscMalloc1(b->e_end - b->e_start, &face));
   PetscCall(PetscMalloc1(b->e_end - b->e_start, face_point));
   for (PetscInt e = b->e_start; e < b->e_end; e++) {
     const PetscInt *cone, *support;
@@ -180,13 +181,10 @@ static PetscErrorCode local_faces(const Builder *b, const Scene *scene, Model *m
     if (!needed) continue;
     PetscCall(DMPlexGetCone(b->dm, e, &cone));
     const PointRecord *block = b->record + support[0];
-    FaceRecord *f = m->face_local + m->n_faces_local;
-    (*face_point)[m->n_faces_local++] = e;
-    *f = (FaceRecord){.gid = b->record[e].gid,
-                      .group = block->group,
-                      .body = block->body,
-                      .rigid = block->rigid,
-                      .local = 1};
+    FaceRecord *f = face + n;
+    (*face_point)[n++] = e;
+    *f = (FaceRecord){
+        .gid = b->record[e].gid, .group = block->group, .body = block->body, .rigid = block->rigid};
     PetscCall(joint_of_face(b, scene, e, &f->joint));
     for (int k = 0; k < 2; k++) {
       f->v_gid[k] = b->record[cone[k]].gid, f->v_file[k] = b->record[cone[k]].file;
@@ -198,7 +196,9 @@ static PetscErrorCode local_faces(const Builder *b, const Scene *scene, Model *m
       f->thick = PetscMax(f->thick, ((P[1] - f->X[1]) * ex - (P[0] - f->X[0]) * ey) / PetscHypotReal(ex, ey));
     }
   }
-  PetscCall(sort_faces(m->n_faces_local, m->face_local, *face_point));
+  PetscCall(sort_faces(n, face, *face_point));
+  PetscCall(FacesCreate(m, n, face));
+  PetscCall(PetscFree(face));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -316,14 +316,15 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
   m->n_groups = mesh->n_groups;
   m->thickness = scene->thickness;
   m->strain = scene->strain;
-  PetscCall(PetscMalloc5(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups, &m->lambda,
-                         m->n_groups, &m->mu, m->n_groups, &m->density));
+  PetscCall(PetscMalloc6(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups, &m->lambda,
+                         m->n_groups, &m->mu, m->n_groups, &m->density, m->n_groups, &m->group_upgradeable));
   for (PetscInt g = 0; g < m->n_groups; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson;
     PetscCall(PetscArraycpy(m->group_names + g, mesh->group_names + g, 1));
     m->group_rigid[g] = mesh->group_rigid[g];
     m->density[g] = material->density;
+    m->group_upgradeable[g] = material->upgradeable;
     m->mu[g] = E / (2. * (1. + nu));
     m->lambda[g] = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
                                                 : E * nu / (1. - nu * nu);
@@ -416,9 +417,12 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(m, sizeof(*m)));
   PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
+  PetscCall(PartBegin(PART_DISTRIBUTION));
   if (m->rank == 0) PetscCall(MeshRigidBodies(mesh, &n_rigid, &rigid));
   PetscCall(broadcast_sizes(comm, scene, mesh, n_rigid, m));
   PetscCall(MeshDistribute(comm, mesh, rigid, m->contact_margin, &b.dm, &b.record));
+  PetscCall(PartEnd(PART_DISTRIBUTION));
+  PetscCall(PartBegin(PART_MODEL));
   PetscCall(PetscFree(rigid));
   PetscCall(find_owners(&b, m->rank));
   PetscCall(read_coordinates(&b));
@@ -441,6 +445,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(PetscFree(b.index));
   PetscCall(PetscFree(b.x));
   PetscCall(PetscFree(face_point));
+  PetscCall(PartEnd(PART_MODEL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -455,7 +460,6 @@ static PetscErrorCode elements_destroy(Elements *e)
 
 PetscErrorCode ModelDestroy(Model *m)
 {
-  Faces *f = &m->faces;
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
@@ -464,10 +468,9 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(elements_destroy(&m->t3));
   PetscCall(elements_destroy(&m->rigid_q4));
   PetscCall(elements_destroy(&m->rigid_t3));
-  PetscCall(PetscFree7(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint, f->thick));
-  PetscCall(PetscFree(m->face_local));
+  PetscCall(FacesDestroy(m));
   PetscCall(PetscFree(m->ghosts));
-  PetscCall(PetscFree5(m->group_names, m->group_rigid, m->lambda, m->mu, m->density));
+  PetscCall(PetscFree6(m->group_names, m->group_rigid, m->lambda, m->mu, m->density, m->group_upgradeable));
   PetscCall(PetscFree2(m->face_set_names, m->point_names));
   PetscCall(PetscFree3(m->face_set_start, m->face_set_faces, m->point_vertex));
   PetscCall(PetscSFDestroy(&m->ghost));

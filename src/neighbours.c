@@ -2,6 +2,7 @@
    exchange that brings them. Called at set-up and whenever contacts are looked for again; faces of other
    bodies within the contact margin are neighbours. */
 #include "internal.h"
+#include "contact_find.h"
 
 /* ---- order */
 
@@ -33,114 +34,213 @@ PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt i
   if (owner == m->rank) return index;
   found = bsearch(&wanted, all, ne, sizeof(GhostRecord), ghost_order);
   if (!found) found = bsearch(&wanted, all + ne, m->n_ghosts - ne, sizeof(GhostRecord), ghost_order);
-  return m->n_owned + (PetscInt)(found - all);
+  return found ? m->n_owned + (PetscInt)(found - all) : -1;
 }
 
 /* ---- faces */
 
-static PetscBool touches_owned(const FaceRecord *f, PetscMPIInt rank)
+static PetscBool touches_owned(const Model *m, PetscInt f)
 {
-  return (PetscBool)(f->v_owner[0] == rank || f->v_owner[1] == rank);
+  const PetscInt *v = m->faces.vertex + 2 * f;
+  return (PetscBool)(v[0] < m->n_owned || v[1] < m->n_owned);
 }
 
-/* Present coordinates of the faces we hold. */
-static void move_faces(const Model *m, const State *state, FaceRecord *face)
+/* Where the faces of a rank are: the plane in RASTER x RASTER cells, a bit for each that holds one. */
+enum { RASTER = 64 };
+typedef struct {
+  PetscReal origin[2], per_cell[2];
+} RasterFrame;
+
+static void raster_range(const RasterFrame *frame, const PetscReal box[4], int range[4])
 {
-  const PetscReal *u = state ? state->u + 3 * m->n_bodies : NULL;
-  for (PetscInt f = 0; f < m->n_faces_local; f++)
-    for (int k = 0; k < 2; k++) {
-      const PetscInt v = u ? LocalVertex(m, face[f].v_gid[k], (PetscMPIInt)face[f].v_owner[k],
-                                         face[f].v_index[k])
-                           : 0;
-      for (int i = 0; i < 2; i++) face[f].x[2 * k + i] = face[f].X[2 * k + i] + (u ? u[2 * v + i] : 0.);
-    }
+  for (int i = 0; i < 4; i++) {
+    const PetscReal cell = (box[i] - frame->origin[i % 2]) * frame->per_cell[i % 2];
+    range[i] = (int)PetscMax(0., PetscMin(RASTER - 1., cell));
+  }
 }
 
-static PetscBool boxes_meet(const PetscReal a[4], const PetscReal b[4])
+/* Bits of the columns of a range. */
+static uint64_t raster_columns(const int range[4])
 {
-  return (PetscBool)(a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3]);
+  return (~(uint64_t)0 >> (RASTER - 1 - range[2])) & (~(uint64_t)0 << range[0]);
 }
 
-/* Sends each face, from the rank that owns its first vertex, to every rank whose box (of faces at its owned
-   vertices) it meets. received: (n_local + n_received,) ours first. */
-static PetscErrorCode exchange_faces(const Model *m, PetscInt *n, FaceRecord **faces)
+static PetscBool raster_meets(const uint64_t *raster, const int range[4])
 {
-  PetscReal mine[4] = {PETSC_INFINITY, PETSC_INFINITY, PETSC_NINFINITY, PETSC_NINFINITY}, *boxes, box[4];
-  PetscMPIInt *n_send, *n_receive, *at_send, *at_receive;
-  FaceRecord *send = NULL, *received;
-  PetscInt total = 0;
+  uint64_t found = 0;
+  for (int row = range[1]; row <= range[3]; row++) found |= raster[row] & raster_columns(range);
+  return (PetscBool)(found != 0);
+}
+
+static void present_box(const Model *m, const PetscReal *u, PetscInt f, PetscReal box[4])
+{
+  PetscReal x[4];
+  FaceCoordinates(m, u, f, x);
+  FaceBox(x, x + 2, m->contact_margin, box);
+}
+
+/* Rasters of all ranks, over one frame: of the faces at their owned vertices. all: (size, RASTER). */
+static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFrame *frame, uint64_t **all)
+{
+  PetscReal box[4], hull[4] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL};
+  uint64_t mine[RASTER] = {0};
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < m->n_faces_local; f++) {
-    if (!touches_owned(m->face_local + f, m->rank)) continue;
-    FaceBox(m->face_local[f].x, m->face_local[f].x + 2, m->contact_margin, box);
-    for (int i = 0; i < 2; i++)
-      mine[i] = PetscMin(mine[i], box[i]), mine[i + 2] = PetscMax(mine[i + 2], box[i + 2]);
+    present_box(m, u, f, box);
+    for (int i = 0; i < 4; i++) hull[i] = PetscMin(hull[i], i < 2 ? box[i] : -box[i]);
   }
-  PetscCall(PetscMalloc1(4 * m->size, &boxes));
-  PetscCallMPI(MPI_Allgather(mine, 4, MPIU_REAL, boxes, 4, MPIU_REAL, m->comm));
-  PetscCall(
-      PetscCalloc4(m->size, &n_send, m->size, &n_receive, m->size + 1, &at_send, m->size + 1, &at_receive));
-  for (int pass = 0; pass < 2; pass++) { // count, then fill
-    if (pass) PetscCall(PetscMalloc1(total, &send));
-    total = 0;
-    for (PetscMPIInt p = 0; p < m->size; p++) {
-      at_send[p] = (PetscMPIInt)(total * (PetscInt)sizeof(FaceRecord));
-      for (PetscInt f = 0; p != m->rank && f < m->n_faces_local; f++) {
-        if (m->face_local[f].v_owner[0] != m->rank) continue;
-        FaceBox(m->face_local[f].x, m->face_local[f].x + 2, m->contact_margin, box);
-        if (!boxes_meet(box, boxes + 4 * p)) continue;
-        if (pass) send[total] = m->face_local[f], send[total].local = 0;
-        total++;
-      }
-      n_send[p] = (PetscMPIInt)(total * (PetscInt)sizeof(FaceRecord)) - at_send[p];
-    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, hull, 4, MPIU_REAL, MPI_MIN, m->comm));
+  for (int i = 0; i < 2; i++) {
+    const PetscReal extent = -hull[2 + i] - hull[i];
+    frame->origin[i] = hull[i], frame->per_cell[i] = extent > 0. ? RASTER / extent : 0.;
   }
-  PetscCallMPI(MPI_Alltoall(n_send, 1, MPI_INT, n_receive, 1, MPI_INT, m->comm));
-  for (PetscMPIInt p = 0; p < m->size; p++) at_receive[p + 1] = at_receive[p] + n_receive[p];
-  *n = m->n_faces_local + at_receive[m->size] / (PetscInt)sizeof(FaceRecord);
-  PetscCall(PetscMalloc1(*n, &received));
-  PetscCall(PetscArraycpy(received, m->face_local, m->n_faces_local));
-  PetscCallMPI(MPI_Alltoallv(send, n_send, at_send, MPI_BYTE, received + m->n_faces_local, n_receive,
-                             at_receive, MPI_BYTE, m->comm));
-  PetscCall(PetscFree(send));
-  PetscCall(PetscFree(boxes));
-  PetscCall(PetscFree4(n_send, n_receive, at_send, at_receive));
-  *faces = received;
+  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+    int range[4];
+    if (!touches_owned(m, f)) continue;
+    present_box(m, u, f, box);
+    raster_range(frame, box, range);
+    for (int row = range[1]; row <= range[3]; row++) mine[row] |= raster_columns(range);
+  }
+  PetscCall(PetscMalloc1(RASTER * m->size, all));
+  PetscCallMPI(MPI_Allgather(mine, RASTER, MPI_UINT64_T, *all, RASTER, MPI_UINT64_T, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the received faces keeps those near one of ours at an owned vertex, or near which lies an owned vertex;
-   each once and none that is ours anyway; by ascending gid behind ours. */
-static PetscErrorCode keep_faces(const Model *m, PetscInt *n, FaceRecord *face)
+/* A local face as it travels. */
+static FaceRecord record_of(const Model *m, const PetscReal *u, PetscInt f)
 {
-  const PetscInt n_local = m->n_faces_local;
-  PetscInt n_pairs, *pairs, kept = n_local;
-  PetscReal *box;
-  PetscBool *keep;
+  const Faces *faces = &m->faces;
+  FaceRecord r = {.gid = faces->gid[f],
+                  .group = faces->group[f],
+                  .body = faces->body[f],
+                  .rigid = faces->rigid[f],
+                  .joint = faces->joint[f],
+                  .thick = faces->thick[f]};
+  for (int k = 0; k < 2; k++) {
+    const PetscInt v = faces->vertex[2 * f + k];
+    const GhostRecord *ghost = v < m->n_owned ? NULL : m->ghosts + (v - m->n_owned);
+    r.v_gid[k] = m->vertex_gid[v], r.v_file[k] = m->vertex_file[v];
+    r.v_owner[k] = ghost ? ghost->owner : m->rank, r.v_index[k] = ghost ? ghost->index : v;
+    for (int i = 0; i < 2; i++) r.X[2 * k + i] = m->X[2 * v + i];
+  }
+  FaceCoordinates(m, u, f, r.x);
+  return r;
+}
+
+/* Sends each face, from the rank that owns its first vertex, to every rank that has faces in the same cells
+   of the raster. near: (n_faces_local,) whether others have. */
+static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBool *near, PetscInt *n,
+                                     FaceRecord **received)
+{
+  const PetscMPIInt unit = (PetscMPIInt)sizeof(FaceRecord);
+  RasterFrame frame = {{0., 0.}, {0., 0.}};
+  uint64_t *raster;
+  PetscMPIInt *n_send, *n_receive, *at_send, *at_receive;
+  FaceRecord *send = NULL;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(4 * *n, &box, *n, &keep));
+  PetscCall(share_rasters(m, u, &frame, &raster));
+  PetscCall(
+      PetscCalloc4(m->size, &n_send, m->size, &n_receive, m->size + 1, &at_send, m->size + 1, &at_receive));
+  for (int pass = 0; pass < 2; pass++) { // count, then fill
+    for (PetscInt f = 0; f < m->n_faces_local; f++) {
+      PetscReal box[4];
+      int range[4];
+      present_box(m, u, f, box);
+      raster_range(&frame, box, range);
+      near[f] = PETSC_FALSE;
+      for (PetscMPIInt p = 0; p < m->size; p++) {
+        if (p == m->rank || !raster_meets(raster + RASTER * p, range)) continue;
+        near[f] = PETSC_TRUE;
+        if (m->faces.vertex[2 * f] >= m->n_owned) continue;
+        if (pass) send[at_send[p] / unit + n_send[p] / unit] = record_of(m, u, f);
+        n_send[p] += unit;
+      }
+    }
+    if (pass) break;
+    for (PetscMPIInt p = 0; p < m->size; p++) at_send[p + 1] = at_send[p] + n_send[p], n_send[p] = 0;
+    PetscCall(PetscMalloc1(at_send[m->size] / unit, &send));
+  }
+  PetscCallMPI(MPI_Alltoall(n_send, 1, MPI_INT, n_receive, 1, MPI_INT, m->comm));
+  for (PetscMPIInt p = 0; p < m->size; p++) at_receive[p + 1] = at_receive[p] + n_receive[p];
+  *n = at_receive[m->size] / unit;
+  PetscCall(PetscMalloc1(*n, received));
+  PetscCallMPI(
+      MPI_Alltoallv(send, n_send, at_send, MPI_BYTE, *received, n_receive, at_receive, MPI_BYTE, m->comm));
+  PetscCall(PetscFree(send));
+  PetscCall(PetscFree(raster));
+  PetscCall(PetscFree4(n_send, n_receive, at_send, at_receive));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The received faces come first. */
+static PetscBool received_and_ours(PetscInt f, PetscInt g, const void *context)
+{
+  const PetscInt n_received = *(const PetscInt *)context;
+  return (PetscBool)(f < n_received && g >= n_received);
+}
+
+/* Keeps the received faces near one of ours at an owned vertex, none that is ours anyway. */
+static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const PetscBool *near_others,
+                                 PetscInt *n, FaceRecord *face)
+{
+  PetscInt n_boxes = *n, *start, *near, kept = 0, at;
+  PetscReal *box;
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < m->n_faces_local; f++) n_boxes += near_others[f] && touches_owned(m, f);
+  PetscCall(PetscMalloc1(4 * n_boxes, &box));
+  for (at = 0; at < *n; at++) FaceBox(face[at].x, face[at].x + 2, m->contact_margin, box + 4 * at);
+  for (PetscInt f = 0; f < m->n_faces_local; f++)
+    if (near_others[f] && touches_owned(m, f)) present_box(m, u, f, box + 4 * at++);
+  PetscCall(GridRows(n_boxes, box, received_and_ours, n, &start, &near));
   for (PetscInt f = 0; f < *n; f++) {
-    FaceBox(face[f].x, face[f].x + 2, m->contact_margin, box + 4 * f);
-    keep[f] = PETSC_FALSE;
+    PetscInt row;
+    if (start[f] == start[f + 1]) continue;
+    PetscCall(PetscFindInt(face[f].gid, m->n_faces_local, m->faces.gid, &row));
+    if (row < 0) face[kept++] = face[f];
   }
-  PetscCall(GridPairs(*n, box, &n_pairs, &pairs));
-  for (PetscInt p = 0; p < n_pairs; p++) {
-    const PetscInt f = pairs[2 * p], g = pairs[2 * p + 1];
-    if (touches_owned(face + f, m->rank) || touches_owned(face + g, m->rank)) keep[f] = keep[g] = PETSC_TRUE;
-  }
-  for (PetscInt f = n_local; f < *n; f++)
-    if (keep[f] && !(n_local && bsearch(face + f, face, n_local, sizeof(FaceRecord), face_order)))
-      face[kept++] = face[f];
-  if (kept > n_local) qsort(face + n_local, kept - n_local, sizeof(FaceRecord), face_order);
   *n = kept;
-  PetscCall(PetscFree(pairs));
-  PetscCall(PetscFree2(box, keep));
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
+  PetscCall(PetscFree(box));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* At set-up: the far faces of groups that are not upgradeable, whose contacts stay whatever happens. */
+static PetscErrorCode hold_faces(Model *m, PetscInt n, const FaceRecord *face)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &m->face_held));
+  for (PetscInt f = 0; f < n; f++)
+    if (!m->group_upgradeable[face[f].group]) m->face_held[m->n_held++] = face[f];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The faces of other ranks that we need: near ours, or held; ascending gid. */
+static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceRecord **far)
+{
+  PetscBool *near;
+  PetscInt n_received, kept = 0;
+  FaceRecord *face;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_faces_local, &near));
+  PetscCall(exchange_faces(m, u, near, &n_received, &face));
+  PetscCall(keep_faces(m, u, near, &n_received, face));
+  PetscCall(PetscFree(near));
+  if (!u) PetscCall(hold_faces(m, n_received, face));
+  PetscCall(PetscRealloc((n_received + m->n_held) * sizeof(FaceRecord), &face));
+  PetscCall(PetscArraycpy(face + n_received, m->face_held, m->n_held));
+  *n = n_received + m->n_held;
+  if (*n) qsort(face, *n, sizeof(FaceRecord), face_order);
+  for (PetscInt f = 0; f < *n; f++)
+    if (!f || face[f].gid != face[kept - 1].gid) face[kept++] = face[f];
+  *n = kept;
+  *far = face;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- ghosts */
 
-/* Vertices of the kept faces that neither this rank owns nor an element here uses, behind the ghosts of
+/* Vertices of the far faces that neither this rank owns nor an element here uses, behind the ghosts of
  * elements. */
 static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
@@ -149,9 +249,9 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
   PetscInt more = 0;
   GhostRecord *all;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(ne + 2 * (n - m->n_faces_local), &all));
+  PetscCall(PetscMalloc1(ne + 2 * n, &all));
   PetscCall(PetscArraycpy(all, m->ghosts, ne));
-  for (PetscInt f = m->n_faces_local; f < n; f++)
+  for (PetscInt f = 0; f < n; f++)
     for (int k = 0; k < 2; k++) {
       const GhostRecord g = {face[f].v_gid[k],
                              face[f].v_file[k],
@@ -200,21 +300,64 @@ static PetscErrorCode append_ghosts(Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode fill_faces(Model *m, PetscInt n, const FaceRecord *face)
+static PetscErrorCode free_faces(Faces *f)
 {
-  Faces *f = &m->faces;
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint, f->thick));
-  f->n = n;
-  PetscCall(PetscMalloc7(2 * n, &f->vertex, n, &f->gid, n, &f->group, n, &f->body, n, &f->rigid, n, &f->joint,
-                         n, &f->thick));
-  for (PetscInt i = 0; i < n; i++) {
-    const FaceRecord *r = face + i;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Room for n rows; the first n_faces_local stay. */
+static PetscErrorCode resize_faces(Model *m, PetscInt n)
+{
+  Faces f = {.capacity = m->faces.capacity ? n + n / 16 : n}, *old = &m->faces;
+  PetscFunctionBeginUser;
+  if (n <= old->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc7(2 * f.capacity, &f.vertex, f.capacity, &f.gid, f.capacity, &f.group, f.capacity,
+                         &f.body, f.capacity, &f.rigid, f.capacity, &f.joint, f.capacity, &f.thick));
+  const PetscInt stay = old->capacity ? m->n_faces_local : 0;
+  PetscCall(PetscArraycpy(f.vertex, old->vertex, 2 * stay));
+  PetscCall(PetscArraycpy(f.gid, old->gid, stay));
+  PetscCall(PetscArraycpy(f.group, old->group, stay));
+  PetscCall(PetscArraycpy(f.body, old->body, stay));
+  PetscCall(PetscArraycpy(f.rigid, old->rigid, stay));
+  PetscCall(PetscArraycpy(f.joint, old->joint, stay));
+  PetscCall(PetscArraycpy(f.thick, old->thick, stay));
+  PetscCall(free_faces(old));
+  *old = f;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows `at` and further: n of them, the last. */
+static PetscErrorCode fill_faces(Model *m, PetscInt at, PetscInt n, const FaceRecord *face)
+{
+  PetscFunctionBeginUser;
+  PetscCall(resize_faces(m, at + n));
+  Faces *f = &m->faces;
+  f->n = at + n;
+  for (PetscInt i = at; i < f->n; i++) {
+    const FaceRecord *r = face + (i - at);
     for (int k = 0; k < 2; k++)
       f->vertex[2 * i + k] = LocalVertex(m, r->v_gid[k], (PetscMPIInt)r->v_owner[k], r->v_index[k]);
     f->gid[i] = r->gid, f->group[i] = r->group, f->body[i] = r->body, f->rigid[i] = r->rigid,
     f->joint[i] = r->joint, f->thick[i] = r->thick;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FacesCreate(Model *m, PetscInt n, const FaceRecord *face)
+{
+  PetscFunctionBeginUser;
+  m->n_faces_local = n;
+  PetscCall(fill_faces(m, 0, n, face));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FacesDestroy(Model *m)
+{
+  PetscFunctionBeginUser;
+  PetscCall(free_faces(&m->faces));
+  PetscCall(PetscFree(m->face_held));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -246,18 +389,17 @@ static PetscErrorCode connect(Model *m)
 
 PetscErrorCode NeighboursUpdate(Model *m, State *state)
 {
-  FaceRecord *face;
-  PetscInt n;
+  FaceRecord *far = NULL;
+  PetscInt n = 0;
   PetscBool changed;
   PetscFunctionBeginUser;
-  move_faces(m, state, m->face_local);
-  PetscCall(exchange_faces(m, &n, &face));
-  PetscCall(keep_faces(m, &n, face));
-  PetscCall(contact_ghosts(m, n, face, &changed));
+  if (!state) PetscCall(append_ghosts(m)); // set-up: those of elements
+  if (m->size > 1) PetscCall(far_faces(m, state ? state->u + 3 * m->n_bodies : NULL, &n, &far));
+  PetscCall(contact_ghosts(m, n, far, &changed));
   PetscCall(append_ghosts(m));
-  PetscCall(fill_faces(m, n, face));
+  PetscCall(fill_faces(m, m->n_faces_local, n, far));
   if (changed) PetscCall(connect(m)); // the exchange stands as long as no rank reads other vertices
-  PetscCall(PetscFree(face));
+  PetscCall(PetscFree(far));
   if (state) {
     PetscCall(StateResize(m, state));
     // the dummies may stand where a ghost was

@@ -36,29 +36,42 @@ PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+typedef struct {
+  const BlockMesh *mesh;
+  const PetscInt *faces; /* (n,2) block, k */
+} NearContext;
+
+static PetscBool different_bodies(PetscInt f, PetscInt g, const void *context)
+{
+  const NearContext *near = context;
+  return (PetscBool)(near->mesh->body[near->faces[2 * f]] != near->mesh->body[near->faces[2 * g]]);
+}
+
 /* Pairs of blocks (n_pairs,2) whose outer faces come within `margin` of each other and share no vertex. */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs)
 {
-  PetscInt n_faces, *faces, n_found, *found, kept = 0;
+  PetscInt n_faces, *faces, *start, *near, n = 0;
   PetscReal *box;
   PetscFunctionBeginUser;
   PetscCall(MeshOuterFaces(mesh, &n_faces, &faces));
   PetscCall(PetscMalloc1(4 * n_faces, &box));
   for (PetscInt f = 0; f < n_faces; f++) {
-    const PetscInt *block = mesh->blocks + 4 * faces[2 * f], k = faces[2 * f + 1], n = block[3] < 0 ? 3 : 4;
-    FaceBox(mesh->X + 2 * block[k], mesh->X + 2 * block[(k + 1) % n], margin, box + 4 * f);
+    const PetscInt *block = mesh->blocks + 4 * faces[2 * f], k = faces[2 * f + 1], nk = block[3] < 0 ? 3 : 4;
+    FaceBox(mesh->X + 2 * block[k], mesh->X + 2 * block[(k + 1) % nk], margin, box + 4 * f);
   }
-  PetscCall(GridPairs(n_faces, box, &n_found, &found));
-  for (PetscInt p = 0; p < n_found; p++) {
-    const PetscInt a = faces[2 * found[2 * p]], b = faces[2 * found[2 * p + 1]];
-    if (mesh->body[a] == mesh->body[b]) continue;
-    found[2 * kept] = a;
-    found[2 * kept++ + 1] = b;
-  }
+  PetscCall(GridRows(n_faces, box, different_bodies, &(NearContext){mesh, faces}, &start, &near));
   PetscCall(PetscFree(box));
+  PetscCall(PetscMalloc1(start[n_faces], pairs));
+  for (PetscInt f = 0; f < n_faces; f++)
+    for (PetscInt p = start[f]; p < start[f + 1]; p++) {
+      if (near[p] < f) continue;
+      (*pairs)[n++] = faces[2 * f];
+      (*pairs)[n++] = faces[2 * near[p]];
+    }
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
   PetscCall(PetscFree(faces));
-  *n_pairs = kept;
-  *pairs = found;
+  *n_pairs = n / 2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -104,20 +104,28 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
+  PetscCall(PartBegin(PART_READING));
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
+  PetscCall(PartEnd(PART_READING));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
   for (PetscInt g = 0; g < mesh.n_groups; g++)
     mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
+  PetscCall(PartBegin(PART_CHECKS));
   PetscCall(check_mesh(q, &mesh));
+  PetscCall(PartEnd(PART_CHECKS));
+  PetscCall(PartBegin(PART_ORDER));
   if (rank == 0) PetscCall(MeshReorder(&mesh));
+  PetscCall(PartEnd(PART_ORDER));
   PetscCall(ModelCreate(q->comm, &q->scene, &mesh, &q->model));
   PetscCall(MeshDestroy(&mesh));
+  PetscCall(PartBegin(PART_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
   PetscCall(StateCreate(&q->model, &q->state));
   PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
+  PetscCall(PartEnd(PART_FIRST_CONTACTS));
   q->has_model = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -141,7 +149,10 @@ PetscErrorCode QuoinRun(Quoin q)
 {
   PetscFunctionBeginUser;
   PetscCall(SignalsCatch());
+  PetscCall(PartBegin(PART_OUTPUT_START));
   PetscCall(OutputOpen(&q->scene, &q->model, &q->output));
+  PetscCall(PartEnd(PART_OUTPUT_START));
+  PetscCall(PartReportSetUp(q->comm));
   q->has_output = PETSC_TRUE;
   for (PetscInt s = 0; s < q->scene.n_stages; s++) {
     const Stage *stage = q->scene.stages + s;

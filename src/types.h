@@ -213,7 +213,6 @@ typedef struct {
 /* An outer face as it travels between ranks. */
 typedef struct {
   PetscInt gid, group, body, rigid, joint; /* as in Faces */
-  PetscInt local;                          /* 1: of a block at an owned vertex, 0: came from another rank */
   PetscInt v_gid[2], v_file[2], v_owner[2],
       v_index[2];       /* its two vertices: owner rank, and local index there */
   PetscReal thick;      /* [m] of its block behind the face */
@@ -249,14 +248,15 @@ typedef struct {
 } Elements;
 
 typedef struct {
-  PetscInt n;       /* outer faces known here: of local blocks, then of remote blocks near them */
-  PetscInt *vertex; /* (n,2) local vertices, first and second along the block's ring */
-  PetscInt *gid;    /* (n,) global number, ascending within own; 4 * block gid + k */
-  PetscInt *group;  /* (n,) of the block */
-  PetscInt *body;   /* (n,) macroblock of the block */
-  PetscInt *rigid;  /* (n,) rigid body the block belongs to, -1: none */
-  PetscInt *joint;  /* (n,) row of Scene.joints whose face set holds it (the first such row), -1: none */
-  PetscReal *thick; /* [m] (n,) reach of its block behind the face, reference state */
+  PetscInt n;        /* outer faces known here: of local blocks, then of remote blocks near them */
+  PetscInt capacity; /* rows that there is room for */
+  PetscInt *vertex;  /* (n,2) local vertices, first and second along the block's ring */
+  PetscInt *gid;     /* (n,) global number, ascending within each of the two; 4 * block gid + k */
+  PetscInt *group;   /* (n,) of the block */
+  PetscInt *body;    /* (n,) macroblock of the block */
+  PetscInt *rigid;   /* (n,) rigid body the block belongs to, -1: none */
+  PetscInt *joint;   /* (n,) row of Scene.joints whose face set holds it (the first such row), -1: none */
+  PetscReal *thick;  /* [m] (n,) reach of its block behind the face, reference state */
 } Faces;
 
 typedef struct {
@@ -297,8 +297,9 @@ typedef struct {
   Faces faces;                 /* neighbours.c */
   PetscInt n_faces_local; /* the first so many faces belong to blocks at owned vertices: loads and sets name
                              these */
-  FaceRecord *face_local; /* (n_faces_local,) ascending gid */
-  GhostRecord *ghosts;    /* (n_ghosts,) in the order of the local vertices; neighbours.c */
+  FaceRecord *face_held;  /* (n_held,) far faces of groups that are not upgradeable: known for good */
+  PetscInt n_held;
+  GhostRecord *ghosts; /* (n_ghosts,) in the order of the local vertices; neighbours.c */
   PetscInt n_ghosts, n_element_ghosts;
   PetscInt vertex_capacity; /* vertices, dummies included, that the arrays of vertices have room for */
 
@@ -308,7 +309,8 @@ typedef struct {
   PetscInt *group_rigid;
   PetscReal *lambda, *mu; /* [Pa] Lame constants of the plane problem (plane stress: lambda reduced) */
   PetscReal *density;     /* [kg/m3] */
-  PetscReal thickness;    /* [m] */
+  PetscBool *group_upgradeable;
+  PetscReal thickness; /* [m] */
   StrainMeasure strain;
 
   /* named sets, local part */

@@ -1,4 +1,4 @@
-/* GridPairs against brute force on boxes of all kinds, and its cost on many. */
+/* GridRows against brute force on boxes of all kinds, and its cost on many. */
 #include "internal.h"
 #include "check.h"
 #include <stdlib.h>
@@ -9,24 +9,27 @@ static PetscBool Touch(const PetscReal *a, const PetscReal *b)
   return a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3] ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* All pairs in the same order, one by one. */
+/* Rows of both directions, one box after the other. */
 static PetscErrorCode CompareWithBruteForce(const char *what, PetscInt n, const PetscReal *box)
 {
-  PetscInt n_pairs, *pairs, p = 0, wrong = 0;
+  PetscInt *start, *near, p = 0, wrong = 0;
 
   PetscFunctionBegin;
-  PetscCall(GridPairs(n, box, &n_pairs, &pairs));
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt j = i + 1; j < n; j++) {
-      if (!Touch(box + 4 * i, box + 4 * j)) continue;
-      if (p >= n_pairs || pairs[2 * p] != i || pairs[2 * p + 1] != j) wrong++;
+  PetscCall(GridRows(n, box, NULL, NULL, &start, &near));
+  for (PetscInt i = 0; i < n; i++) {
+    if (start[i] != p) wrong++;
+    for (PetscInt j = 0; j < n; j++) {
+      if (j == i || !Touch(box + 4 * i, box + 4 * j)) continue;
+      if (p >= start[n] || near[p] != j) wrong++;
       p++;
     }
-  if (wrong || p != n_pairs)
-    fprintf(stderr, "%s: %d of %d pairs wrong, %d found\n", what, (int)wrong, (int)p, (int)n_pairs);
+  }
+  if (wrong || p != start[n])
+    fprintf(stderr, "%s: %d of %d neighbours wrong, %d found\n", what, (int)wrong, (int)p, (int)start[n]);
   ENSURE(wrong == 0);
-  ENSURE(p == n_pairs);
-  PetscCall(PetscFree(pairs));
+  ENSURE(p == start[n]);
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,18 +52,32 @@ static void SetBox(PetscReal *box, PetscReal x, PetscReal y, PetscReal w, PetscR
 static PetscErrorCode TestFewBoxes(void)
 {
   const PetscReal apart[8] = {0, 0, 1, 1, 2, 0, 3, 1}, corner[8] = {0, 0, 1, 1, 1, 1, 2, 2};
-  PetscInt n_pairs = -1, *pairs;
 
   PetscFunctionBegin;
-  for (PetscInt n = 0; n < 3; n++) {
-    PetscCall(GridPairs(n, apart, &n_pairs, &pairs));
-    ENSURE(n_pairs == 0);
-    PetscCall(PetscFree(pairs));
-  }
-  PetscCall(GridPairs(2, corner, &n_pairs, &pairs));
-  ENSURE(n_pairs == 1);
-  ENSURE(n_pairs == 1 && pairs[0] == 0 && pairs[1] == 1);
-  PetscCall(PetscFree(pairs));
+  for (PetscInt n = 0; n < 3; n++) PetscCall(CompareWithBruteForce("apart", n, apart));
+  PetscCall(CompareWithBruteForce("corner", 2, corner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool BothEven(PetscInt i, PetscInt j, const void *context)
+{
+  (void)context;
+  return i < j && i % 2 == 0 && j % 2 == 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscErrorCode TestFilter(void)
+{
+  PetscReal box[4 * 9];
+  PetscInt *start, *near;
+
+  PetscFunctionBegin;
+  for (int i = 0; i < 9; i++) memcpy(box + 4 * i, (PetscReal[4]){0, 0, 1, 1}, 4 * sizeof *box);
+  PetscCall(GridRows(9, box, BothEven, NULL, &start, &near));
+  ENSURE(start[9] == 5 * 4);
+  for (int i = 0; i < 9; i++) ENSURE(start[i + 1] - start[i] == (i % 2 ? 0 : 4));
+  ENSURE(near[start[4]] == 0 && near[start[4] + 2] == 6);
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -152,7 +169,7 @@ static PetscErrorCode TestVisitorStops(void)
 static PetscErrorCode TestManyBoxes(void)
 {
   const PetscInt n = 200000;
-  PetscInt n_pairs, *pairs;
+  PetscInt *start, *near, descents = 0;
   PetscReal *box;
 
   PetscFunctionBegin;
@@ -162,17 +179,15 @@ static PetscErrorCode TestManyBoxes(void)
     SetBox(box + 4 * i, Uniform(), Uniform(), size, size);
   }
   SetBox(box + 4 * (n / 2), -1, -1, 3, 3);
-  const double start = MPI_Wtime();
-  PetscCall(GridPairs(n, box, &n_pairs, &pairs));
-  ENSURE(MPI_Wtime() - start < 10);
-  ENSURE(n_pairs >= n - 1);
-  for (PetscInt p = 1; p < n_pairs; p++)
-    if (pairs[2 * p] < pairs[2 * p - 2] ||
-        (pairs[2 * p] == pairs[2 * p - 2] && pairs[2 * p + 1] <= pairs[2 * p - 1])) {
-      ENSURE(!"pairs ascend");
-      break;
-    }
-  PetscCall(PetscFree(pairs));
+  const double begun = MPI_Wtime();
+  PetscCall(GridRows(n, box, NULL, NULL, &start, &near));
+  ENSURE(MPI_Wtime() - begun < 10);
+  ENSURE(start[n / 2 + 1] - start[n / 2] == n - 1);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt p = start[i] + 1; p < start[i + 1]; p++) descents += near[p] <= near[p - 1];
+  ENSURE(descents == 0);
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
   PetscCall(PetscFree(box));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -181,6 +196,7 @@ int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TestFewBoxes);
+  RUN_TEST(TestFilter);
   RUN_TEST(TestRandomBoxes);
   RUN_TEST(TestRegularBoxes);
   RUN_TEST(TestVisitorStops);
