@@ -146,6 +146,11 @@ PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
+/* Tangent stiffness [N/m] at the displacements u (vertex array) of ELEMENT_LANES elements from `first` on,
+   each (2 n_nodes, 2 n_nodes) row after row: d f_i / d u_j. first: a multiple of ELEMENT_LANES below e->n. */
+enum { ELEMENT_LANES = 4 };
+PetscErrorCode ElementTangents(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                               PetscInt first, PetscReal k[ELEMENT_LANES][64]);
 /* Cauchy stress sxx syy sxy [Pa] (n,3) at the centre of each element of the list. */
 PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                              PetscReal *stress);
@@ -261,7 +266,10 @@ typedef struct {
  */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
 
+struct _p_Output;
+
 /* ---- relax.c */
+typedef struct _p_Newton Newton;
 typedef struct _p_Relaxation {
   QuotientSums sums;      /* of the last cycle, over all ranks */
   PetscReal *u_0, *f_0;   /* (n_dof,) displacement and resisting force at the start of the stage */
@@ -281,10 +289,15 @@ typedef struct _p_Relaxation {
   PetscInt64 chunk_start, chunk_length;
   PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
   PetscInt n_alpha;
+  Newton *newton; /* factor and work arrays of newton.c, NULL: not used so far */
+  Effort effort;  /* of the stage so far */
   PetscReal
       settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
   PetscBool still;   /* Judge asks for RelaxationStill */
 } Relaxation;
+/* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
+   masses of its body; 1 for other dofs. */
+PetscReal DofLength(const Model *model, const State *state, PetscInt d);
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
 /* Collective, see archive.h: all that the damping and the verdicts remember. */
@@ -311,6 +324,17 @@ PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model,
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */
 PetscErrorCode JudgeContacts(const Model *model, const Contacts *contacts, StageResult *result);
+
+/* ---- newton.c */
+/* Collective. Equilibrium of a static stage or trial with fixed connectivity by Newton's method with the
+   factor of the elastic stiffness, under loads that go from f_start to f_target. Verdict: converged,
+   collapsed (contacts outgrown), interrupted; or none, when no equilibrium was found: then displacements,
+   history and f_ext are those of the last one, and the explicit loop goes on. number: of the stage, for
+   history.csv. follow: loads follow the motion. */
+PetscErrorCode NewtonRelax(const Scene *scene, const Model *model, const Stage *stage, PetscInt number,
+                           PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
+                           struct _p_Output *output, StageResult *result);
+PetscErrorCode NewtonDestroy(Newton **newton);
 
 /* ---- step.c */
 /* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled: PartSample says
@@ -396,7 +420,9 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *st
 PetscErrorCode Interrupted(const Model *model, StageResult *result);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Scene *scene, const Model *model, const Contacts *contacts);
-/* One line on stdout about how a stage ended. */
+/* "explicit", "preconditioned", or the one and then the other. */
+const char *EffortMethod(const Effort *effort);
+/* Lines on stdout about how a stage ended. */
 PetscErrorCode StageReport(const Model *model, const Stage *stage, const StageResult *result);
 struct _p_Output;
 /* Collective. Runs one stage to its verdict. */

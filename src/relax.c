@@ -55,6 +55,7 @@ PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *
 PetscErrorCode RelaxationDestroy(Relaxation *r)
 {
   PetscFunctionBeginUser;
+  PetscCall(NewtonDestroy(&r->newton));
   PetscCallMPI(MPI_Op_free(&r->reduce));
   PetscCallMPI(MPI_Type_free(&r->reduce_type));
   PetscCall(PetscFree3(r->u_chunk, r->du_chunk, r->ratios));
@@ -167,9 +168,7 @@ PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relax
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Length that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of its body; 1
- * else. */
-static PetscReal dof_length(const Model *m, const State *state, PetscInt d)
+PetscReal DofLength(const Model *m, const State *state, PetscInt d)
 {
   return d < 3 * m->n_bodies && d % 3 == 2 ? PetscSqrtReal(state->m[d] / state->m[d - 2]) : 1.;
 }
@@ -183,8 +182,7 @@ static Largest largest_terms(const Model *m, const State *state, const PetscReal
 {
   Largest l = {0., 0., 0., 0., 0., 0.};
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal length = dof_length(m, state, d),
-                    r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
+    const PetscReal length = DofLength(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
     const PetscReal u = PetscAbsReal(state->u[d]) * length,
                     du = PetscAbsReal(state->v[d]) * state->dt * length;
     l.unbalanced = PetscMax(l.unbalanced, r);
@@ -215,8 +213,7 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
              k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
   PetscCall(PetscCalloc1(4 * nb + 2, &sum));
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal length = dof_length(m, state, d),
-                    r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
+    const PetscReal length = DofLength(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
     PetscReal *s = sum + 4 * m->dof_body[d];
     BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + 4 * nb);
     if (!m->fixed[d]) BinAdd(&r_bins, r, s);
@@ -286,7 +283,7 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscReal top[2] = {0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal length = dof_length(m, state, d);
+    const PetscReal length = DofLength(m, state, d);
     top[0] = PetscMax(top[0], PetscAbsReal(state->u[d] - r->u_chunk[d]) * length);
     top[1] = PetscMax(top[1], PetscAbsReal(r->du_chunk[d]) * length);
   }
@@ -295,7 +292,7 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   const PetscReal unit = PetscMax(PetscMax(top[0], top[1]), PETSC_MIN_REAL * 1e20);
   const Bins bins = BinsFor(1.);
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal length = dof_length(m, state, d), now = (state->u[d] - r->u_chunk[d]) * length / unit,
+    const PetscReal length = DofLength(m, state, d), now = (state->u[d] - r->u_chunk[d]) * length / unit,
                     before = r->du_chunk[d] * length / unit;
     BinAdd(&bins, now * now, sum);
     BinAdd(&bins, now * before, sum + 2);

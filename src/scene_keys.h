@@ -20,6 +20,7 @@ static const char *const Components[] = {"both", "vertical", "UpliftComponent", 
 static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL};
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
+static const char *const Methods[] = {"explicit", "preconditioned", "MethodKind", "METHOD_", NULL};
 static const char *const Dampings[] = {"adaptive", "fixed", "none", "DampingKind", "DAMPING_", NULL};
 
 static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
@@ -64,6 +65,11 @@ static const Key Keys[] = {
   KEY(CONTACT, "vertex_length", REAL, Scene, vertex_length, "0.05", "> 0, <= 1", "-",
       "least influence length of a vertex on a face, over the shorter face"),
 
+  KEY(RELAXATION, "method", CHOICE, Scene, method, "explicit", NULL, "",
+      "of static stages. explicit: damped motion; preconditioned: Newton's method with a factor of the stiffness",
+      .choices = Methods),
+  KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
+      "preconditioned: steps in which the loads of a stage with a ramp are applied"),
   KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "", "how alpha is chosen",
       .choices = Dampings),
   KEY(RELAXATION, "alpha_dt", REAL, Scene, alpha_dt, "0.1", ">= 0, < 2", "-",

@@ -91,12 +91,23 @@ static void progress(const Model *m, const Stage *stage, const StageResult *now,
   fflush(stdout);
 }
 
+const char *EffortMethod(const Effort *e)
+{
+  return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
+}
+
 PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult *r)
 {
   PetscFunctionBeginUser;
   if (!m->rank && on_terminal()) printf("\r%100s\r", "");
   PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name,
                         VerdictNames[r->verdict], r->cycles, r->wall, r->evidence));
+  if (r->effort.preconditioned)
+    PetscCall(PetscPrintf(m->comm,
+                          "  %s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT
+                          " solves, %" PetscInt64_FMT " factorisation%s\n",
+                          EffortMethod(&r->effort), r->effort.evaluations, r->effort.solves,
+                          r->effort.factorisations, r->effort.factorisations == 1 ? "" : "s"));
   PetscCall(PartReport(m->comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,6 +190,22 @@ static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const St
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Newton's method, again when a crack has grown; verdict none: the explicit loop goes on from where it is. */
+static PetscErrorCode precondition(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                                   PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
+                                   Output *output, StageResult *result)
+{
+  PetscInt64 ramp_start;
+  PetscBool again = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  while (again && result->verdict == VERDICT_NONE) {
+    PetscCall(NewtonRelax(scene, m, stage, number, follow, contacts, state, relax, output, result));
+    again = (PetscBool)(result->verdict == VERDICT_CONVERGED);
+    PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
                           Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                           StageResult *result)
@@ -196,12 +223,19 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscCall(LoadsTarget(scene, m, stage, state));
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
-  PetscCall(
-      Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
   state->beta = scene->damping == DAMPING_ADAPTIVE ? scene->beta : 0.;
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  if (scene->method == METHOD_PRECONDITIONED && !stage->variable)
+    PetscCall(precondition(scene, m, stage, number, follow, contacts, state, relax, output, result));
+  if (result->verdict == VERDICT_NONE) {
+    relax->effort.explicit = PETSC_TRUE;
+    PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+    ramp_start = result->cycles;
+    state->ramp = 0.;
+    PetscCall(
+        Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
+  }
   PetscCall(SecantStart(m, state, relax));
-  state->ramp = 0.;
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
     if (state->ramp < 1.) {
@@ -210,7 +244,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from the full load on
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? contact_scale : NULL));
-    result->cycles++;
+    result->cycles++, relax->effort.evaluations++;
     if (!check) continue;
     PetscCall(Unbalanced(m, state, contact_scale, result));
     PetscCall(Secant(m, state, result->ratio, relax));
@@ -237,6 +271,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   state->beta = 0.;
+  relax->effort.evaluations++;
   result->wall = MPI_Wtime() - start;
   PetscCall(PetscFree(contact_scale));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -252,7 +287,9 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
       [STAGE_STATIC] = StageRelax, [STAGE_STRENGTH_REDUCTION] = ReductionRun, [STAGE_FLOOD] = FloodRun};
   PetscFunctionBeginUser;
   contacts->rate = 0.; // not in time: joints have no dashpots
+  PetscCall(PetscMemzero(&relax->effort, sizeof(relax->effort)));
   PetscCall(runners[stage->kind](scene, m, stage, number, contacts, state, relax, output, result));
+  result->effort = relax->effort;
   PetscCall(StageReport(m, stage, result));
   if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -188,6 +188,12 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   JsonText(f, "verdict", VerdictNames[result->verdict], ",\n      ");
   JsonText(f, "evidence", result->evidence, ",\n      ");
   JsonCount(f, "cycles", result->cycles, ",\n      ");
+  JsonText(f, "method", EffortMethod(&result->effort), ",\n      ");
+  JsonCount(f, "force_evaluations", result->effort.evaluations, ",\n      ");
+  JsonCount(f, "solves", result->effort.solves, ",\n      ");
+  JsonCount(f, "factorisations", result->effort.factorisations, ",\n      ");
+  JsonText(f, "ranks_agree", scene->method == METHOD_PRECONDITIONED ? "to the tolerance" : "bit for bit",
+           ",\n      ");
   JsonNumber(f, "wall_s", result->wall, ",\n      ");
   JsonNumber(f, "ratio", result->ratio, ",\n      ");
   JsonCount(f, "worst_macroblock", result->worst_body, ",\n      ");

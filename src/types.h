@@ -49,6 +49,7 @@ typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC
 typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
 typedef enum { HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
+typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED } MethodKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_FIXED, DAMPING_NONE } DampingKind;
 typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
@@ -165,6 +166,8 @@ typedef struct {
   PetscReal vertex_length; /* [-] least influence length of a vertex on a face, over the shorter face */
   PetscReal overlap_tolerance; /* [m] two macroblocks may overlap this deep in the mesh */
   /* relaxation */
+  MethodKind method;   /* of static stages */
+  PetscInt increments; /* preconditioned: steps in which loads that are ramped are applied */
   DampingKind damping;
   PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */
   PetscReal beta;            /* [-] adaptive damping: State.beta */
@@ -422,10 +425,19 @@ typedef struct {
   PetscReal balance;                 /* what came in less what is there or lost: 0 when nothing is amiss */
 } Energies;
 
+/* What a stage, with all its trials, has taken. */
+typedef struct {
+  PetscInt64 evaluations; /* of the forces of the whole model */
+  PetscInt64 solves;      /* with a factor of the stiffness */
+  PetscInt64 factorisations;
+  PetscBool preconditioned, explicit; /* which methods ran */
+} Effort;
+
 typedef struct {
   Verdict verdict;
   char evidence[256];     /* why, in one line of numbers */
-  PetscInt64 cycles;      /* of this stage */
+  PetscInt64 cycles;      /* of this stage: force evaluations of its explicit loop and its iterations */
+  Effort effort;          /* what they cost */
   PetscReal ratio;        /* [-] largest unbalanced ratio over bodies */
   PetscInt worst_body;    /* macroblock with that ratio */
   PetscReal increment;    /* [-] largest displacement increment of a cycle over largest displacement */

@@ -1,0 +1,352 @@
+/* newton.c: equilibrium of a static stage by Newton's method on the assembled stiffness (relaxation.method:
+   preconditioned). Fixed connectivity.
+
+   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky, MUMPS through PETSc) and
+   serves all stages and trials. An iteration solves K_t du = r, K_t the tangent with the joints as they are,
+   by flexible GMRES preconditioned with K0: K_t differs from K0 in the few joints that slip or are open, so 1
+   to 10 solves with the factor do, fewer as long as r is large (the tolerance follows how fast r falls,
+   Eisenstat and Walker 1996). A line search halves the step until |r| falls.
+
+   Friction remembers. Every evaluation starts from the history of the last committed equilibrium, tau =
+   f(tau committed, u - u committed); only an equilibrium is committed. With the history advanced at every
+   evaluation the iteration would converge to a wrong slip.
+
+   Guards. The step is bounded. A load increment that does not converge is halved; when that does not help, or
+   the factor fails (a body that nothing holds), the explicit loop takes over from the last equilibrium: what
+   has no equilibrium is judged there. */
+#include "stiffness.h"
+
+enum { MOST_ITERATIONS = 40, MOST_HALVINGS = 6, STALL_ITERATIONS = 8 };
+enum { MOST_SOLVES = 60, MANY_SOLVES = 20 }; /* in one iteration; more than many: the factor is worn out */
+static const PetscReal LARGEST_STEP = 0.01;  /* of the model's diameter, in one iteration */
+static const PetscReal SMALLEST_INCREMENT = 1. / 16.; /* of the stage's change of loads */
+static const PetscReal LOOSEST = 0.3;                 /* relative residual a linear solve may leave */
+static const PetscReal WORST_FACTOR = 1e-4;           /* relative error of a solution */
+
+struct _p_Newton {
+  Stiffness stiffness;
+  KSP elastic, worn;     /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
+  PC pc;                 /* of elastic */
+  PetscInt last_solves;  /* that the last iteration took */
+  Vec r, du;             /* unbalanced force, correction */
+  PetscReal *u, *u_base; /* (n_dof,) at the last committed equilibrium; before the line search */
+  PetscReal *slip, *broken; /* (as in Contacts) history committed with u */
+  PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
+  PetscBool fails;          /* K0 has no factor */
+  /* what the factor belongs to */
+  PetscInt n_padded, n_joints;
+  PetscInt *vertex; /* (6 n_padded,) of the contacts */
+  PetscReal *k;     /* (n_joints, 2) k_n, k_s */
+};
+
+/* Everything an iteration reads. */
+typedef struct {
+  const Scene *scene;
+  const Model *m;
+  const Stage *stage;
+  PetscBool follow;
+  Contacts *contacts;
+  State *state;
+  Relaxation *relax;
+  Newton *newton;
+  StageResult *result;
+} Problem;
+
+/* ---- the factor */
+
+/* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. */
+static PetscErrorCode factorise(const Problem *p, PCType type, KSP *ksp, PetscBool *fails)
+{
+  PC pc;
+  PCFailedReason failed;
+  PetscFunctionBeginUser;
+  if (!*ksp) {
+    PetscCall(KSPCreate(p->m->comm, ksp));
+    PetscCall(KSPSetType(*ksp, KSPFGMRES));
+    PetscCall(KSPGMRESSetRestart(*ksp, MOST_SOLVES));
+  }
+  PetscCall(KSPGetPC(*ksp, &pc));
+  PetscCall(PCSetType(pc, type));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
+  PetscCall(KSPSetOperators(*ksp, p->newton->stiffness.tangent, p->newton->stiffness.tangent));
+  PetscCall(KSPSetUp(*ksp));
+  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_TRUE));
+  PetscCall(PCGetFailedReason(pc, &failed));
+  *fails = (PetscBool)(failed != PC_NOERROR);
+  p->relax->effort.factorisations++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A body that can still move freely (nothing holds it, a joint has no k_s) leaves a pivot of rounding size,
+   and its motion in a solution is noise: K0 x = K0 x_0 is solved for a known x_0. */
+static PetscErrorCode check_factor(const Problem *p)
+{
+  Newton *n = p->newton;
+  PetscReal *x, error, size;
+  Vec x_0;
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(n->du, &x_0));
+  PetscCall(VecGetArrayWrite(x_0, &x));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = PetscSinReal((PetscReal)(n->stiffness.first + d + 1));
+  PetscCall(VecRestoreArrayWrite(x_0, &x));
+  PetscCall(MatMult(n->stiffness.tangent, x_0, n->r));
+  PetscCall(PCApply(n->pc, n->r, n->du));
+  PetscCall(VecAXPY(n->du, -1., x_0));
+  PetscCall(VecNorm(n->du, NORM_INFINITY, &error));
+  PetscCall(VecNorm(x_0, NORM_INFINITY, &size));
+  PetscCall(VecDestroy(&x_0));
+  n->fails = (PetscBool) !(error <= WORST_FACTOR * size);
+  p->relax->effort.solves++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode factorise_elastic(const Problem *p)
+{
+  Newton *n = p->newton;
+  PetscFunctionBeginUser;
+  PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
+  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
+  PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
+  PetscCall(factorise(p, PCCHOLESKY, &n->elastic, &n->fails));
+  PetscCall(KSPGetPC(n->elastic, &n->pc));
+  if (!n->fails) PetscCall(check_factor(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether the factor is that of these contacts and joint stiffnesses. */
+static PetscErrorCode is_current(const Problem *p, PetscBool *current)
+{
+  const Newton *n = p->newton;
+  const Contacts *c = p->contacts;
+  PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->n_vertices && n->n_padded == c->n_padded);
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < 6 * c->n_padded && same; i++) same = (PetscBool)(n->vertex[i] == c->vertex[i]);
+  for (PetscInt j = 0; j < n->n_joints; j++) {
+    const Joint *joint = p->stage->joints + j;
+    if (n->k[2 * j] != joint->k_n || n->k[2 * j + 1] != joint->k_s) same = PETSC_FALSE;
+  }
+  PetscCallMPI(MPI_Allreduce(&same, current, 1, MPIU_BOOL, MPI_LAND, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode create(const Problem *p, Newton **newton)
+{
+  const PetscInt n_dof = p->m->n_dof, n_padded = p->contacts->n_padded;
+  Newton *n;
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(newton));
+  n = *newton;
+  n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
+  PetscCall(StiffnessCreate(p->m, p->state, p->contacts, &n->stiffness));
+  PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
+  PetscCall(PetscMalloc3(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->contact_scale));
+  PetscCall(PetscMalloc4(2 * n_padded, &n->slip, 2 * n_padded, &n->broken, 6 * n_padded, &n->vertex,
+                         2 * n->n_joints, &n->k));
+  PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, 6 * n_padded));
+  for (PetscInt j = 0; j < n->n_joints; j++)
+    n->k[2 * j] = p->stage->joints[j].k_n, n->k[2 * j + 1] = p->stage->joints[j].k_s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonDestroy(Newton **newton)
+{
+  Newton *n = *newton;
+  PetscFunctionBeginUser;
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(StiffnessDestroy(&n->stiffness));
+  PetscCall(KSPDestroy(&n->elastic));
+  PetscCall(KSPDestroy(&n->worn));
+  PetscCall(VecDestroy(&n->r));
+  PetscCall(VecDestroy(&n->du));
+  PetscCall(PetscFree3(n->u, n->u_base, n->contact_scale));
+  PetscCall(PetscFree4(n->slip, n->broken, n->vertex, n->k));
+  PetscCall(PetscFree(*newton));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- one iteration */
+
+static void commit(const Problem *p)
+{
+  const PetscInt n = 2 * p->contacts->n_padded;
+  memcpy(p->newton->u, p->state->u, p->m->n_dof * sizeof(PetscReal));
+  memcpy(p->newton->slip, p->contacts->slip, n * sizeof(PetscReal));
+  memcpy(p->newton->broken, p->contacts->broken, n * sizeof(PetscReal));
+}
+
+/* The history goes back to the last equilibrium; `displacements` too. */
+static void restore(const Problem *p, PetscBool displacements)
+{
+  const PetscInt n = 2 * p->contacts->n_padded;
+  memcpy(p->contacts->slip, p->newton->slip, n * sizeof(PetscReal));
+  memcpy(p->contacts->broken, p->newton->broken, n * sizeof(PetscReal));
+  if (!displacements) return;
+  memcpy(p->state->u, p->newton->u, p->m->n_dof * sizeof(PetscReal));
+  RigidMotion(p->m, p->state->u);
+}
+
+/* Forces at u_base + part du from the committed history, the unbalanced force r, and its norm [N]. */
+static PetscErrorCode evaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
+{
+  const Model *m = p->m;
+  State *state = p->state;
+  PetscReal *r, sum = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = p->newton->u_base[d] + part * du[d];
+  RigidMotion(m, state->u);
+  restore(p, PETSC_FALSE);
+  PetscCall(Forces(m, p->stage->joints, p->contacts, state, p->newton->contact_scale));
+  p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
+  PetscCall(VecGetArrayWrite(p->newton->r, &r));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    r[d] = m->fixed[d] ? 0. : state->f_ext[d] - state->f[d];
+    const PetscReal force = r[d] / DofLength(m, state, d);
+    sum += force * force;
+  }
+  PetscCall(VecRestoreArrayWrite(p->newton->r, &r));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, m->comm));
+  *norm = PetscSqrtReal(sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* du from K_t du = r to the relative residual `tolerance`. */
+static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
+{
+  Newton *n = p->newton;
+  PetscBool fails = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  if (n->last_solves > MANY_SOLVES) PetscCall(factorise(p, PCLU, &n->worn, &fails));
+  if (fails) PetscCall(KSPDestroy(&n->worn));
+  KSP ksp = n->worn ? n->worn : n->elastic;
+  PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, MOST_SOLVES));
+  PetscCall(KSPSolve(ksp, n->r, n->du));
+  PetscCall(KSPGetIterationNumber(ksp, &n->last_solves));
+  p->relax->effort.solves += n->last_solves;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest part of du that moves nothing farther than the bound; 0: du is no number. */
+static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *part)
+{
+  const PetscReal bound = LARGEST_STEP * p->m->diameter;
+  PetscReal most = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal size = PetscAbsReal(du[d]) * DofLength(p->m, p->state, d);
+    if (!(size <= most)) most = size < PETSC_MAX_REAL ? size : PETSC_MAX_REAL;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  *part = most >= PETSC_MAX_REAL ? 0. : most > bound ? bound / most : 1.;
+  p->result->increment = PetscMin(most, bound);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Goes along du: the whole of it, or half as often as it takes for |r| to fall, or to where it was least. */
+static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscReal *norm)
+{
+  PetscReal part = 0., trial = 0., best = PETSC_MAX_REAL, best_part = 0.;
+  PetscFunctionBeginUser;
+  PetscCall(bounded(p, du, &part));
+  PetscCall(PetscArraycpy(p->newton->u_base, p->state->u, p->m->n_dof));
+  for (int i = 0; i <= MOST_HALVINGS; i++, part *= 0.5) {
+    PetscCall(evaluate(p, part, du, &trial));
+    if (trial < best) best = trial, best_part = part;
+    if (trial < (1. - 1e-4 * part) * *norm) break;
+  }
+  if (trial > best) PetscCall(evaluate(p, best_part, du, &trial));
+  *norm = trial;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- increments */
+
+/* Iterates to equilibrium under the loads applied; the tangent of the joints starts as the last one. */
+static PetscErrorCode equilibrium(const Problem *p, PetscBool *found)
+{
+  Newton *n = p->newton;
+  PetscReal norm, before = 0., least = PETSC_MAX_REAL;
+  PetscInt least_at = 0;
+  PetscFunctionBeginUser;
+  *found = PETSC_FALSE;
+  PetscCall(evaluate(p, 0., NULL, &norm));
+  for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS; i++) {
+    const PetscReal *du, step = p->result->increment;
+    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+    p->result->increment = step / PetscMax(p->result->displacement, PETSC_MIN_REAL);
+    *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance);
+    if (!p->result->finite || *found) break;
+    if (norm < 0.5 * least) least = norm, least_at = i;
+    // as exact as the next residual can be expected to be, and as the stage asks for
+    PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
+    tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
+    if (i) StiffnessJoints(p->stage->joints, p->contacts, n->slip, n->broken, &n->stiffness);
+    PetscCall(solve(p, tolerance));
+    PetscCall(VecGetArrayRead(n->du, &du));
+    before = norm;
+    PetscCall(line_search(p, du, &norm));
+    PetscCall(VecRestoreArrayRead(n->du, &du));
+    PetscCall(Interrupted(p->m, p->result));
+    if (p->result->verdict != VERDICT_NONE) break;
+    if (p->follow) {
+      PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+      LoadsApply(p->m, p->state, p->state->ramp);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode prepare(Problem *p)
+{
+  PetscBool current = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  p->newton = p->relax->newton;
+  if (p->newton) PetscCall(is_current(p, &current));
+  if (!current) {
+    PetscCall(NewtonDestroy(&p->relax->newton));
+    PetscCall(create(p, &p->relax->newton));
+    p->newton = p->relax->newton;
+    PetscCall(factorise_elastic(p));
+  }
+  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
+  p->result->increment = 0.;
+  commit(p);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stage, PetscInt number,
+                           PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
+                           struct _p_Output *output, StageResult *result)
+{
+  Problem p = {scene, m, stage, follow, contacts, state, relax, NULL, result};
+  PetscReal reached = 0., step = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
+  PetscFunctionBeginUser;
+  PetscCall(prepare(&p));
+  relax->effort.preconditioned = PETSC_TRUE;
+  while (!p.newton->fails && reached < 1. && step >= SMALLEST_INCREMENT) {
+    const PetscReal target = reached + 1.000001 * step < 1. ? reached + step : 1.;
+    PetscBool found;
+    LoadsApply(m, state, target);
+    PetscCall(equilibrium(&p, &found));
+    if (found) PetscCall(JudgeContacts(m, contacts, result));
+    if (found) {
+      reached = target;
+      commit(&p);
+      PetscCall(OutputHistory(output, scene, m, state, number, reached, result));
+    } else {
+      restore(&p, PETSC_TRUE);
+      StiffnessJointsElastic(stage->joints, contacts, &p.newton->stiffness);
+      step *= 0.5;
+      if (!stage->ramp) break; // the loads are at once what they are
+    }
+    if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  LoadsApply(m, state, reached);
+  if (reached < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_CONVERGED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g",
+                          (double)result->ratio, (double)stage->tolerance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

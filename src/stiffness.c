@@ -1,0 +1,293 @@
+/* stiffness.c: the assembled stiffness of blocks and joints, a matrix of PETSc's.
+
+   Blocks: the tangent of the force (10) by differences of the force kernel itself, column by column. That
+   force is a polynomial of degree 3 in the displacements, so a central difference with a step of 1e-5 of the
+   block is exact to 1e-10; small strain is linear.
+
+   Joints: with b = (P: 1, A: -(1-t), B: -t) an end opens by u_n = n.(b u) and slides by u_s = s.(b u); the
+   stiffness is B' D B with D = d(F_n0, F_n1, F_s0, F_s1)/d(u_n0, u_n1, u_s0, u_s1), 4 by 4, of the stress
+   model. D is unsymmetric where a joint slips by friction. D comes by differences of the stress model, so
+   that no model brings a tangent of its own. At a kink (a place that is just about to slip or to open) the
+   step goes where the joint gives way: on with the slip, and open. That n and s turn with the faces is left
+   out: a part u_n/L of the stiffness.
+
+   Rigid bodies: a vertex moves with the centre by T = [1 0 -r_y; 0 1 r_x], the stiffness is T' k T. */
+#include "stiffness.h"
+
+enum { MOST = 6 }; /* vertices of a contact; an element has four */
+
+/* ---- rows */
+
+/* Three exchanges of pairs of numbers (exact as reals) tell ghosts their rows and the centre of their body.
+ */
+static PetscErrorCode number_rows(const Model *m, const State *state, Stiffness *s)
+{
+  const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES;
+  PetscReal *pair;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * n, &pair));
+  for (PetscInt i = 0; i < 3 * n; i++) s->row[i] = -1;
+  PetscCall(PetscArrayzero(s->centre, 2 * n));
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
+                   dof = body < 0 ? at + 2 * v : 3 * body;
+    for (int i = 0; i < (body < 0 ? 2 : 3); i++)
+      s->row[3 * v + i] = m->fixed[dof + i] ? -1 : s->first + dof + i;
+    for (int i = 0; i < 2 && body >= 0; i++)
+      s->centre[2 * v + i] = m->body_X[2 * body + i] + state->u[3 * body + i];
+  }
+  for (int part = 0; part < 3; part++) {
+    for (PetscInt v = 0; v < n; v++) {
+      const PetscInt *row = s->row + 3 * v;
+      pair[2 * v] = part == 0 ? (PetscReal)row[0] : part == 1 ? (PetscReal)row[2] : s->centre[2 * v];
+      pair[2 * v + 1] = part == 0 ? (PetscReal)row[1] : part == 1 ? 0. : s->centre[2 * v + 1];
+    }
+    PetscCall(GhostBegin(m, pair));
+    PetscCall(GhostEnd(m, pair));
+    for (PetscInt v = m->n_owned; v < m->n_vertices; v++) {
+      if (part == 0) s->row[3 * v] = (PetscInt)pair[2 * v], s->row[3 * v + 1] = (PetscInt)pair[2 * v + 1];
+      if (part == 1) s->row[3 * v + 2] = (PetscInt)pair[2 * v];
+      if (part == 2) s->centre[2 * v] = pair[2 * v], s->centre[2 * v + 1] = pair[2 * v + 1];
+    }
+  }
+  PetscCall(PetscFree(pair));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, PetscInt n,
+                            const PetscInt *vertices, const PetscReal *k)
+{
+  PetscReal small[9 * MOST * MOST], *full = small;
+  PetscInt rows[3 * MOST], *row = rows;
+  PetscFunctionBeginUser;
+  if (n > MOST) PetscCall(PetscMalloc2(9 * n * n, &full, 3 * n, &row));
+  PetscCall(PetscArrayzero(full, 9 * n * n));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < n; j++) {
+      PetscReal arm[2][2] = {{0., 0.}, {0., 0.}}; // d(x, y)/d(rotation) of the two vertices
+      for (int e = 0; e < 2; e++) {
+        const PetscInt v = vertices[e ? j : i];
+        if (v >= m->n_vertices || m->vertex_rigid[v] < 0) continue;
+        arm[e][0] = -(m->X[2 * v + 1] - s->centre[2 * v + 1]);
+        arm[e][1] = m->X[2 * v] - s->centre[2 * v];
+      }
+      for (int a = 0; a < 2; a++)
+        for (int b = 0; b < 2; b++) {
+          const PetscReal value = k[(2 * i + a) * 2 * n + 2 * j + b];
+          full[(3 * i + a) * 3 * n + 3 * j + b] += value;
+          full[(3 * i + 2) * 3 * n + 3 * j + b] += arm[0][a] * value;
+          full[(3 * i + a) * 3 * n + 3 * j + 2] += value * arm[1][b];
+          full[(3 * i + 2) * 3 * n + 3 * j + 2] += arm[0][a] * value * arm[1][b];
+        }
+    }
+  for (PetscInt i = 0; i < 3 * n; i++) row[i] = s->row[3 * vertices[i / 3] + i % 3];
+  PetscCall(MatSetValues(matrix, 3 * n, row, 3 * n, row, full, ADD_VALUES));
+  if (n > MOST) PetscCall(PetscFree2(full, row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- blocks */
+
+static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const PetscReal *u,
+                                   const Stiffness *s, Mat matrix)
+{
+  PetscReal k[ELEMENT_LANES][64];
+  PetscFunctionBeginUser;
+  for (PetscInt first = 0; first < e->n; first += ELEMENT_LANES) {
+    ElementTangents(m, e, n_nodes, u, first, k);
+    for (PetscInt i = first; i < PetscMin(first + ELEMENT_LANES, e->n); i++) {
+      PetscInt vertices[4];
+      if (!e->owned[i]) continue; // another rank adds it
+      for (int v = 0; v < n_nodes; v++)
+        vertices[v] = e->vertex[((i / BATCH) * n_nodes + v) * BATCH + i % BATCH];
+      PetscCall(StiffnessAdd(m, s, matrix, n_nodes, vertices, k[i - first]));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks, and a diagonal of about their size where a dof is held. */
+static PetscErrorCode add_bodies(const Model *m, const PetscReal *u, const Stiffness *s, Mat matrix)
+{
+  PetscReal stiffest = 1.;
+  PetscFunctionBeginUser;
+  for (PetscInt g = 0; g < m->n_groups; g++)
+    if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->mu[g] * m->thickness);
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    PetscCall(MatSetValue(matrix, s->first + d, s->first + d, m->fixed[d] ? stiffest : 0., ADD_VALUES));
+  PetscCall(add_elements(m, &m->q4, 4, u + 3 * m->n_bodies, s, matrix));
+  PetscCall(add_elements(m, &m->t3, 3, u + 3 * m->n_bodies, s, matrix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessBodies(const Model *m, const PetscReal *u, Stiffness *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MatZeroEntries(s->bodies));
+  PetscCall(add_bodies(m, u, s, s->bodies));
+  PetscCall(MatAssemblyBegin(s->bodies, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(s->bodies, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- joints */
+
+void StiffnessJointsElastic(const Joint *joints, const Contacts *c, Stiffness *s)
+{
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    PetscReal a, b;
+    StressModelElastic((StressModelKind)model, &a, &b);
+    for (PetscInt i = c->model_start[model]; i < c->model_start[model + 1]; i++) {
+      const Joint *j = joints + c->joint[i];
+      PetscReal *D = s->joint + 16 * i;
+      for (int row = 0; row < 4; row++)
+        for (int column = 0; column < 4; column++)
+          D[4 * row + column] = row / 2 != column / 2
+                                    ? 0.
+                                    : (row / 2 ? j->k_s : j->k_n) * c->length[i] * (row == column ? a : b);
+    }
+  }
+}
+
+/* Differences of the end forces of contact i, one column of D for each of u_n0, u_n1, u_s0, u_s1. */
+static void joint_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
+                          const PetscReal *slip, const PetscReal *broken, PetscReal D[16])
+{
+  ContactPoint base = {.in_time = (PetscBool)(c->rate != 0.)}, p;
+  PetscReal size = 0.;
+  for (int k = 0; k < 2; k++) {
+    const PetscInt at = SUB(i, k);
+    base.u_n[k] = c->u_n[at], base.u_s[k] = c->u_s[at];
+    base.slip[k] = slip[at], base.broken[k] = broken[at];
+    size = PetscMax(size, PetscMax(PetscAbsReal(c->u_n[at]), PetscAbsReal(c->u_s[at] - slip[at])));
+  }
+  const PetscReal step = PetscMax(1e-7 * size, 1e-18);
+  p = base;
+  StressModelRespond(model, joint, c->length[i], &p);
+  for (int column = 0; column < 4; column++) {
+    const int end = column % 2;
+    ContactPoint q = base;
+    const PetscReal h = column / 2 && p.tau[end] < 0. ? -step : step;
+    if (column / 2)
+      q.u_s[end] += h;
+    else
+      q.u_n[end] += h;
+    StressModelRespond(model, joint, c->length[i], &q);
+    for (int row = 0; row < 4; row++)
+      D[4 * row + column] = row / 2 ? (q.F_s[row % 2] - p.F_s[row % 2]) / h : (q.F_n[row] - p.F_n[row]) / h;
+  }
+}
+
+void StiffnessJoints(const Joint *joints, const Contacts *c, const PetscReal *slip, const PetscReal *broken,
+                     Stiffness *s)
+{
+  StiffnessJointsElastic(joints, c, s);
+  for (int model = 0; model < STRESS_MODELS; model++)
+    for (PetscInt i = c->model_start[model]; i < c->model_start[model + 1]; i++) {
+      const Joint *joint = joints + c->joint[i];
+      PetscReal sigma[2], tau[2], was[2];
+      for (int k = 0; k < 2; k++) {
+        const PetscInt at = SUB(i, k);
+        sigma[k] = joint->k_n * c->u_n[at], tau[k] = joint->k_s * (c->u_s[at] - slip[at]);
+        was[k] = broken[at];
+      }
+      if (c->key[2 * i] < 0 || JointIsElastic(joint, sigma, tau, was)) continue;
+      joint_tangent(joint, (StressModelKind)model, c, i, slip, broken, s->joint + 16 * i);
+    }
+}
+
+/* B' D B of contact i: 12 by 12 on its six vertices P0 A0 B0 P1 A1 B1. */
+static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, const PetscReal *u_vertex,
+                              const PetscReal D[16], PetscInt vertices[MOST], PetscReal k[4 * MOST * MOST])
+{
+  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
+  PetscReal B[4][2 * MOST] = {{0.}}; // rows u_n0, u_n1, u_s0, u_s1
+  for (int e = 0; e < 2; e++) {
+    const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * e) * BATCH + i % BATCH;
+    const PetscInt P = v[BATCH], Q = v[2 * BATCH]; // of the destination edge
+    const PetscReal t = c->t[SUB(i, e)], b[3] = {1., -(1. - t), -t};
+    PetscReal d[2];
+    for (int x = 0; x < 2; x++)
+      d[x] = m->X[2 * Q + x] - m->X[2 * P + x] + moving * (u_vertex[2 * Q + x] - u_vertex[2 * P + x]);
+    const PetscReal inverse = 1. / PetscHypotReal(d[0], d[1]), along[2] = {d[0] * inverse, d[1] * inverse},
+                    normal[2] = {along[1], -along[0]};
+    for (int a = 0; a < 3; a++) {
+      vertices[3 * e + a] = v[a * BATCH];
+      for (int x = 0; x < 2; x++) {
+        B[e][2 * (3 * e + a) + x] = b[a] * normal[x];
+        B[2 + e][2 * (3 * e + a) + x] = b[a] * along[x];
+      }
+    }
+  }
+  for (int p = 0; p < 2 * MOST; p++)
+    for (int q = 0; q < 2 * MOST; q++) {
+      PetscReal sum = 0.;
+      for (int row = 0; row < 4; row++)
+        for (int column = 0; column < 4; column++) sum += B[row][p] * D[4 * row + column] * B[column][q];
+      k[2 * MOST * p + q] = m->thickness * sum;
+    }
+}
+
+static PetscErrorCode add_joints(const Model *m, const Contacts *c, const PetscReal *u_vertex,
+                                 const Stiffness *s, Mat matrix)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    PetscInt vertices[MOST];
+    PetscReal k[4 * MOST * MOST];
+    if (c->key[2 * i] < 0 || !c->owned[i]) continue; // padding; another rank adds it
+    contact_stiffness(m, c, i, u_vertex, s->joint + 16 * i, vertices, k);
+    PetscCall(StiffnessAdd(m, s, matrix, MOST, vertices, k));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessTangent(const Model *m, const Contacts *c, const PetscReal *u, Stiffness *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MatCopy(s->bodies, s->tangent, SAME_NONZERO_PATTERN));
+  PetscCall(add_joints(m, c, u + 3 * m->n_bodies, s, s->tangent));
+  PetscCall(MatAssemblyBegin(s->tangent, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(s->tangent, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- life */
+
+PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contacts *c, Stiffness *s)
+{
+  Mat pattern;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(s, sizeof(*s)));
+  s->n_vertices = m->n_vertices;
+  PetscCallMPI(MPI_Exscan(&m->n_dof, &s->first, 1, MPIU_INT, MPI_SUM, m->comm));
+  if (m->rank == 0) s->first = 0;
+  PetscCall(PetscMalloc3(3 * (m->n_vertices + DUMMY_VERTICES), &s->row, 2 * (m->n_vertices + DUMMY_VERTICES),
+                         &s->centre, 16 * c->n_padded, &s->joint));
+  PetscCall(PetscArrayzero(s->joint, 16 * c->n_padded));
+  PetscCall(number_rows(m, state, s));
+  PetscCall(MatCreate(m->comm, &pattern));
+  PetscCall(MatSetSizes(pattern, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(pattern, MATPREALLOCATOR));
+  PetscCall(MatSetUp(pattern));
+  PetscCall(add_bodies(m, state->u, s, pattern));
+  PetscCall(add_joints(m, c, state->u + 3 * m->n_bodies, s, pattern));
+  PetscCall(MatAssemblyBegin(pattern, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(pattern, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatCreate(m->comm, &s->bodies));
+  PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(s->bodies, MATAIJ));
+  PetscCall(MatPreallocatorPreallocate(pattern, PETSC_TRUE, s->bodies));
+  PetscCall(MatDestroy(&pattern));
+  PetscCall(MatDuplicate(s->bodies, MAT_DO_NOT_COPY_VALUES, &s->tangent));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessDestroy(Stiffness *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree3(s->row, s->centre, s->joint));
+  PetscCall(MatDestroy(&s->bodies));
+  PetscCall(MatDestroy(&s->tangent));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

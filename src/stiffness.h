@@ -1,0 +1,38 @@
+/* stiffness.h: the assembled stiffness of the model and what is solved with it. */
+#pragma once
+#include "internal.h"
+#include <petscksp.h>
+
+/* Rows of the matrix are the dofs of State in PETSc's parallel numbering. A vertex acts through up to three
+   rows: x, y, and, on a rigid body, its rotation. Held dofs have row -1 (nothing is added there) and a
+   diagonal of their own. */
+typedef struct _p_Stiffness {
+  PetscInt n_vertices; /* the rows are those of this many local vertices */
+  PetscInt first;      /* global row of this rank's first dof */
+  PetscInt *row;       /* (n_vertices + dummies, 3) global rows, -1: held, or none */
+  PetscReal *centre;   /* [m] (n_vertices + dummies, 2) present centre of the rigid body the vertex is on */
+  Mat bodies;          /* [N/m] blocks (and what else is linear), with the pattern of the joints */
+  Mat tangent;         /* bodies and the present tangent of the joints; same pattern */
+  PetscReal *joint;    /* (n_contacts padded, 16) end forces (F_n0 F_n1 F_s0 F_s1) [N/m] per opening and slip
+                          (u_n0 u_n1 u_s0 u_s1) [m], row after row */
+} Stiffness;
+
+/* ---- stiffness.c */
+/* Collective. Numbers the rows and lays out both matrices for the model and its contacts as they are. */
+PetscErrorCode StiffnessCreate(const Model *model, const State *state, const Contacts *contacts,
+                               Stiffness *s);
+PetscErrorCode StiffnessDestroy(Stiffness *s);
+/* Adds a dense stiffness k [N/m] (2n,2n), row after row, symmetric or not, that couples x and y of n local
+   vertices: the one way into the matrix. Not collective; StiffnessBodies ends the assembly. */
+PetscErrorCode StiffnessAdd(const Model *model, const Stiffness *s, Mat matrix, PetscInt n,
+                            const PetscInt *vertices, const PetscReal *k);
+/* Collective. s->bodies: tangent of the blocks at displacements u (dof array, ghosts up to date). */
+PetscErrorCode StiffnessBodies(const Model *model, const PetscReal *u, Stiffness *s);
+/* s->joint: of elastic joints; or the tangents of the stress models at the openings and slips last evaluated,
+   from the history slip, broken (as in Contacts) those were evaluated with. */
+void StiffnessJointsElastic(const Joint *joints, const Contacts *contacts, Stiffness *s);
+void StiffnessJoints(const Joint *joints, const Contacts *contacts, const PetscReal *slip,
+                     const PetscReal *broken, Stiffness *s);
+/* Collective. s->tangent from s->bodies and s->joint at displacements u. */
+PetscErrorCode StiffnessTangent(const Model *model, const Contacts *contacts, const PetscReal *u,
+                                Stiffness *s);

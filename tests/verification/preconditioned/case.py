@@ -1,0 +1,129 @@
+# ranks: 2
+"""Equilibrium by Newton's method with a factor of the stiffness (relaxation.method: preconditioned) against references and
+the explicit loop: opening and slip, stress models, rigid bodies, history, strength reduction, fallback."""
+
+import json
+
+from driver import MODELS, REFERENCE, changed, load
+from quoin_tools.reference_mesh import from_reference
+from quoin_tools.stacks import block_grid, block_on_plane, patch_test
+
+WHAT = "preconditioned relaxation: references, explicit relaxation, history of friction, reduction, fallback (V14 with a crack)"
+SOURCE = "fig6_elastic_and_no_tension.json and guilhofrei_g1.json (implicit finite elements); the explicit loop"
+
+NEWTON = ("relaxation.method", "preconditioned")
+ROUGH = {"friction": 45, "cohesion": 1e12, "k_n": 30e9, "k_s": 10e9}
+MC45 = {"friction": 45, "k_n": 30e9, "k_s": 10e9}
+
+
+def run(case):
+    fig6_references(case)
+    guilhofrei_references(case)
+    explicit(case)
+    history(case)
+    reduction(case)
+    guards(case)
+
+
+def fig6_references(case):
+    """The joint opens at the heel and slips; tptm, which integrates its diagram exactly, as the 32 points of the reference."""
+    with open(REFERENCE / "fig6_elastic_and_no_tension.json", encoding="utf-8") as file:
+        reference = json.load(file)
+    for name, joint in (("MC45", MC45), ("notension_rough", ROUGH)):
+        rows = {row["n"]: row for row in reference[name + "_M"]}
+        scene = changed(load("fig6").SCENE, NEWTON, ("joints.default", joint))
+        meshes = [from_reference(REFERENCE / f"mesh_fig6_M_n{n}.json") for n in (8, 16, 32)]
+        results = case.run_all([(mesh, scene) for mesh in meshes])
+        stages = [result.stage_summary("full") for result in results]
+        expected = [rows[n] for n in (8, 16, 32)]
+        what = f"Fig. 6, {name}, n = 8, 16, 32"
+        bases = [stage["joints"]["base"] for stage in stages]
+        case.check(f"{what}: toe sigma, tau [MPa]", [[b["end"]["sigma"] * 1e-6, -b["end"]["tau"] * 1e-6] for b in bases],
+                   [[row["toe_joint"], row["toe_tau"]] for row in expected], relative=2e-4)
+        case.check(f"{what}: crest u_x [mm]", [r.probe("full", "crest")[0] * 1e3 for r in results],
+                   [row["crest_ux"] for row in expected], relative=2e-4)
+        case.check(f"{what}: open length [m], of 32 points a segment", [b["open_length"] for b in bases],
+                   [row["open_len"] for row in expected], absolute=80 / 8 / 32)
+        case.check(f"{what}: solves, at most", max(stage["solves"] for stage in stages) <= 60, True)
+
+
+def guilhofrei_references(case):
+    guilhofrei = load("guilhofrei")
+    with open(REFERENCE / "guilhofrei_g1.json", encoding="utf-8") as file:
+        reference = json.load(file)["24"]
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n24.json")
+    elastic, friction = case.run_all([(mesh, changed(scene, NEWTON)) for scene in (guilhofrei.SCENE, guilhofrei.FRICTION)])
+    stages = ((elastic, "SW"), (elastic, "HP"), (elastic, "SWHP_el"), (friction, "SWHP_nl"))
+    case.check("G1, n = 24, SW, SW+HP, HP, SW+HP with friction: crest u_x [mm]",
+               [result.probe(stage, "crest_upstream")[0] * 1e3 for result, stage in stages],
+               [reference[stage]["crest"] for _, stage in stages], relative=1e-6)
+    parallel = case.run(mesh, changed(guilhofrei.FRICTION, NEWTON), ranks=2)
+    case.check("G1 with friction, 1 and 2 ranks: joint stress, to the tolerance [Pa]", parallel.stage().contacts.tau,
+               friction.stage().contacts.tau, absolute=1e-4 * abs(friction.stage().contacts.tau).max())
+
+
+def explicit(case):
+    """Where the explicit loop makes no false slip, both have one answer. (tptm with opening: see history.)"""
+    fig6 = changed(load("fig6").SCENE, ("joints.default", MC45), ("relaxation.tolerance", 1e-9))
+    mesh = from_reference(REFERENCE / "mesh_fig6_M_n8.json")
+    for model in MODELS[:-1]:
+        scene = changed(fig6, ("joints.default.stress_model", model))
+        both = case.run_all([(mesh, scene), (mesh, changed(scene, NEWTON))])
+        compare(case, f"Fig. 6, n = 8, friction, {model}", "full", both)
+    grid = changed(load("ranks").GRID, ("materials.rigid", {"density": 2400, "rigid": True}), ("relaxation.max_cycles", 200000),
+                   ("loads.push.value", [-1e5, -1e6]), ("relaxation.ramp", 4000))
+    mesh = block_grid(5, 5, 2, 2, 1.0, 4, 3)
+    both = case.run_all([(mesh, grid), (mesh, changed(grid, NEWTON))])
+    compare(case, "25 bodies, rigid and deformable, quadrilaterals and triangles, some slip", "push", both)
+    case.check("... largest slip is more than [m]", abs(both[1].stage().contacts.slip).max() > 1e-6, True)
+
+
+def compare(case, what, stage, both):
+    sigma, tau = ([getattr(result.stage(stage).contacts, field) for result in both] for field in ("sigma", "tau"))
+    case.check(f"{what}: sigma and tau, preconditioned and explicit [Pa]", [sigma[1], tau[1]], [sigma[0], tau[0]],
+               absolute=1e-3 * abs(sigma[0]).max())
+    methods = [result.stage_summary(stage)["method"] for result in both]
+    case.check("... methods", json.dumps(methods), json.dumps(["explicit", "preconditioned"]))
+
+
+def history(case):
+    """The state does not depend on the number of increments, and the explicit loop tends to it as its ramp gets longer."""
+    guilhofrei = load("guilhofrei")
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    scene = changed(guilhofrei.FRICTION, ("joints.base.friction", 30), ("strain", "large"))
+    newton = [changed(scene, NEWTON, ("relaxation.increments", n)) for n in (1, 10)]
+    ramped = [changed(scene, ("relaxation.ramp", n)) for n in (1000, 20000)]
+    one, ten, short, long = (r.stage().contacts.tau for r in case.run_all([(mesh, s) for s in newton + ramped]))
+    scale = abs(one).max()
+    case.check("G1, friction 30: tau with 1 and with 10 increments [Pa]", ten, one, absolute=1e-6 * scale)
+    case.check("... explicit, ramp of 20000 cycles [Pa]", long, one, absolute=2e-3 * scale)
+    case.report("... explicit, ramp of 1000 cycles [Pa]", short[-1], one[-1])
+    case.check("... error with a ramp 20 times as long, over that", abs(long - one).max() / abs(short - one).max() < 0.1, True)
+
+
+CONCRETE = {"density": 2400, "young": 20e9, "poisson": 0.2}
+
+
+def reduction(case):
+    """The same bracket; what has no equilibrium is judged by the explicit loop."""
+    stages = [{"rough": {"loads": ["weight"]}},
+              {"less": {"loads": ["weight"], "type": "strength_reduction", "step": 6, "limit": 5, "bracket": 0.1}}]
+    scene = changed(load("incline").SCENE, ("stages", stages), ("relaxation.tolerance", 1e-7),
+                    ("materials", {"block": CONCRETE, "base": CONCRETE}))
+    mesh = block_on_plane(rigid=False)
+    both = case.run_all([(mesh, scene), (mesh, changed(scene, NEWTON))])
+    stable, failing = ([r.stage_summary("less")["strength_reduction"][end] for r in both] for end in ("stable", "failing"))
+    case.check("block on an incline of 30 degrees: bracket, preconditioned and explicit [degree]", [stable[1], failing[1]],
+               [stable[0], failing[0]], absolute=1e-9)
+    case.check("... holds 30 degrees", failing[1] <= 30 <= stable[1], True)
+
+
+def guards(case):
+    """A body that nothing holds has no factor to go by: the explicit loop takes over and finds the equilibrium."""
+    patch = load("patch")
+    pull = {side: {"type": "traction", "faces": side, "value": [x * 400.0, 0]} for side, x in (("left", -1), ("right", 1))}
+    scene = changed(patch.SCENE, NEWTON, ("supports", {}), ("relaxation.allow_floating", True), ("loads", pull),
+                    ("stages", [{"pull": {"loads": ["left", "right"]}}]))
+    result = case.run(patch_test(), scene)
+    case.check("a floating patch: method", result.stage_summary("pull")["method"], "preconditioned, then explicit")
+    case.check("... stress [Pa]", result.stage("pull").stress[:, 0], 400.0, relative=1e-6)
