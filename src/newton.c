@@ -228,6 +228,25 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The elastic answer du to r tells the explicit loop, should it have to judge, the period of the slowest motion:
+   omega^2 = du.K0 du / du.m du = du.r / du.m du, alpha = 2 omega (38). */
+static PetscErrorCode remember_period(const Problem *p)
+{
+  const PetscReal *r, *du;
+  PetscReal sum[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(p->newton->r, &r));
+  PetscCall(VecGetArrayRead(p->newton->du, &du));
+  for (PetscInt d = 0; d < p->m->n_dof; d++)
+    sum[0] += du[d] * r[d], sum[1] += p->state->m[d] * du[d] * du[d];
+  PetscCall(VecRestoreArrayRead(p->newton->du, &du));
+  PetscCall(VecRestoreArrayRead(p->newton->r, &r));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, p->m->comm));
+  if (sum[0] > 0. && sum[1] > 0.)
+    p->relax->settled_alpha = 2. * PetscSqrtReal((1. + 2. * p->state->beta) * sum[0] / sum[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Largest part of du that moves nothing farther than the bound; 0: du is no number. */
 static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *part)
 {
@@ -284,6 +303,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found)
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
     if (i) StiffnessJoints(p->stage->joints, p->contacts, n->slip, n->broken, &n->stiffness);
     PetscCall(solve(p, tolerance));
+    if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
     PetscCall(VecGetArrayRead(n->du, &du));
     before = norm;
     PetscCall(line_search(p, du, &norm));
