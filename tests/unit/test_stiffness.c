@@ -1,0 +1,191 @@
+/* Stiffness: the assembled tangent is the change of the forces of blocks and joints, elastic, slipping and
+   open, with rigid bodies, for every stress model; elastic it is symmetric and no rigid motion costs
+   anything. ranks: 1 2 4 */
+#include "scene_fixture.h"
+#include "stiffness.h"
+
+static Sketch sketch;
+
+/* Ground, a deformable wall of 4 by 3 blocks on it, a rigid block on top, deformable triangles on that. */
+static PetscErrorCode OpenTower(const char *strain, const char *model, const char *law, PetscBool held,
+                                Fixture *f)
+{
+  PetscFunctionBeginUser;
+  memset(&sketch, 0, sizeof sketch);
+  const int ground = SketchGroup(&sketch, "ground", 1), stone = SketchGroup(&sketch, "stone", 0),
+            hard = SketchGroup(&sketch, "hard", 1);
+  const double wall[8] = {0, 0, 4, 0, 4.1, 2, 0.1, 2.2}, top[8] = {0.1, 3.2, 4.1, 3, 4, 5, 0, 5};
+  SketchBox(&sketch, ground, -1, -1, 6, 1);
+  SketchGrid(&sketch, stone, wall, 4, 3, QUADS);
+  const double cap[8] = {0.1, 2.2, 4.1, 2, 4.1, 3, 0.1, 3.2};
+  SketchGrid(&sketch, hard, cap, 1, 1, QUADS);
+  SketchGrid(&sketch, stone, top, 3, 2, TRIANGLES);
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, f,
+                        "strain: %s\nmaterials: {ground: {density: 0}, hard: {density: 2000},\n"
+                        "  stone: {density: 2400, young: 2e9, poisson: 0.2}}\n"
+                        "relaxation: {allow_floating: true}\n"
+                        "joints: {default: {law: %s, stress_model: %s, k_n: 3e9, k_s: 1e9, friction: 25}}\n%s"
+                        "loads: {weight: {type: self_weight}}\nstages: [all: {loads: [weight]}]\n",
+                        strain, law, model, held ? "supports: {ground: {fix: xy}}\n" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A number in -1..1 that belongs to dof i of a vertex or body, the same on any number of ranks. */
+static double Wobble(PetscInt gid, int i, double seed)
+{
+  return sin(12.9898 * (double)gid + 78.233 * i + seed);
+}
+
+/* value = amount * wobble on free dofs; bodies turn a tenth of it. */
+static void Shake(const Model *m, double seed, double amount, PetscReal *value)
+{
+  for (PetscInt b = 0; b < m->n_bodies; b++)
+    for (int i = 0; i < 3; i++)
+      value[3 * b + i] = amount * (i == 2 ? 0.1 : 1) * Wobble(1000 + m->body_gid[b], i, seed);
+  for (PetscInt v = 0; v < m->n_deformable; v++)
+    for (int i = 0; i < 2; i++)
+      value[3 * m->n_bodies + 2 * v + i] = amount * Wobble(m->vertex_gid[v], i, seed);
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (m->fixed[d]) value[d] = 0;
+}
+
+/* Resisting forces at u + part w, from a history without slip. */
+static PetscErrorCode ForcesAt(Fixture *f, const PetscReal *u, double part, const PetscReal *w,
+                               PetscReal *force)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(f->contacts->slip, 2 * f->contacts->n_padded));
+  for (PetscInt d = 0; d < f->model->n_dof; d++) f->state->u[d] = u[d] + part * w[d];
+  RigidMotion(f->model, f->state->u);
+  PetscCall(Forces(f->model, f->scene->stages[0].joints, f->contacts, f->state, NULL));
+  for (PetscInt d = 0; d < f->model->n_dof; d++) force[d] = f->model->fixed[d] ? 0 : f->state->f[d];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest difference between K w and the change of the forces along w, over the largest of K w. */
+static PetscErrorCode TangentError(Fixture *f, const PetscReal *u, const PetscReal *w, PetscReal *error)
+{
+  const PetscInt n = f->model->n_dof;
+  const double h = 1e-5;
+  PetscReal *less, *more, *at, *zero, largest[2] = {0, 0};
+  const PetscReal *kw;
+  Stiffness s;
+  Vec x, y;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc4(n, &less, n, &more, n, &at, 2 * f->contacts->n_padded, &zero));
+  PetscCall(ForcesAt(f, u, -h, w, less));
+  PetscCall(ForcesAt(f, u, h, w, more));
+  PetscCall(ForcesAt(f, u, 0., w, at));
+  PetscCall(StiffnessCreate(f->model, f->state, f->contacts, &s));
+  PetscCall(StiffnessBodies(f->model, f->state->u, &s));
+  StiffnessJoints(f->scene->stages[0].joints, f->contacts, zero, zero, &s);
+  PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
+  PetscCall(MatCreateVecs(s.tangent, &x, &y));
+  PetscReal *x_of;
+  PetscCall(VecGetArray(x, &x_of));
+  PetscCall(PetscArraycpy(x_of, w, n));
+  PetscCall(VecRestoreArray(x, &x_of));
+  PetscCall(MatMult(s.tangent, x, y));
+  PetscCall(VecGetArrayRead(y, &kw));
+  for (PetscInt d = 0; d < n; d++) {
+    if (f->model->fixed[d]) continue;
+    largest[0] = PetscMax(largest[0], fabs(kw[d] - (more[d] - less[d]) / (2 * h)));
+    largest[1] = PetscMax(largest[1], fabs(kw[d]));
+  }
+  PetscCall(VecRestoreArrayRead(y, &kw));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
+  *error = largest[0] / largest[1];
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscCall(StiffnessDestroy(&s));
+  PetscCall(PetscFree4(less, more, at, zero));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Contacts whose ends are elastic, slipping and open, over all ranks. */
+static PetscErrorCode CountStates(const Fixture *f, PetscInt count[3])
+{
+  PetscFunctionBeginUser;
+  count[0] = count[1] = count[2] = 0;
+  for (PetscInt i = 0; i < f->contacts->n_padded; i++)
+    for (int k = 0; k < 2 && f->contacts->key[2 * i] >= 0; k++) {
+      const PetscInt state = f->contacts->state[SUB(i, k)];
+      count[state & CONTACT_OPEN ? 2 : state & CONTACT_SLIPPING ? 1 : 0]++;
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 3, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TangentIsTheChangeOfTheForces(void)
+{
+  PetscFunctionBeginUser;
+  for (int model = 0; model < STRESS_MODELS; model++)
+    for (int large = 0; large < 2; large++) {
+      Fixture f;
+      PetscReal *u, *w, error = 1;
+      PetscInt count[3];
+      PetscCall(OpenTower(large ? "large" : "small", StressModels[model], "mohr_coulomb", PETSC_TRUE, &f));
+      PetscCall(PetscCalloc2(f.model->n_dof, &u, f.model->n_dof, &w));
+      Shake(f.model, 0.7, 1e-5, u);
+      Shake(f.model, 2.1, 1e-5, w);
+      PetscCall(TangentError(&f, u, w, &error));
+      PetscCall(CountStates(&f, count));
+      ENSURE(count[0] > 0 && count[1] > 0 && count[2] > 0);
+      ENSURE(error < (large ? 1e-4 : 1e-5)); // large: normals that turn are left out, u_n/L
+      PetscCall(PetscFree2(u, w));
+      PetscCall(FixtureClose(&f));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The elastic stiffness of a floating tower. */
+static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
+{
+  const double motion[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}; // x, y, rotation about the origin
+  Fixture f;
+  Stiffness s;
+  PetscBool symmetric;
+  PetscReal size, largest;
+  Vec x, y;
+
+  PetscFunctionBeginUser;
+  PetscCall(OpenTower("large", "t3pt", "elastic", PETSC_FALSE, &f));
+  const Model *m = f.model;
+  PetscCall(StiffnessCreate(m, f.state, f.contacts, &s));
+  PetscCall(StiffnessBodies(m, f.state->u, &s));
+  StiffnessJointsElastic(f.scene->stages[0].joints, f.contacts, &s);
+  PetscCall(StiffnessTangent(m, f.contacts, f.state->u, &s));
+  PetscCall(MatNorm(s.tangent, NORM_INFINITY, &size));
+  PetscCall(MatIsSymmetric(s.tangent, 1e-9 * size, &symmetric));
+  ENSURE(symmetric);
+  PetscCall(MatCreateVecs(s.tangent, &x, &y));
+  for (int k = 0; k < 3; k++) {
+    PetscReal *u;
+    PetscCall(VecGetArrayWrite(x, &u));
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscInt at = d - 3 * m->n_bodies, i = at < 0 ? d % 3 : at % 2;
+      const PetscReal *X = at < 0 ? m->body_X + 2 * (d / 3) : m->X + 2 * (at / 2);
+      u[d] = i == 2 ? motion[k][2] : motion[k][i] + motion[k][2] * (i ? X[0] : -X[1]);
+    }
+    PetscCall(VecRestoreArrayWrite(x, &u));
+    PetscCall(MatMult(s.tangent, x, y));
+    PetscCall(VecNorm(y, NORM_INFINITY, &largest));
+    ENSURE(largest < 1e-8 * size);
+  }
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscCall(StiffnessDestroy(&s));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  RUN_TEST(TangentIsTheChangeOfTheForces);
+  RUN_TEST(ElasticIsSymmetricAndFreeOfRigidMotions);
+  int failed = CheckSummary();
+  PetscCall(PetscFinalize());
+  return failed;
+}
