@@ -304,6 +304,14 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Dead loads keep their direction: their moments about the centres of rigid bodies turn with these. */
+static void turn_loads(const Model *m, State *s)
+{
+  if (!s->loads_turn) return;
+  (void)LoadsTurn(m, s->u, s->f_target);
+  LoadsApply(m, s, 1.);
+}
+
 /* On to the next time, by the forces just evaluated. */
 static PetscErrorCode advance(const Scene *scene, const Model *m, State *s, const Motion *motions,
                               EnergyAccount *energy)
@@ -312,6 +320,7 @@ static PetscErrorCode advance(const Scene *scene, const Model *m, State *s, cons
   QuotientSums sums;
   PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_INTEGRATION));
+  turn_loads(m, s);
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
   EnergyAfterStep(m, s, energy);
@@ -430,6 +439,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(run(scene, m, stage, number, contacts, s, motions, &energy, output, result));
   contacts->rate = -1.;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  turn_loads(m, s);
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - wall;
   if (result->verdict == VERDICT_NONE) PetscCall(completed(stage, &energy, result));

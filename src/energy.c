@@ -16,6 +16,7 @@ PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
   PetscCall(PetscMemzero(e, sizeof(*e)));
   PetscCall(PetscMalloc1(m->n_dof, &e->v_before));
   PetscCall(PetscMalloc1(m->n_dof, &e->f_before));
+  PetscCall(PetscCalloc1(m->n_dof, &e->f_ext_before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -24,6 +25,7 @@ PetscErrorCode EnergyDestroy(EnergyAccount *e)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(e->v_before));
   PetscCall(PetscFree(e->f_before));
+  PetscCall(PetscFree(e->f_ext_before));
   PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -109,7 +111,8 @@ void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal du = s->v[d] * s->dt;
     e->v_before[d] = s->v[d];
-    e->outside += s->f_ext[d] * du;
+    e->outside += 0.5 * (s->f_ext[d] + e->f_ext_before[d]) * du;
+    e->f_ext_before[d] = s->f_ext[d];
     if (m->fixed[d]) e->supports += 0.5 * ((s->f[d] - s->f_ext[d]) + (s->f_old[d] - s->f_ext[d])) * du;
   }
 }

@@ -204,6 +204,10 @@ PetscErrorCode SupportsApply(const Scene *scene, Model *model);
 /* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
  * face). */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
+/* Forces and present moments on rigid bodies, into the first 3 n_bodies entries of f, from the loads at their
+   vertices behind them; no moment where the resultant stands at the mass centre however a body turns. Whether
+   a body that may turn has a moment now or when turned. Local. */
+PetscBool LoadsTurn(const Model *model, const PetscReal *u, PetscReal *f);
 /* f_ext = (1 - ramp) f_start + ramp f_target. */
 void LoadsApply(const Model *model, State *state, PetscReal ramp);
 
@@ -381,6 +385,7 @@ PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints,
 typedef struct {
   PetscReal *v_before;              /* (n_dof,) velocity before the step */
   PetscReal *f_before;              /* (n_dof,) resisting force with the contacts before a verification */
+  PetscReal *f_ext_before;          /* (n_dof,) loads of the step before */
   PetscReal *F_n, *F_s, *d_n, *d_s; /* (contacts as in Contacts) of the cycle before */
   PetscReal *work;                  /* (n_contacts,) [J] of each contact since it is there */
   PetscInt n_contacts;

@@ -1,6 +1,8 @@
 /* loads.c: supports, and applied forces: self-weight, water of a reservoir, tractions, point forces. */
 #include "internal.h"
 
+static const PetscReal CENTRED = 1e-12; /* moment over force times arm: the loads stand at the mass centre */
+
 /* ---- supports */
 
 typedef struct {
@@ -96,10 +98,10 @@ PetscErrorCode SupportsApply(const Scene *scene, Model *m)
 
 /* ---- loads: forces at vertices; f: dof array, f_vertex: its vertex part */
 
-/* Weight of the groups the load names: the lumped masses (27) times g downwards; rigid bodies at their mass
- * centre. */
-static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex,
-                                  PetscReal *f_body)
+/* Weight of the groups the load names: the lumped masses (27) times g downwards. A rigid block is one or two
+   triangles, each with a third of its weight at each vertex: the resultant stays at the block's centroid
+   however the body turns. */
+static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex)
 {
   Model chosen = *m; // the same model where the other groups weigh nothing
   const Elements *list[2] = {&m->rigid_q4, &m->rigid_t3};
@@ -112,20 +114,18 @@ static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Mo
                             ? 0.
                             : m->density[g];
   PetscCall(ElementMasses(&chosen, mass));
-  for (PetscInt v = 0; v < m->n_owned; v++) f_vertex[2 * v + 1] -= scene->gravity * mass[v];
   for (int l = 0; l < 2; l++)
-    for (PetscInt e = 0, n_nodes = l ? 3 : 4; e < list[l]->n; e++) {
-      PetscInt vertex[4];
-      PetscReal area, centroid[2], polar;
-      for (PetscInt k = 0; k < n_nodes; k++)
-        vertex[k] = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
-      if (vertex[0] >= m->n_owned) continue;
-      BlockGeometry(m->X, vertex, (int)n_nodes, &area, centroid, &polar);
-      const PetscInt body = RigidOfVertex(m, vertex[0]);
-      const PetscReal weight = scene->gravity * chosen.density[list[l]->group[e]] * m->thickness * area;
-      f_body[3 * body + 1] -= weight;
-      f_body[3 * body + 2] -= weight * (centroid[0] - m->body_X[2 * body]);
-    }
+    for (PetscInt e = 0, n_nodes = l ? 3 : 4; e < list[l]->n; e++)
+      for (PetscInt triangle = 0; triangle < n_nodes - 2; triangle++) {
+        PetscInt vertex[3];
+        PetscReal area, centroid[2], polar;
+        for (PetscInt k = 0; k < 3; k++)
+          vertex[k] = list[l]->vertex[((e / BATCH) * n_nodes + (k ? k + triangle : 0)) * BATCH + e % BATCH];
+        BlockGeometry(m->X, vertex, 3, &area, centroid, &polar);
+        for (int k = 0; k < 3; k++)
+          mass[vertex[k]] += chosen.density[list[l]->group[e]] * m->thickness * area / 3.;
+      }
+  for (PetscInt v = 0; v < m->n_owned; v++) f_vertex[2 * v + 1] -= scene->gravity * mass[v];
   PetscCall(PetscFree(mass));
   PetscCall(PetscFree(chosen.density));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,17 +176,37 @@ static void face_load(const Scene *scene, const Load *load, const Model *m, cons
   }
 }
 
+PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
+{
+  const PetscReal *f_vertex = f + 3 * m->n_bodies;
+  PetscBool any = PETSC_FALSE;
+  RigidForces(m, u, f);
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    PetscReal across = 0., along = 0., size = 0.; // sums of r x F and r . F in the reference position
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      const PetscReal rx = m->X[2 * v] - m->body_X[2 * b], ry = m->X[2 * v + 1] - m->body_X[2 * b + 1];
+      across += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
+      along += rx * f_vertex[2 * v] + ry * f_vertex[2 * v + 1];
+      size += PetscHypotReal(rx, ry) * PetscHypotReal(f_vertex[2 * v], f_vertex[2 * v + 1]);
+    }
+    if (PetscAbsReal(across) + PetscAbsReal(along) <= CENTRED * size)
+      f[3 * b + 2] = 0.;
+    else if (!m->fixed[3 * b + 2])
+      any = PETSC_TRUE;
+  }
+  return any;
+}
+
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   const PetscInt at = 3 * m->n_bodies;
-  PetscReal *f = state->f_target, *f_vertex = f + at, *f_body;
+  PetscReal *f = state->f_target, *f_vertex = f + at;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
-  PetscCall(PetscCalloc1(at, &f_body));
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = scene->loads + stage->loads[l];
     if (load->kind == LOAD_SELF_WEIGHT) {
-      PetscCall(self_weight(scene, load, m, f_vertex, f_body));
+      PetscCall(self_weight(scene, load, m, f_vertex));
     } else if (load->kind == LOAD_POINT_FORCE) {
       const PetscInt v = m->point_vertex[find_name(m->n_points, m->point_names, load->target)];
       for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
@@ -197,9 +217,7 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
       face_load(scene, load, m, state->u + at, f_vertex);
     }
   }
-  RigidForces(m, state->u, f);
-  for (PetscInt d = 0; d < at; d++) f[d] += f_body[d];
-  PetscCall(PetscFree(f_body));
+  state->loads_turn = LoadsTurn(m, state->u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -394,11 +394,12 @@ typedef struct {
   PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
   PetscReal beta;    /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
   PetscInt64 cycle;  /* cycles since the start of the run */
-  PetscReal *f_start,
-      *f_target;         /* [N, N m] applied force at the start of the stage and that it ramps to; loads.c */
-  PetscReal time;        /* [s] of dynamic stages */
-  PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; contact_verify.c */
-  PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
+                                    loads.c. f_target has those at vertices of rigid bodies behind its dofs */
+  PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; loads.c */
+  PetscReal time;                /* [s] of dynamic stages */
+  PetscReal *u_verified;         /* (n_dof,) u when contacts were last verified; contact_verify.c */
+  PetscReal ramp;                /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
   struct _p_Uplift *uplift; /* (n_loads,) joint line, faces and open length of each uplift load; uplift.c */
 } State;
 
