@@ -107,7 +107,8 @@ PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxat
   const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max &&
                                      total.den_max <= GROWTH * r->sums.den_max);
   if (fits && num > 0. && den > 0.) r->q_ray = num / (den * state->dt); // (37)
-  const PetscReal q = r->q_secant > 0. ? PetscMin(r->q_ray, r->q_secant) : r->q_ray;
+  const PetscReal q = r->q_secant > 0. && scene->damping == DAMPING_ADAPTIVE ? PetscMin(r->q_ray, r->q_secant)
+                                                                             : r->q_ray;
   state->alpha = PetscMin(2. * PetscSqrtReal(q), ALPHA_DT_MAX / state->dt); // (38)
   r->sums = total;
   PetscFunctionReturn(PETSC_SUCCESS);

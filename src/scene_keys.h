@@ -21,7 +21,7 @@ static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL}
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 static const char *const Methods[] = {"explicit", "preconditioned", "MethodKind", "METHOD_", NULL};
-static const char *const Dampings[] = {"adaptive", "fixed", "none", "DampingKind", "DAMPING_", NULL};
+static const char *const Dampings[] = {"adaptive", "paper", "fixed", "none", "DampingKind", "DAMPING_", NULL};
 
 static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
                                          "STAGE_", NULL};
@@ -70,7 +70,7 @@ static const Key Keys[] = {
       .choices = Methods),
   KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
       "preconditioned: steps in which the loads of a stage with a ramp are applied"),
-  KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "", "how alpha is chosen",
+  KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "", "how alpha is chosen; paper: (35)-(38) alone",
       .choices = Dampings),
   KEY(RELAXATION, "alpha_dt", REAL, Scene, alpha_dt, "0.1", ">= 0, < 2", "-",
       "alpha times the time step, for damping: fixed"),

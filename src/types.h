@@ -50,7 +50,7 @@ typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
 typedef enum { HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
 typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED } MethodKind;
-typedef enum { DAMPING_ADAPTIVE, DAMPING_FIXED, DAMPING_NONE } DampingKind;
+typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_NONE } DampingKind;
 typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
