@@ -50,11 +50,11 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
    their owner's coordinates. */
 PetscErrorCode ModelIsValid(const Model *m, PetscBool *valid)
 {
-  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
+  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   PetscInt count[4] = {m->n_owned, 0, m->n_bodies, 0};
   PetscReal *X;
   PetscFunctionBeginUser;
-  for (int l = 0; l < 4; l++)
+  for (int l = 0; l < 6; l++)
     for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
       count[1] += list[l]->owned[e];
       count[3] += e && list[l]->gid[e] <= list[l]->gid[e - 1];

@@ -88,27 +88,30 @@ static PetscErrorCode plex_labels(DM dm, const BlockMesh *mesh, const PetscInt *
 }
 
 /* What each point of the whole mesh is (rank 0). */
-static PetscErrorCode fill_records(const BlockMesh *mesh, const PetscInt *rigid, PetscInt n_edges,
+static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bodies, PetscInt n_edges,
                                    const PetscInt *block_edges, PointRecord *r)
 {
   const PetscInt nb = mesh->n_blocks, nv = mesh->n_vertices;
   PetscInt *uses;
   PetscFunctionBeginUser;
   for (PetscInt v = 0; v < nv; v++)
-    r[nb + v] = (PointRecord){.gid = v, .file = mesh->vertex_file[v], .rigid = -1};
+    r[nb + v] = (PointRecord){
+        .gid = v, .file = mesh->vertex_file[v], .rigid = -1, .condensed = -1, .inner = bodies->inner[v]};
   PetscCall(PetscCalloc1(n_edges, &uses));
-  for (PetscInt e = 0; e < n_edges; e++) r[nb + nv + e] = (PointRecord){.gid = -1, .file = -1, .rigid = -1};
+  for (PetscInt e = 0; e < n_edges; e++) r[nb + nv + e] = (PointRecord){.gid = -1, .file = -1};
   for (PetscInt b = 0; b < nb; b++) {
     r[b] = (PointRecord){.gid = b,
                          .file = mesh->block_file[b],
                          .group = mesh->block_group[b],
                          .body = mesh->body[b],
-                         .rigid = rigid[b]};
+                         .rigid = bodies->rigid[b],
+                         .condensed = bodies->condensed[b]};
     for (PetscInt k = 0; k < 4 && mesh->blocks[4 * b + k] >= 0; k++) {
       PointRecord *vertex = r + nb + mesh->blocks[4 * b + k];
       const PetscInt e = block_edges[4 * b + k], edge = e >= 0 ? e : -(e + 1);
       vertex->body = mesh->body[b];
-      if (rigid[b] >= 0) vertex->rigid = rigid[b];
+      if (bodies->rigid[b] >= 0) vertex->rigid = bodies->rigid[b];
+      if (bodies->condensed[b] >= 0) vertex->condensed = bodies->condensed[b];
       uses[edge]++;
       // an outer face is known by its block and its place in it; an inner one has no number
       r[nb + nv + edge].gid = uses[edge] == 1 ? 4 * b + k : -1;
@@ -152,8 +155,8 @@ static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
-                              DM *plex, PointRecord **records)
+PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
+                              PetscReal margin, DM *plex, PointRecord **records)
 {
   PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, *part, p_end;
   PointRecord *old;
@@ -172,10 +175,10 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscI
   PetscCall(plex_coordinates(dm, mesh));
   PetscCall(plex_labels(dm, mesh, block_edges));
   PetscCall(PetscMalloc1(mesh->n_blocks + mesh->n_vertices + n_edges, &old));
-  if (rank == 0) PetscCall(fill_records(mesh, rigid, n_edges, block_edges, old));
+  if (rank == 0) PetscCall(fill_records(mesh, bodies, n_edges, block_edges, old));
   PetscCall(PetscMalloc1(mesh->n_blocks, &part));
   PetscCall(PartBegin(PART_PARTITION));
-  if (rank == 0) PetscCall(PartitionBlocks(mesh, rigid, margin, size, part));
+  if (rank == 0) PetscCall(PartitionBlocks(mesh, bodies, margin, size, part));
   PetscCall(PartEnd(PART_PARTITION));
 
   // vertex adjacency, one layer: every element that touches an owned vertex

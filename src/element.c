@@ -90,10 +90,11 @@ CLONES static void ForcesLarge(const Model *model, const PetscReal *u, PetscReal
   ForceLoop(model, &model->t3, 3, 1, u, f);
 }
 
-CLONES static void ForcesSmall(const Model *model, const PetscReal *u, PetscReal *f)
+CLONES static void ForcesSmall(const Model *model, const Elements *q4, const Elements *t3, const PetscReal *u,
+                               PetscReal *f)
 {
-  ForceLoop(model, &model->q4, 4, 0, u, f);
-  ForceLoop(model, &model->t3, 3, 0, u, f);
+  ForceLoop(model, q4, 4, 0, u, f);
+  ForceLoop(model, t3, 3, 0, u, f);
 }
 
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
@@ -102,30 +103,37 @@ PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *
   if (model->strain == STRAIN_LARGE)
     ForcesLarge(model, u, f);
   else
-    ForcesSmall(model, u, f);
+    ForcesSmall(model, &model->q4, &model->t3, u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f)
+{
+  ForcesSmall(model, &model->condensed_q4, &model->condensed_t3, u, f);
 }
 
 /* ------------------------------------------------------------------------- row sums (28) and masses (27) */
 
-/* Row sums of |K| of LANES elements. Column (j, direction) of the reference stiffness is the small-strain
-   force of a unit displacement there, so K is by construction the tangent of the force kernel. */
-static void RowSums(const LanesVector *X, const LanesMaterial *material, int n_nodes, PetscReal thickness,
-                    PetscReal sum[4][2][LANES])
+/* Column (j, direction) of the reference stiffness is the small-strain force of a unit displacement there, so
+   K is by construction the tangent of the force kernel. */
+void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, PetscReal K[][64])
 {
+  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+  const LanesMaterial material = LoadMaterial(model, e->group + first);
+  LanesVector X[4];
+  Gather(n_nodes, model->X, vertex, X);
   for (int column = 0; column < 2 * n_nodes; column++) {
     LanesVector unit[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[4];
     if (column % 2 == 0)
       unit[column / 2].x += 1.0;
     else
       unit[column / 2].y += 1.0;
-    ElementForce(n_nodes, X, unit, material, thickness, 0, F);
-    for (int i = 0; i < n_nodes; i++) {
+    ElementForce(n_nodes, X, unit, &material, model->thickness, 0, F);
+    for (int i = 0; i < n_nodes; i++)
       for (int lane = 0; lane < LANES; lane++) {
-        sum[i][0][lane] += PetscAbsReal(F[i].x[lane]);
-        sum[i][1][lane] += PetscAbsReal(F[i].y[lane]);
+        K[lane][(2 * i) * 2 * n_nodes + column] = F[i].x[lane];
+        K[lane][(2 * i + 1) * 2 * n_nodes + column] = F[i].y[lane];
       }
-    }
   }
 }
 
@@ -171,15 +179,16 @@ PetscErrorCode ElementTangents(const Model *model, const Elements *e, int n_node
 static void StiffnessLoop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
-    PetscReal sum[4][2][LANES] = {{{0}}};
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
-    const LanesMaterial material = LoadMaterial(model, e->group + first);
-    LanesVector X[4];
-    Gather(n_nodes, model->X, vertex, X);
-    RowSums(X, &material, n_nodes, model->thickness, sum);
+    const int n = 2 * n_nodes;
+    PetscReal K[LANES][64];
+    ElementMatrices(model, e, n_nodes, first, K);
     for (int lane = 0; lane < LANES; lane++)
-      for (int i = 0; i < n_nodes; i++)
-        k[vertex[i * BATCH + lane]] += PetscMax(sum[i][0][lane], sum[i][1][lane]);
+      for (int i = 0; i < n_nodes; i++) {
+        PetscReal row[2] = {0., 0.};
+        for (int j = 0; j < 2 * n; j++) row[j / n] += PetscAbsReal(K[lane][2 * i * n + j]);
+        k[vertex[i * BATCH + lane]] += PetscMax(row[0], row[1]);
+      }
   }
 }
 
@@ -211,6 +220,8 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
   PetscFunctionBeginUser;
   MassLoop(model, &model->q4, 4, m);
   MassLoop(model, &model->t3, 3, m);
+  MassLoop(model, &model->condensed_q4, 4, m);
+  MassLoop(model, &model->condensed_t3, 3, m);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -233,7 +244,7 @@ static void GatherModes(const Model *model, const Elements *e, int n_nodes, cons
 static void StressLoop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
                        const PetscReal points[][2], PetscReal *stress)
 {
-  const int large = model->strain == STRAIN_LARGE;
+  const int large = e->strain == STRAIN_LARGE;
   for (PetscInt first = 0; first < e->n; first += LANES) {
     const LanesMaterial material = LoadMaterial(model, e->group + first);
     LanesModes X, U;
@@ -274,7 +285,7 @@ PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_n
 PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                              PetscReal *energy)
 {
-  const int large = model->strain == STRAIN_LARGE, n_points = n_nodes == 4 ? 4 : 1;
+  const int large = e->strain == STRAIN_LARGE, n_points = n_nodes == 4 ? 4 : 1;
   const PetscReal weight = (n_nodes == 4 ? 1.0 : 0.5) * model->thickness;
 
   PetscFunctionBeginUser;

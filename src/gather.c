@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
-                                   void **all)
+                           void **all)
 {
   PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
   MPI_Datatype row;
@@ -31,8 +31,8 @@ PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width,
-                                    PetscReal *rows, PetscInt n_all, PetscReal **all)
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                            PetscInt n_all, PetscReal **all)
 {
   PetscInt n_places, n_rows, *places;
   PetscReal *gathered;
@@ -88,16 +88,17 @@ static PetscErrorCode gather_vertices(const Model *model, MeshFields *mesh)
 
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
 {
-  const Elements *lists[] = {&model->t3, &model->q4, &model->rigid_t3, &model->rigid_q4};
+  const Elements *lists[] = {&model->t3,       &model->q4,           &model->rigid_t3,
+                             &model->rigid_q4, &model->condensed_t3, &model->condensed_q4};
   PetscInt n = 0, n_all, most = 1, (*rows)[BLOCK_ROW], (*all)[BLOCK_ROW];
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
   mesh->n_vertices = model->n_vertices_global;
   mesh->n_blocks = model->n_blocks_global;
   PetscCall(gather_vertices(model, mesh));
-  for (int l = 0; l < 4; l++) most += lists[l]->n;
+  for (int l = 0; l < 6; l++) most += lists[l]->n;
   PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
-  for (int l = 0; l < 4; l++) block_rows(model, lists[l], 3 + l % 2, &n, rows);
+  for (int l = 0; l < 6; l++) block_rows(model, lists[l], 3 + l % 2, &n, rows);
   PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   PetscCall(PetscFree(rows));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,9 +137,9 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
     for (int x = 0; x < 2; x++) {
       const PetscInt dof = first + 2 * i + x;
       rows[VERTEX_WIDTH * i + x] = state->u[dof];
-      if (i >= model->n_deformable) continue;
+      if (i >= model->n_deformable && i < model->n_moving) continue;
       if (model->fixed[dof]) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
-      rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof];
+      rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
   PetscCall(GatherPlaced(model->comm, n, place, VERTEX_WIDTH, rows, model->n_vertices_global, &s->vertex));
@@ -159,7 +160,7 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
       const PetscInt dof = 3 * i + x;
       rows[BODY_WIDTH * i + x] = state->u[dof];
       if (model->fixed[dof]) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
-      rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof];
+      rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
   s->n_bodies = model->n_rigid_global;
@@ -213,17 +214,20 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   const PetscReal *u = state->u + 3 * model->n_bodies;
   PetscInt n = 0, most = 1 + model->t3.n + model->q4.n + model->rigid_t3.n + model->rigid_q4.n, *place,
            *body_of;
+  most += model->condensed_t3.n + model->condensed_q4.n;
   PetscReal *rows;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(most, &place));
   PetscCall(PetscMalloc1(BLOCK_WIDTH * most, &rows));
-  PetscCall(PetscMalloc1(1 + model->n_owned - model->n_deformable, &body_of));
+  PetscCall(PetscMalloc1(1 + model->n_moving - model->n_deformable, &body_of));
   for (PetscInt i = 0; i < model->n_bodies; i++) {
     for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++)
       body_of[v - model->n_deformable] = i;
   }
   PetscCall(element_rows(model, &model->t3, 3, u, &n, place, rows));
   PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->condensed_t3, 3, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->condensed_q4, 4, u, &n, place, rows));
   rigid_rows(model, state, &model->rigid_t3, 3, body_of, &n, place, rows);
   rigid_rows(model, state, &model->rigid_q4, 4, body_of, &n, place, rows);
   PetscCall(PetscFree(body_of));

@@ -53,6 +53,8 @@ PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **ed
 #define EDGE_INDEX(e) ((e) < 0 ? -((e) + 1) : (e)) /* of an entry of block_edges */
 /* faces: (n,2) block, k of the faces that one block only has, ascending; free with PetscFree. */
 PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **faces);
+/* Longest face and diameter of the bounding box [m]; 0 where there is no mesh. */
+void MeshMeasures(const BlockMesh *mesh, PetscReal *longest, PetscReal *diameter);
 
 /* ---- grid.c: knows boxes only */
 /* Box of the face from a to b, grown by margin on all sides. */
@@ -66,16 +68,17 @@ static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal
    sizes. */
 typedef PetscErrorCode (*GridVisitor)(PetscInt i, PetscInt j, PetscBool *stop, void *context);
 PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context);
-/* The same pairs as rows: near[start[i] .. start[i + 1] - 1] are the boxes near box i, ascending; each pair is
-   in both rows. filter: keeps the pairs (i < j) it says true to; NULL: all. Free both with PetscFree. */
+/* The same pairs as rows: near[start[i] .. start[i + 1] - 1] are the boxes near box i, ascending; each pair
+   is in both rows. filter: keeps the pairs (i < j) it says true to; NULL: all. Free both with PetscFree. */
 typedef PetscBool (*GridFilter)(PetscInt i, PetscInt j, const void *context);
 PetscErrorCode GridRows(PetscInt n, const PetscReal *box, GridFilter filter, const void *context,
                         PetscInt **start, PetscInt **near);
 
 /* ---- rigid.c (numbering at set-up) */
-/* Rank 0. rigid: (n_blocks,) number of the rigid body a block belongs to (connected rigid blocks), -1:
- * deformable. */
-PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid);
+/* Rank 0. Bodies of blocks of the chosen groups, (n_groups,), that hang together by vertices. body:
+   (n_blocks,) number of the body of a block, -1: its group is not chosen; free with PetscFree. */
+PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
+                             PetscInt **body);
 
 /* Owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
 PetscErrorCode RigidBodiesCreate(Model *model);
@@ -90,34 +93,40 @@ void RigidMotion(const Model *model, PetscReal *u);
 /* ---- partition.c: rank 0 only */
 PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks);
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
-/* part: (n_blocks,) rank of each block. rigid: see MeshRigidBodies. margin [m]: faces nearer than this are
- * neighbours. */
-PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
+/* Outer faces (n,2) block, k, and their boxes (n,4) grown by `margin` [m]; free both with PetscFree. */
+PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
+                              PetscReal **box);
+/* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. */
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PetscReal margin,
                                PetscMPIInt n_parts, PetscInt *part);
 
 /* ---- distribute.c: what a point of the Plex (block, vertex, face) is */
 typedef struct {
-  PetscInt gid;   /* block, vertex: its number; outer face: 4 * block gid + k; inner face: -1 */
-  PetscInt file;  /* block, vertex: file id */
-  PetscInt group; /* block */
-  PetscInt body;  /* block, vertex: macroblock */
-  PetscInt rigid; /* block, vertex: rigid body, -1: none */
+  PetscInt gid;       /* block, vertex: its number; outer face: 4 * block gid + k; inner face: -1 */
+  PetscInt file;      /* block, vertex: file id */
+  PetscInt group;     /* block */
+  PetscInt body;      /* block, vertex: macroblock */
+  PetscInt rigid;     /* block, vertex: rigid body, -1: none */
+  PetscInt condensed; /* block, vertex: condensed body, -1: none */
+  PetscInt inner;     /* vertex: 1: of a condensed body, and not kept */
 } PointRecord;
 struct _p_DM;
-/* Collective. mesh, rigid on rank 0. plex: distributed with one layer of overlap; records: (points of its
+/* Collective. mesh, bodies on rank 0. plex: distributed with one layer of overlap; records: (points of its
  * chart,). */
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
-                              struct _p_DM **plex, PointRecord **records);
+PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
+                              PetscReal margin, struct _p_DM **plex, PointRecord **records);
 
 /* ---- neighbours.c: what contacts need from other ranks */
 /* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
    state), and the ghosts and exchange that follow. Rewrites model->faces, the contact ghosts and
    model->ghost; grows the state's arrays. */
 PetscErrorCode NeighboursUpdate(Model *model, State *state);
-/* The faces of local blocks, ascending gid; element ghosts must be known. Before the first NeighboursUpdate. */
+/* The faces of local blocks, ascending gid; element ghosts must be known. Before the first NeighboursUpdate.
+ */
 PetscErrorCode FacesCreate(Model *model, PetscInt n, const FaceRecord *face);
 PetscErrorCode FacesDestroy(Model *model);
-/* Local number of the vertex with this gid, owner rank and local index there; -1: neither owned nor a ghost. */
+/* Local number of the vertex with this gid, owner rank and local index there; -1: neither owned nor a ghost.
+ */
 PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
 /* Sorts by gid, drops repetitions, returns how many remain. */
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
@@ -143,6 +152,11 @@ PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 /* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N] (n_vertices +
  * dummies, 2). */
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* The same of condensed ones, small strain. */
+void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f);
+/* Reference stiffness [N/m] of four elements from `first` (a multiple of 4) on: entry (i,j) of element
+   first + l is K[l][i * 2 n_nodes + j], rows x, y of vertex 0, x, y of vertex 1, ... */
+void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, PetscReal K[][64]);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
@@ -166,6 +180,49 @@ void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *an
    (n_nodes,) ccw rows of X (n,2) [m]. */
 void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
                    PetscReal centroid[2], PetscReal *polar);
+
+/* ---- condense.c: condensed bodies. Vertex arrays throughout. */
+/* Entries of u, f_ext, fixed that belong to this rank, those of inner vertices included. */
+static inline PetscInt ModelApplied(const Model *m)
+{
+  return 3 * m->n_bodies + 2 * m->n_owned;
+}
+/* Rank 0. Which bodies are condensed and which of their vertices are inner: bodies->condensed, inner. */
+PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin,
+                             BodyNumbers *bodies);
+/* A condensed body: K of its blocks reduced onto its kept degrees of freedom. */
+typedef struct _p_Condensed {
+  PetscInt number;          /* of all ranks' */
+  PetscInt n_kept, *kept;   /* (n_kept,) entries 2 v + i of a vertex array, ascending */
+  PetscInt n_inner, *inner; /* (n_inner,) likewise, those that no support holds */
+  PetscInt stride;          /* n_kept rounded up to a whole batch */
+  PetscReal *S;             /* [N/m] (stride, stride) Schur complement, symmetric, padded with zeros */
+  PetscReal *u, *f;         /* (stride,) room for a cycle: gathered displacements, forces S u */
+  PetscReal *load, *g;      /* [N] (n_inner,), (n_kept,) loads inside that were last passed on, and as what */
+  struct _p_Mat *factor;    /* of K_II, NULL: no inner ones; rows: inner, then kept */
+  struct _p_Vec *x, *b;     /* of its solves */
+} Condensed;
+/* Collective. Factors the bodies of this rank; supports must be known. Refuses a body that could move alone.
+ */
+PetscErrorCode CondensedCreate(const Scene *scene, Model *model);
+PetscErrorCode CondensedDestroy(Model *model);
+/* Adds S u to f. */
+void CondensedForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* Adds row sums of |S| to k [N/m] (vertices,): larger of the two directions, as ElementStiffness. */
+void CondensedStiffness(const Model *model, PetscReal *k);
+/* f: applied forces at all vertices; those at inner vertices are passed on to the kept ones. */
+PetscErrorCode CondensedLoads(const Model *model, PetscReal *f);
+/* u at inner vertices from u at the kept ones and the loads f at the inner ones (NULL: none). */
+PetscErrorCode CondensedInner(const Model *model, const PetscReal *f, PetscReal *u);
+/* Displacements and resisting forces at inner vertices, and state->passed, from the present state. */
+PetscErrorCode CondensedRecover(const Model *model, State *state);
+/* ---- condense_limits.c */
+/* Collective. Refuses contacts at inner vertices. */
+PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *model, const Contacts *contacts);
+/* Collective. After CondensedRecover: warns about bodies that have turned too far for small strain, and
+   refuses those that have turned much too far, unless the whole scene is in small strain. */
+PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, const Stage *stage,
+                                      const State *state);
 
 /* ---- contact.c */
 /* Collective. Finds all face-to-face contacts that touch an owned vertex, in the reference state

@@ -22,7 +22,7 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
   if (v < 0 || v >= m->n_owned) return;
   for (int i = 0; i < 2; i++) {
     if (!s->fix[i]) continue;
-    if (v < m->n_deformable) {
+    if (v < m->n_deformable || v >= m->n_moving) {
       m->fixed[3 * m->n_bodies + 2 * v + i] = PETSC_TRUE;
       m->support[3 * m->n_bodies + 2 * v + i] = s->row;
     } else {
@@ -37,7 +37,7 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
 
 static void hold_target(const Support *s, Model *m, BodyHold *body)
 {
-  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
+  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const PetscInt set = find_name(m->n_face_sets, m->face_set_names, s->target),
                  point = find_name(m->n_points, m->point_names, s->target);
   if (set >= 0) {
@@ -46,7 +46,7 @@ static void hold_target(const Support *s, Model *m, BodyHold *body)
   } else if (point >= 0) {
     hold_vertex(s, m, m->point_vertex[point], body);
   } else {
-    for (int l = 0; l < 4; l++)
+    for (int l = 0; l < 6; l++)
       for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
         if (strcmp(m->group_names[list[l]->group[e]], s->target)) continue;
         for (PetscInt k = 0; k < n_nodes; k++)
@@ -158,9 +158,10 @@ static void face_load(const Scene *scene, const Load *load, const Model *m, cons
                       PetscReal *f_vertex)
 {
   const PetscInt set = find_name(m->n_face_sets, m->face_set_names, load->target);
-  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
     const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+    const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
+    const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
     PetscReal x[4], f[4];
     for (int k = 0; k < 4; k++)
       x[k] = m->X[2 * v[k / 2] + k % 2] +
@@ -217,6 +218,7 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
       face_load(scene, load, m, state->u + at, f_vertex);
     }
   }
+  PetscCall(CondensedLoads(m, f_vertex));
   state->loads_turn = LoadsTurn(m, state->u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -224,6 +226,6 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
 void LoadsApply(const Model *m, State *state, PetscReal ramp)
 {
   state->ramp = ramp;
-  for (PetscInt d = 0; d < m->n_dof; d++)
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
     state->f_ext[d] = (1. - ramp) * state->f_start[d] + ramp * state->f_target[d];
 }

@@ -109,6 +109,24 @@ PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **ed
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void MeshMeasures(const BlockMesh *mesh, PetscReal *longest, PetscReal *diameter)
+{
+  PetscReal low[2] = {PETSC_INFINITY, PETSC_INFINITY}, high[2] = {PETSC_NINFINITY, PETSC_NINFINITY};
+  *longest = *diameter = 0.;
+  for (PetscInt i = 0; i < 2 * mesh->n_vertices; i++)
+    low[i % 2] = PetscMin(low[i % 2], mesh->X[i]), high[i % 2] = PetscMax(high[i % 2], mesh->X[i]);
+  if (mesh->n_vertices)
+    *diameter = PetscSqrtReal((high[0] - low[0]) * (high[0] - low[0]) +
+                              (high[1] - low[1]) * (high[1] - low[1]));
+  for (PetscInt b = 0; b < mesh->n_blocks; b++)
+    for (int k = 0, nk = mesh->blocks[4 * b + 3] < 0 ? 3 : 4; k < nk; k++) {
+      const PetscReal *p = mesh->X + 2 * mesh->blocks[4 * b + k],
+                      *q = mesh->X + 2 * mesh->blocks[4 * b + (k + 1) % nk];
+      *longest = PetscMax(*longest,
+                          PetscSqrtReal((q[0] - p[0]) * (q[0] - p[0]) + (q[1] - p[1]) * (q[1] - p[1])));
+    }
+}
+
 PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **faces)
 {
   PetscInt n_edges, *edge_vertices, *block_edges, *uses, count = 0;

@@ -54,18 +54,19 @@ static PetscErrorCode read_coordinates(Builder *b)
 }
 
 typedef struct {
-  PetscInt rigid, gid, point;
+  PetscInt inner, body, gid, point; /* inner: condensed body of an inner vertex, -1; body: rigid one, -1 */
 } OwnedVertex;
 
 static int owned_order(const void *a, const void *b)
 {
   const OwnedVertex *f = a, *g = b;
-  return f->rigid != g->rigid ? (f->rigid > g->rigid) - (f->rigid < g->rigid)
-                              : (f->gid > g->gid) - (f->gid < g->gid);
+  if (f->inner != g->inner) return (f->inner > g->inner) - (f->inner < g->inner);
+  if (f->body != g->body) return (f->body > g->body) - (f->body < g->body);
+  return (f->gid > g->gid) - (f->gid < g->gid);
 }
 
-/* Numbers owned vertices: deformable (rigid = -1) by gid, then rigid by body and gid; tells every rank the
-   index at the owner. */
+/* Numbers owned vertices: deformable by gid, then rigid by body and gid, then inner ones of condensed bodies
+   likewise; tells every rank the index at the owner. */
 static PetscErrorCode number_owned(Builder *b, Model *m)
 {
   const PetscInt nv = b->v_end - b->v_start;
@@ -75,12 +76,14 @@ static PetscErrorCode number_owned(Builder *b, Model *m)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(nv, &owned));
   PetscCall(PetscMalloc1(nv, &b->index));
-  m->n_owned = m->n_deformable = 0;
+  m->n_owned = m->n_deformable = m->n_moving = 0;
   for (PetscInt v = b->v_start; v < b->v_end; v++) {
     b->index[v - b->v_start] = -1;
     if (b->owner[v] != m->rank) continue;
-    owned[m->n_owned++] = (OwnedVertex){b->record[v].rigid, b->record[v].gid, v};
-    if (b->record[v].rigid < 0) m->n_deformable++;
+    const PointRecord *r = b->record + v;
+    owned[m->n_owned++] = (OwnedVertex){r->inner ? r->condensed : -1, r->rigid, r->gid, v};
+    m->n_moving += !r->inner;
+    m->n_deformable += !r->inner && r->rigid < 0;
   }
   if (m->n_owned) qsort(owned, m->n_owned, sizeof(OwnedVertex), owned_order);
   for (PetscInt i = 0; i < m->n_owned; i++) b->index[owned[i].point - b->v_start] = i;
@@ -232,18 +235,27 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
+  PetscCall(PetscMalloc1(m->n_owned, &m->vertex_condensed));
   for (PetscInt v = b->v_start; v < b->v_end; v++) {
     if (b->owner[v] != m->rank) continue;
     const PetscInt i = b->index[v - b->v_start];
     PetscCall(PetscArraycpy(m->X + 2 * i, b->x + 2 * (v - b->v_start), 2));
     m->vertex_gid[i] = b->record[v].gid, m->vertex_file[i] = b->record[v].file;
     m->vertex_body[i] = b->record[v].body, m->vertex_rigid[i] = b->record[v].rigid;
+    m->vertex_condensed[i] = b->record[v].condensed;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One list of elements: n_nodes 3 or 4, deformable or rigid. */
-static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_nodes, PetscBool rigid,
+typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED } BlockKind;
+
+static BlockKind block_kind(const PointRecord *r)
+{
+  return r->rigid >= 0 ? KIND_RIGID : r->condensed >= 0 ? KIND_CONDENSED : KIND_DEFORMABLE;
+}
+
+/* One list of elements: n_nodes 3 or 4, of one kind. */
+static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_nodes, BlockKind kind,
                                     Elements *e)
 {
   PetscInt *point, v[4], k_max = 0, n = 0;
@@ -253,12 +265,13 @@ static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_node
   PetscCall(PetscMalloc1(b->c_end - b->c_start, &e->gid));
   for (PetscInt c = b->c_start; c < b->c_end; c++) {
     PetscCall(is_needed(b, c, m->rank, v, &k_max, &needed));
-    if (needed && k_max == n_nodes && (b->record[c].rigid >= 0) == rigid)
+    if (needed && k_max == n_nodes && block_kind(b->record + c) == kind)
       e->gid[n] = b->record[c].gid, point[n++] = c;
   }
   PetscCall(PetscSortIntWithArray(n, e->gid, point));
   e->n = n;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
+  e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
   PetscCall(PetscMalloc3(n, &e->file, n, &e->body, n, &e->owned));
   for (PetscInt i = 0; i < n; i++) {
@@ -316,13 +329,15 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
   m->n_groups = mesh->n_groups;
   m->thickness = scene->thickness;
   m->strain = scene->strain;
-  PetscCall(PetscMalloc6(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups, &m->lambda,
-                         m->n_groups, &m->mu, m->n_groups, &m->density, m->n_groups, &m->group_upgradeable));
+  PetscCall(PetscMalloc7(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups,
+                         &m->group_condensed, m->n_groups, &m->lambda, m->n_groups, &m->mu, m->n_groups,
+                         &m->density, m->n_groups, &m->group_upgradeable));
   for (PetscInt g = 0; g < m->n_groups; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson;
     PetscCall(PetscArraycpy(m->group_names + g, mesh->group_names + g, 1));
     m->group_rigid[g] = mesh->group_rigid[g];
+    m->group_condensed[g] = material->condensed;
     m->density[g] = material->density;
     m->group_upgradeable[g] = material->upgradeable;
     m->mu[g] = E / (2. * (1. + nu));
@@ -335,18 +350,18 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
 /* Marks the dofs of the groups that enter the Rayleigh quotient (all when none is named). */
 static PetscErrorCode damping_groups(const Scene *scene, Model *m)
 {
-  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
+  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof; d++) m->in_quotient[d] = scene->n_damping_groups ? 0. : 1.;
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
-    for (int l = 0; l < 4; l++)
+    for (int l = 0; l < 6; l++)
       for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
         if (strcmp(m->group_names[list[l]->group[e]], scene->damping_groups[g])) continue;
         for (PetscInt k = 0; k < n_nodes; k++) {
           const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
           if (v < m->n_deformable) m->in_quotient[at + 2 * v] = m->in_quotient[at + 2 * v + 1] = 1.;
-          if (v < m->n_deformable || v >= m->n_owned) continue;
+          if (v < m->n_deformable || v >= m->n_moving) continue;
           for (int i = 0; i < 3; i++) m->in_quotient[3 * RigidOfVertex(m, v) + i] = 1.;
         }
       }
@@ -360,10 +375,11 @@ static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
   PetscReal *vertex_mass;
   PetscFunctionBeginUser;
   m->n_dof = at + 2 * m->n_deformable;
-  PetscCall(PetscMalloc5(m->n_dof, &m->mass, m->n_dof, &m->fixed, m->n_dof, &m->support, m->n_dof,
+  const PetscInt n_held = at + 2 * m->n_owned;
+  PetscCall(PetscMalloc5(m->n_dof, &m->mass, n_held, &m->fixed, n_held, &m->support, m->n_dof,
                          &m->in_quotient, m->n_dof, &m->dof_body));
-  PetscCall(PetscArrayzero(m->fixed, m->n_dof));
-  for (PetscInt d = 0; d < m->n_dof; d++) m->support[d] = -1;
+  PetscCall(PetscArrayzero(m->fixed, n_held));
+  for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
   for (PetscInt b = 0; b < m->n_bodies; b++)
@@ -380,50 +396,45 @@ static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers that describe the whole mesh, from rank 0. */
-static PetscErrorCode broadcast_sizes(MPI_Comm comm, const Scene *scene, const BlockMesh *mesh,
-                                      PetscInt n_rigid, Model *m)
+/* Numbers that describe the whole mesh, from rank 0; bodies are numbered there on the way. */
+static PetscErrorCode describe_mesh(MPI_Comm comm, const Scene *scene, const BlockMesh *mesh,
+                                    BodyNumbers *bodies, Model *m)
 {
-  PetscReal measure[2] = {0., 0.}; // longest face, diameter
-  PetscInt n[4] = {mesh->n_vertices, mesh->n_blocks, mesh->n_bodies, n_rigid};
-  PetscReal low[2] = {PETSC_INFINITY, PETSC_INFINITY}, high[2] = {PETSC_NINFINITY, PETSC_NINFINITY};
+  PetscReal longest, measure[2];
   PetscFunctionBeginUser;
   m->comm = comm;
   PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
   PetscCallMPI(MPI_Comm_size(comm, &m->size));
-  PetscCallMPI(MPI_Bcast(n, 4, MPIU_INT, 0, comm));
-  m->n_vertices_global = n[0], m->n_blocks_global = n[1], m->n_bodies_global = n[2], m->n_rigid_global = n[3];
-  for (PetscInt i = 0; i < 2 * mesh->n_vertices; i++)
-    low[i % 2] = PetscMin(low[i % 2], mesh->X[i]), high[i % 2] = PetscMax(high[i % 2], mesh->X[i]);
-  measure[1] = PetscSqrtReal((high[0] - low[0]) * (high[0] - low[0]) +
-                             (high[1] - low[1]) * (high[1] - low[1]));
-  for (PetscInt b = 0; b < mesh->n_blocks; b++)
-    for (int k = 0, nk = mesh->blocks[4 * b + 3] < 0 ? 3 : 4; k < nk; k++) {
-      const PetscReal *p = mesh->X + 2 * mesh->blocks[4 * b + k],
-                      *q = mesh->X + 2 * mesh->blocks[4 * b + (k + 1) % nk];
-      measure[0] = PetscMax(measure[0],
-                            PetscSqrtReal((q[0] - p[0]) * (q[0] - p[0]) + (q[1] - p[1]) * (q[1] - p[1])));
-    }
+  MeshMeasures(mesh, &longest, &measure[0]);
+  measure[1] = scene->contact_tolerance * (scene->contact_relative ? longest : 1.);
   PetscCallMPI(MPI_Bcast(measure, 2, MPIU_REAL, 0, comm));
-  m->diameter = measure[1];
-  m->contact_margin = scene->contact_tolerance * (scene->contact_relative ? measure[0] : 1.);
+  m->diameter = measure[0], m->contact_margin = measure[1];
+  if (!m->rank) {
+    PetscCall(MeshConnected(mesh, mesh->group_rigid, &bodies->n_rigid, &bodies->rigid));
+    PetscCall(MeshCondensed(scene, mesh, m->contact_margin, bodies));
+  }
+  PetscInt n[5] = {mesh->n_vertices, mesh->n_blocks, mesh->n_bodies, bodies->n_rigid, bodies->n_condensed};
+  PetscCallMPI(MPI_Bcast(n, 5, MPIU_INT, 0, comm));
+  m->n_vertices_global = n[0], m->n_blocks_global = n[1], m->n_bodies_global = n[2];
+  m->n_rigid_global = n[3], m->n_condensed_global = n[4];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *m)
 {
   Builder b = {0};
-  PetscInt *rigid = NULL, n_rigid = 0, *face_point;
+  BodyNumbers bodies = {0};
+  PetscInt *face_point;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(m, sizeof(*m)));
-  PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
   PetscCall(PartBegin(PART_DISTRIBUTION));
-  if (m->rank == 0) PetscCall(MeshRigidBodies(mesh, &n_rigid, &rigid));
-  PetscCall(broadcast_sizes(comm, scene, mesh, n_rigid, m));
-  PetscCall(MeshDistribute(comm, mesh, rigid, m->contact_margin, &b.dm, &b.record));
+  PetscCall(describe_mesh(comm, scene, mesh, &bodies, m));
+  PetscCall(MeshDistribute(comm, mesh, &bodies, m->contact_margin, &b.dm, &b.record));
   PetscCall(PartEnd(PART_DISTRIBUTION));
   PetscCall(PartBegin(PART_MODEL));
-  PetscCall(PetscFree(rigid));
+  PetscCall(PetscFree(bodies.rigid));
+  PetscCall(PetscFree(bodies.condensed));
+  PetscCall(PetscFree(bodies.inner));
   PetscCall(find_owners(&b, m->rank));
   PetscCall(read_coordinates(&b));
   PetscCall(number_owned(&b, m));
@@ -431,10 +442,12 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(local_faces(&b, scene, m, &face_point));
   PetscCall(fill_materials(scene, mesh, m));
   PetscCall(fill_vertices(&b, m));
-  PetscCall(fill_elements(&b, m, 4, PETSC_FALSE, &m->q4));
-  PetscCall(fill_elements(&b, m, 3, PETSC_FALSE, &m->t3));
-  PetscCall(fill_elements(&b, m, 4, PETSC_TRUE, &m->rigid_q4));
-  PetscCall(fill_elements(&b, m, 3, PETSC_TRUE, &m->rigid_t3));
+  PetscCall(fill_elements(&b, m, 4, KIND_DEFORMABLE, &m->q4));
+  PetscCall(fill_elements(&b, m, 3, KIND_DEFORMABLE, &m->t3));
+  PetscCall(fill_elements(&b, m, 4, KIND_RIGID, &m->rigid_q4));
+  PetscCall(fill_elements(&b, m, 3, KIND_RIGID, &m->rigid_t3));
+  PetscCall(fill_elements(&b, m, 4, KIND_CONDENSED, &m->condensed_q4));
+  PetscCall(fill_elements(&b, m, 3, KIND_CONDENSED, &m->condensed_t3));
   PetscCall(fill_sets(&b, face_point, mesh, m));
   PetscCall(NeighboursUpdate(m, NULL));
   PetscCall(RigidBodiesCreate(m));
@@ -468,9 +481,13 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(elements_destroy(&m->t3));
   PetscCall(elements_destroy(&m->rigid_q4));
   PetscCall(elements_destroy(&m->rigid_t3));
+  PetscCall(elements_destroy(&m->condensed_q4));
+  PetscCall(elements_destroy(&m->condensed_t3));
+  PetscCall(PetscFree(m->vertex_condensed));
   PetscCall(FacesDestroy(m));
   PetscCall(PetscFree(m->ghosts));
-  PetscCall(PetscFree6(m->group_names, m->group_rigid, m->lambda, m->mu, m->density, m->group_upgradeable));
+  PetscCall(PetscFree7(m->group_names, m->group_rigid, m->group_condensed, m->lambda, m->mu, m->density,
+                       m->group_upgradeable));
   PetscCall(PetscFree2(m->face_set_names, m->point_names));
   PetscCall(PetscFree3(m->face_set_start, m->face_set_faces, m->point_vertex));
   PetscCall(PetscSFDestroy(&m->ghost));

@@ -297,6 +297,8 @@ static PetscErrorCode append_ghosts(Model *m)
   point_padding(m, 3, &m->t3);
   point_padding(m, 4, &m->rigid_q4);
   point_padding(m, 3, &m->rigid_t3);
+  point_padding(m, 4, &m->condensed_q4);
+  point_padding(m, 3, &m->condensed_t3);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -47,18 +47,28 @@ static PetscBool different_bodies(PetscInt f, PetscInt g, const void *context)
   return (PetscBool)(near->mesh->body[near->faces[2 * f]] != near->mesh->body[near->faces[2 * g]]);
 }
 
-/* Pairs of blocks (n_pairs,2) whose outer faces come within `margin` of each other and share no vertex. */
+PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
+                              PetscReal **box)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MeshOuterFaces(mesh, n, faces));
+  PetscCall(PetscMalloc1(4 * *n, box));
+  for (PetscInt f = 0; f < *n; f++) {
+    const PetscInt *block = mesh->blocks + 4 * (*faces)[2 * f], k = (*faces)[2 * f + 1],
+                   nk = block[3] < 0 ? 3 : 4;
+    FaceBox(mesh->X + 2 * block[k], mesh->X + 2 * block[(k + 1) % nk], margin, *box + 4 * f);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within `margin` of each other.
+ */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs)
 {
   PetscInt n_faces, *faces, *start, *near, n = 0;
   PetscReal *box;
   PetscFunctionBeginUser;
-  PetscCall(MeshOuterFaces(mesh, &n_faces, &faces));
-  PetscCall(PetscMalloc1(4 * n_faces, &box));
-  for (PetscInt f = 0; f < n_faces; f++) {
-    const PetscInt *block = mesh->blocks + 4 * faces[2 * f], k = faces[2 * f + 1], nk = block[3] < 0 ? 3 : 4;
-    FaceBox(mesh->X + 2 * block[k], mesh->X + 2 * block[(k + 1) % nk], margin, box + 4 * f);
-  }
+  PetscCall(MeshOuterBoxes(mesh, margin, &n_faces, &faces, &box));
   PetscCall(GridRows(n_faces, box, different_bodies, &(NearContext){mesh, faces}, &start, &near));
   PetscCall(PetscFree(box));
   PetscCall(PetscMalloc1(start[n_faces], pairs));
@@ -75,9 +85,9 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One graph node per rigid body together with every block that touches one of its vertices, so that a body
-   and all that hangs on it stay on one rank; one per other block. node: (n_blocks,). */
-static PetscErrorCode graph_nodes(const BlockMesh *mesh, const PetscInt *rigid, const PetscInt *start,
+/* One graph node per rigid or condensed body together with every block that touches one of its vertices, so
+   that a body and all that hangs on it stay on one rank; one per other block. node: (n_blocks,). */
+static PetscErrorCode graph_nodes(const BlockMesh *mesh, const BodyNumbers *bodies, const PetscInt *start,
                                   const PetscInt *blocks, PetscInt *n_nodes, PetscInt *node)
 {
   PetscInt *parent;
@@ -87,7 +97,7 @@ static PetscErrorCode graph_nodes(const BlockMesh *mesh, const PetscInt *rigid, 
   for (PetscInt v = 0; v < mesh->n_vertices; v++) {
     PetscInt holder = -1;
     for (PetscInt i = start[v]; i < start[v + 1]; i++)
-      if (rigid[blocks[i]] >= 0) holder = blocks[i];
+      if (bodies->rigid[blocks[i]] >= 0 || bodies->condensed[blocks[i]] >= 0) holder = blocks[i];
     if (holder < 0) continue;
     for (PetscInt i = start[v]; i < start[v + 1]; i++)
       parent[root_of(parent, blocks[i])] = root_of(parent, holder);
@@ -168,14 +178,14 @@ static void graph_sweep(Graph *g, const BlockMesh *mesh, const PetscInt *node, c
   g->xadj[g->n] = g->filled;
 }
 
-static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin, Graph *g,
-                                  PetscInt *node)
+static PetscErrorCode graph_build(const BlockMesh *mesh, const BodyNumbers *bodies, PetscReal margin,
+                                  Graph *g, PetscInt *node)
 {
   Csr members, at_vertex = {0}, near;
   PetscInt n_pairs, *pairs;
   PetscFunctionBeginUser;
   PetscCall(MeshVertexBlocks(mesh, &at_vertex.start, &at_vertex.item));
-  PetscCall(graph_nodes(mesh, rigid, at_vertex.start, at_vertex.item, &g->n, node));
+  PetscCall(graph_nodes(mesh, bodies, at_vertex.start, at_vertex.item, &g->n, node));
   PetscCall(MeshNearBlocks(mesh, margin, &n_pairs, &pairs));
   PetscCall(csr_invert(g->n, mesh->n_blocks, node, 1, &members));
   PetscCall(csr_invert(mesh->n_blocks, 2 * n_pairs, pairs, 1, &near));
@@ -184,10 +194,12 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, 
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
   PetscCall(PetscMalloc3(g->filled, &g->adjncy, g->filled, &g->adjwgt, g->n, &g->vwgt));
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
-  // a deformable block costs its vertices; a rigid one next to nothing
+  // a deformable block costs its vertices; a rigid or condensed one next to nothing
   PetscCall(PetscArrayzero(g->vwgt, g->n));
   for (PetscInt b = 0; b < mesh->n_blocks; b++)
-    g->vwgt[node[b]] += rigid[b] >= 0 ? 1 : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
+    g->vwgt[node[b]] += bodies->rigid[b] >= 0 || bodies->condensed[b] >= 0
+                            ? 1
+                            : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
   PetscCall(PetscFree2(g->mark, g->where));
   PetscCall(csr_free(&members));
   PetscCall(csr_free(&near));
@@ -196,7 +208,7 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const PetscInt *rigid, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, PetscReal margin,
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PetscReal margin,
                                PetscMPIInt n_parts, PetscInt *part)
 {
   Graph g = {0};
@@ -208,7 +220,7 @@ PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const PetscInt *rigid, Pet
   if (n_parts == 1 || !mesh->n_blocks)
     PetscFunctionReturn(PETSC_SUCCESS); // METIS divides by zero for one part
   PetscCall(PetscMalloc1(mesh->n_blocks, &node));
-  PetscCall(graph_build(mesh, rigid, margin, &g, node));
+  PetscCall(graph_build(mesh, bodies, margin, &g, node));
   PetscCall(PetscCalloc1(g.n, &node_part));
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;

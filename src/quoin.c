@@ -122,6 +122,8 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(SupportsApply(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
+  PetscCall(CondensedCreate(&q->scene, &q->model));
+  PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));
   PetscCall(StateCreate(&q->model, &q->state));
   PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
@@ -142,6 +144,12 @@ PetscErrorCode QuoinView(Quoin q)
                         " contacts, %" PetscInt_FMT " degrees of freedom on %d rank%s\n",
                         QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global,
                         q->model.n_rigid_global, n[1], n[0], q->model.size, q->model.size == 1 ? "" : "s"));
+  if (q->model.n_condensed_global)
+    PetscCall(PetscPrintf(q->comm,
+                          "condensed, small strain: %" PetscInt_FMT " bodies, %" PetscInt_FMT
+                          " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
+                          q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
+                          q->model.condensed_wall));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -186,6 +194,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
     PetscCall(UpliftDestroy(&(*q)->scene, &(*q)->state));
     PetscCall(StateDestroy(&(*q)->state));
     PetscCall(ContactsDestroy(&(*q)->contacts));
+    PetscCall(CondensedDestroy(&(*q)->model));
     PetscCall(ModelDestroy(&(*q)->model));
   }
   PetscCall(SceneDestroy(&(*q)->scene));

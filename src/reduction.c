@@ -37,8 +37,8 @@ static PetscErrorCode snapshot_create(const Driver *d, Snapshot *s)
 {
   const Model *m = d->m;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc4(3 * m->n_bodies + 2 * m->n_owned, &s->u, m->n_dof, &s->u_verified, m->n_dof,
-                         &s->f_ext, d->scene->n_loads, &s->crack));
+  PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
+                         d->scene->n_loads, &s->crack));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -54,9 +54,9 @@ static PetscErrorCode snapshot_take(Driver *d)
 {
   Snapshot *s = &d->snapshot;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(s->u, d->state->u, 3 * d->m->n_bodies + 2 * d->m->n_owned));
+  PetscCall(PetscArraycpy(s->u, d->state->u, ModelApplied(d->m)));
   PetscCall(PetscArraycpy(s->u_verified, d->state->u_verified, d->m->n_dof));
-  PetscCall(PetscArraycpy(s->f_ext, d->state->f_ext, d->m->n_dof));
+  PetscCall(PetscArraycpy(s->f_ext, d->state->f_ext, ModelApplied(d->m)));
   PetscCall(ContactsDestroy(&s->contacts));
   PetscCall(ContactsCopy(d->contacts, &s->contacts));
   for (PetscInt l = 0; l < d->scene->n_loads; l++) s->crack[l] = d->state->uplift[l].crack;
@@ -85,9 +85,9 @@ static PetscErrorCode snapshot_restore(Driver *d)
   PetscFunctionBeginUser;
   if (d->given->variable) PetscCall(restore_neighbours(d));
   PetscReal *u = d->state->u;
-  PetscCall(PetscArraycpy(u, s->u, 3 * d->m->n_bodies + 2 * d->m->n_owned));
+  PetscCall(PetscArraycpy(u, s->u, ModelApplied(d->m)));
   PetscCall(PetscArrayzero(d->state->v, d->m->n_dof));
-  PetscCall(PetscArraycpy(d->state->f_ext, s->f_ext, d->m->n_dof));
+  PetscCall(PetscArraycpy(d->state->f_ext, s->f_ext, ModelApplied(d->m)));
   PetscCall(ContactsDestroy(d->contacts));
   PetscCall(ContactsCopy(&s->contacts, d->contacts));
   for (PetscInt l = 0; l < d->scene->n_loads; l++) d->state->uplift[l].crack = s->crack[l];

@@ -3,7 +3,8 @@
    drift). */
 #include "internal.h"
 
-PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscInt **rigid)
+PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
+                             PetscInt **body)
 {
   PetscInt *start, *blocks, *stack, *id;
   PetscFunctionBeginUser;
@@ -11,18 +12,18 @@ PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscIn
   PetscCall(PetscMalloc1(mesh->n_blocks, &stack));
   PetscCall(PetscMalloc1(mesh->n_blocks, &id));
   for (PetscInt b = 0; b < mesh->n_blocks; b++) id[b] = -1;
-  *n_rigid = 0;
+  *n_bodies = 0;
   for (PetscInt first = 0; first < mesh->n_blocks; first++) {
     PetscInt depth = 0;
-    if (id[first] >= 0 || !mesh->group_rigid[mesh->block_group[first]]) continue;
+    if (id[first] >= 0 || !chosen[mesh->block_group[first]]) continue;
     stack[depth++] = first;
-    id[first] = (*n_rigid)++;
-    while (depth) { // all rigid blocks that hang together by vertices
+    id[first] = (*n_bodies)++;
+    while (depth) { // all chosen blocks that hang together by vertices
       const PetscInt *ring = mesh->blocks + 4 * stack[--depth];
       for (int k = 0; k < 4 && ring[k] >= 0; k++)
         for (PetscInt i = start[ring[k]]; i < start[ring[k] + 1]; i++) {
           const PetscInt other = blocks[i];
-          if (id[other] >= 0 || !mesh->group_rigid[mesh->block_group[other]]) continue;
+          if (id[other] >= 0 || !chosen[mesh->block_group[other]]) continue;
           id[other] = id[first];
           stack[depth++] = other;
         }
@@ -31,7 +32,7 @@ PetscErrorCode MeshRigidBodies(const BlockMesh *mesh, PetscInt *n_rigid, PetscIn
   PetscCall(PetscFree(start));
   PetscCall(PetscFree(blocks));
   PetscCall(PetscFree(stack));
-  *rigid = id;
+  *body = id;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,18 +118,18 @@ PetscErrorCode RigidBodiesCreate(Model *m)
 {
   PetscFunctionBeginUser;
   m->n_bodies = 0;
-  for (PetscInt v = m->n_deformable; v < m->n_owned; v++)
+  for (PetscInt v = m->n_deformable; v < m->n_moving; v++)
     if (v == m->n_deformable || m->vertex_rigid[v] != m->vertex_rigid[v - 1]) m->n_bodies++;
   PetscCall(PetscMalloc5(m->n_bodies, &m->body_gid, m->n_bodies + 1, &m->body_start, 2 * m->n_bodies,
                          &m->body_X, 2 * m->n_bodies, &m->body_mass, m->n_bodies, &m->body_body));
   PetscInt body = 0;
-  for (PetscInt v = m->n_deformable; v < m->n_owned; v++) {
+  for (PetscInt v = m->n_deformable; v < m->n_moving; v++) {
     if (v > m->n_deformable && m->vertex_rigid[v] == m->vertex_rigid[v - 1]) continue;
     m->body_gid[body] = m->vertex_rigid[v];
     m->body_body[body] = m->vertex_body[v];
     m->body_start[body++] = v;
   }
-  m->body_start[m->n_bodies] = m->n_owned;
+  m->body_start[m->n_bodies] = m->n_moving;
   PetscCall(body_masses(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

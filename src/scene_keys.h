@@ -101,6 +101,8 @@ static const Key Keys[] = {
       "Poisson's ratio"),
   KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
       "bodies of this group are rigid"),
+  KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",
+      "bodies of this group are reduced onto the vertices where they meet others: small strain, static stages"),
   KEY(MATERIALS, "tension", REAL, Material, tension, "= none", ">= 0", "Pa",
       "tensile strength f_t, for the local failure factor (39)"),
   KEY(MATERIALS, "compression", REAL, Material, compression, "= none", "> 0", "Pa",

@@ -80,6 +80,12 @@ static void CompleteMaterial(const Scene *scene, const BlockMesh *mesh, PetscInt
 
   snprintf(key, sizeof key, "materials.%s", m->name);
   if (m->rigid < 0) m->rigid = mesh->group_rigid[group] != 0;
+  if (m->rigid && m->condensed)
+    Complain(message, scene->file, m->line, key, "condensed, but rigid: choose one");
+  for (PetscInt s = 0; m->condensed && s < scene->n_stages; s++)
+    if (scene->stages[s].kind == STAGE_DYNAMIC)
+      Complain(message, scene->file, m->line, key,
+               "condensed, but stage %s is dynamic: a condensed body has no inertia", scene->stages[s].name);
   if (!m->rigid && PetscIsNanReal(m->young))
     Complain(message, scene->file, m->line, key, "young is missing [Pa] (or rigid: true)");
   if (!m->rigid && PetscIsNanReal(m->poisson))

@@ -30,6 +30,7 @@ PetscErrorCode StateCreate(const Model *m, State *s)
   PetscCall(PetscCalloc4(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv, m->n_dof, &s->u_verified));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
+  if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
   s->dt = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -42,6 +43,7 @@ PetscErrorCode StateDestroy(State *s)
   PetscCall(VecDestroy(&s->v_vec));
   for (int i = 0; i < 6; i++) PetscCall(PetscFree(*array[i]));
   PetscCall(PetscFree4(s->v, s->m, s->m_inv, s->u_verified));
+  PetscCall(PetscFree(s->passed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,7 +138,9 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need, NULL));
   if (!need) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  PetscCall(CondensedRecover(m, state)); // a contact may come anywhere
   PetscCall(ContactsVerify(scene, stage->joints, m, state, contacts, result));
+  PetscCall(CondensedCheckContacts(scene, m, contacts));
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -182,7 +186,7 @@ static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const St
   if (result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(UpliftCrack(scene, m, stage, contacts, state, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(LoadsTarget(scene, m, stage, state));
   result->verdict = VERDICT_NONE;
   state->ramp = 0.;
@@ -218,7 +222,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
-  PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(UpliftStart(scene, stage, state));
   PetscCall(LoadsTarget(scene, m, stage, state));
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
@@ -229,7 +233,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(precondition(scene, m, stage, number, follow, contacts, state, relax, output, result));
   if (result->verdict == VERDICT_NONE) {
     relax->effort.explicit = PETSC_TRUE;
-    PetscCall(PetscArraycpy(state->f_start, state->f_ext, m->n_dof));
+    PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
     ramp_start = result->cycles;
     state->ramp = 0.;
     PetscCall(
@@ -290,7 +294,9 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
   PetscCall(PetscMemzero(&relax->effort, sizeof(relax->effort)));
   PetscCall(runners[stage->kind](scene, m, stage, number, contacts, state, relax, output, result));
   result->effort = relax->effort;
+  PetscCall(CondensedRecover(m, state));
   PetscCall(StageReport(m, stage, result));
   if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
+  if (result->verdict == VERDICT_CONVERGED) PetscCall(CondensedCheckRotation(scene, m, stage, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -114,20 +114,23 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
 PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
                       PetscReal *contact_scale)
 {
-  const PetscInt at = 3 * m->n_bodies, n = at + 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
   // what the other ranks' vertices did
   PetscCall(PartBegin(PART_EXCHANGE));
   PetscCall(GhostBegin(m, state->u + at));
   PetscCall(GhostEnd(m, state->u + at));
   PetscCall(PartEnd(PART_EXCHANGE));
-  PetscCall(PetscArrayzero(state->f, n));
+  PetscCall(PetscArrayzero(state->f, at + 2 * m->n_moving)); // inner vertices of condensed bodies: untouched
+  PetscCall(
+      PetscArrayzero(state->f + at + 2 * m->n_owned, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES)));
   PetscCall(PartBegin(PART_CONTACTS));
   PetscCall(ContactForces(m, joints, contacts, state->u + at, state->f + at)); // (1)-(6)
   PetscCall(PartEnd(PART_CONTACTS));
   if (contact_scale) scale_of_contacts(m, state->f, contact_scale);
   PetscCall(PartBegin(PART_BLOCKS));
   PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
+  CondensedForces(m, state->u + at, state->f + at);
   PetscCall(PartEnd(PART_BLOCKS));
   PetscCall(PartBegin(PART_RIGID));
   RigidForces(m, state->u, state->f); // (15)

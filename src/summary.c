@@ -249,6 +249,14 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
   JsonCount(f, "n_rigid", model->n_rigid_global, ",\n  ");
   JsonCount(f, "n_contacts", fields->n_contacts, ",\n  ");
   JsonCount(f, "n_dofs", fields->n_dof, ",\n");
+  if (model->n_condensed_global) {
+    fprintf(f, "  \"condensed\": {");
+    JsonCount(f, "bodies", model->n_condensed_global, ", ");
+    JsonCount(f, "kept_dofs", model->condensed_dofs[0], ", ");
+    JsonCount(f, "inner_dofs", model->condensed_dofs[1], ", ");
+    JsonCount(f, "factors", model->n_condensed_global, ", ");
+    JsonNumber(f, "factor_wall_s", model->condensed_wall, "},\n");
+  }
   fprintf(f, "  \"stages\": [\n");
   for (PetscInt s = 0; s < n_stages; s++) fprintf(f, "%s%s\n", stages[s], s + 1 < n_stages ? "," : "");
   fprintf(f, "  ]\n}\n");

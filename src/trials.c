@@ -100,6 +100,7 @@ PetscErrorCode TrialsMechanism(Trials *trials, const Model *m, const State *stat
       v[2 * i] = du[3 * b] - ry * du[3 * b + 2];         // (21)
       v[2 * i + 1] = du[3 * b + 1] + rx * du[3 * b + 2]; // (22)
     }
+  PetscCall(CondensedInner(m, NULL, v));
   PetscCall(PetscFree(du));
   for (PetscInt i = 0; i < m->n_owned; i++) most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));

@@ -61,6 +61,7 @@ typedef struct {
   PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
   PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */
   PetscBool upgradeable;    /* its contacts are verified and searched for when connectivity is variable */
@@ -213,6 +214,14 @@ typedef struct {
   char (*face_set_names)[NAME_LENGTH]; /* (n_face_sets) on all ranks */
 } BlockMesh;
 
+/* Which body a block belongs to, on rank 0: bodies of connected rigid blocks (MeshConnected), and of
+   connected condensed ones (MeshCondensed). Either kind stays whole on one rank. */
+typedef struct {
+  PetscInt n_rigid, n_condensed;
+  PetscInt *rigid, *condensed; /* (n_blocks,) number of the body, -1: none */
+  PetscBool *inner;            /* (n_vertices,) of a condensed body, and not kept */
+} BodyNumbers;
+
 /* An outer face as it travels between ranks. */
 typedef struct {
   PetscInt gid, group, body, rigid, joint; /* as in Faces */
@@ -230,24 +239,27 @@ typedef struct {
 
 /* ---------------------------------------------------------------------------------------------- Model
    Flat arrays of one rank, constant during the run; written by model.c. Local order of vertices:
-     [ owned deformable, by gid | owned rigid, by body then gid | ghosts of elements, by gid | further ghosts
-   of contacts, by gid | DUMMY_VERTICES unit square ] The ghosts of contacts change when blocks move
-   (neighbours.c); nothing before them does. and of degrees of freedom (what integrate.c steps): [ 3 per owned
-   rigid body | 2 per owned deformable vertex ]. A dof array has the vertex array right behind its bodies:
-   u_vertex = u + 3 n_bodies, so that for deformable vertices the dof IS the vertex entry. The dummies are
-   where padding lanes of a batch point to. */
+     [ owned deformable, by gid | owned rigid, by body then gid | owned inner of condensed bodies, by body
+   then gid | ghosts of elements, by gid | further ghosts of contacts, by gid | DUMMY_VERTICES unit square ]
+   The ghosts of contacts change when blocks move (neighbours.c); nothing before them does. Kept vertices of
+   condensed bodies are deformable (or rigid) ones like any other. Degrees of freedom (what integrate.c
+   steps): [ 3 per owned rigid body | 2 per owned deformable vertex ]. A dof array has the vertex array right
+   behind its bodies: u_vertex = u + 3 n_bodies, so that for deformable vertices the dof IS the vertex entry.
+   Inner vertices stand behind all that moves: no loop of a cycle meets them; condense.c fills them in
+   afterwards. The dummies are where padding lanes of a batch point to. */
 
 enum { DUMMY_VERTICES = 4 };
 
 typedef struct {
-  PetscInt n;        /* elements of this shape that touch an owned vertex */
-  PetscInt n_padded; /* n rounded up to a whole batch */
-  PetscInt *vertex;  /* (n_padded / BATCH, 3 or 4, BATCH) local vertices */
-  PetscInt *group;   /* (n_padded,) */
-  PetscInt *gid;     /* (n,) block, ascending */
-  PetscInt *file;    /* (n,) file id */
-  PetscInt *body;    /* (n,) macroblock */
-  PetscBool *owned;  /* (n,) this rank writes it (its lowest-gid vertex is owned) */
+  PetscInt n;           /* elements of this shape that touch an owned vertex */
+  PetscInt n_padded;    /* n rounded up to a whole batch */
+  StrainMeasure strain; /* as the scene says; condensed ones: small */
+  PetscInt *vertex;     /* (n_padded / BATCH, 3 or 4, BATCH) local vertices */
+  PetscInt *group;      /* (n_padded,) */
+  PetscInt *gid;        /* (n,) block, ascending */
+  PetscInt *file;       /* (n,) file id */
+  PetscInt *body;       /* (n,) macroblock */
+  PetscBool *owned;     /* (n,) this rank writes it (its lowest-gid vertex is owned) */
 } Elements;
 
 typedef struct {
@@ -270,14 +282,16 @@ typedef struct {
   PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
 
   /* vertices */
-  PetscInt n_deformable;  /* owned, of deformable blocks */
-  PetscInt n_owned;       /* n_deformable + owned rigid vertices */
-  PetscInt n_vertices;    /* n_owned + ghosts; arrays have DUMMY_VERTICES more */
-  PetscReal *X;           /* [m] (n_vertices + DUMMY_VERTICES, 2) reference coordinates */
-  PetscInt *vertex_gid;   /* (n_vertices,) */
-  PetscInt *vertex_file;  /* (n_vertices,) */
-  PetscInt *vertex_body;  /* (n_vertices,) macroblock */
-  PetscInt *vertex_rigid; /* (n_vertices,) rigid body (global number), -1: deformable */
+  PetscInt n_deformable;      /* owned, of deformable blocks */
+  PetscInt n_moving;          /* n_deformable + owned rigid vertices: all that a cycle moves */
+  PetscInt n_owned;           /* n_moving + inner vertices of condensed bodies */
+  PetscInt n_vertices;        /* n_owned + ghosts; arrays have DUMMY_VERTICES more */
+  PetscReal *X;               /* [m] (n_vertices + DUMMY_VERTICES, 2) reference coordinates */
+  PetscInt *vertex_gid;       /* (n_vertices,) */
+  PetscInt *vertex_file;      /* (n_vertices,) */
+  PetscInt *vertex_body;      /* (n_vertices,) macroblock */
+  PetscInt *vertex_rigid;     /* (n_vertices,) rigid body (global number), -1: deformable */
+  PetscInt *vertex_condensed; /* (n_owned,) condensed body (global number), -1: none */
 
   /* rigid bodies owned here (all their vertices are owned here too) */
   PetscInt n_bodies;
@@ -290,14 +304,20 @@ typedef struct {
 
   PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
   PetscReal *mass;        /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
-  PetscBool *fixed;       /* (n_dof,) held by a support */
-  PetscInt *support;      /* (n_dof,) row of Scene.supports that holds it, -1: none */
+  PetscBool *fixed;       /* (3 n_bodies + 2 n_owned,) held by a support; behind n_dof: inner vertices */
+  PetscInt *support;      /* (likewise) row of Scene.supports that holds it, -1: none */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
   PetscInt *dof_body;     /* (n_dof,) macroblock */
 
   Elements t3, q4;
   Elements rigid_t3, rigid_q4; /* rigid blocks: for masses, loads and output only; no forces */
-  Faces faces;                 /* neighbours.c */
+  Elements condensed_t3,
+      condensed_q4; /* of condensed bodies: for set-up, loads and output; no force in a cycle */
+  PetscInt n_condensed, n_condensed_global; /* condensed bodies owned here, and in all */
+  PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of all ranks' condensed bodies */
+  double condensed_wall;          /* [s] that their factors took, once per run */
+  struct _p_Condensed *condensed; /* (n_condensed,) ascending number; condense.c */
+  Faces faces;                    /* neighbours.c */
   PetscInt n_faces_local; /* the first so many faces belong to blocks at owned vertices: loads and sets name
                              these */
   FaceRecord *face_held;  /* (n_held,) far faces of groups that are not upgradeable: known for good */
@@ -310,6 +330,7 @@ typedef struct {
   PetscInt n_groups;
   char (*group_names)[NAME_LENGTH];
   PetscInt *group_rigid;
+  PetscBool *group_condensed;
   PetscReal *lambda, *mu; /* [Pa] Lame constants of the plane problem (plane stress: lambda reduced) */
   PetscReal *density;     /* [kg/m3] */
   PetscBool *group_upgradeable;
@@ -380,13 +401,17 @@ typedef struct {
    then the other vertices (u only). Vecs share the memory of the first n_dof entries. */
 
 typedef struct {
-  PetscReal *u;      /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c,
-                        rigid.c, ghost.c */
-  PetscReal *v;      /* [m/s, rad/s] velocity at the half step; integrate.c */
-  PetscReal *f;      /* [N, N m] resisting force; element.c, contact_force.c, rigid.c */
-  PetscReal *f_old;  /* [N, N m] that of the cycle before (the two pointers swap) */
-  PetscReal *f_ext;  /* [N, N m] applied force; loads.c */
-  PetscReal *m;      /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); timestep.c */
+  PetscReal *u;     /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c,
+                       rigid.c, ghost.c */
+  PetscReal *v;     /* [m/s, rad/s] velocity at the half step; integrate.c */
+  PetscReal *f;     /* [N, N m] resisting force; element.c, contact_force.c, rigid.c */
+  PetscReal *f_old; /* [N, N m] that of the cycle before (the two pointers swap) */
+  PetscReal *f_ext; /* [N, N m] applied force, what acts inside condensed bodies passed on to their kept
+                       vertices; at inner vertices what acts there; loads.c, condense.c */
+  PetscReal
+      *passed;  /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex itself;
+                   NULL: no condensed bodies; written at the end of a stage or trial by condense.c */
+  PetscReal *m; /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); timestep.c */
   PetscReal *m_inv;  /* (n_dof,) 1/m, 0 where held */
   PetscInt capacity; /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
   Vec u_vec, v_vec;  /* (n_dof,) views of u and v for PETSc */

@@ -55,6 +55,12 @@ static void PatchMaterial(Patch *p, PetscReal young, PetscReal poisson, PetscRea
     p->lambda[g] = (g + 1) * lambda, p->mu[g] = (g + 1) * mu, p->density[g] = density;
 }
 
+/* of the model and of its lists */
+static void PatchStrain(Patch *p, StrainMeasure strain)
+{
+  p->model.strain = p->model.q4.strain = p->model.t3.strain = strain;
+}
+
 static PetscErrorCode PatchForces(Patch *p)
 {
   PetscFunctionBeginUser;
@@ -123,7 +129,7 @@ static PetscErrorCode TestPatch(void)
         MacNealPatch(&p, n_nodes);
         PatchMaterial(&p, 1e6, 0.25, 2400, plane);
         PatchDisplace(&p, H);
-        p.model.strain = strain;
+        PatchStrain(&p, strain);
         PetscCall(PatchForces(&p));
         for (int i = 8; i < 16; i++) ENSURE_NEAR(p.f[i], 0, 1e-12 * 400);
         ENSURE(PetscAbsReal(p.f[0]) > 10);
@@ -187,7 +193,7 @@ static PetscErrorCode TestEnergy(void)
     for (int strain = STRAIN_LARGE; strain <= STRAIN_SMALL; strain++) {
       PetscReal largest = 0, plus, minus;
       MacNealPatch(&p, n_nodes);
-      p.model.strain = strain, p.model.thickness = 0.7, p.group[1] = p.group[4] = 1;
+      PatchStrain(&p, strain), p.model.thickness = 0.7, p.group[1] = p.group[4] = 1;
       for (int i = 0; i < 16; i++) p.u[i] = 0.005 * Random();
       PetscCall(PatchForces(&p));
       for (int i = 0; i < 16; i++) largest = PetscMax(largest, PetscAbsReal(p.f[i]));
@@ -268,9 +274,9 @@ static PetscErrorCode TestStiffness(void)
     PetscReal K[8][8], large[8][8], m[8] = {0}, k[8] = {0}, bound = PETSC_INFINITY;
     PatchCreate(&p, c < 3 ? 4 : 3, X[c], c < 3 ? 4 : 3, 1, row);
     PatchMaterial(&p, 1e10, 0.2, 2400, PLANE_STRAIN);
-    p.model.strain = STRAIN_LARGE;
+    PatchStrain(&p, STRAIN_LARGE);
     PetscCall(FiniteStiffness(&p, 1e-6, large));
-    p.model.strain = STRAIN_SMALL;
+    PatchStrain(&p, STRAIN_SMALL);
     PetscCall(FiniteStiffness(&p, 1, K));
     PetscCall(ElementStiffness(&p.model, k));
     PetscCall(ElementMasses(&p.model, m));
@@ -360,12 +366,12 @@ static PetscErrorCode TestLanes(void)
   }
   for (int strain = STRAIN_LARGE; strain <= STRAIN_SMALL; strain++) {
     Quadrilaterals(&p, 11, order[0], X, u);
-    p.model.strain = strain;
+    PatchStrain(&p, strain);
     PetscCall(PatchForces(&p));
     memcpy(f, p.f, sizeof f);
     for (int n = 1; n <= 11; n++) { /* batches of all fillings */
       Quadrilaterals(&p, n, order[1], X, u);
-      p.model.strain = strain;
+      PatchStrain(&p, strain);
       PetscCall(PatchForces(&p));
       for (int k = 0; k < n; k++)
         ENSURE(memcmp(p.f + 8 * order[1][k], f + 8 * order[1][k], 8 * sizeof *f) == 0);

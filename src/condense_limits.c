@@ -1,0 +1,107 @@
+/* condense_limits.c: where the assumptions of condensed bodies (condense.c) end: contacts on faces that are
+   not kept, and large rotation. */
+#include "internal.h"
+
+/* Of an error of stress by linear rotation over the stress in the body: told above the first, refused above
+   the second. */
+static const PetscReal ROTATION_TOLD = 1e-3, ROTATION_REFUSED = 1e-2;
+
+PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const Contacts *c)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < c->n_padded && !message[0]; i++)
+    for (int k = 0; k < 6 && c->key[2 * i] >= 0; k++) {
+      const PetscInt v = c->vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
+      if (v < m->n_moving || v >= m->n_owned) continue;
+      PetscCall(PetscSNPrintf(
+          message, MESSAGE_LENGTH,
+          "%s: materials: a contact has come to x = %g m, y = %g m, on a face that its condensed "
+          "body does not keep: name the face in a set of a joint, or do not condense its group",
+          scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+    }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Per condensed body: sums for the mean rotation about the mean vertex, stored energy, int E' dA with E' =
+   lambda + 2 mu. */
+typedef struct {
+  PetscReal n, X, Y, u, v, turn, arm, energy, modulus;
+} BodyMotion;
+
+static void add_vertices(const Model *m, const PetscReal *u, BodyMotion *motion)
+{
+  for (int pass = 0; pass < 2; pass++)
+    for (PetscInt v = 0; v < m->n_owned; v++) {
+      if (m->vertex_condensed[v] < 0) continue;
+      BodyMotion *b = motion + m->vertex_condensed[v];
+      const PetscReal *X = m->X + 2 * v;
+      if (!pass) {
+        b->n += 1., b->X += X[0], b->Y += X[1], b->u += u[2 * v], b->v += u[2 * v + 1];
+        continue;
+      }
+      const PetscReal x = X[0] - b->X / b->n, y = X[1] - b->Y / b->n;
+      b->turn += x * (u[2 * v + 1] - b->v / b->n) - y * (u[2 * v] - b->u / b->n);
+      b->arm += x * x + y * y;
+    }
+}
+
+static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const PetscReal *u,
+                                   BodyMotion *motion)
+{
+  PetscReal *energy;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(e->n_padded, &energy));
+  PetscCall(ElementEnergy(m, e, n_nodes, u, energy));
+  for (PetscInt i = 0; i < e->n; i++) {
+    PetscInt vertex[4];
+    PetscReal area, centroid[2], polar;
+    for (int k = 0; k < n_nodes; k++) vertex[k] = e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH];
+    BodyMotion *b = motion + m->vertex_condensed[vertex[0]];
+    BlockGeometry(m->X, vertex, n_nodes, &area, centroid, &polar);
+    b->energy += energy[i];
+    b->modulus += (m->lambda[e->group[i]] + 2. * m->mu[e->group[i]]) * area * m->thickness;
+  }
+  PetscCall(PetscFree(energy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A rotation by theta makes the false strain 1 - cos theta = theta^2/2 in both directions; the root mean
+   square of the strain in the body, weighted by its modulus, is sqrt(2 W / int E' dA). */
+PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const Stage *stage,
+                                      const State *state)
+{
+  const PetscReal *u = state->u + 3 * m->n_bodies;
+  char message[MESSAGE_LENGTH] = "";
+  BodyMotion *motion;
+  PetscReal worst = 0.;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed_global || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(m->n_condensed_global, &motion));
+  add_vertices(m, u, motion);
+  PetscCall(add_elements(m, &m->condensed_q4, 4, u, motion));
+  PetscCall(add_elements(m, &m->condensed_t3, 3, u, motion));
+  for (PetscInt i = 0; i < m->n_condensed; i++) {
+    const BodyMotion *b = motion + m->condensed[i].number;
+    const PetscReal theta = b->turn / b->arm, strain = PetscSqrtReal(2. * b->energy / b->modulus);
+    const PetscReal share = strain > 0. ? 0.5 * theta * theta / strain : 0.;
+    if (share <= ROTATION_TOLD || share <= worst) continue;
+    worst = share;
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: stages.%s: the condensed body about x = %.4g m, y = %.4g m has turned by %.3g rad: "
+        "linear rotation falsifies its strain by %.2g %%",
+        scene->file, stage->name, (double)(b->X / b->n), (double)(b->Y / b->n), (double)theta,
+        (double)(100. * share)));
+  }
+  PetscCall(PetscFree(motion));
+  if (worst > ROTATION_TOLD && worst <= ROTATION_REFUSED) {
+    fprintf(stderr, "quoin: warning: %s\n", message);
+    fflush(stderr);
+    message[0] = 0;
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,241 @@
+# ranks: 4
+"""Condensed bodies against the whole elastic solution: a beam against a direct solution of the same elements, G1 with
+an elastic and with a frictional base, one macroblock of condensed, deformable and rigid parts, a wall of all three kinds
+of bodies on 1 to 4 ranks, a strength reduction, and where the assumptions end."""
+
+import json
+
+import numpy as np
+from driver import REFERENCE, changed, load
+from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.reference_mesh import from_reference
+from quoin_tools.stacks import block_grid, cantilever, column
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import spsolve
+
+WHAT = "condensed bodies: the whole elastic solution from the vertices where bodies meet"
+SOURCE = "direct solution of the same 4-node elements (scipy); the same scene without `condensed`"
+
+RHO, GRAVITY, E, NU = 2400.0, 9.81, 10e9, 0.2
+SHEAR = 1e5  # [Pa] on the end of the beam
+TIGHT = {"tolerance": 1e-12, "velocity_tolerance": 1e-12}
+ELASTIC = {"density": RHO, "young": E, "poisson": NU}
+BEAM = {
+    "strain": "small",
+    "relaxation": TIGHT,
+    "materials": {"body": ELASTIC | {"condensed": True}},
+    "supports": {"left": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight"}, "push": {"type": "traction", "faces": "right", "value": [0, -SHEAR]}},
+    "stages": [{"both": {"loads": ["weight", "push"]}}],
+}
+
+
+def run(case):
+    beam(case)
+    guilhofrei(case)
+    shared_vertices(case)
+    wall_on_ranks(case)
+    reduction(case)
+    ends_of_the_assumptions(case)
+
+
+# ---- a beam, by hand
+
+def element_stiffness(x):
+    """(8,8) plane strain, 2 x 2 Gauss points; x: (4,2)."""
+    D = E / (1 + NU) / (1 - 2 * NU) * np.array([[1 - NU, NU, 0], [NU, 1 - NU, 0], [0, 0, 0.5 - NU]])
+    K, corners = np.zeros((8, 8)), np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    for point in corners / np.sqrt(3):
+        dN = corners * (1 + point * corners)[:, ::-1] / 4
+        J = dN.T @ x
+        dN = np.linalg.solve(J, dN.T)
+        B = np.zeros((3, 8))
+        B[0, 0::2], B[1, 1::2], B[2, 0::2], B[2, 1::2] = dN[0], dN[1], dN[1], dN[0]
+        K += B.T @ D @ B * np.linalg.det(J)
+    return K
+
+
+def direct(mesh):
+    """Displacements (n,2) of the beam, held at x = 0, under weight and end traction."""
+    n, dofs = len(mesh.vertices), (2 * mesh.blocks[:, :, None] + [0, 1]).reshape(-1, 8)
+    K = np.array([element_stiffness(mesh.vertices[block]) for block in mesh.blocks])
+    K = coo_array((K.ravel(), (np.repeat(dofs, 8, axis=1).ravel(), np.tile(dofs, 8).ravel())), (2 * n, 2 * n)).tocsr()
+    f, right = np.zeros(2 * n), np.flatnonzero(mesh.vertices[:, 0] > mesh.vertices[:, 0].max() - 1e-9)
+    area = 10.0 * 1.0 / len(mesh.blocks)
+    np.add.at(f, 2 * mesh.blocks.ravel() + 1, -RHO * GRAVITY * area / 4)
+    ends = right[np.argsort(mesh.vertices[right, 1])]
+    for a, b in zip(ends, ends[1:]):
+        f[[2 * a + 1, 2 * b + 1]] -= SHEAR * (mesh.vertices[b, 1] - mesh.vertices[a, 1]) / 2
+    free = np.flatnonzero(np.repeat(mesh.vertices[:, 0] > 1e-9, 2))
+    u = np.zeros(2 * n)
+    u[free] = spsolve(K[free][:, free], f[free])
+    return u.reshape(-1, 2)
+
+
+def beam(case):
+    mesh = cantilever(40, 6)
+    result = case.run(mesh, BEAM)
+    u, wanted = result.stage("both").displacement, direct(mesh)
+    size = abs(wanted).max()
+    case.check("beam of 240 blocks, four corners kept: displacements over the largest", u / size, wanted / size, absolute=1e-9)
+    stage = result.stage_summary("both")
+    total = RHO * GRAVITY * 10 + SHEAR
+    case.check("... reaction inside the body and applied force [N]", [stage["reaction"]["y"], -stage["applied"]["y"]], total,
+               relative=1e-9)
+    case.check("... degrees of freedom", result.summary["n_dofs"], 8)
+
+
+# ---- G1
+
+def condensed(scene, *groups):
+    return changed(scene, *((f"materials.{group}.condensed", True) for group in groups))
+
+
+def compare(case, what, whole, reduced, stage, tolerance):
+    """Displacements and stresses of all blocks, joint stresses and resultants, over the largest of the whole solution."""
+    a, b = whole.stage(stage), reduced.stage(stage)
+    for name, ours, wanted in (("displacements", b.displacement, a.displacement), ("stresses", b.gauss_stress, a.gauss_stress),
+                               ("joint stresses", b.contacts.sigma, a.contacts.sigma), ("slip", b.contacts.sliding, a.contacts.sliding)):
+        size = np.nanmax(abs(wanted))
+        case.check(f"{what}: {name}, over the largest", np.nan_to_num(ours) / size, np.nan_to_num(wanted) / size,
+                   absolute=tolerance)
+    forces = [[run.stage_summary(stage)[kind][axis] for kind in ("applied", "reaction") for axis in "xy"] for run in (whole, reduced)]
+    size = abs(np.array(forces[0])).max()
+    case.check(f"{what}: applied force and reaction, over the largest", np.array(forces[1]) / size,
+               np.array(forces[0]) / size, absolute=max(tolerance, 1e-8))
+
+
+def guilhofrei(case):
+    g1 = load("guilhofrei")
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    tight = ("relaxation", g1.SCENE["relaxation"] | {"tolerance": 1e-11, "velocity_tolerance": 1e-11})
+    elastic, friction = changed(g1.SCENE, tight), changed(g1.FRICTION, tight)
+    jobs = [elastic, condensed(elastic, "dam", "rock"), condensed(elastic, "rock"),
+            friction, condensed(friction, "dam", "rock")]
+    whole, both, rock, slipping, both_slip = case.run_all([(mesh, scene) for scene in jobs])
+    for stage in ("SW", "HP", "SWHP_el"):
+        compare(case, f"G1, dam and rock, {stage}", whole, both, stage, 1e-8)
+    compare(case, "G1, rock only, SWHP_el", whole, rock, "SWHP_el", 1e-8)
+    compare(case, "G1, frictional base", slipping, both_slip, "SWHP_nl", 1e-4)  # the slip depends on the way there
+    with open(REFERENCE / "guilhofrei_g1.json", encoding="utf-8") as file:
+        reference = json.load(file)["12"]
+    case.check("G1, SW, HP, SW+HP: crest u_x [mm] (implicit finite elements)",
+               [both.probe(stage, "crest_upstream")[0] * 1e3 for stage in ("SW", "HP", "SWHP_el")],
+               [reference[stage]["crest"] for stage in ("SW", "HP", "SWHP_el")], relative=1e-5)
+
+
+# ---- bodies of several kinds
+
+def shared_vertices(case):
+    """A beam whose left third is deformable, the middle condensed, the end rigid: they share vertices."""
+    mesh = cantilever(30, 4, 6.0)
+    mesh.group_names, mesh.group_rigid = ["root", "middle", "end"], np.array([0, 0, 1], dtype=np.int32)
+    mesh.block_group = np.minimum(mesh.centres()[:, 0] // 2.0, 2).astype(np.int32)
+    end = {"density": RHO, "rigid": True}
+    scene = changed(BEAM, ("materials", {"root": ELASTIC, "middle": ELASTIC | {"condensed": True}, "end": end}))
+    whole = case.run(mesh, changed(scene, ("materials.middle", ELASTIC)))
+    for ranks in (1, 2):
+        compare_moved(case, f"one macroblock of three kinds, {ranks} ranks", whole, case.run(mesh, scene, ranks=ranks), 1e-8)
+
+
+def compare_moved(case, what, whole, reduced, tolerance):
+    a, b = whole.stage(), reduced.stage()
+    size, most = abs(a.displacement).max(), np.nanmax(abs(a.stress))
+    case.check(f"{what}: displacements over the largest", b.displacement / size, a.displacement / size, absolute=tolerance)
+    case.check(f"{what}: stresses over the largest", np.nan_to_num(b.stress) / most, np.nan_to_num(a.stress) / most,
+               absolute=tolerance)
+    for kind in ("applied", "reaction"):
+        sums = [[run.stage_summary(run.summary["stages"][-1]["name"])[kind][axis] for axis in "xy"] for run in (whole, reduced)]
+        case.check(f"{what}: {kind} [N]", sums[1], sums[0], absolute=1e-6 * abs(np.array(sums)).max())
+
+
+def wall():
+    """6 x 6 bodies of 5 x 4 blocks: rows of condensed, deformable and rigid ones in turn, friction between."""
+    mesh = block_grid(6, 6, 5, 4, triangle_every=5)
+    row = np.minimum(mesh.centres()[:, 1].astype(int), 5)
+    mesh.block_group = (row % 3).astype(np.int32)
+    mesh.group_names, mesh.group_rigid = ["rock", "dam", "top"], np.array([0, 0, 1], dtype=np.int32)
+    grid = load("ranks").GRID
+    materials = {"rock": ELASTIC | {"condensed": True}, "dam": ELASTIC, "top": {"density": RHO, "rigid": True}}
+    return mesh, changed(grid, ("materials", materials), ("stages", [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}]),
+                         ("loads.push.value", [5e3, -1e5]), ("relaxation", {"tolerance": 1e-9, "ramp": 2000}))
+
+
+def wall_on_ranks(case):
+    mesh, scene = wall()
+    results = [case.run(mesh, scene, ranks=ranks) for ranks in (1, 2, 3, 4)]
+    checksums = [" ".join(stage["checksum"] for stage in result.summary["stages"]) for result in results]
+    slip = abs(results[0].stage().contacts.slip).max()
+    cycles = sum(stage["cycles"] for stage in results[0].summary["stages"])
+    case.check(f"wall of condensed, deformable and rigid bodies, 1 to 4 ranks ({cycles} cycles, slip {slip:.1e} m): checksums",
+               json.dumps(sorted(set(checksums))), json.dumps([checksums[0]]))
+    with_stress = [json.dumps(result.summary["stages"][-1]["stress"]) for result in results]
+    case.check("... different extremes of the recovered stresses", len(set(with_stress)), 1)
+    whole = case.run(mesh, changed(scene, ("materials.rock.condensed", False)))
+    # large strain in the scene, small in the condensed bodies: strains are some 1e-5
+    compare_moved(case, "... against the same wall, nothing condensed", whole, results[0], 1e-3)
+
+
+# ---- many stages, one factor
+
+def reduction(case):
+    g1 = load("guilhofrei")
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    stages = [{"swhp": {"loads": ["weight", "water"]}},
+              {"s1": {"type": "strength_reduction", "what": "friction", "loads": ["weight", "water"], "step": 5,
+                      "limit": 10, "bracket": 0.1}}]
+    scene = changed(g1.FRICTION, ("stages", stages), ("relaxation", {"tolerance": 1e-8}))
+    whole, reduced = case.run_all([(mesh, scene), (mesh, condensed(scene, "dam", "rock"))])
+    ends = [[run.stage_summary("s1")["strength_reduction"][end] for end in ("stable", "failing")] for run in (whole, reduced)]
+    case.check("strength reduction: last stable and first failing angle [degree]", ends[1], ends[0], relative=1e-12)
+    case.check("... crest u_x of the last stable state [m]", reduced.probe("s1", "crest_upstream")[0],
+               whole.probe("s1", "crest_upstream")[0], relative=1e-3)
+    a, b = whole.stage("s1").mechanism, reduced.stage("s1").mechanism
+    case.check("... mechanism, over the largest velocity", b, a, absolute=0.02)
+    case.check("... factors", reduced.summary["condensed"]["factors"], 2)
+
+
+# ---- refusals
+
+def refused(case, what, mesh, scene, words, *options):
+    result = case.run(mesh, scene, *options)
+    case.check(what, result.verdict if words in result.stderr else result.stderr, "bad input")
+
+
+def ends_of_the_assumptions(case):
+    mesh = column(1, rigid=False)
+    scene = changed(load("stack").SCENE, ("materials.block.condensed", True))
+    refused(case, "condensed and rigid", mesh, changed(scene, ("materials.block.rigid", True)), "choose one")
+    dynamic = [{"fall": {"type": "dynamic", "duration": 0.1, "loads": ["weight"]}}]
+    refused(case, "a dynamic stage", mesh, changed(scene, ("stages", dynamic)), "has no inertia")
+    turned(case)
+    new_contact(case)
+
+
+def turned(case):
+    """A slender cantilever bends; over the rotations, the strain of linear rotation is told, then refused."""
+    mesh = cantilever(40, 2, 10.0, 0.2)
+    scene = changed(BEAM, ("strain", "large"), ("relaxation", {"tolerance": 1e-8}), ("loads", {"push": BEAM["loads"]["push"]}),
+                    ("stages", [{"push": {"loads": ["push"]}}]))
+    told = case.run(mesh, changed(scene, ("loads.push.value", [0, -1e2])))
+    case.check("a body turned a little: the run says so and goes on",
+               [told.verdict, "linear rotation falsifies" in told.stderr], ["converged", True])
+    refused(case, "a body turned too far", mesh, changed(scene, ("loads.push.value", [0, -1e5])), "linear rotation falsifies")
+    small = case.run(mesh, changed(scene, ("loads.push.value", [0, -1e5]), ("strain", "small")))
+    case.check("... but not when the whole scene is in small strain", small.verdict, "converged")
+
+
+def new_contact(case):
+    """A block on a condensed base is pushed along it, off the faces that the base keeps."""
+    ground = renamed(rectangle(-2.0, -1.0, 5.0, 1.0, 50, 4, "base", False), {"bottom": "bottom"})
+    block = renamed(rectangle(0.0, 0.0, 1.0, 1.0, 1, 1, "block", True), {"left": "left"})
+    scene = {
+        "contact": {"connectivity": "variable"}, "relaxation": {"tolerance": 1e-6, "ramp": 500, "max_cycles": 20000},
+        "materials": {"block": {"density": RHO, "rigid": True}, "base": ELASTIC | {"condensed": True}},
+        "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 10}},
+        "supports": {"bottom": {"fix": "xy"}},
+        "loads": {"weight": {"type": "self_weight", "groups": ["block"]},
+                  "push": {"type": "traction", "faces": "left", "value": [1e4, 0]}},
+        "stages": [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}],
+    }
+    refused(case, "a contact on a face that is not kept", join([ground, block]), scene, "a contact has come to")
