@@ -2,7 +2,7 @@
 
     PYTHONPATH=tools python examples/guilhofrei/compare.py OUTPUT
 
-OUTPUT is the folder of the run. reference.csv beside this file says where each number comes from and what it is
+OUTPUT is the folder of the run; fig_12.png goes there too. reference.csv beside this file says where each number comes from and what it is
 compared with. The section G1 is reconstructed, so the paper's numbers are a guide; the finite elements used the same
 section and mesh (24 columns)."""
 
@@ -10,6 +10,7 @@ import csv
 import os
 import sys
 
+from quoin_tools.paper_figures import figure_12
 from quoin_tools.results import Results, ResultsError, table
 
 MPA = 1e-6
@@ -51,6 +52,12 @@ def compare(folder):
     return [dict(row, ours=value(results.stage_summary(row["stage"]), row["key"])) for row in references()]
 
 
+def study(folder):
+    """Rows of the study: quantity, unit, the paper's number, ours, the independent one (examples/study.py)."""
+    return [(f"{row['stage'].upper()}: {row['quantity']}", row["unit"], row["printed"], number(row["ours"]),
+             f"{number(row['fe'])} (finite elements)") for row in compare(folder)]  # fmt: skip
+
+
 def number(x):
     if x is None:
         return "-"
@@ -75,6 +82,7 @@ def main():
     cells = [(r["quantity"], r["stage"], r["unit"], r["printed"], number(r["ours"]),
               difference(r["ours"], r["paper"]), number(r["fe"]), difference(r["ours"], r["fe"])) for r in rows]
     print("\n".join(table(header, cells)))
+    figure_12(Results(sys.argv[1]), os.path.join(sys.argv[1], "fig_12.png"))
 
 
 if __name__ == "__main__":

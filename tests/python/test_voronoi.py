@@ -20,6 +20,7 @@ FLARED = [(-3, 1), (30, 0), (31, 6), (12, 20), (10, 32), (4, 32), (5, 15)]  # co
 CASES = [(None, Options(seed=seed)) for seed in (1, 2, 3, 7, 123)] + [
     (None, Options(facing=(0.0, 0.0), lloyd=0)), (None, Options(side=1.0, course=0.6, seed=4)),
     (None, Options(facing=(0.0, 1.2), lloyd=4)), (TRIANGLE, Options(side=6.0, facing=(2.0, 2.0), course=4.0)),
+    (None, Options(seed=3, square=True)), (FLARED, Options(seed=5, square=True)),
     (WALL, Options(side=1.0, facing=(0.5, 0.8), course=0.5)), (FLARED, Options(seed=5)), (FLARED, Options(seed=6, lloyd=0)),
     ([(0, 0), (20, 0), (5, 25), (5, 30), (0, 30)], Options(side=1.5, facing=(0.0, 1.0)))]
 

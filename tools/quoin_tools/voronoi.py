@@ -29,15 +29,17 @@ FACES = ("base", "downstream", "crest", "upstream")
 @dataclass
 class Options:
     """Lengths in metres. side: mean side of a polygon; shortest: no side is shorter (default: a quarter of side);
-    facing: thickness upstream and downstream (0: none); course: height of a course; lloyd: steps towards even
-    polygons; refine: times every block is cut in quadrilaterals; rock: heights of the dam to each side and below
-    (0: no rock); joints: False welds all polygons (the continuum of the same blocks)."""
+    facing: thickness upstream and downstream (0: none); course: height of a course; square: joints between courses
+    square to the face, not turning from the base to the next side; lloyd: steps towards even polygons; refine: times
+    every block is cut in quadrilaterals; rock: heights of the dam to each side and below (0: no rock); joints: False
+    welds all polygons (the continuum of the same blocks)."""
 
     side: float = 2.0
     seed: int = 1
     shortest: float | None = None
     facing: tuple = (1.0, 1.0)
     course: float = 1.0
+    square: bool = False
     lloyd: int = 1
     refine: int = 0
     rock: float = 0.0
@@ -108,6 +110,8 @@ def facing_courses(section, options):
         a, b = section[[k, following]]
         n = max(1, round(math.dist(a, b) / options.course))
         outside, inside = line(a, b, n), line(*inner[[k, following]], n)
+        if options.square:
+            outside[1:-1] = inside[1:-1] + thickness[k] * np.array([b[1] - a[1], a[0] - b[0]]) / math.dist(a, b)
         quads += [np.array([outside[i], outside[i + 1], inside[i + 1], inside[i]]) for i in range(n)]
         anchors.append(inside[1:-1])
     fits = shapely.Polygon(inner).is_valid and polygons.area(inner) > 0
@@ -303,6 +307,7 @@ def options_of(arguments):
     add("--facing", nargs=2, type=float, default=(1.0, 1.0), metavar=("UP", "DOWN"),
         help="thickness of the facing upstream and downstream [m]; 0: none")
     add("--course", type=float, default=1.0, help="height of a course of the facing [m]")
+    add("--square", action="store_true", help="joints between courses square to the face; else they turn from side to side")
     add("--lloyd", type=int, default=1, help="steps towards even polygons")
     add("--refine", type=int, default=0, help="times every block is cut in quadrilaterals")
     add("--rock", type=float, default=0.0, help="rock to each side and below, in heights of the dam; 0: none")
@@ -312,8 +317,8 @@ def options_of(arguments):
 
 def main(arguments=None):
     given = options_of(arguments)
-    options = Options(given.side, given.seed, given.shortest, tuple(given.facing), given.course, given.lloyd,
-                      given.refine, given.rock, not given.continuous)
+    options = Options(given.side, given.seed, given.shortest, tuple(given.facing), given.course, given.square,
+                      given.lloyd, given.refine, given.rock, not given.continuous)
     try:
         mesh = voronoi_mesh(given.section, options)
         check(mesh)

@@ -1,0 +1,224 @@
+"""Figures 12 to 14 and 16 to 18 of the paper (section 4, the Guilhofrei dam) from results of our own, its numbers marked.
+
+Each function takes runs (Results), writes one picture and returns what it drew as numbers. The section is a reconstruction: what the
+figures show beside the paper's numbers says how near it comes, and no more.
+"""
+
+import math
+
+import matplotlib
+import numpy as np
+
+from quoin_tools.plots import GREY, LINES, STYLE, inside, set_view, view
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
+from matplotlib.colors import BoundaryNorm  # noqa: E402
+
+FACTORS = (1, 1.5, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20)  # steps of colour in Fig. 13
+MODES = {1: "t", 2: "c", 3: "s"}  # safety_mode of results.h5; letters as in Fig. 13
+NOTE = "section G1, a reconstruction"
+
+
+def save(figure, path):
+    figure.savefig(path)
+    pyplot.close(figure)
+
+
+def base_profile(results, stage, joints=("key", "base")):
+    """Contacts of the joints along the base, from the heel: distance [m] and sigma [Pa] of their ends, each (n, 2); chord [m]."""
+    names, contacts = results.mesh.joint_names, results.stage(stage).contacts
+    mine = np.isin(contacts.joint, [names.index(name) for name in joints if name in names])
+    point, sigma = contacts.point[mine], contacts.sigma[mine]
+    corners = point.reshape(-1, 2)
+    heel, toe = corners[corners[:, 0].argmin()], corners[corners[:, 0].argmax()]
+    chord = float(np.hypot(*(toe - heel)))
+    distance = (point - heel) @ (toe - heel) / chord
+    order = np.argsort(distance, axis=1, kind="stable")
+    distance, sigma = (np.take_along_axis(array, order, axis=1) for array in (distance, sigma))
+    rows = np.argsort(distance.sum(axis=1), kind="stable")
+    return distance[rows], sigma[rows], chord
+
+
+def draw_profile(axes, distance, sigma, **style):
+    """Contact by contact, with a gap between contacts that do not join."""
+    x, y = (np.column_stack([array, np.full(len(array), np.nan)]).ravel() for array in (distance, sigma / 1e6))
+    axes.plot(x, y, ".-", ms=4, lw=1.7, **style)
+
+
+def straight_line(distance, sigma, chord):
+    """Stress at heel and toe [Pa] of the straight line with the same N and M: -N/L -+ 6 M/L^2."""
+    size = np.diff(distance, axis=1)[:, 0]
+    N = -(sigma.mean(axis=1) * size).sum()
+    first = (size * (distance[:, 0] * (2 * sigma[:, 0] + sigma[:, 1]) + distance[:, 1] * (sigma[:, 0] + 2 * sigma[:, 1])) / 6).sum()
+    M = first + N * chord / 2  # of the tension about the middle: positive when it pulls at the toe
+    return -N / chord - 6 * M / chord**2, -N / chord + 6 * M / chord**2
+
+
+def figure_12(results, path, stage="swhp"):
+    """Stress along the base under self-weight and water against the straight line of the gravity method (LEM)."""
+    distance, sigma, chord = base_profile(results, stage)
+    heel, toe = straight_line(distance, sigma, chord)
+    with pyplot.rc_context(STYLE):
+        figure, axes = pyplot.subplots(figsize=(8.2, 4.4))
+        draw_profile(axes, distance, sigma, color=LINES[0], label="block model, ends of contacts")
+        axes.plot([0, chord], [heel / 1e6, toe / 1e6], "--", color=LINES[1], label="gravity method, same N and M")
+        axes.axhline(0.0, color=GREY, lw=0.7)
+        for x, value, to, shift in ((0.0, heel, "left", 4), (chord, toe, "right", -4)):
+            axes.annotate(f"{value / 1e6:.3f} MPa", (x, value / 1e6), (shift, -15), textcoords="offset points",
+                          color=LINES[1], ha=to)  # fmt: skip
+        axes.set_xlabel("distance from the heel along the base [m]")
+        axes.set_ylabel("normal stress [MPa], tension positive")
+        axes.set_title(f"Fig. 12: base of the Guilhofrei dam, self-weight and full reservoir\n({NOTE}; the paper prints no numbers here)")
+        axes.legend(loc="lower left")
+        axes.grid(alpha=0.3)
+        save(figure, path)
+    return {"heel": heel, "toe": toe, "peak": float(sigma.min())}
+
+
+def figure_13(runs, path, stage="swhp", group="dam"):
+    """Local failure factor of every block. runs: (title, Results, the paper's least factor as text)."""
+    found = []
+    with pyplot.rc_context(STYLE):
+        figure, panels = pyplot.subplots(1, len(runs), figsize=(4 * len(runs), 5.2), sharey=True, squeeze=False)
+        norm = BoundaryNorm(FACTORS, 256, extend="both")
+        for axes, (title, results, paper) in zip(panels[0], runs):
+            mesh, fields, least = results.mesh, results.stage(stage), results.stage_summary(stage)["safety"][group]
+            mine = mesh.block_group == mesh.group_names.index(group)
+            cells = PolyCollection(mesh.rings()[mine], array=fields.safety_factor[mine], cmap="RdYlBu", norm=norm,
+                                   edgecolors="#8a8a8a", linewidths=0.2)  # fmt: skip
+            axes.add_collection(cells)
+            for k in np.flatnonzero(mine & (fields.safety_mode != 3)):  # shear governs nearly everywhere
+                axes.text(*mesh.centres()[k], MODES.get(int(fields.safety_mode[k]), ""), ha="center", va="center", color="white", fontsize=6)
+            axes.plot(least["x"], least["y"], "o", ms=9, mfc="none", mec="black")
+            axes.set_title(f"{title}: least {least['value']:.2f} (ring)\nthe paper: {paper}")
+            axes.set_aspect("equal")
+            axes.autoscale_view()
+            axes.set_xlabel("x [m]")
+            found.append(least["value"])
+        panels[0][0].set_ylabel("y [m]")
+        figure.colorbar(cells, ax=panels, label="local failure factor [-]; t, c: tension, compression governs, else shear")
+        figure.suptitle(f"Fig. 13: local failure factors, self-weight and full reservoir ({NOTE})")
+        save(figure, path)
+    return found
+
+
+def draw_mechanism(axes, results, stage, share=0.05):
+    """Blocks moved along the velocity of the first failing trial, the fastest one by `share` of the view; their collection."""
+    mesh, velocity = results.mesh, results.stage(stage).mechanism
+    box, _ = view(mesh)
+    outline = mesh.vertices[mesh.outline()]
+    axes.add_collection(LineCollection(outline[inside(outline.mean(axis=1), box)], colors="#b0b0b0", linewidths=0.5))
+    if velocity is None:
+        velocity = np.zeros_like(mesh.vertices)
+    seen = inside(mesh.centres(), box)
+    moved = mesh.vertices + share * max(box[1] - box[0], box[3] - box[2]) * velocity
+    speed = np.hypot(*np.moveaxis(mesh.rings(velocity).mean(axis=1), 1, 0))
+    cells = PolyCollection(mesh.rings(moved)[seen], array=speed[seen], cmap="YlOrRd", edgecolors="black", linewidths=0.3)
+    cells.set_clim(0, 1)
+    axes.add_collection(cells)
+    set_view(axes, box)
+    return cells
+
+
+def mechanisms(runs, path, title):
+    """Panels side by side. runs: (title, Results, stage)."""
+    with pyplot.rc_context(STYLE):
+        figure, panels = pyplot.subplots(1, len(runs), figsize=(4.2 * len(runs), 6.0), sharey=True, squeeze=False)
+        for axes, (head, results, stage) in zip(panels[0], runs):
+            cells = draw_mechanism(axes, results, stage)
+            axes.set_title(head)
+        panels[0][0].set_ylabel("y [m]")
+        figure.colorbar(cells, ax=panels, label="velocity of the first failing trial [-], the fastest vertex 1")
+        figure.suptitle(title + "\n")
+        save(figure, path)
+
+
+def figure_14(runs, path):
+    """Voronoi dams without cohesion. runs: (title, Results, stage)."""
+    mechanisms(runs, path, f"Fig. 14: Voronoi polygons without cohesion ({NOTE}; the paper's polygons are not known)")
+
+
+def figure_18(runs, path):
+    """Failure mechanisms of the sliding analyses. runs: (title, Results, stage)."""
+    mechanisms(runs, path, f"Fig. 18: failure mechanisms ({NOTE})")
+
+
+def reduction_curve(results, stage, point, to_angle):
+    """Friction angle [degree], descending, and u_x [m] of a point in the stable trials of a strength reduction."""
+    trials = results.stage_summary(stage)["strength_reduction"]["trials"]
+    rows = sorted(((to_angle(t["value"]), t["probes"][point]["u_x"]) for t in trials if t["outcome"] == "stable"), reverse=True)
+    return np.array(rows).reshape(-1, 2)
+
+
+def reduced_angle(friction):
+    """Angle of a reduction of all strengths by a factor: that of the reduced friction [degree]."""
+    return lambda factor: math.degrees(math.atan(factor * math.tan(math.radians(friction))))
+
+
+def figure_16(runs, path, point="crest_upstream"):
+    """Crest against friction. runs: (name, Results, stage, the paper's factor or None); by angle or by factor on 45 degrees."""
+    curves = {}
+    with pyplot.rc_context(STYLE):
+        figure, axes = pyplot.subplots(figsize=(8.2, 4.8))
+        for colour, (name, results, stage, paper) in zip(LINES, runs):
+            facts = results.stage_summary(stage)["strength_reduction"]
+            to_angle = (lambda value: value) if facts["what"] == "friction" else reduced_angle(45.0)
+            curve = curves[name] = reduction_curve(results, stage, point, to_angle)
+            axes.plot(curve[:, 0], 1e3 * curve[:, 1], "o-", ms=4, color=colour, label=f"{name}: stable trials")
+            if facts["failing"] is not None:
+                axes.axvline(to_angle(facts["failing"]), color=colour, lw=1)
+            if paper:
+                angle = math.degrees(math.atan(1 / paper))
+                axes.axvline(angle, color=colour, ls="--", lw=1, label=f"{name}: the paper's failure, {angle:.1f}° (factor {paper:g})")
+        axes.invert_xaxis()
+        axes.set_xlabel("friction angle [degree] (reduced strengths: of the reduced 45°)")
+        axes.set_ylabel(f"{point.replace('_', ' ')} $u_x$ [mm]")
+        axes.set_title(f"Fig. 16: sliding; solid lines: our first failing trial ({NOTE})")
+        axes.legend(fontsize=8)
+        axes.grid(alpha=0.3)
+        save(figure, path)
+    return curves
+
+
+def flood_curve(results, stage, crest):
+    """Rows (rise above the crest [m], crack [m], compression at the toe [Pa]) of the stable trials of a flood."""
+    rows = [(t["value"] - crest, sum(j["open_length"] for j in t["joints"].values()), -t["joints"]["base"]["end"]["sigma"])
+            for t in results.stage_summary(stage)["flood"]["trials"] if t["outcome"] == "stable"]  # fmt: skip
+    return np.array(sorted(rows)).reshape(-1, 3)
+
+
+def figure_17(levels, flood, path, hand, stable_in_paper=5.0):
+    """Flood S4. levels: (rise [m], Results, stage) to draw along the base; flood: (Results, stage, crest [m]).
+
+    hand: rows (rise [m], crack [m], toe [MPa]) of the rigid section without tension."""
+    hand, curve = np.asarray(hand, dtype=float), flood_curve(*flood)
+    with pyplot.rc_context(STYLE):
+        figure, (left, right) = pyplot.subplots(1, 2, figsize=(12, 4.8))
+        for colour, (rise, results, stage) in zip(LINES, levels):
+            distance, sigma, chord = base_profile(results, stage)
+            draw_profile(left, distance, sigma, color=colour, label=f"+{rise:.1f} m")
+            for _, crack, toe in hand[(hand[:, 0] == rise) & (hand[:, 1] > 0)]:
+                left.plot([crack, chord], [0, -toe], "--", color=colour, lw=1)
+        left.axhline(0.0, color=GREY, lw=0.7)
+        left.set_xlabel("distance from the heel along the base [m]")
+        left.set_ylabel("effective normal stress [MPa], tension positive")
+        left.set_title("along the base; dashed: rigid section, no tension")
+        left.legend(title="water above the crest", fontsize=8)
+        right.plot(curve[:, 0], curve[:, 1], "o-", color=LINES[0], label="crack [m]: block model")
+        right.plot(hand[:, 0], hand[:, 1], "x", ms=9, color=LINES[0], label="crack [m]: rigid section, by hand")
+        right.axvline(stable_in_paper, color=LINES[3], ls="--", lw=1, label=f"the paper: stable up to +{stable_in_paper:g} m")
+        right.set_xlabel("water above the crest [m]")
+        right.set_ylabel("crack [m]")
+        second = right.twinx()
+        second.plot(curve[:, 0], curve[:, 2] / 1e6, "s-", color=LINES[1], label="toe [MPa]: block model, end of the joint")
+        second.plot(hand[:, 0], hand[:, 2], "+", ms=10, color=LINES[1], label="toe [MPa]: by hand")
+        second.set_ylabel("compression at the toe [MPa]")
+        second.set_ylim(bottom=0)
+        handles = [axes.get_legend_handles_labels() for axes in (right, second)]
+        right.legend(handles[0][0] + handles[1][0], handles[0][1] + handles[1][1], fontsize=8, loc="upper left")
+        right.set_title("crack and toe, level by level")
+        figure.suptitle(f"Fig. 17: flood S4 ({NOTE})")
+        save(figure, path)
+    return curve
