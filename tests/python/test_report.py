@@ -437,8 +437,21 @@ def wet(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "wet"
     solve(folder, "-loads", "weight,water,uplift", "-loads_uplift_type", "uplift", "-loads_uplift_faces", "base", "-loads_uplift_level", "33",
           "-loads_uplift_rule", "npb", "-loads_uplift_drain", "4.7235", "-loads_uplift_component", "vertical", "-stages", "sw,swhp",
-          "-stages_swhp_loads", "weight,water,uplift")  # fmt: skip
+          "-stages_swhp_loads", "weight,water,uplift", "-materials_dam_tension", "0.25e6", "-materials_dam_compression", "10e6",
+          "-materials_dam_cohesion", "0.79e6", "-materials_dam_friction", "55")  # fmt: skip
     return folder
+
+
+@pytest.fixture(scope="module")
+def sliding(tmp_path_factory):
+    """The example of section 4.4 with 8 columns: the flood to +5 m, and strengths with the key reduced."""
+    top = tmp_path_factory.mktemp("sliding")
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
+    subprocess.run([sys.executable, "examples/guilhofrei_sliding/mesh.py", str(top / "model.h5"), "8"], cwd=ROOT, env=environment, check=True)
+    for name, stages, options in (("s4", "sw,swhp,swhpu,s4", ("-stages_s4_limit", "38")), ("s3", "sw,swhp,swhpuk,s3", ("-stages_s3_bracket", "0.1"))):
+        subprocess.run([QUOIN, "-options_file", "examples/guilhofrei_sliding/scene.yaml", "-model", str(top / "model.h5"), "-stages", stages,
+                        "-output", str(top / name), *options], cwd=ROOT, check=True, capture_output=True, timeout=120)  # fmt: skip
+    return top
 
 
 @solver
@@ -464,6 +477,57 @@ def test_sheet_with_uplift_of_the_scene(wet):
     assert "presuppose uplift" not in text and "Uplift follows rule npb; this guideline goes with rule usace" in text
     assert "component vertical" in text and "with uplift of the options" not in text
     assert "sliding factor, peak strength in stage swhp on base" in text
+
+
+@solver
+def test_joints_in_a_row_are_one_base(sliding):
+    """The key and the rest of the base, with the flood of the run at its last stable level: hand values of S4 at +5 m."""
+    found, complaints = assess(sliding / "s4")
+    assert not any(complaints.values()) and {name for _, name in found} == {"key+base"}
+    base = found["s4", "key+base"]
+    assert base.complete and base.hand.crack == pytest.approx(7.41, abs=6e-3) and base.hand.compression == pytest.approx(1109e3, abs=600)
+    assert base.hand.sliding_factor(45) == pytest.approx(1.40, abs=5e-3)
+    rows = {r.quantity: r for r in assessment.lines(base)}
+    for name in ("N, normal force", "T, shear force", "sliding factor, peak"):
+        assert rows[name].block == pytest.approx(rows[name].hand, rel=1e-3), name
+    assert rows["crack length, no tension"].block == pytest.approx(7.41, abs=22.9 / 8)  # within a contact
+
+
+@solver
+def test_strengths_of_a_reduction(sliding):
+    """The key's cohesion over its own length (2.85 m here); in the reduction, the strengths that are left."""
+    found, _ = assess(sliding / "s3")
+    key = found["swhpuk", "key+base"]
+    length = Results(sliding / "s3").stage_summary("swhpuk")["joints"]["key"]["chord"]
+    full = (key.hand.N + 1e6 * length) / key.hand.T
+    rows = {r.quantity: r for r in assessment.lines(key)}
+    assert rows["sliding factor, peak"].hand == pytest.approx(full, rel=1e-9) and rows["sliding factor, residual"].hand == pytest.approx(1.873, abs=5e-4)
+    stage = Results(sliding / "s3").stage_summary("s3")
+    left = stage["strength_reduction"]["stable"]
+    rows = {r.quantity: r for r in assessment.lines(found["s3", "key+base"])}
+    assert rows["sliding factor, peak"].hand == pytest.approx(left * full, rel=1e-6)
+
+
+@solver
+def test_sheet_of_trials(sliding):
+    for name, words in (("s4", ("water level [m]", "38.0000", "the limit; nothing fails")), ("s3", ("part of all strengths left [-]", "first failing"))):
+        text = sheet(sliding / name)
+        assert "Trials to failure" in text and ">stable<" in text
+        for word in words:
+            assert word in text, word
+    assert (sliding / "s3" / "mechanism_s3.png").exists() and not (sliding / "s4" / "mechanism_s4.png").exists()
+    assert "How it fails" in text and ">fails<" in text
+
+
+@solver
+def test_local_factors_on_the_sheet(wet):
+    """Judged against 2.5, the number that the paper takes from the Portuguese standard."""
+    least = Results(wet).stage_summary("swhp")["safety"]["dam"]["value"]
+    assert 1.5 < least < 2.0
+    text = sheet(wet, "--guideline", "npb")
+    assert "Local failure of the material" in text and "local safety factor of the material in stage swhp on base" in text
+    limits = {limit.quantity: limit for limit in assess(wet, "--guideline", "npb")[0]["swhp", "base"].limits}
+    assert limits["local_factor"].verdict == "FAIL" and limits["local_factor"].value == pytest.approx(least)
 
 
 @solver

@@ -286,6 +286,35 @@ def straightened(path):
     return np.array(kept + [path[-1]])
 
 
+def chains(joints):
+    """Joints that go on in a straight line from end to start, in one row each, such as the bonded and the open part of a base."""
+    rows = []
+    for name, facts in sorted(joints.items(), key=lambda item: (item[1]["start"]["x"], item[1]["start"]["y"])):
+        start, end = (np.array([facts[at]["x"], facts[at]["y"]]) for at in ("start", "end"))
+        along = (end - start) / np.hypot(*(end - start))
+        for row in rows:
+            if np.hypot(*(start - row[1])) < ON_PATH and along @ row[2] > 1 - 1e-6:
+                row[0].append(name)
+                row[1] = end
+                break
+        else:
+            rows.append([[name], end, along])
+    return [row[0] for row in rows]
+
+
+def strength_of(case, stage, names, joints):
+    """Strength of joints in a row; cohesion is the mean over their lengths. None of them where their friction differs."""
+    keys = [case.scene.joint(name, stage) for name in names]
+    angles = ("friction", "friction_residual")
+    if len(names) < 2:
+        return keys[0] if names else {}
+    if any(k["law"] == "elastic" for k in keys) or any(k[angle] != keys[0][angle] for k in keys for angle in angles):
+        return {}
+    lengths = np.array([joints[name]["chord"] for name in names])
+    mean = {key: float(lengths @ [k[key] for k in keys] / lengths.sum()) for key in ("cohesion", "cohesion_residual")}
+    return keys[0] | mean
+
+
 # ---- all of a run ---------------------------------------------------------------------------------------------
 
 def stage_complaints(case, stage):
@@ -294,7 +323,7 @@ def stage_complaints(case, stage):
     if facts["verdict"] != "converged":
         found.append(f"The stage ended {facts['verdict']}: the block model's numbers are not those of an equilibrium.")
     kind = case.scene.stages.get(stage, {}).get("type", "static")
-    if kind != "static":
+    if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
     ours = cut.total(forces)[:2]
@@ -306,8 +335,14 @@ def stage_complaints(case, stage):
     return found
 
 
-def least_favourable(found, strength):
-    """Quantity of guidelines.py to the worse of the block model's number and the gravity method's."""
+def local_factor(facts):
+    """Least local failure factor (39)-(41) of a stage's summary; None where no material has strengths."""
+    values = [group["value"] for group in (facts.get("safety") or {}).values() if group["value"] is not None]
+    return min(values, default=None)
+
+
+def least_favourable(found, strength, facts):
+    """Quantity of guidelines.py to the worse of the block model's number and the gravity method's. facts: summary of the stage."""
     hand, length = found.governing, found.base.length
     own = factors(hand, found.strength)
     refused = hand.crack is None
@@ -318,6 +353,7 @@ def least_favourable(found, strength):
         "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf]),
         "crack": (max, [1.0 if refused else hand.crack / length]),
         "tension": (max, [max(*hand.linear, 0.0)]),
+        "local_factor": (min, [local_factor(facts)]),
         "strength": (max, [hand.compression / strength if strength and not refused else None]),
     }
     if found.block and found.with_uplift is None:
@@ -344,7 +380,7 @@ def judge(case, found):
     if found.water is not None and rule and rule != found.water.rule:
         found.complete = False
         found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
-    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength))
+    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength, case.results.stage_summary(stage)))
 
 
 def assess(case):
@@ -354,12 +390,16 @@ def assess(case):
         said = complaints[stage] = stage_complaints(case, stage)
         flawed = bool(said)
         joints = case.results.stage_summary(stage)["joints"]
-        bases = [(name, "joint") for name, facts in joints.items() if facts["line"]]
+        rows = chains({name: facts for name, facts in joints.items() if facts["line"]})
+        bases = [("+".join(names), "joint" if len(names) == 1 else "joints", names) for names in rows]
         said += [f"Joint {name} is no line: the gravity method needs a plane." for name in joints if not joints[name]["line"]]
-        for name, kind in bases + [(name, "path") for name in case.options.paths]:
+        for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
             try:
-                path = joint_path(case, stage, name) if kind == "joint" else cut.checked_path(case.options.paths[name])
-                strength = case.options.strengths.get(name) or (case.scene.joint(name, stage) if kind == "joint" else {})
+                if kind == "path":
+                    path = cut.checked_path(case.options.paths[name])
+                else:
+                    path = straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
+                strength = case.options.strengths.get(name) or strength_of(case, stage, names, joints)
                 found = assess_base(case, stage, name, path, kind, strength)
             except GravityError as error:
                 said.append(f"{kind.capitalize()} {name}: {error}.")

@@ -6,7 +6,7 @@ The pressure runs in straight lines along the chord of the load's face set, from
 lies on both sides of the joint within the part cancels: only faces between the part and the rest count.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -93,7 +93,11 @@ def heads_of(load, chord):
     if gallery is not None:
         gallery = max(0.0, gallery - chord.at(drain)[1])
     toe = 0.0 if tail is None else max(0.0, tail - chord.end[1])
-    return uplift.Heads(chord.length, max(0.0, level - chord.start[1]), toe, drain, load.get("efficiency"), gallery)
+    heads = uplift.Heads(chord.length, max(0.0, level - chord.start[1]), toe, drain, load.get("efficiency"), gallery)
+    if "drain_level" not in load:
+        return heads
+    before = replace(heads, heel=max(0.0, load["drain_level"] - chord.start[1]))  # a flood that the drain does not feel
+    return replace(heads, drain_head=uplift.rule_named(load["rule"]).at_drain(before, 0.0))
 
 
 def uplift_loads(mesh, scene, stage, part):

@@ -9,11 +9,12 @@ import math
 import matplotlib
 import numpy as np
 
-from quoin_tools.plots import GREY, LINES, STYLE, inside, set_view, view
+from quoin_tools.mechanism import draw_mechanism
+from quoin_tools.plots import GREY, LINES, STYLE
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
-from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
+from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm  # noqa: E402
 
 FACTORS = (1, 1.5, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20)  # steps of colour in Fig. 13
@@ -102,24 +103,6 @@ def figure_13(runs, path, stage="swhp", group="dam"):
         figure.suptitle(f"Fig. 13: local failure factors, self-weight and full reservoir ({NOTE})")
         save(figure, path)
     return found
-
-
-def draw_mechanism(axes, results, stage, share=0.05):
-    """Blocks moved along the velocity of the first failing trial, the fastest one by `share` of the view; their collection."""
-    mesh, velocity = results.mesh, results.stage(stage).mechanism
-    box, _ = view(mesh)
-    outline = mesh.vertices[mesh.outline()]
-    axes.add_collection(LineCollection(outline[inside(outline.mean(axis=1), box)], colors="#b0b0b0", linewidths=0.5))
-    if velocity is None:
-        velocity = np.zeros_like(mesh.vertices)
-    seen = inside(mesh.centres(), box)
-    moved = mesh.vertices + share * max(box[1] - box[0], box[3] - box[2]) * velocity
-    speed = np.hypot(*np.moveaxis(mesh.rings(velocity).mean(axis=1), 1, 0))
-    cells = PolyCollection(mesh.rings(moved)[seen], array=speed[seen], cmap="YlOrRd", edgecolors="black", linewidths=0.3)
-    cells.set_clim(0, 1)
-    axes.add_collection(cells)
-    set_view(axes, box)
-    return cells
 
 
 def mechanisms(runs, path, title):

@@ -18,6 +18,7 @@ import quoin_tools
 from quoin_tools import browser, guidelines, plots, scene, section, uplift
 from quoin_tools.assessment import ERRORS, assess, cell, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
+from quoin_tools.mechanism import plot_mechanisms
 from quoin_tools.results import fixed
 
 STYLE = """
@@ -160,11 +161,50 @@ def stages_part(case):
     return "<h2>Stages</h2>" + table(header, rows, (3, 4, 5, 6))
 
 
+def changed_by(found):
+    """What the trials of a stage changed, in words."""
+    if "what" not in found:
+        return "water level [m]"
+    return "angle of friction [°]" if found["what"] == "friction" else "part of all strengths left [-]"
+
+
+def trials_part(case):
+    """Strength reductions and floods: bracket, factors, every trial with its evidence."""
+    part = ""
+    for s in case.results.summary["stages"]:
+        found = s.get("strength_reduction") or s.get("flood")
+        if not found:
+            continue
+        ends = [cell(found[end], 4) for end in ("stable", "failing", "width")]
+        factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
+        part += f"<h3>Stage {esc(s['name'])}: {esc(changed_by(found))}</h3>" + table(
+            ("last stable", "first failing", "width of the bracket", "factor, last stable", "factor, first failing"), [(*ends, *factors)], range(5))  # fmt: skip
+        rows = [(cell(t["value"], 4), (t["outcome"], "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
+                 t["cycles"], fixed(t["max_displacement"], 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
+                 t["evidence"]) for t in found["trials"]]  # fmt: skip
+        part += table(("value", "outcome", "cycles", "largest displacement [mm]", "open joints [m]", "evidence"), rows, (0, 2, 3, 4))
+    note = ("<p><small>A trial is stable when it finds equilibrium, and fails when a mechanism moves on (evidence); trials start from the last "
+            "stable state. The factor is tan φ over the tangent of the trial's angle, or one over the part of the strengths left.</small></p>")  # fmt: skip
+    return f"<h2>Trials to failure</h2>{part}{note}" if part else ""
+
+
+def local_part(case):
+    """Least local failure factors, where materials have strengths."""
+    rows = [(s["name"], group, fixed(least["value"], 1, 2), least["mode"], f"({least['x']:.2f}, {least['y']:.2f})")
+            for s in case.results.summary["stages"] for group, least in (s.get("safety") or {}).items() if least["value"] is not None]  # fmt: skip
+    if not rows:
+        return ""
+    return ("<h2>Local failure of the material</h2>" + table(("stage", "group", "least factor", "governed by", "at [m]"), rows, (2,))
+            + "<p><small>Factors (39)-(41) at block centres: tension, compression, shear by Mohr-Coulomb. At a singular corner, such as the "
+              "toe, the least factor falls with every refinement of the mesh.</small></p>")  # fmt: skip
+
+
 def inputs_part(case):
     """Materials, and joints as they are in the last stage."""
     last = case.results.stages[-1]
     materials = [(name, cell(m.get("density"), 0), "rigid" if m.get("rigid") is True else cell_of(m.get("young"), 1e-9, 2),
-                  cell_of(m.get("poisson"), 1, 2)) for name, m in case.scene.materials.items()]  # fmt: skip
+                  cell_of(m.get("poisson"), 1, 2), cell_of(m.get("tension"), 1e-3, 0), cell_of(m.get("compression"), 1e-3, 0),
+                  cell_of(m.get("cohesion"), 1e-3, 0), cell_of(m.get("friction"), 1, 1)) for name, m in case.scene.materials.items()]  # fmt: skip
     joints = []
     for name in case.results.stage_summary(last)["joints"]:
         j = case.scene.joint(name, last)
@@ -174,7 +214,7 @@ def inputs_part(case):
                        cell_of(peak[1], 1e-3, 1)))  # fmt: skip
     loads = [(name, load.get("type", ""), ", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"))
              for name, load in case.scene.loads.items()]  # fmt: skip
-    return ("<h2>Materials, joints and loads</h2>" + table(("group", "density [kg/m³]", "E [GPa]", "ν"), materials, (1, 2, 3))
+    return ("<h2>Materials, joints and loads</h2>" + table(("group", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"), materials, range(1, 8))
             + f"<h3>Joints in stage {esc(last)}</h3>"
             + table(("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]"),
                     joints, range(3, 9))
@@ -239,7 +279,8 @@ def convergence_part(case, pictures):
     return part + "<p><small>How results change with the mesh is not part of a single run: repeat it on a finer mesh and compare.</small></p>"
 
 
-CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}."}
+CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}.",
+            "mechanism": "How it fails: velocity of the first failing trial, stage {}."}
 
 
 def file_picture(path, caption):
@@ -292,7 +333,8 @@ def page(case, pictures):
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), verdict_box(case, found, complaints), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), displacements_part(case), figures_part(pictures),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), trials_part(case), local_part(case), displacements_part(case),
+        figures_part(pictures),
         convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head><body>{body}</body></html>\n')  # fmt: skip
@@ -301,7 +343,7 @@ def page(case, pictures):
 def write(folder, options, with_pdf=False):
     """Paths of what was written."""
     case = load_case(folder, options)
-    text = page(case, plots.plot_all(case.results))
+    text = page(case, plots.plot_all(case.results) + plot_mechanisms(case.results))
     path = os.path.join(folder, "report.html")
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=folder, suffix=".part", delete=False) as file:
         file.write(text)

@@ -3,6 +3,7 @@
 The solver checks scenes; here only what the tools use is read. A run leaves its scene, command line included, in its output folder.
 """
 
+import math
 import os
 from dataclasses import dataclass, field
 
@@ -10,6 +11,7 @@ import yaml
 
 JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0, "tension": 0.0,
                   "compression": float("inf"), "cohesion_residual": 0.0, "tension_residual": 0.0}  # fmt: skip
+WATER = ("reservoir", "uplift")  # types of loads that a flood raises
 ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the output folder
 
 
@@ -32,19 +34,26 @@ class Scene:
     supports: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
     stages: dict = field(default_factory=dict)
+    trials: dict = field(default_factory=dict)  # stage: its strength_reduction or flood of summary.json, of a run
 
     def stage_loads(self, stage):
-        """Loads that act at the end of a stage: name to keys."""
+        """Loads that act at the end of a stage: name to keys. Of a flood, at its last stable level."""
         if stage not in self.stages:
             raise SceneError(f"{self.path}: no stage '{stage}'")
         names = self.stages[stage].get("loads") or []
         missing = [name for name in names if name not in self.loads]
         if missing:
             raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
-        return {name: self.loads[name] for name in names}
+        loads = {name: self.loads[name] for name in names}
+        stable = self.trials.get(stage, {}).get("stable")
+        if stable is None or "what" in self.trials[stage]:
+            return loads
+        levels = [float(load["level"]) for load in loads.values() if load.get("type") in WATER]
+        return {name: raised(load, stable - max(levels)) if load.get("type") in WATER else load for name, load in loads.items()}
 
     def joint(self, name, stage):
-        """Keys of a joint in a stage, completed by `default` and the defaults of the table."""
+        """Keys of a joint in a stage, completed by `default` and the defaults of the table. Of a strength reduction, with the
+        strengths of its last stable trial."""
         own = dict(self.joints.get(name, {}))
         base = dict(self.joints.get("default", {}))
         for other, keys in self.stages.items():
@@ -55,7 +64,28 @@ class Scene:
                 break
         keys = JOINT_DEFAULTS | base | own
         keys.setdefault("friction_residual", keys.get("friction"))
-        return keys
+        found, only = self.trials.get(stage, {}), self.stages[stage].get("reduce")
+        only = [only] if isinstance(only, str) else only
+        if found.get("stable") is None or "what" not in found or keys["law"] == "elastic" or (only and name not in only):
+            return keys
+        return keys | reduced(keys, found["what"], found["stable"])
+
+
+def raised(load, rise):
+    """A load of water, its level higher by `rise`; drain_level: where the pressure at the drain stays that of the old level."""
+    higher = load | {"level": float(load["level"]) + rise}
+    return higher | {"drain_level": float(load["level"])} if load.get("raise") == "to_drain" else higher
+
+
+def reduced(keys, what, value):
+    """Strengths of a joint in a trial: friction of no more than `value` degrees, or all of them times `value`."""
+    angles = ("friction", "friction_residual")
+    if what == "friction":
+        return {key: min(keys[key], value) for key in angles}
+    strengths = ("cohesion", "tension", "compression", "cohesion_residual", "tension_residual")
+    return {key: math.degrees(math.atan(value * math.tan(math.radians(keys[key])))) for key in angles} | {
+        key: value * float(keys[key]) for key in strengths
+    }
 
 
 def number(value):
@@ -136,4 +166,6 @@ def of_run(folder, summary):
     path = find(folder, summary.get("scene"), (ECHO,))
     if path is None:
         raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")
-    return read(path)
+    used = read(path)
+    used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood"))}
+    return used

@@ -99,8 +99,8 @@ def draw_bases(axes, assessed, size):
     """Joints and paths that are assessed, their resultants and their cracks by the gravity method."""
     for found in assessed:
         base, hand = found.base, found.governing
-        axes.plot(*base.ends().T, color=LOAD if found.kind == "joint" else "#009e73", lw=2.0, zorder=5)
-        axes.text(*(base.end + [0.015 * size, 0.012 * size]), found.name, color=LOAD if found.kind == "joint" else "#007a5a", zorder=7, **LABEL)
+        axes.plot(*base.ends().T, color=LOAD if found.kind.startswith("joint") else "#009e73", lw=2.0, zorder=5)
+        axes.text(*(base.end + [0.015 * size, 0.012 * size]), found.name, color=LOAD if found.kind.startswith("joint") else "#007a5a", zorder=7, **LABEL)
         if hand.crack:
             tip = base.at(hand.crack) if hand.crack_at == "start" else base.at(base.length - hand.crack)
             first = base.start if hand.crack_at == "start" else base.end
@@ -125,7 +125,7 @@ def section_svg(case, stage, assessed):
         axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.8))
         forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
         for name, force in forces.items():
-            load = case.scene.loads[name]
+            load = case.scene.stage_loads(stage)[name]
             if load["type"] == "self_weight":
                 draw_weight(axes, case, name, load, force, size)
             elif load["type"] == "reservoir":
