@@ -299,8 +299,8 @@ PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state)
 /* Adds the forces of the load to f. u, f: vertex arrays. */
 void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *model,
                   const PetscReal *u, PetscReal *f);
-/* Collective. At equilibrium: measures the open lengths of the stage's cracked uplift loads. again: one has
-   changed, so the stage must go on; a crack without end sets the verdict. */
+/* Collective. Measures the open lengths of the stage's cracked uplift loads. again: one has changed (before
+   equilibrium, grown), so the stage must go on; a crack through the joint sets the verdict. */
 PetscErrorCode UpliftCrack(const Scene *scene, const Model *model, const Stage *stage,
                            const Contacts *contacts, State *state, StageResult *result, PetscBool *again);
 
@@ -335,6 +335,7 @@ typedef struct _p_Relaxation {
   QuotientSums sums;      /* of the last cycle, over all ranks */
   PetscReal *u_0, *f_0;   /* (n_dof,) displacement and resisting force at the start of the stage */
   PetscReal q_secant;     /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
+  PetscReal longest;      /* [m] contact of the stage: how far is far */
   PetscBool tangent_only; /* the secant damped too little in this stage */
   PetscReal best_ratio; /* [-] least unbalanced ratio of the stage that counted as progress, and its cycle */
   PetscInt64 best_cycle;
@@ -365,8 +366,8 @@ PetscErrorCode RelaxationDestroy(Relaxation *r);
 PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model, Relaxation *r);
 /* Start of a stage: forgets the evidence. */
 PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
-/* The start of a stage (forces evaluated), and, collective, the secant quotient at this cycle. */
-PetscErrorCode SecantStart(const Model *model, const State *state, Relaxation *r);
+/* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
+PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
 PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joint *joints,
@@ -498,6 +499,8 @@ PetscErrorCode StageRelax(const Scene *scene, Model *model, const Stage *stage, 
                           StageResult *result);
 
 /* ---- reduction.c: the stages that are made of trials */
+/* [degree] Largest friction among the joints whose strength the stage reduces, NaN: it reduces none. */
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage);
 /* Collective. Same arguments as StageRun; stage->joints are left as in the last stable trial. */
 PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
                             Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,

@@ -107,6 +107,15 @@ static PetscBool is_reduced(const Stage *stage, const Joint *joint)
   return (PetscBool)(stage->n_reduce == 0);
 }
 
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage)
+{
+  PetscReal most = NAN;
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (is_reduced(stage, stage->joints + j) && !(most >= stage->joints[j].friction[0]))
+      most = stage->joints[j].friction[0];
+  return most;
+}
+
 /* Strengths of the trial: friction no more than `value` degrees, or every strength times `value`. */
 static void reduce_joints(const Scene *scene, const Stage *given, const Joint *full, PetscReal value,
                           Joint *joints)
@@ -219,9 +228,9 @@ static PetscErrorCode refuse_start(const Driver *d)
   char message[MESSAGE_LENGTH] = "", where[64] = "";
   PetscFunctionBeginUser;
   if (d->given->line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", d->given->line));
-  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s%s: stages.%s: it does not stand at its start (%g): %s",
-                          d->scene->file, where, d->given->name, (double)d->stage.start,
-                          d->result->evidence));
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "%s%s: stages.%s: it does not stand at its start (%.6g): %s", d->scene->file, where,
+                          d->given->name, (double)d->stage.start, d->result->evidence));
   PetscCall(CheckMessage(d->m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -276,30 +285,6 @@ static PetscErrorCode drive(Driver *d, const Joint *full, PetscReal nominal)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the reduction starts, and the largest friction among its joints. */
-static PetscErrorCode find_start(const Scene *scene, const Model *m, const Stage *given, PetscReal *start,
-                                 PetscReal *nominal)
-{
-  char message[MESSAGE_LENGTH] = "";
-  PetscFunctionBeginUser;
-  *nominal = NAN;
-  for (PetscInt j = 0; j < scene->n_joints; j++)
-    if (is_reduced(given, given->joints + j) && !(*nominal >= given->joints[j].friction[0]))
-      *nominal = given->joints[j].friction[0];
-  *start = !PetscIsNanReal(given->start) ? given->start : given->what == REDUCE_FRICTION ? *nominal : 1.;
-  if (PetscIsNanReal(*nominal))
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: stages.%s: all joints are elastic: there is no strength", scene->file,
-                            given->name));
-  else if (*start <= given->limit || (given->what == REDUCE_FRICTION && *start > *nominal))
-    PetscCall(PetscSNPrintf(
-        message, MESSAGE_LENGTH,
-        "%s: stages.%s.start: %g is not between the limit %g and the friction of the joints, %g", scene->file,
-        given->name, (double)*start, (double)given->limit, (double)*nominal));
-  PetscCall(CheckMessage(m->comm, message));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode ReductionRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
                             Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                             StageResult *result)
@@ -307,10 +292,10 @@ PetscErrorCode ReductionRun(const Scene *scene, Model *m, const Stage *stage, Pe
   Driver d = {scene,           m,      contacts, state,           relax,
               output,          number, stage,    .stage = *stage, .raised = *scene,
               .result = result};
+  const PetscReal nominal = ReducedFriction(scene, stage);
   Joint *full;
-  PetscReal nominal;
   PetscFunctionBeginUser;
-  PetscCall(find_start(scene, m, stage, &d.stage.start, &nominal));
+  if (PetscIsNanReal(stage->start)) d.stage.start = stage->what == REDUCE_FRICTION ? nominal : 1.;
   PetscCall(PetscMalloc1(scene->n_joints, &full));
   PetscCall(PetscArraycpy(full, stage->joints, scene->n_joints));
   PetscCall(drive(&d, full, nominal)); // d.stage.joints is stage->joints

@@ -22,7 +22,7 @@
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
 static const PetscReal OUTGROWN =
     0.1; /* of a face: parted or slid so far, a contact that was kept means nothing */
-static const PetscReal BETA_STILL = 0.5;
+static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
 enum { STALL_CYCLES = 2500 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 3 };
 
@@ -114,12 +114,14 @@ PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SecantStart(const Model *m, const State *state, Relaxation *r)
+PetscErrorCode SecantStart(const Model *m, const Contacts *c, const State *state, Relaxation *r)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(r->u_0, state->u, m->n_dof));
   PetscCall(PetscArraycpy(r->f_0, state->f, m->n_dof));
-  r->q_secant = 0.;
+  r->q_secant = r->longest = 0.;
+  for (PetscInt i = 0; i < c->n_padded; i++) r->longest = PetscMax(r->longest, c->length[i]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->longest, 1, MPIU_REAL, MPI_MAX, m->comm));
   r->tangent_only = PETSC_FALSE;
   r->best_ratio = PETSC_MAX_REAL;
   r->best_cycle = state->cycle;
@@ -240,13 +242,15 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
 /* ---- verdicts */
 
 /* A chunk lasts about one period of the slowest mode: omega_min = alpha/2 at the right damping. Where the
-   last equilibrium shows what is right, it counts: slipping contacts drive alpha up and down by factors. */
+   last equilibrium shows what is right, it counts: slipping contacts drive alpha up and down by factors. The
+   longer nothing is decided, the longer the chunks: a slow creep shows that it slows down. */
 static void start_chunk(const Model *m, const State *state, Relaxation *r)
 {
   const PetscReal alpha = r->settled_alpha > 0. ? r->settled_alpha / PetscSqrtReal(1. + 2. * state->beta)
                                                 : state->alpha,
                   period = alpha > 0. ? 4. * PETSC_PI / (alpha * state->dt) : CHUNK_MIN;
-  r->chunk_length = (PetscInt64)PetscMin(PetscMax(period, CHUNK_MIN), CHUNK_MAX);
+  const PetscReal least = PetscMax(CHUNK_MIN, CHUNK_GROWTH * r->chunk_length);
+  r->chunk_length = (PetscInt64)PetscMin(PetscMax(period, least), CHUNK_MAX);
   r->chunk_start = state->cycle;
   r->n_ratios = 0;
   for (PetscInt d = 0; d < m->n_dof; d++) r->u_chunk[d] = state->u[d];
@@ -259,6 +263,7 @@ PetscErrorCode RelaxationReset(const Scene *scene, const Model *m, const State *
   r->steady = r->n_alpha = 0;
   r->still = PETSC_FALSE;
   r->alpha_sum = 0.;
+  r->chunk_length = 0;
   for (int i = 0; i < 4; i++) r->median[i] = r->rate[i] = PETSC_INFINITY;
   PetscCall(PetscArrayzero(r->du_chunk, m->n_dof));
   start_chunk(m, state, r);
@@ -277,63 +282,83 @@ PetscErrorCode RelaxationStill(const Scene *scene, const Model *m, const Joint *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The displacement of the chunk just ended: its norm and its cosine with that of the chunk before. */
-static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, PetscReal *norm,
-                                   PetscReal *cosine)
+/* What moved in the chunk just ended. */
+typedef struct {
+  PetscReal norm;   /* [m] of the displacement */
+  PetscReal most;   /* [m] largest component of it */
+  PetscReal cosine; /* between it and that of the chunk before */
+  PetscReal away;   /* its product with the displacement since the start of the stage, in units; > 0: away */
+} ChunkMotion;
+
+static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, ChunkMotion *motion)
 {
-  PetscReal top[2] = {0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
+  PetscReal top[3] = {0., 0., 0.}, sum[8] = {0., 0., 0., 0., 0., 0., 0., 0.};
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal length = DofLength(m, state, d);
     top[0] = PetscMax(top[0], PetscAbsReal(state->u[d] - r->u_chunk[d]) * length);
     top[1] = PetscMax(top[1], PetscAbsReal(r->du_chunk[d]) * length);
+    top[2] = PetscMax(top[2], PetscAbsReal(state->u[d] - r->u_0[d]) * length);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
-  // increments in units of the largest, so that one set of bins serves
-  const PetscReal unit = PetscMax(PetscMax(top[0], top[1]), PETSC_MIN_REAL * 1e20);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
+  // in units of the largest, so that one set of bins serves
+  const PetscReal tiny = PETSC_MIN_REAL * 1e20, unit = PetscMax(PetscMax(top[0], top[1]), tiny),
+                  far = PetscMax(top[2], tiny);
   const Bins bins = BinsFor(1.);
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal length = DofLength(m, state, d), now = (state->u[d] - r->u_chunk[d]) * length / unit,
-                    before = r->du_chunk[d] * length / unit;
+                    before = r->du_chunk[d] * length / unit, all = (state->u[d] - r->u_0[d]) * length / far;
     BinAdd(&bins, now * now, sum);
     BinAdd(&bins, now * before, sum + 2);
     BinAdd(&bins, before * before, sum + 4);
+    BinAdd(&bins, now * all, sum + 6);
     r->du_chunk[d] = state->u[d] - r->u_chunk[d];
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 8, MPIU_REAL, MPI_SUM, m->comm));
   const PetscReal nn = sum[0] + sum[1], nb = sum[2] + sum[3], bb = sum[4] + sum[5];
-  *norm = unit * PetscSqrtReal(nn);
-  *cosine = nn > 0. && bb > 0. ? nb / PetscSqrtReal(nn * bb) : 0.;
+  motion->norm = unit * PetscSqrtReal(nn), motion->most = top[0];
+  motion->cosine = nn > 0. && bb > 0. ? nb / PetscSqrtReal(nn * bb) : 0.;
+  motion->away = sum[6] + sum[7];
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How far what moves would still get [m] if it went on slowing down as it did over the last three chunks. */
+static PetscReal way_to_go(const Relaxation *r, const ChunkMotion *motion)
+{
+  const PetscReal decay = PetscLogReal(r->rate[3] / r->rate[0]) / 3.; // per chunk
+  return decay > 0. ? motion->most / decay : PETSC_INFINITY;
 }
 
 /* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
    right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither falls
-   by 5 %, and the motion keeps its direction (or turns with a body that speeds up). */
+   by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where the stage
+   began: a block that has overshot and finds its way back through the air moves as steadily. What creeps to
+   an equilibrium nearer than OUTGROWN contact lengths is waited for. */
 static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation *r, StageResult *result)
 {
-  PetscReal norm, cosine;
+  ChunkMotion motion;
   PetscFunctionBeginUser;
   for (int i = 3; i > 0; i--) r->median[i] = r->median[i - 1], r->rate[i] = r->rate[i - 1];
   PetscCall(PetscSortReal(r->n_ratios, r->ratios));
   r->median[0] = r->ratios[r->n_ratios / 2];
-  PetscCall(chunk_motion(m, state, r, &norm, &cosine));
-  r->rate[0] = norm / (state->cycle - r->chunk_start);
-  r->steady = cosine > 0.98 || (cosine > 0.9 && r->rate[0] > 1.5 * r->rate[1]) ? r->steady + 1 : 0;
+  PetscCall(chunk_motion(m, state, r, &motion));
+  r->rate[0] = motion.norm / (state->cycle - r->chunk_start);
+  const PetscBool steady = (PetscBool)(motion.cosine > 0.98 ||
+                                       (motion.cosine > 0.9 && r->rate[0] > 1.5 * r->rate[1]));
+  r->steady = steady && motion.away > 0. ? r->steady + 1 : 0;
   if (state->beta > 0. && state->beta < BETA_STILL && r->median[2] < PETSC_INFINITY &&
       r->median[0] > 0.5 * r->median[2]) {
     r->still = PETSC_TRUE; // evidence begins anew
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[3] && r->rate[0] > 0.95 * r->rate[3]);
-  if (r->steady >= CHUNKS_TO_COLLAPSE && holds) {
+  if (r->steady >= CHUNKS_TO_COLLAPSE && holds && way_to_go(r, &motion) > OUTGROWN * r->longest) {
     result->verdict = VERDICT_COLLAPSED;
-    PetscCall(PetscSNPrintf(
-        result->evidence, sizeof(result->evidence),
-        "over 3 chunks of %" PetscInt64_FMT
-        " cycles: median ratio from %.3g to %.3g, motion from %.3g to %.3g m a cycle, cosine %.4f",
-        r->chunk_length, (double)r->median[3], (double)r->median[0], (double)r->rate[3], (double)r->rate[0],
-        (double)cosine));
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
+                            "motion from %.3g to %.3g m a cycle, cosine %.4f, %.3g m to go",
+                            r->chunk_length, (double)r->median[3], (double)r->median[0], (double)r->rate[3],
+                            (double)r->rate[0], (double)motion.cosine, (double)way_to_go(r, &motion)));
   }
   start_chunk(m, state, r);
   PetscFunctionReturn(PETSC_SUCCESS);

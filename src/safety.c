@@ -12,11 +12,12 @@ SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, Pe
 {
   const PetscReal phi = material->friction * (PETSC_PI / 180.), mean = 0.5 * (s1 + s2),
                   radius = 0.5 * (s1 - s2);
-  const PetscReal by_mode[] = {
-      NAN,
-      s1 > 0. ? material->tension / s1 : NAN,                                                      // (39)
-      s2 < 0. ? material->compression / -s2 : NAN,                                                 // (40)
-      radius > 0. ? PetscMax(0., material->cohesion * cos(phi) - mean * sin(phi)) / radius : NAN}; // (41)
+  PetscReal strength = material->cohesion * cos(phi) - mean * sin(phi);
+  if (strength < 0.) strength = 0.; // and NaN stays NaN
+  const PetscReal by_mode[] = {NAN,
+                               s1 > 0. ? material->tension / s1 : NAN,      // (39)
+                               s2 < 0. ? material->compression / -s2 : NAN, // (40)
+                               radius > 0. ? strength / radius : NAN};      // (41)
   SafetyMode mode = SAFETY_NONE;
   *factor = PETSC_INFINITY;
   for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) // NaN: no such stress, or no such strength

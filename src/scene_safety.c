@@ -69,22 +69,27 @@ static void CheckReduced(Reader *r, const Stage *stage)
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
 {
   const PetscBool friction = (PetscBool)(stage->what == REDUCE_FRICTION);
+  const PetscReal nominal = ReducedFriction(r->scene, stage), most = friction ? nominal : 1;
   PetscBool given = PETSC_FALSE, step = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   if (isnan(stage->limit)) stage->limit = 0;
   PetscCall(Given(r, path, "reduce", &given));
   CheckReduced(r, stage);
+  if (isnan(nominal) && !stage->n_reduce)
+    COMPLAIN_MISSING(r, "all joints are elastic in this stage: there is no strength");
+  if (isnan(nominal)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Given(r, path, "factor", &given));
   if (given && friction) COMPLAIN(r, "friction goes by degrees: give step, or choose what: strengths");
   PetscCall(Given(r, path, "step", &step));
   if (step && !friction) COMPLAIN(r, "strengths go by a factor, such as factor: 0.85");
   PetscCall(Given(r, path, "start", &given));
-  if (given && stage->start >= (friction ? 90 : 1 + 1e-12))
-    COMPLAIN(r, "%g is out of range: must be %s", (double)stage->start, friction ? "< 90 [degree]" : "<= 1");
+  if (given && stage->start > most)
+    COMPLAIN(r, "%.6g is out of range: the joints have %.6g%s", (double)stage->start, (double)most,
+             friction ? " [degree]" : "");
   PetscCall(Given(r, path, "limit", &given));
-  if (stage->limit < 0 || stage->limit >= (isnan(stage->start) ? (friction ? 90 : 1) : stage->start))
-    COMPLAIN(r, "%g is out of range: must be >= 0 and less than start", (double)stage->limit);
+  if (stage->limit < 0 || stage->limit >= (isnan(stage->start) ? most : stage->start))
+    COMPLAIN(r, "%.6g is out of range: must be >= 0 and less than start", (double)stage->limit);
   PetscCall(Given(r, path, "bracket", &given));
   if (stage->bracket <= 0 && isnan(stage->step) && isnan(stage->factor))
     COMPLAIN_MISSING(r, "missing: give the width of the bracket, or a %s, or both",

@@ -175,15 +175,17 @@ PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At equilibrium the open length of a cracked base is measured; when it has changed, the new pressure is
-   ramped up and the stage goes on. */
+/* At equilibrium, and after each chunk of cycles without one, the open length of a cracked base is measured;
+   when it has changed, the new pressure is ramped up and the stage goes on. */
 static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const Stage *stage,
-                                    const Contacts *contacts, State *state, StageResult *result,
-                                    PetscInt64 *ramp_start)
+                                    const Contacts *contacts, State *state, const Relaxation *relax,
+                                    StageResult *result, PetscInt64 *ramp_start)
 {
+  const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->ramp >= 1. &&
+                                            relax->chunk_start == state->cycle);
   PetscBool again;
   PetscFunctionBeginUser;
-  if (result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
+  if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(UpliftCrack(scene, m, stage, contacts, state, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
@@ -205,7 +207,7 @@ static PetscErrorCode precondition(const Scene *scene, Model *m, const Stage *st
   while (again && result->verdict == VERDICT_NONE) {
     PetscCall(NewtonRelax(scene, m, stage, number, follow, contacts, state, relax, output, result));
     again = (PetscBool)(result->verdict == VERDICT_CONVERGED);
-    PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
+    if (again) PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &ramp_start));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -239,7 +241,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(
         Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
   }
-  PetscCall(SecantStart(m, state, relax));
+  PetscCall(SecantStart(m, contacts, state, relax));
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
     if (state->ramp < 1.) {
@@ -256,7 +258,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(Judge(scene, stage, m, state, relax, result));
     if (relax->still) PetscCall(RelaxationStill(scene, m, stage->joints, contacts, state, relax));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));
-    PetscCall(follow_cracks(scene, m, stage, contacts, state, result, &ramp_start));
+    PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &ramp_start));
     PetscCall(Interrupted(m, result));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
       PetscCall(OutputHistory(output, scene, m, state, number, state->ramp, result));

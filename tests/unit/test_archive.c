@@ -53,7 +53,7 @@ static PetscErrorCode start(Fixture *f)
   PetscFunctionBeginUser;
   PetscCall(LoadsTarget(f->scene, f->model, f->scene->stages, f->state));
   PetscCall(ScaledMasses(f->scene, f->model, f->scene->stages->joints, f->contacts, f->state));
-  PetscCall(SecantStart(f->model, f->state, f->relax));
+  PetscCall(SecantStart(f->model, f->contacts, f->state, f->relax));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -80,8 +80,9 @@ class Run(Results):
 class Case:
     """What a case.py works with: runs of the solver, and checks."""
 
-    def __init__(self, name, quoin, folder):
+    def __init__(self, name, quoin, folder, full=False):
         self.name, self.quoin, self.folder = name, quoin, Path(folder)
+        self.full = full  # also what takes too long for every day
         self.checks = []
         self.runs = 0
         self._since = []  # (ranks, seconds) of the runs since the last check
@@ -186,10 +187,10 @@ def load(name):
     return module
 
 
-def run_case(name, quoin, folder):
+def run_case(name, quoin, folder, full=False):
     """Run one case; the record of it as a dict."""
     module = load(name)
-    case = Case(name, quoin, folder)
+    case = Case(name, quoin, folder, full)
     start, problem = time.monotonic(), None
     try:
         module.run(case)
@@ -258,6 +259,7 @@ def main():
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"), help="the program (%(default)s)")
     parser.add_argument("--table", help="write a table of all that ran (Markdown)")
     parser.add_argument("--json", help="write a record of all that ran")
+    parser.add_argument("--full", action="store_true", help="also what takes minutes (cases that know a longer form)")
     parser.add_argument("--keep", help="folder to keep the runs in")
     options = parser.parse_args()
     names = case_names() if options.all else options.cases
@@ -269,7 +271,7 @@ def main():
     records = []
     for name in names:
         folder = tempfile.mkdtemp(prefix=f"quoin_{name}_") if not options.keep else os.path.join(options.keep, name)
-        records.append(run_case(name, os.path.abspath(options.quoin), folder))
+        records.append(run_case(name, os.path.abspath(options.quoin), folder, options.full))
         show(records[-1])
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)

@@ -32,6 +32,19 @@ def without(scene, key):
     return scene
 
 
+def wet(*keys):
+    """Water in the joint between the two bodies."""
+    load = {"type": "uplift", "faces": "joint", "level": 5} | dict(keys)
+    return changed(GOOD, ("loads.wet", load), ("stages", [{"weight": {"loads": ["weight", "wet"]}}]))
+
+
+def pushed(start):
+    """The upper body, of 23.5 kN, is pushed along the joint with 10 kN; its friction is lowered from start."""
+    push = {"type": "point_force", "point": "upper_bottom_left", "value": [10e3, 0]}
+    less = {"type": "strength_reduction", "loads": ["weight", "push"], "start": start, "step": 1}
+    return changed(GOOD, ("loads.push", push), ("stages", [{"weight": {"loads": ["weight"]}}, {"less": less}]))
+
+
 # what is wrong, scene (dict or text), options, words the line must have
 SCENES = [
     ("no such mesh", changed(GOOD, ("model", "no_mesh.h5")), (), ["no_mesh.h5"]),
@@ -49,6 +62,14 @@ SCENES = [
     ("body held in x only floats", changed(GOOD, ("supports.bottom.fix", "x")), (), ["scene.yaml: supports"]),
     ("support of nothing", changed(GOOD, ("supports.cellar", {"fix": "xy"})), (), ["scene.yaml:", "cellar"]),
     ("unknown option", GOOD, ("-gravty", "3"), ["command line", "-gravty", "-gravity"]),
+    ("uplift on a set that is no joint", wet(("faces", "left")), (), ["loads.wet.faces", "'left' is not a joint"]),
+    ("drain outside the base", wet(("rule", "npb"), ("drain", 3)), (), ["loads.wet.drain", "3 m from the heel", "1 m long"]),
+    ("unknown rule", wet(("rule", "icold")), (), ["loads.wet.rule", "'icold'", "npb, usbr, usace, ferc"]),
+    ("drain without a rule for it", wet(("drain", 0.2)), (), ["loads.wet.drain", "linear knows no drain"]),
+    ("rule without its efficiency", wet(("rule", "ferc"), ("drain", 0.2)), (), ["loads.wet.efficiency", "missing"]),
+    ("reduction that starts above the friction there is", pushed(50), (), ["stages.less.start", "50 is out of range", "35 [degree]"]),
+    ("reduction of an elastic joint", changed(pushed(30), ("joints.default", {"k_n": 10e9, "k_s": 3e9, "law": "elastic"})), (),
+     ["stages.less", "elastic", "no strength"]),
     ("bad value of an option", GOOD, ("-gravity", "much"), ["command line", "gravity", "much"]),
 ]
 
@@ -112,6 +133,15 @@ def run(case):
     (folder / "model.h5").write_text("no HDF5", encoding="utf-8")
     refused(case, "mesh: not an HDF5 file", folder, (), ["model.h5"])
     more_ranks_than_blocks(case)
+    does_not_stand(case, mesh)
+
+
+def does_not_stand(case, mesh):
+    """Known only when the stages before have run."""
+    result = case.run(mesh, pushed(5))
+    lines = result.stderr.splitlines()
+    case.check(f"reduction that does not stand at its start: `{lines[0].removeprefix('quoin: error: ')}`",
+               [result.exit_code, len(lines), "stages.less: it does not stand at its start (5)" in lines[0]], [2, 1, True])
 
 
 def more_ranks_than_blocks(case):

@@ -1,0 +1,83 @@
+/* Local failure factors (39)-(41); water pressure on a face and along a joint, against closed forms. */
+#include "internal.h"
+#include "check.h"
+
+/* The paper's first material: uniaxial compression of 0.86 MPa has 2.93 in shear (f_c / 0.86 is 11.6). */
+static void FactorsOfThePaper(void)
+{
+  const Material m = {.tension = 1e6, .compression = 10e6, .cohesion = 1.58e6, .friction = 55};
+  PetscReal factor;
+  ENSURE(SafetyFactor(&m, 0., -0.86e6, &factor) == SAFETY_SHEAR);
+  ENSURE_NEAR(factor, 2.93, 0.005);
+  ENSURE(SafetyFactor(&m, 0.5e6, 0., &factor) == SAFETY_TENSION);
+  ENSURE_NEAR(factor, 2., 1e-12);
+  ENSURE(SafetyFactor(&m, -1e6, -1e6, &factor) == SAFETY_COMPRESSION);
+  ENSURE_NEAR(factor, 10., 1e-12);
+  ENSURE(SafetyFactor(&m, 0., 0., &factor) == SAFETY_NONE && factor == PETSC_INFINITY);
+}
+
+/* A strength that is not given cannot fail; beyond the apex of the cone nothing is left. */
+static void FactorsWithoutStrength(void)
+{
+  const Material none = {.tension = NAN, .compression = NAN, .cohesion = NAN, .friction = NAN},
+                 shear = {.tension = NAN, .compression = NAN, .cohesion = 1e5, .friction = 45};
+  PetscReal factor;
+  ENSURE(SafetyFactor(&none, 1e6, -1e6, &factor) == SAFETY_NONE && factor == PETSC_INFINITY);
+  ENSURE(SafetyFactor(&shear, 2e6, 1e6, &factor) == SAFETY_SHEAR && factor == 0.);
+}
+
+/* Forces of a bent diagram on a face that holds the bend: resultant and moment of the integral. */
+static void PressureOnFace(void)
+{
+  const UpliftDiagram d = {.n = 3, .s = {0., 4., 10.}, .p = {90., 30., 0.}};
+  const PetscReal s[2] = {3., 7.}, x[4] = {3., 0., 7., 0.};
+  PetscReal f[4];
+  UpliftOnFace(&d, s, x, 2., f); // x runs to the right: the block is above, the water lifts it
+  // from the start of the face: 45 to 30 Pa over 1 m, then 30 to 15 Pa over 3 m
+  const PetscReal area = 37.5 + 67.5, moment = (45. + 2. * 30.) / 6. + 67.5 * 1. + 9. * (30. + 2. * 15.) / 6.;
+  ENSURE_NEAR(f[0], 0., 1e-12);
+  ENSURE_NEAR(f[1] + f[3], 2. * area, 1e-12);
+  ENSURE_NEAR(4. * f[3], 2. * moment, 1e-11);
+  // the same face run backwards, as that of the block below
+  const PetscReal back_s[2] = {7., 3.}, back_x[4] = {7., 0., 3., 0.};
+  PetscReal g[4];
+  UpliftOnFace(&d, back_s, back_x, 2., g);
+  for (int k = 0; k < 4; k++) ENSURE_NEAR(g[k], -f[(k + 2) % 4], 1e-12);
+}
+
+/* The crack takes the head along; past the drain the drain is lost. */
+static void DiagramsOfTheCrack(void)
+{
+  Load load = {.rule = UPLIFT_FERC,
+               .level = 30,
+               .drain_level = 30,
+               .density = 1000,
+               .tailwater = NAN,
+               .gallery = NAN,
+               .drain = 5,
+               .efficiency = 0.5};
+  Uplift u = {.toe = {20, 0}, .length = 20};
+  UpliftDiagram d;
+  UpliftPressure(&load, &u, 10., &d);
+  ENSURE(d.n == 3 && d.s[1] == 5);
+  ENSURE_NEAR(d.p[1], 3e5 * 0.5 * 15. / 20., 1e-9);
+  u.crack = 2;
+  UpliftPressure(&load, &u, 10., &d);
+  ENSURE(d.n == 4 && d.s[1] == 2 && d.p[1] == 3e5);
+  ENSURE_NEAR(d.p[2], 3e5 * 0.5 * 15. / 18., 1e-9);
+  u.crack = 8;
+  UpliftPressure(&load, &u, 10., &d);
+  ENSURE(d.n == 3 && d.s[1] == 8 && d.p[1] == 3e5 && d.p[2] == 0);
+}
+
+int main(int argc, char **argv)
+{
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  RUN_TEST(FactorsOfThePaper);
+  RUN_TEST(FactorsWithoutStrength);
+  RUN_TEST(PressureOnFace);
+  RUN_TEST(DiagramsOfTheCrack);
+  int failed = CheckSummary();
+  PetscCall(PetscFinalize());
+  return failed;
+}

@@ -1,0 +1,106 @@
+"""A rigid triangle on a joint without tension, reservoir full: open length, toe stress, rotation (V15); uplift in the crack."""
+
+import numpy as np
+from driver import MODELS, changed
+from quoin_tools.blockmesh import BlockMesh
+from quoin_tools.meshing import join, rectangle, renamed
+
+WHAT = "cracked base of a rigid triangular dam, without uplift (V15) and with uplift that follows the crack"
+SOURCE = "gravity method: ligament 3 x_r, toe stress 2 N / ligament; crack and uplift by iteration of the same"
+
+H, RHO, WATER, G, K_N = 50.0, 2400.0, 1000.0, 9.81, 10e9
+SCENE = {
+    "strain": "small",
+    "relaxation": {"tolerance": 1e-10, "velocity_tolerance": 1e-10, "history_every": 5000},
+    "materials": {"dam": {"density": RHO}, "ground": {"density": 0}},
+    "joints": {"base": {"k_n": K_N, "k_s": 3e9, "friction": 45}},
+    "supports": {"ground": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": {"type": "reservoir", "faces": "upstream", "level": H}},
+    "stages": [{"weight": {"loads": ["weight"]}}, {"full": {"loads": ["weight", "water"]}}],
+}
+STIFF = changed(SCENE, ("joints.base.k_n", 1e13), ("joints.base.k_s", 3e12))
+UPLIFT = {"type": "uplift", "faces": "base", "level": H, "rule": "linear", "cracked": True, "crack_tolerance": 1e-5}
+
+
+def triangle(width, n):
+    """A fan of n triangles from the apex above the heel, on one wide block."""
+    vertices = np.array([[width * i / n, 0.0] for i in range(n + 1)] + [[0.0, H]])
+    blocks = np.array([[i, i + 1, n + 1, -1] for i in range(n)])
+    sets = {"base": np.array([[i, 0] for i in range(n)]), "upstream": np.array([[0, 2]])}
+    dam = BlockMesh(vertices, blocks, np.zeros(n), ["dam"], [1], sets, {"heel": 0, "toe": n})
+    ground = renamed(rectangle(-5.0, -10.0, width + 10.0, 10.0, group="ground", rigid=True), {"base": "top"})
+    return join([dam, ground])
+
+
+def gravity_method(width, uplift=False):
+    """Open length, toe stress and N; None when the iteration crack -> uplift -> crack runs away."""
+    weight, thrust = RHO * G * width * H / 2, WATER * G * H**2 / 2
+    crack = 0.0
+    for _ in range(10000):
+        p = WATER * G * H * uplift
+        force = p * crack + p * (width - crack) / 2
+        about_toe = p * crack * (width - crack / 2) + p * (width - crack) ** 2 / 3
+        normal = weight - force
+        arm = (weight * width * 2 / 3 - thrust * H / 3 - about_toe) / normal
+        if normal <= 0 or arm <= 0:
+            return None
+        opened = max(0.0, width - 3 * arm)
+        if abs(opened - crack) < 1e-12:
+            return opened, 2 * normal / (width - opened), normal
+        crack = opened
+    return None
+
+
+def toe_stress(base):
+    return -min(base["start"]["sigma"], base["end"]["sigma"])
+
+
+def run(case):
+    for width in (30.0, 32.25):
+        crack, toe, normal = gravity_method(width)
+        result = case.run(triangle(width, 1), STIFF)
+        base = result.stage_summary("full")["joints"]["base"]
+        what = f"B = {width:g} m, one tptm contact, k_n = 1e13 Pa/m"
+        case.check(f"{what}: open length [m]", base["open_length"], crack, relative=1e-5)
+        case.check("... toe stress [Pa]", toe_stress(base), toe, relative=1e-6)
+        case.check("... N [N]", base["N"], normal, relative=1e-6)
+        if width == 30.0:
+            base = case.run(triangle(width, 1), SCENE).stage_summary("full")["joints"]["base"]
+            case.check("B = 30 m, k_n = 10 GPa/m: N [kN], crack [m], toe [kPa]; the dam leans by 0.2 mm",
+                       [base["N"] / 1e3, base["open_length"], toe_stress(base) / 1e3], [17658, 4.722, 1397.1], relative=2e-4)
+            gap = base["start"]["opening"] - base["end"]["opening"]
+            case.check("... rotation [rad], toe closure and heel gap [mm]",
+                       [gap / width, -base["end"]["opening"] * 1e3, base["start"]["opening"] * 1e3],
+                       [5.527e-6, 0.1397, 0.0261], relative=2e-3)
+            case.check("... friction needed [degree]", base["friction_needed"], 34.78, relative=1e-4)
+    many_contacts(case)
+    with_uplift(case)
+
+
+def many_contacts(case):
+    crack, toe, normal = gravity_method(30.0)
+    jobs = [(triangle(30.0, n), changed(STIFF, ("joints.base.stress_model", model))) for n in (1, 30) for model in MODELS]
+    bases = [result.stage_summary("full")["joints"]["base"] for result in case.run_all([jobs[0]] + jobs[6:])]
+    eccentricity = 15.0 - (30.0 - crack) / 3
+    case.check("one pt contact: toe stress of two forces, 2 N (1/2 + e/B) / B [Pa]", toe_stress(bases[0]),
+               2 * normal * (0.5 + eccentricity / 30) / 30, relative=1e-6)
+    case.check("30 contacts, six models: open length [m], within one contact", [base["open_length"] for base in bases[1:]], crack,
+               absolute=1.0)
+    case.check("... tptm: open length [m]", bases[6]["open_length"], crack, relative=1e-5)
+    case.check("... tptm: toe stress [Pa]", toe_stress(bases[6]), toe, relative=1e-5)
+
+
+def with_uplift(case):
+    wet = changed(STIFF, ("joints.base.friction", 80), ("loads.uplift", UPLIFT), ("stages", [*SCENE["stages"][:1],
+                  {"full": {"loads": ["weight", "water", "uplift"], "ramp": 3000}}]))
+    for width in (42.0, 41.0, 40.0):
+        crack, toe, normal = gravity_method(width, uplift=True)
+        result = case.run(triangle(width, 1), wet)
+        stage = result.stage_summary("full")
+        what = f"B = {width:g} m, full head in the crack"
+        case.check(f"{what}: open length [m]", stage["uplift"]["uplift"]["open_length"], crack, absolute=1e-3)
+        case.check("... toe stress [Pa] and N [N]", [toe_stress(stage["joints"]["base"]), stage["joints"]["base"]["N"]],
+                   [toe, normal], relative=1e-4)
+        case.report("... rounds of the iteration", stage["uplift"]["uplift"]["rounds"], np.nan)
+    case.check("B = 37 m: the gravity method runs away", gravity_method(37.0, uplift=True), None)
+    case.check("... and the stage ends as collapsed", case.run(triangle(37.0, 1), wet).verdict, "collapsed")

@@ -1,0 +1,93 @@
+# ranks: 2
+"""Sliding of section G1 on its base (the paper's S1 and S3): friction reduced until the dam moves.
+
+On a plane of one slope with ductile strength the limit is statics: S1 tan(phi) = T/N, S3 r = T/(N + c L). Sections of the
+paper are not known; its numbers are reported."""
+
+import json
+import math
+
+import numpy as np
+from driver import REFERENCE, changed
+from quoin_tools.dam import G1
+from quoin_tools.reference_mesh import from_reference
+
+WHAT = "strength reduction on G1: friction alone (S1), all strengths with a key (S3), mechanism, ranks"
+SOURCE = "equilibrium on the plane of the base: W = 9699 kN, H = 5342 kN, uplift 1014 + 977 kN, no key"
+
+SLOPE = np.arctan2(G1.toe[1], G1.toe[0])
+UPLIFT = {"type": "uplift", "faces": "base", "level": 33, "rule": "npb", "drain": 4.70 / np.cos(SLOPE), "component": "vertical"}
+ALL = ["weight", "water", "uplift"]
+INELASTIC = {"law": "mohr_coulomb", "friction": 45}
+SCENE = {
+    "strain": "small",
+    "relaxation": {"groups": ["dam"], "tolerance": 1e-7, "velocity_tolerance": 1e-6, "history_every": 1000},
+    "materials": {name: {"density": 2400, "young": 10e9, "poisson": 0.2} for name in ("dam", "rock")},
+    "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "law": "elastic"}, "base": {}},
+    "supports": {"rock_sides": {"fix": "x"}, "rock_bottom": {"fix": "y"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": {"type": "reservoir", "faces": "upstream", "level": 33},
+              "uplift": UPLIFT},
+    "stages": [{"sw": {"loads": ["weight"]}}, {"swhp": {"loads": ["weight", "water"]}},
+               {"s1": {"type": "strength_reduction", "loads": ALL, "bracket": 0.05, "joints": {"base": INELASTIC}}}],
+}
+
+
+def plane_forces():
+    """N and T on the base [N], by hand."""
+    x, y = G1.corners().T
+    area = 0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum()
+    thrust = 9810 * 33**2 / 2
+    down = 2400 * 9.81 * area + thrust * 1.65 / 33 - 33 * 9810 * (2 / 3 * 4.70 + 18.10 / 6)
+    return (down * math.cos(SLOPE) + thrust * math.sin(SLOPE), thrust * math.cos(SLOPE) - down * math.sin(SLOPE))
+
+
+def holds(reduction, exact):
+    return min(reduction["stable"], reduction["failing"]) <= exact <= max(reduction["stable"], reduction["failing"])
+
+
+def run(case):
+    normal, shear = plane_forces()
+    exact = math.degrees(math.atan2(shear, normal))
+    case.check("S1 by hand: atan(T/N) [degree]", exact, 28.102, absolute=5e-4)
+    s1(case, exact)
+    s3(case, normal, shear)
+
+
+def s1(case, exact):
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    sums = {}
+    for ranks in (1, 2, 3) if case.full else (1, 2):
+        result = case.run(mesh, SCENE, ranks=ranks)
+        sums[ranks] = json.dumps([[stage["checksum"] for stage in result.summary["stages"]],
+                                  result.stage("s1").mechanism.tolist()])
+    found = result.stage_summary("s1")["strength_reduction"]
+    case.check("S1: exit code, although trials collapse", result.exit_code, 0)
+    case.check("S1: the bracket holds the exact angle", holds(found, exact), True)
+    case.check("... its width [degree], at most 0.05", found["width"], 0.0, absolute=0.05)
+    case.check("... middle of the bracket [degree]", (found["stable"] + found["failing"]) / 2, exact, absolute=0.025)
+    case.report("... safety factor for 45 degrees; paper 1.9", found["safety_factor_stable"], 1.9)
+    case.check("... checksums and mechanism on several ranks", len(set(sums.values())), 1)
+    mechanism, group = result.stage("s1").mechanism, result.mesh.block_group
+    dam = np.unique(result.mesh.blocks[group == result.mesh.group_names.index("dam")])
+    case.check("... mechanism: all of the dam moves along the base", mechanism[dam[dam >= 0]],
+               np.array([math.cos(SLOPE), math.sin(SLOPE)]), absolute=0.02)
+
+
+def s3(case, normal, shear):
+    """The first two contacts are a key with cohesion 1 MPa: 15 % less of all strengths at a step, then bisection."""
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    ends = mesh.vertices[mesh.blocks[mesh.face_sets["base"][:, 0]]]
+    near = ends.mean(axis=1)[:, 0] < G1.toe[0] * 2 / 12
+    mesh.face_sets["key"] = mesh.face_sets["base"][near]
+    key_length = np.hypot(*G1.toe) * 2 / 12
+    key = INELASTIC | {"cohesion": 1e6, "cohesion_residual": 1e6, "tension": 1e6, "tension_residual": 1e6}
+    stage = {"type": "strength_reduction", "what": "strengths", "factor": 0.85, "bracket": 0.002, "loads": ALL,
+             "joints": {"base": INELASTIC, "key": key}}
+    scene = changed(SCENE, ("joints", {"default": SCENE["joints"]["default"], "key": {}, "base": {}}),
+                    ("stages", SCENE["stages"][:2] + [{"s3": stage}]))
+    result = case.run(mesh, scene)
+    found = result.stage_summary("s3")["strength_reduction"]
+    exact = shear / (normal + 1e6 * key_length)
+    case.check("S3, key of 3.82 m: the bracket of what is left of the strengths holds T/(N + c L)", holds(found, exact), True)
+    case.check("... safety factor", found["safety_factor_stable"], 1 / exact, relative=5e-3)
+    case.report("... the paper's S3, with its key of 3 m", found["safety_factor_stable"], 2.4)
