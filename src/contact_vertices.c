@@ -107,12 +107,12 @@ static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
   return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
 }
 
-/* At a convex corner of the other body, whether the vertex belongs to face j rather than to face i: to the
-   face that one of its own faces is nearly parallel to; close to the corner of flush faces to what was a
-   contact before, or to none; else to the nearer; at a tie to that of the lower gid. */
+/* Two faces of one body: at a convex corner of it, whether the vertex belongs to face j rather than to face
+   i: to the face that one of its own faces is nearly parallel to; close to the corner of flush faces to what
+   was a contact before, or to none; else to the nearer; at a tie to that of the lower gid. */
 static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const VertexNear *j)
 {
-  if (j->body != i->body || !convex_corner(s, i->on, j->on)) return PETSC_FALSE;
+  if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
   if (j->flat != i->flat) return j->flat;
   const PetscBool over = (PetscBool)(j->t >= 0. && j->t < 1.);
   if (j->flat && j->gap > -j->flush && i->gap > -i->flush && !(over && i->was && j->was))
@@ -179,9 +179,12 @@ static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear
 {
   const Model *m = s->m;
   PetscFunctionBeginUser;
+  PetscInt body[MOST_NEAR];
+  for (PetscInt i = 0; i < n; i++) body[i] = near[i].body;
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt j = 0; j < n && !near[i].blocked; j++)
-      if (j != i && belongs_to_other(s, near + i, near + j)) near[i].blocked = PETSC_TRUE;
+      if (body[j] == body[i] && j != i && belongs_to_other(s, near + i, near + j))
+        near[i].blocked = PETSC_TRUE;
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt f = near[i].face, g = near[i].on;
     if (near[i].blocked) continue;

@@ -50,7 +50,9 @@ static PetscReal TypicalExtent(PetscInt n, const PetscReal *box, int axis)
   PetscReal extent[SAMPLE], sum = 0;
   const PetscInt count = PetscMin(n, SAMPLE);
   for (PetscInt s = 0; s < count; s++) {
-    const PetscReal *b = box + 4 * (PetscInt)((PetscInt64)s * n / count);
+    /* scattered, not every so many: those could all be the same side of their blocks */
+    const PetscInt i = n > SAMPLE ? (PetscInt)((uint64_t)s * 2654435769u % (uint64_t)n) : s;
+    const PetscReal *b = box + 4 * i;
     extent[s] = b[2 + axis] - b[axis];
   }
   qsort(extent, (size_t)count, sizeof *extent, CompareReal);

@@ -1,12 +1,19 @@
-"""Cost of finding contacts anew: rigid blocks in a grid, nanoseconds per block of a verification.
+"""Cost of the start-up and of finding contacts anew: nanoseconds per block of each part, and its exponent.
 
-    python tests/benchmark/detection.py --quoin build/quoin --sides 100 316 1000
+    python tests/benchmark/detection.py --quoin build/quoin --sides 100 316 1000 --ranks 2 --json out.json
+    python tests/benchmark/detection.py --instructions          # also counted by valgrind, at the first size
 
-Contacts are verified at the start of a stage of variable connectivity, so that stages of one cycle each measure it."""
+The blocks are a square grid of single rigid blocks, each a macroblock: the most faces, near pairs and contacts that
+a number of blocks can have. Contacts are verified at the start of a stage of variable connectivity, so that stages of
+one cycle each measure it. The exponent is that of cost against number of blocks between the first and the last size;
+1 is linear. Memory is the largest of a rank."""
 
 import argparse
+import json
+import math
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -20,6 +27,9 @@ from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.stacks import block_grid  # noqa: E402
 
 STAGES = 3
+VERIFICATION = ("Verification", "VerifyFarFaces", "VerifyNearFaces", "VerifyFaces", "VerifyVertices", "VerifyHistory")
+SETUP = ("SetUpReading", "SetUpChecks", "SetUpOrder", "SetUpPartition", "SetUpDistribution", "SetUpModel", "SetUpContacts",
+         "SetUpOutput")
 
 
 def scene():
@@ -32,28 +42,78 @@ def scene():
             "stages": [{f"s{i}": stage} for i in range(STAGES)]}
 
 
-def measure(quoin, side, ranks):
-    """Seconds of a verification, least of the stages."""
-    with tempfile.TemporaryDirectory() as folder:
-        write(os.path.join(folder, "model.h5"), block_grid(side, side, 1, 1))
-        Path(folder, "scene.yaml").write_text(dump(scene()), encoding="utf-8")
-        command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", quoin, "-options_file", "scene.yaml",
-                   "-log_view", ":log.txt"]
-        subprocess.run(command, cwd=folder, env=ENVIRONMENT | dict(os.environ), capture_output=True, check=False)
-        row = re.search(r"^Verification\s+(\d+)\s+\S+\s+(\S+)", Path(folder, "log.txt").read_text(), re.M)
-        return float(row[2]) / int(row[1])
+def run(command, folder):
+    done = subprocess.run(command, cwd=folder, env=ENVIRONMENT | dict(os.environ), capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+
+
+def measure(quoin, folder, side, ranks):
+    """Seconds by part: of one verification, of the whole set-up and its parts."""
+    write(os.path.join(folder, "model.h5"), block_grid(side, side, 1, 1))
+    Path(folder, "scene.yaml").write_text(dump(scene()), encoding="utf-8")
+    run(["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", quoin, "-options_file", "scene.yaml",
+         "-log_view", ":log.txt"], folder)
+    log = Path(folder, "log.txt").read_text(encoding="utf-8")
+    seconds = {}
+    for part in VERIFICATION + SETUP:
+        row = re.search(rf"^{part}\s+(\d+)\s+\S+\s+(\S+)", log, re.M)
+        seconds[part] = float(row[2]) / int(row[1]) if row else 0.0
+    # the event of the distribution has that of the partition inside
+    seconds["SetUpDistribution"] = max(0.0, seconds["SetUpDistribution"] - seconds["SetUpPartition"])
+    seconds["SetUp"] = sum(seconds[part] for part in SETUP)
+    return seconds
+
+
+def instructions(quoin, folder):
+    """Instructions of one verification, on one rank."""
+    run(["valgrind", "--tool=callgrind", "--toggle-collect=ContactsVerify", "--callgrind-out-file=callgrind.out", quoin,
+         "-options_file", "scene.yaml"], folder)
+    text = Path(folder, "callgrind.out").read_text(encoding="utf-8")
+    return int(re.search(r"^summary: (\d+)", text, re.M)[1]) / STAGES
+
+
+def exponent(rows, part):
+    first, last = rows[0], rows[-1]
+    if len(rows) < 2 or min(first["seconds"][part], last["seconds"][part]) < 1e-3:
+        return None
+    return math.log(last["seconds"][part] / first["seconds"][part]) / math.log(last["blocks"] / first["blocks"])
+
+
+def table(rows, ranks):
+    lines = [f"ns per block, {ranks} rank(s)".ljust(24) + "".join(f"{row['blocks']:>12d}" for row in rows) + "    exponent"]
+    for part in VERIFICATION + ("SetUp",) + SETUP:
+        power = exponent(rows, part)
+        lines.append(part.ljust(24) + "".join(f"{1e9 * row['seconds'][part] / row['blocks']:12.0f}" for row in rows)
+                     + (f"{power:12.2f}" if power is not None else "           -"))
+    lines.append("set-up, s".ljust(24) + "".join(f"{row['seconds']['SetUp']:12.2f}" for row in rows))
+    lines.append("memory of a rank, MiB".ljust(24) + "".join(f"{row['memory_MiB']:12.0f}" for row in rows))
+    return "\n".join(lines)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
     parser.add_argument("--sides", type=int, nargs="+", default=[100, 316, 1000], help="blocks in a row of the grid")
     parser.add_argument("--ranks", type=int, default=1)
+    parser.add_argument("--instructions", action="store_true", help="count them with valgrind at the first size")
+    parser.add_argument("--json", help="file for the figures")
     options = parser.parse_args()
-    print(f"{'blocks':>9}  {'s':>8}  ns per block of a verification, {options.ranks} rank(s)")
-    for side in options.sides:
-        seconds = measure(os.path.abspath(options.quoin), side, options.ranks)
-        print(f"{side**2:9d}  {seconds:8.4f}  {1e9 * seconds / side**2:8.0f}", flush=True)
+    quoin, rows, counted = os.path.abspath(options.quoin), [], None
+    for side in sorted(options.sides):
+        with tempfile.TemporaryDirectory() as folder:
+            seconds = measure(quoin, folder, side, options.ranks)
+            memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+            rows.append({"blocks": side**2, "seconds": seconds, "memory_MiB": memory})
+            if options.instructions and len(rows) == 1:
+                counted = instructions(quoin, folder) / side**2
+    print(table(rows, options.ranks))
+    if counted is not None:
+        print(f"instructions of a verification: {counted:.0f} per block at {rows[0]['blocks']} blocks")
+    if options.json:
+        figures = {"ranks": options.ranks, "rows": rows, "instructions_per_block": counted,
+                   "exponent": {part: exponent(rows, part) for part in VERIFICATION + ("SetUp",) + SETUP}}
+        Path(options.json).write_text(json.dumps(figures, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":
