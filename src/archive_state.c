@@ -252,6 +252,12 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveDofs(a, m, "f_ext", s->f_ext));
   PetscCall(ArchiveDofs(a, m, "f_start", s->f_start));
   PetscCall(ArchiveDofs(a, m, "f_target", s->f_target));
+  if (m->n_condensed_global) { // what acts inside condensed bodies, with their displacements
+    PetscCall(ArchiveVertices(a, m, "u_inner", s->u + 3 * m->n_bodies));
+    PetscCall(ArchiveVertices(a, m, "f_ext_inner", s->f_ext + 3 * m->n_bodies));
+    PetscCall(ArchiveVertices(a, m, "f_start_inner", s->f_start + 3 * m->n_bodies));
+    PetscCall(ArchiveVertices(a, m, "f_target_inner", s->f_target + 3 * m->n_bodies));
+  }
   PetscCall(ArchiveDofs(a, m, "m", s->m));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   for (PetscInt l = 0; l < scene->n_loads; l++) {

@@ -28,7 +28,7 @@ static PetscErrorCode number_rows(const Model *m, const State *state, Stiffness 
   PetscCall(PetscMalloc1(2 * n, &pair));
   for (PetscInt i = 0; i < 3 * n; i++) s->row[i] = -1;
   PetscCall(PetscArrayzero(s->centre, 2 * n));
-  for (PetscInt v = 0; v < m->n_owned; v++) {
+  for (PetscInt v = 0; v < m->n_moving; v++) {
     const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
                    dof = body < 0 ? at + 2 * v : 3 * body;
     for (int i = 0; i < (body < 0 ? 2 : 3); i++)
@@ -106,6 +106,24 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_node
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Condensed bodies: dense blocks between their kept vertices. */
+static PetscErrorCode add_condensed(const Model *m, const Stiffness *s, Mat matrix)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    const PetscInt n = c->n_kept;
+    PetscInt *vertices;
+    PetscReal *k;
+    PetscCall(PetscMalloc2(n / 2, &vertices, n * n, &k));
+    for (PetscInt i = 0; i < n / 2; i++) vertices[i] = c->kept[2 * i] / 2;
+    for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(k + i * n, c->S + i * c->stride, n));
+    PetscCall(StiffnessAdd(m, s, matrix, n / 2, vertices, k));
+    PetscCall(PetscFree2(vertices, k));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Blocks, and a diagonal of about their size where a dof is held. */
 static PetscErrorCode add_bodies(const Model *m, const PetscReal *u, const Stiffness *s, Mat matrix)
 {
@@ -117,6 +135,7 @@ static PetscErrorCode add_bodies(const Model *m, const PetscReal *u, const Stiff
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, m->fixed[d] ? stiffest : 0., ADD_VALUES));
   PetscCall(add_elements(m, &m->q4, 4, u + 3 * m->n_bodies, s, matrix));
   PetscCall(add_elements(m, &m->t3, 3, u + 3 * m->n_bodies, s, matrix));
+  PetscCall(add_condensed(m, s, matrix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

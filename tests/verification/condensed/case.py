@@ -110,13 +110,18 @@ def guilhofrei(case):
     mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
     tight = ("relaxation", g1.SCENE["relaxation"] | {"tolerance": 1e-11, "velocity_tolerance": 1e-11})
     elastic, friction = changed(g1.SCENE, tight), changed(g1.FRICTION, tight)
+    newton = ("relaxation.method", "preconditioned")
     jobs = [elastic, condensed(elastic, "dam", "rock"), condensed(elastic, "rock"),
-            friction, condensed(friction, "dam", "rock")]
-    whole, both, rock, slipping, both_slip = case.run_all([(mesh, scene) for scene in jobs])
+            friction, condensed(friction, "dam", "rock"),
+            changed(condensed(elastic, "dam", "rock"), newton), changed(friction, newton),
+            changed(condensed(friction, "dam", "rock"), newton)]
+    whole, both, rock, slipping, both_slip, direct_solve, slip_newton, both_newton = case.run_all([(mesh, scene) for scene in jobs])
     for stage in ("SW", "HP", "SWHP_el"):
         compare(case, f"G1, dam and rock, {stage}", whole, both, stage, 1e-8)
     compare(case, "G1, rock only, SWHP_el", whole, rock, "SWHP_el", 1e-8)
-    compare(case, "G1, frictional base", slipping, both_slip, "SWHP_nl", 1e-4)  # the slip depends on the way there
+    compare(case, "G1, dam and rock, Newton's method, SWHP_el", whole, direct_solve, "SWHP_el", 1e-8)
+    compare(case, "G1, frictional base, Newton's method on both", slip_newton, both_newton, "SWHP_nl", 1e-8)
+    compare(case, "G1, frictional base, explicit", slipping, both_slip, "SWHP_nl", 1e-4)  # the slip depends on the way there
     with open(REFERENCE / "guilhofrei_g1.json", encoding="utf-8") as file:
         reference = json.load(file)["12"]
     case.check("G1, SW, HP, SW+HP: crest u_x [mm] (implicit finite elements)",
