@@ -200,13 +200,37 @@ PetscErrorCode ArchiveVertices(Archive *a, const Model *m, const char *name, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ArchiveDofs(Archive *a, const Model *m, const char *name, PetscReal *x)
+static PetscErrorCode archive_bodies(Archive *a, const Model *m, const char *name, PetscReal *x)
 {
   char label[NAME_LENGTH];
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_bodies", name));
   PetscCall(placed(a, label, m->n_bodies, m->body_gid, 3, m->n_rigid_global, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveDofs(Archive *a, const Model *m, const char *name, PetscReal *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(archive_bodies(a, m, name, x));
   PetscCall(placed(a, name, m->n_deformable, m->vertex_gid, 2, m->n_vertices_global, x + 3 * m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveApplied(Archive *a, const Model *m, const char *name, PetscReal *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(archive_bodies(a, m, name, x));
+  PetscCall(ArchiveVertices(a, m, name, x + 3 * m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
+{
+  PetscInt64 n[5] = {e->evaluations, e->solves, e->factorisations, e->preconditioned, e->explicit};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCounts(a, "effort", 5, n));
+  *e = (Effort){n[0], n[1], n[2], (PetscBool)n[3], (PetscBool)n[4]};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

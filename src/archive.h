@@ -49,15 +49,21 @@ PetscErrorCode ArchiveSums(Archive *archive, const char *name, PetscInt n, Petsc
 PetscErrorCode ArchiveText(Archive *archive, const char *name, char **text);
 /* (n_dof,) of this rank's degrees of freedom. */
 PetscErrorCode ArchiveDofs(Archive *archive, const Model *model, const char *name, PetscReal *x);
+/* (3 n_bodies + 2 n_owned,): likewise, with all owned vertices. */
+PetscErrorCode ArchiveApplied(Archive *archive, const Model *model, const char *name, PetscReal *x);
 /* (n_owned,2) of owned vertices. */
 PetscErrorCode ArchiveVertices(Archive *archive, const Model *model, const char *name, PetscReal *x);
 /* Contacts with their history and last evaluation. Reading replaces those there are; model->faces must be
    those of the displacements where contacts were last verified (StateArchive sees to it). */
 PetscErrorCode ArchiveContacts(Archive *archive, const Scene *scene, const Model *model, const char *name,
                                Contacts *contacts);
+PetscErrorCode ArchiveEffort(Archive *archive, Effort *effort);
 /* What a stage has come to so far. */
 PetscErrorCode ArchiveResult(Archive *archive, const char *name, StageResult *result);
 
+/* Collective. Faces and ghosts of model as they are where the dofs have displacements u (n_dof,); the state
+   keeps its own. Local numbers of vertices in contacts hold where the contacts were found. */
+PetscErrorCode NeighboursAt(Model *model, State *state, const PetscReal *u);
 /* The state of a run: State, Contacts, and what of Model follows the motion. */
 PetscErrorCode StateArchive(Archive *archive, const Scene *scene, Model *model, State *state,
                             Contacts *contacts);

@@ -233,31 +233,39 @@ static PetscErrorCode spread(const Model *m, PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode NeighboursAt(Model *m, State *s, const PetscReal *u)
+{
+  PetscReal *kept;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_dof, &kept));
+  PetscCall(PetscArraycpy(kept, s->u, m->n_dof));
+  PetscCall(PetscArraycpy(s->u, u, m->n_dof));
+  PetscCall(spread(m, s->u));
+  PetscCall(NeighboursUpdate(m, s));
+  PetscCall(PetscArraycpy(s->u, kept, m->n_dof));
+  PetscCall(spread(m, s->u));
+  PetscCall(PetscFree(kept));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, Contacts *c)
 {
   PetscReal reals[] = {s->dt, s->alpha, s->beta, s->time, s->ramp, c->rate};
+  PetscInt turn = s->loads_turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
   PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate", 6, reals));
   PetscCall(ArchiveDofs(a, m, "u_verified", s->u_verified));
-  if (a->reading) { // neighbours are those of the displacements where contacts were found
-    PetscCall(PetscArraycpy(s->u, s->u_verified, m->n_dof));
-    PetscCall(spread(m, s->u));
-    PetscCall(NeighboursUpdate(m, s));
-  }
+  if (a->reading) PetscCall(NeighboursAt(m, s, s->u_verified));
   PetscCall(ArchiveContacts(a, scene, m, "contacts", c));
-  PetscCall(ArchiveDofs(a, m, "u", s->u));
+  PetscCall(ArchiveApplied(a, m, "u", s->u));
   PetscCall(ArchiveDofs(a, m, "v", s->v));
   PetscCall(ArchiveDofs(a, m, "f", s->f));
-  PetscCall(ArchiveDofs(a, m, "f_ext", s->f_ext));
-  PetscCall(ArchiveDofs(a, m, "f_start", s->f_start));
-  PetscCall(ArchiveDofs(a, m, "f_target", s->f_target));
-  if (m->n_condensed_global) { // what acts inside condensed bodies, with their displacements
-    PetscCall(ArchiveVertices(a, m, "u_inner", s->u + 3 * m->n_bodies));
-    PetscCall(ArchiveVertices(a, m, "f_ext_inner", s->f_ext + 3 * m->n_bodies));
-    PetscCall(ArchiveVertices(a, m, "f_start_inner", s->f_start + 3 * m->n_bodies));
-    PetscCall(ArchiveVertices(a, m, "f_target_inner", s->f_target + 3 * m->n_bodies));
-  }
+  PetscCall(ArchiveApplied(a, m, "f_ext", s->f_ext));
+  PetscCall(ArchiveApplied(a, m, "f_start", s->f_start));
+  PetscCall(ArchiveApplied(a, m, "f_target", s->f_target));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turn, 1, MPIU_INT, MPI_MAX, m->comm));
+  PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
   PetscCall(ArchiveDofs(a, m, "m", s->m));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   for (PetscInt l = 0; l < scene->n_loads; l++) {
@@ -269,6 +277,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
     PetscCall(ArchiveInts(a, label, 1, &s->uplift[l].rounds));
   }
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
+  s->loads_turn = (PetscBool)turn; // a rank that has no such loads turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->ramp = reals[4], c->rate = reals[5];
   PetscCall(spread(m, s->u));

@@ -10,6 +10,34 @@ static uint64_t spread(uint64_t x)
   return x ^ (x >> 31);
 }
 
+uint64_t HashBytes(uint64_t seed, const void *data, size_t bytes)
+{
+  const char *at = data;
+  uint64_t h = spread(seed ^ bytes), word;
+  for (size_t i = 0; i < bytes; i += sizeof(word)) {
+    word = 0;
+    memcpy(&word, at + i, PetscMin(sizeof(word), bytes - i));
+    h = spread(h ^ word);
+  }
+  return h;
+}
+
+uint64_t MeshChecksum(const BlockMesh *b)
+{
+  uint64_t h = HashBytes(0, b->X, 2 * (size_t)b->n_vertices * sizeof(PetscReal));
+  const PetscInt nb = b->n_blocks;
+  h = HashBytes(h, b->blocks, 4 * (size_t)nb * sizeof(PetscInt));
+  h = HashBytes(h, b->block_group, (size_t)nb * sizeof(PetscInt));
+  h = HashBytes(h, b->block_file, (size_t)nb * sizeof(PetscInt));
+  h = HashBytes(h, b->group_rigid, (size_t)b->n_groups * sizeof(PetscInt));
+  for (PetscInt g = 0; g < b->n_groups; g++) h = HashBytes(h, b->group_names[g], strlen(b->group_names[g]));
+  for (PetscInt s = 0; s < b->n_face_sets; s++) {
+    h = HashBytes(h, b->face_sets[s].name, strlen(b->face_sets[s].name));
+    h = HashBytes(h, b->face_sets[s].faces, 2 * (size_t)b->face_sets[s].n * sizeof(PetscInt));
+  }
+  return HashBytes(h, b->point_vertex, (size_t)b->n_points * sizeof(PetscInt));
+}
+
 static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)
 {
   uint64_t h = spread(number);

@@ -1,6 +1,6 @@
 /* dynamics.c: a stage in time. True masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
-#include "internal.h"
+#include "checkpoint.h"
 #include "reproducible.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
@@ -376,34 +376,56 @@ static PetscErrorCode warn_models(const Scene *scene, const Model *m, const Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the loop of steps remembers, see archive.h. */
+typedef struct {
+  const Scene *scene;
+  const Model *m;
+  const Contacts *contacts;
+  EnergyAccount *energy;
+  StageResult *result;
+  PetscInt frame; /* the last written */
+  double start;   /* [s] of MPI_Wtime */
+} Loop;
+
+static PetscErrorCode archive_loop(Archive *a, void *context)
+{
+  Loop *loop = context;
+  PetscFunctionBeginUser;
+  loop->result->wall = MPI_Wtime() - loop->start;
+  PetscCall(ArchiveResult(a, "result", loop->result));
+  PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
+  PetscCall(EnergyArchive(a, loop->scene, loop->m, loop->contacts, loop->energy));
+  loop->start = MPI_Wtime() - loop->result->wall;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The steps of a stage; frames are written where forces and displacements are of one time. */
 static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                          Contacts *contacts, State *s, const Motion *motions, EnergyAccount *energy,
-                          Output *output, StageResult *result)
+                          Contacts *contacts, State *s, const Motion *motions, Loop *loop, Output *output)
 {
   const PetscInt64 steps = (PetscInt64)rint(stage->duration / s->dt);
-  const double wall = MPI_Wtime();
-  PetscInt frame = 0;
+  EnergyAccount *energy = loop->energy;
+  StageResult *result = loop->result;
   PetscFunctionBeginUser;
   PetscCall(PetscPrintf(m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
                         stage->name, steps, (double)s->dt, (double)stage->dt_factor));
-  for (PetscInt64 i = 0; i < steps && result->verdict == VERDICT_NONE; i++) {
+  for (PetscInt64 i = result->cycles; i < steps && result->verdict == VERDICT_NONE; i++) {
     PetscBool verified = PETSC_FALSE;
     if (stage->variable && i % VERIFY_EVERY == 0)
       PetscCall(verify(scene, m, stage, contacts, s, energy, &verified, result));
     if (!verified) PetscCall(evaluate(m, stage, contacts, s, energy));
-    if (frame < stage->frames && i * (stage->frames + 1) >= steps * (frame + 1))
-      PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++frame, result));
+    if (loop->frame < stage->frames && i * (stage->frames + 1) >= steps * (loop->frame + 1))
+      PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++loop->frame, result));
     const PetscBool report = (PetscBool)(!i || (i + 1) % scene->history_every == 0 || i + 1 == steps);
     if (report) PetscCall(EnergyOfBlocks(m, s, energy));
     PetscCall(advance(scene, m, s, motions, energy));
     result->cycles++;
     if (!report) continue;
     PetscCall(look(m, stage, s, contacts, energy, (PetscBool)(i == 0), result));
-    PetscCall(Interrupted(m, result));
-    result->wall = MPI_Wtime() - wall;
+    result->wall = MPI_Wtime() - loop->start;
     PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
+    PetscCall(CheckpointPoll(output->checkpoint, s->cycle, result));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -428,20 +450,25 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
 {
   EnergyAccount energy;
   Motion *motions;
-  const double wall = MPI_Wtime();
+  PetscBool resumed;
+  Loop loop = {scene, m, contacts, &energy, result, 0, MPI_Wtime()};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(motions_read(scene, m->comm, &motions));
-  PetscCall(start(scene, m, stage, number, contacts, s, result));
-  PetscCall(warn_models(scene, m, stage, contacts));
   PetscCall(EnergyCreate(m, &energy));
-  PetscCall(EnergyContactsChanged(scene, contacts, &energy));
-  PetscCall(run(scene, m, stage, number, contacts, s, motions, &energy, output, result));
+  PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  if (!resumed) {
+    PetscCall(start(scene, m, stage, number, contacts, s, result));
+    PetscCall(EnergyContactsChanged(scene, contacts, &energy));
+  }
+  PetscCall(warn_models(scene, m, stage, contacts));
+  PetscCall(run(scene, m, stage, number, contacts, s, motions, &loop, output));
+  PetscCall(CheckpointDetach(output->checkpoint));
   contacts->rate = -1.;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   turn_loads(m, s);
   half_step(m, s, 1.);
-  result->wall = MPI_Wtime() - wall;
+  result->wall = MPI_Wtime() - loop.start;
   if (result->verdict == VERDICT_NONE) PetscCall(completed(stage, &energy, result));
   PetscCall(motions_destroy(scene, &motions));
   PetscCall(EnergyDestroy(&energy));

@@ -8,7 +8,7 @@
    they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What joints
    store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in friction (and
    dashpots). */
-#include "internal.h"
+#include "archive.h"
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
 {
@@ -82,6 +82,25 @@ PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *c, Ener
   PetscCall(PetscArraycpy(e->d_s, c->u_s, n));
   PetscCall(PetscArrayzero(e->work, c->n_padded));
   e->n_contacts = c->n_padded;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyArchive(Archive *a, const Scene *scene, const Model *m, const Contacts *c,
+                             EnergyAccount *e)
+{
+  PetscReal sums[] = {e->kinetic, e->strain,        e->outside,    e->supports,
+                      e->damping, e->damping_ahead, e->work_before};
+  PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0};
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
+  PetscCall(ArchiveSums(a, "energies", 7, sums));
+  PetscCall(ArchiveReals(a, "energies_at_start", 4, alike));
+  PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
+  if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(EnergyContactsChanged(scene, c, e)); // forces and places of the cycle before are those of c
+  e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
+  e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6];
+  e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

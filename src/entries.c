@@ -3,6 +3,7 @@
 #include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <yaml.h>
 
@@ -80,6 +81,22 @@ static PetscErrorCode EntriesAdd(Entries *list, const char *key, const char *val
   *entry = (Entry){.kind = kind, .line = line};
   PetscCall(PetscStrallocpy(key, &entry->key));
   PetscCall(PetscStrallocpy(value, &entry->value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EntriesText(const Entries *list, char **text)
+{
+  size_t size;
+  PetscFunctionBeginUser;
+  FILE *f = open_memstream(text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  for (PetscInt i = 0; i < list->n; i++) {
+    const Entry *e = list->entries + i;
+    if (e->kind == ENTRY_SECTION || EntriesFind(list, e->key) != e) continue;
+    for (const char *c = e->key; *c; c++) fputc(*c == '.' ? '_' : *c, f);
+    fprintf(f, " %s\n", e->value);
+  }
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

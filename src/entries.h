@@ -27,6 +27,8 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
 /* The entry with this key, NULL if there is none. Does not mark it as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
+/* A line "key value" for each value and list that counts, with _ for every dot; free with free(). */
+PetscErrorCode EntriesText(const Entries *list, char **text);
 PetscErrorCode EntriesDestroy(Entries *list);
 
 /* True for [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */

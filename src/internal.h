@@ -18,6 +18,12 @@ struct _p_Output;
 /* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all
    ranks with the message of the lowest rank that has one. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
+/* The same for reasons of other kinds, each with an exit code of its own. */
+#define ERROR_OUTPUT PETSC_ERR_FILE_WRITE          /* what the run is to write cannot be written */
+#define ERROR_LOCKED PETSC_ERR_FILE_OPEN           /* another run writes into the output folder */
+#define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
+#define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
+PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
 PetscErrorCode QuoinErrorHandlerPush(void);
 extern const char *const VerdictNames[];
 /* The insides of a Quoin, for the project's own tests and benchmarks. */
@@ -145,6 +151,10 @@ PetscErrorCode ModelDestroy(Model *model);
    on any number of ranks when every bit is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
                              uint64_t *checksum);
+/* Any change of a bit changes it. */
+uint64_t HashBytes(uint64_t seed, const void *data, size_t bytes);
+/* Rank 0. Of all that a renumbered mesh holds: another mesh, or another group that is rigid, has another. */
+uint64_t MeshChecksum(const BlockMesh *mesh);
 /* Collective checks of internal consistency, for tests and debug builds. */
 PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 
@@ -454,6 +464,9 @@ typedef struct {
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
 PetscErrorCode EnergyDestroy(EnergyAccount *e);
+/* Collective, see archive.h. Contacts must have been read back before. */
+PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Scene *scene, const Model *model,
+                             const Contacts *contacts, EnergyAccount *e);
 /* Works of the contacts over the step that led to the forces just evaluated. */
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
 /* Contacts were found anew: half a step's work of what the forces have changed by, from f_before. */
@@ -479,8 +492,6 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *st
                                StageResult *result);
 
 /* ---- stages.c */
-/* Collective. A stop asked for by signal on any rank becomes the verdict. */
-PetscErrorCode Interrupted(const Model *model, StageResult *result);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Scene *scene, const Model *model, const Contacts *contacts);
 /* "explicit", "preconditioned", or the one and then the other. */
@@ -508,8 +519,6 @@ PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage
 PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
                         Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                         StageResult *result);
-/* Turns SIGUSR1, SIGTERM and SIGINT into a request to stop at the next check. */
-PetscErrorCode SignalsCatch(void);
 PetscErrorCode StateCreate(const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
 
@@ -616,19 +625,41 @@ typedef struct {
   const Model *model; /* names only */
   const MeshFields *mesh;
   char *xdmf;         /* grids of the stages written so far */
+  PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
   PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
-/* Adds the end of a stage (frame 0): the finished file replaces results.h5, then results.xdmf follows. Or
-   adds a frame on the way: it stays in results.h5.part until the stage ends. */
+/* Adds the end of a stage (frame 0) and its frames: the finished file replaces results.h5, then results.xdmf
+   follows. Or writes a frame on the way into <stage>_<frame>.h5, until the stage ends. */
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
+/* Whether results.h5 holds the first n stages of the scene: a restart can add to it. */
+PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
-/* folder/name.part, opened for writing; and its renaming to folder/name. Nothing happens when message is not
- * "". */
+/* ---- xdmf.c: rank 0 only */
+/* Entries of the mixed topology: the cell type before the vertices of each block. */
+PetscInt XdmfTopologySize(const MeshFields *mesh);
+/* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name: its group in
+   results.h5. */
+int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
+/* results.xdmf from all grids so far, replaced in one go. */
+void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
+/* ---- files.c: rank 0 only */
+/* mkdir -p; 0, or -1 and a message. */
+int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
+/* Keeps other runs out of a folder until FolderUnlock or the end of the process; -1 and a message when one is
+   there. */
+int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
+void FolderUnlock(const char *folder, int lock);
+/* folder/name.part, opened for writing; and its renaming to folder/name once it is on the disk. Nothing
+ * happens when message is not "". */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* 0 or -1 */
+int FileCopy(const char *from, const char *to);
+/* Of the first bytes of a file; 0: it has fewer, or cannot be read. */
+uint64_t FileChecksum(const char *path, size_t bytes);
 
 #ifndef QUOIN_VERSION
 #define QUOIN_VERSION "0.1.0"
@@ -683,12 +714,16 @@ typedef struct _p_Output {
   MeshFields mesh;
   ResultsFile results; /* rank 0 */
   FILE *history;       /* rank 0 */
+  int lock;            /* rank 0: of the folder, -1: none */
   Trials trials;       /* of the stage that runs */
+  struct _p_Checkpoint *checkpoint;
+  void *memory; /* output.c: for the checkpoint */
 } Output;
-/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written, starts
-   results.h5.part and history.csv.part. Results of an older run stay until the first stage is complete.
-   `output` must not move in memory. */
-PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output);
+/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written or that another run
+   writes into, starts results.h5.part and history.csv.part; after a restart goes on with the files there.
+   Results of an older run stay until the first stage is complete. `output` must not move in memory. */
+PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
+                          Output *output);
 /* A row of history.csv. ramp: part of the stage's load change that acts, 0 to 1. */
 PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
                              PetscInt stage, PetscReal ramp, const StageResult *result);

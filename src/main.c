@@ -69,10 +69,8 @@ int main(int argc, char **argv)
     PetscCall(SceneHelp(PETSC_COMM_WORLD));
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
-    if (error == PETSC_ERR_USER_INPUT)
-      exit_code = QUOIN_BAD_INPUT;
-    else if (error)
-      MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
+    if (error) exit_code = QuoinErrorExitCode(error);
+    if (exit_code == QUOIN_INTERNAL) MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
   }
   PetscCall(PetscFinalize());
   return exit_code;

@@ -14,6 +14,7 @@
    Guards. The step is bounded. A load increment that does not converge is halved; when that does not help, or
    the factor fails (a body that nothing holds), the explicit loop takes over from the last equilibrium: what
    has no equilibrium is judged there. */
+#include "checkpoint.h"
 #include "stiffness.h"
 
 enum { MOST_ITERATIONS = 40, MOST_HALVINGS = 6, STALL_ITERATIONS = 8 };
@@ -50,6 +51,7 @@ typedef struct {
   Relaxation *relax;
   Newton *newton;
   StageResult *result;
+  Output *output;
 } Problem;
 
 /* ---- the factor */
@@ -308,7 +310,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found)
     before = norm;
     PetscCall(line_search(p, du, &norm));
     PetscCall(VecRestoreArrayRead(n->du, &du));
-    PetscCall(Interrupted(p->m, p->result));
+    PetscCall(CheckpointStop(p->output->checkpoint, p->result));
     if (p->result->verdict != VERDICT_NONE) break;
     if (p->follow) {
       PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
@@ -340,7 +342,7 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
                            PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
                            struct _p_Output *output, StageResult *result)
 {
-  Problem p = {scene, m, stage, follow, contacts, state, relax, NULL, result};
+  Problem p = {scene, m, stage, follow, contacts, state, relax, NULL, result, output};
   PetscReal reached = 0., step = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
   PetscFunctionBeginUser;
   PetscCall(prepare(&p));

@@ -1,31 +1,12 @@
 /* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json
    at the end of each stage. Files are written as <name>.part and take their name when they are whole. */
-#include "internal.h"
+#include "checkpoint.h"
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-
-/* mkdir -p. */
-static int make_folder(const char *path, char message[MESSAGE_LENGTH])
-{
-  char part[PETSC_MAX_PATH_LEN];
-  struct stat status;
-  snprintf(part, sizeof(part), "%s", path);
-  for (char *end = part + 1;; end++) {
-    if (*end && *end != '/') continue;
-    const char kept = *end;
-    *end = 0;
-    if (mkdir(part, 0777) && errno != EEXIST) break;
-    *end = kept;
-    if (!kept) break;
-  }
-  if (!stat(path, &status) && S_ISDIR(status.st_mode)) return 0;
-  snprintf(message, MESSAGE_LENGTH, "output: cannot make the folder '%.800s': %s", path,
-           strerror(errno == EEXIST ? ENOTDIR : errno));
-  return -1;
-}
+#include <unistd.h>
 
 /* The input beside the results: scene_echo.yaml. */
 static void write_echo(const char *folder, const Scene *scene, char message[MESSAGE_LENGTH])
@@ -99,11 +80,124 @@ static void history_header(FILE *f, const Scene *scene, const Model *model)
   fprintf(f, "\n");
 }
 
-PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output)
+/* ---- what a checkpoint keeps of it, see archive.h */
+
+typedef struct {
+  const Model *model;
+  Output *output;
+  PetscInt64 history_bytes, history_checksum; /* rank 0: of history.csv so far */
+} Memory;
+
+/* Rank 0: history.csv as far as it goes, on the disk. */
+static void settle_history(Archive *a, Memory *memory)
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  const Output *o = memory->output;
+  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
+  if (fflush(o->history) || fsync(fileno(o->history)))
+    snprintf(a->message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+  memory->history_bytes = ftell(o->history);
+  memory->history_checksum = (PetscInt64)FileChecksum(path, (size_t)memory->history_bytes);
+}
+
+static PetscErrorCode archive_texts(Archive *a, const char *name, PetscInt n, char ***texts)
+{
+  char label[NAME_LENGTH];
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n && !a->rank; i++) {
+    PetscCall(PetscSNPrintf(label, sizeof(label), "%s_%" PetscInt_FMT, name, i));
+    PetscCall(ArchiveText(a, label, *texts + i));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_output(Archive *a, void *context)
+{
+  Memory *memory = context;
+  Output *o = memory->output;
+  Trials *t = &o->trials;
+  if (!a->reading && !a->rank) settle_history(a, memory);
+  PetscInt64 counts[] = {o->n_stages,          o->results.n_frames,   t->n,
+                         t->mechanism != NULL, memory->history_bytes, memory->history_checksum};
+  PetscReal reals[] = {t->nominal, t->stable, t->failing};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCounts(a, "counts", 6, counts));
+  PetscCall(ArchiveReals(a, "trials", 3, reals));
+  if (a->reading) {
+    if (!a->rank) o->n_stages = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
+    t->n = (PetscInt)counts[2];
+    t->nominal = reals[0], t->stable = reals[1], t->failing = reals[2];
+    memory->history_bytes = counts[4], memory->history_checksum = counts[5];
+    if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
+    if (counts[3]) PetscCall(PetscMalloc1(2 * memory->model->n_owned, &t->mechanism));
+  }
+  PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
+  PetscCall(archive_texts(a, "trial", t->n, &t->json));
+  PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
+  if (counts[3]) PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- opening */
+
+/* Rank 0: the file that has the rows of this run up to the checkpoint, less the rows behind it. It may have
+   its final name already. */
+static void continue_history(Output *o, const Memory *memory, char message[MESSAGE_LENGTH])
+{
+  char path[2][PETSC_MAX_PATH_LEN + 64];
+  const size_t bytes = (size_t)memory->history_bytes;
+  snprintf(path[0], sizeof(path[0]), "%s/history.csv.part", o->folder);
+  snprintf(path[1], sizeof(path[1]), "%s/history.csv", o->folder);
+  const int wanted = o->n_stages > 0;
+  for (int i = 0; i < 2 && !o->history; i++) {
+    const int which = i ? !wanted : wanted;
+    if (FileChecksum(path[which], bytes) != (uint64_t)memory->history_checksum) continue;
+    if (which != wanted && rename(path[which], path[wanted])) continue;
+    if (!truncate(path[wanted], (off_t)bytes)) o->history = fopen(path[wanted], "a");
+    if (!o->history)
+      snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path[wanted], strerror(errno));
+    return;
+  }
+}
+
+/* Rank 0: a new history.csv.part and results.h5.part, or those of the run that goes on. */
+static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, const Memory *memory,
+                                 PetscBool resumed, char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  write_echo(o->folder, scene, message);
+  if (resumed && !message[0]) continue_history(o, memory, message);
+  if (resumed && !o->history && !message[0])
+    fprintf(stderr,
+            "quoin: warning: restart: '%s/history.csv' does not hold the rows up to the checkpoint: "
+            "it begins anew\n",
+            o->folder);
+  if (!o->history && !message[0]) {
+    o->history = PartOpen(o->folder, "history.csv", message);
+    if (o->history) history_header(o->history, scene, model);
+    if (o->history && o->n_stages) PartRename(o->folder, "history.csv", message);
+  }
+  if (message[0] || (resumed && o->n_stages && ResultsFileHolds(&o->results, o->n_stages)))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (resumed && o->n_stages)
+    fprintf(stderr,
+            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint: "
+            "it begins anew\n",
+            o->folder);
+  PetscCall(ResultsFileCreate(&o->results, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
+                          Output *output)
 {
   char message[MESSAGE_LENGTH] = "";
+  Memory *memory;
+  PetscBool resumed;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(output, sizeof(*output)));
+  output->checkpoint = checkpoint;
+  output->lock = -1;
   PetscCall(PetscStrncpy(output->folder, scene->output, sizeof(output->folder)));
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
   PetscCall(GatherMesh(model, &output->mesh));
@@ -111,25 +205,35 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, Output *output
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
     output->results = (ResultsFile){
         .folder = output->folder, .scene = scene, .model = model, .mesh = &output->mesh};
-    if (!make_folder(output->folder, message)) write_echo(output->folder, scene, message);
-    if (!message[0]) output->history = PartOpen(output->folder, "history.csv", message);
-    if (output->history) {
-      history_header(output->history, scene, model);
-      PetscCall(ResultsFileCreate(&output->results, message));
-    }
+    (void)FolderMake(output->folder, message);
   }
-  PetscCall(CheckMessage(model->comm, message));
+  PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
+  if (!model->rank) output->lock = FolderLock(output->folder, message);
+  PetscCall(Refuse(model->comm, ERROR_LOCKED, message));
+  PetscCall(PetscNew(&memory));
+  output->memory = memory;
+  *memory = (Memory){model, output, 0, 0};
+  PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
+  if (!model->rank) PetscCall(open_files(scene, model, output, memory, resumed, message));
+  PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
-                             PetscInt stage, PetscReal ramp, const StageResult *result)
+/* Rank 0: the rows are in a file that somebody can find. */
+static void check_history(const Output *output, char message[MESSAGE_LENGTH])
+{
+  struct stat status;
+  if (ferror(output->history) || fstat(fileno(output->history), &status))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s/history.csv' (is the disk full?)",
+             output->folder);
+  else if (!status.st_nlink)
+    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s/history.csv'", output->folder);
+}
+
+static void history_row(const Output *output, const Scene *scene, const Model *model, const State *state,
+                        PetscInt stage, PetscReal ramp, PetscReal u_max, const StageResult *result)
 {
   FILE *f = output->history;
-  PetscReal u_max;
-  PetscFunctionBeginUser;
-  PetscCall(update_probes(model, state, output, &u_max));
-  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)state->cycle,
           scene->stages[stage].name, ramp, result->ratio, result->kinetic, state->alpha, state->dt,
           state->alpha * state->dt, u_max);
@@ -139,6 +243,20 @@ PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *mo
   }
   fprintf(f, "\n");
   fflush(f);
+}
+
+PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
+                             PetscInt stage, PetscReal ramp, const StageResult *result)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscReal u_max;
+  PetscFunctionBeginUser;
+  PetscCall(update_probes(model, state, output, &u_max));
+  if (output->history) {
+    history_row(output, scene, model, state, stage, ramp, u_max, result);
+    check_history(output, message);
+  }
+  PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -152,7 +270,7 @@ PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *mode
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
   if (!model->rank) PetscCall(ResultsFileStage(&output->results, stage, frame, result, &fields, message));
   PetscCall(GatherStageDestroy(&fields));
-  PetscCall(CheckMessage(model->comm, message));
+  PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,13 +294,12 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
                            checksum, &output->trials, &output->stages[output->n_stages++]));
     PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,
                            output->stages, message));
-    if (ferror(output->history) && !message[0])
-      snprintf(message, MESSAGE_LENGTH, "output: cannot write history.csv (is the disk full?)");
+    if (!message[0]) check_history(output, message);
     if (first) PartRename(output->folder, "history.csv", message);
   }
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(TrialsReset(&output->trials));
-  PetscCall(CheckMessage(model->comm, message));
+  PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,6 +307,10 @@ PetscErrorCode OutputClose(Output *output)
 {
   PetscFunctionBeginUser;
   if (output->history) fclose(output->history);
+  if (output->lock >= 0) FolderUnlock(output->folder, output->lock);
+  output->lock = -1;
+  PetscCall(PetscFree(output->memory));
+  PetscCall(TrialsReset(&output->trials));
   for (PetscInt s = 0; s < output->n_stages && output->stages; s++) free(output->stages[s]);
   PetscCall(PetscFree(output->stages));
   PetscCall(PetscFree(output->probes));

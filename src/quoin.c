@@ -1,5 +1,5 @@
 /* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
-#include "internal.h"
+#include "checkpoint.h"
 
 struct _p_Quoin {
   MPI_Comm comm;
@@ -9,6 +9,9 @@ struct _p_Quoin {
   Contacts contacts;
   Relaxation relax;
   Output output;
+  Checkpoint checkpoint;
+  uint64_t mesh;  /* its checksum; rank 0 */
+  PetscInt stage; /* that runs, or is next */
   StageResult last;
   PetscBool has_model, has_output;
 };
@@ -18,13 +21,16 @@ const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "di
 
 /* ---- errors */
 
-/* Bad input is one line on stderr of rank 0; everything else is a fault of the program and keeps PETSc's
- * trace. */
+/* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
+static PetscErrorCode refused = PETSC_SUCCESS;
+
+/* What is refused is one line on stderr of rank 0; everything else is a fault of the program and keeps
+ * PETSc's trace. */
 static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
                                PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {
   PetscMPIInt rank = 0;
-  if (code != PETSC_ERR_USER_INPUT)
+  if (code != refused)
     return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
   if (type == PETSC_ERROR_INITIAL) {
     MPI_Comm_rank(comm, &rank);
@@ -43,7 +49,7 @@ PetscErrorCode QuoinErrorHandlerPush(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
+PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
 {
   char text[MESSAGE_LENGTH];
   PetscMPIInt rank, size, first;
@@ -55,7 +61,31 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
   if (first == size) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrncpy(text, message, sizeof(text)));
   PetscCallMPI(MPI_Bcast(text, MESSAGE_LENGTH, MPI_CHAR, first, comm));
-  SETERRQ(comm, PETSC_ERR_USER_INPUT, "%s", text);
+  refused = code;
+  SETERRQ(comm, code, "%s", text);
+}
+
+PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Refuse(comm, PETSC_ERR_USER_INPUT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int QuoinErrorExitCode(PetscErrorCode error)
+{
+  static const struct {
+    PetscErrorCode error;
+    int code;
+  } table[] = {{PETSC_ERR_USER_INPUT, QUOIN_BAD_INPUT},
+               {ERROR_OUTPUT, QUOIN_OUTPUT},
+               {ERROR_LOCKED, QUOIN_LOCKED},
+               {ERROR_CHECKPOINT, QUOIN_RESTART},
+               {ERROR_MEMORY, QUOIN_MEMORY}};
+  if (!error) return QUOIN_OK;
+  for (size_t i = 0; i < sizeof(table) / sizeof(table[0]); i++)
+    if (error == refused && error == table[i].error) return table[i].code;
+  return QUOIN_INTERNAL;
 }
 
 /* ---- life */
@@ -116,6 +146,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(PartBegin(PART_ORDER));
   if (rank == 0) PetscCall(MeshReorder(&mesh));
   PetscCall(PartEnd(PART_ORDER));
+  if (rank == 0) q->mesh = MeshChecksum(&mesh);
   PetscCall(ModelCreate(q->comm, &q->scene, &mesh, &q->model));
   PetscCall(MeshDestroy(&mesh));
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
@@ -153,16 +184,93 @@ PetscErrorCode QuoinView(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode QuoinRun(Quoin q)
+/* ---- what a checkpoint keeps, see archive.h */
+
+/* Names in their order, a line each; free with free(). */
+static char *names_of(size_t stride, PetscInt n, const void *first)
 {
+  char *text = calloc((size_t)n + 1, NAME_LENGTH + 1);
+  for (PetscInt i = 0; text && i < n; i++) {
+    strcat(text, (const char *)first + (size_t)i * stride);
+    strcat(text, "\n");
+  }
+  return text;
+}
+
+/* Where the run is; a scene whose joints, or stages up to there, are others cannot go on from it. */
+static PetscErrorCode archive_run(Archive *a, void *context)
+{
+  Quoin q = context;
+  const Scene *scene = &q->scene;
+  PetscBool within;
   PetscFunctionBeginUser;
-  PetscCall(SignalsCatch());
+  PetscCall(ArchiveInts(a, "stage", 1, &q->stage));
+  PetscCall(ArchiveResult(a, "last", &q->last));
+  PetscCall(ArchiveHasPart(a, "stage", &within));
+  const PetscInt n = a->reading ? PetscMin(q->stage + (PetscInt)within, scene->n_stages) : scene->n_stages;
+  char *const now[2] = {names_of(sizeof(Joint), scene->n_joints, scene->joints),
+                        names_of(sizeof(Stage), n, scene->stages)};
+  char *old[2] = {strdup(now[0]), strdup(now[1])}, *options = strdup(scene->options);
+  PetscCall(ArchiveText(a, "joints", &old[0]));
+  PetscCall(ArchiveText(a, "stages", &old[1]));
+  PetscCall(ArchiveText(a, "options", &options));
+  if (!a->rank && strcmp(old[0] ? old[0] : "", now[0]) != 0)
+    snprintf(a->message, MESSAGE_LENGTH, "it has other joints than the scene");
+  if (!a->rank && strncmp(old[1] ? old[1] : "", now[1], strlen(now[1])) != 0)
+    snprintf(a->message, MESSAGE_LENGTH, "it has come through other stages than those of the scene");
+  for (int i = 0; i < 2; i++) free(now[i]), free(old[i]);
+  free(options);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_state(Archive *a, void *context)
+{
+  Quoin q = context;
+  PetscFunctionBeginUser;
+  PetscCall(StateArchive(a, &q->scene, &q->model, &q->state, &q->contacts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_relaxation(Archive *a, void *context)
+{
+  Quoin q = context;
+  PetscFunctionBeginUser;
+  PetscCall(RelaxationArchive(a, &q->model, &q->relax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From the start, or from where a checkpoint left off. */
+static PetscErrorCode begin(Quoin q)
+{
+  PetscBool resumed;
+  PetscFunctionBeginUser;
+  PetscCall(CheckpointCreate(q->comm, &q->scene, q->mesh, &q->checkpoint));
+  PetscCall(CheckpointRestart(&q->checkpoint));
+  PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));
+  PetscCall(CheckpointAttach(&q->checkpoint, "state", archive_state, q, &resumed));
+  PetscCall(CheckpointAttach(&q->checkpoint, "relaxation", archive_relaxation, q, &resumed));
   PetscCall(PartBegin(PART_OUTPUT_START));
-  PetscCall(OutputOpen(&q->scene, &q->model, &q->output));
+  PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->output));
   PetscCall(PartEnd(PART_OUTPUT_START));
   PetscCall(PartReportSetUp(q->comm));
   q->has_output = PETSC_TRUE;
-  for (PetscInt s = 0; s < q->scene.n_stages; s++) {
+  q->checkpoint.last_cycle = q->state.cycle;
+  if (resumed)
+    PetscCall(
+        PetscPrintf(q->comm, "goes on from %s: stage %s, cycle %" PetscInt64_FMT "\n", q->checkpoint.last,
+                    q->stage < q->scene.n_stages ? q->scene.stages[q->stage].name : "none: all are done",
+                    q->state.cycle));
+  else
+    PetscCall(CheckpointWrite(&q->checkpoint, 0)); // older ones in the folder belong to another run
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode QuoinRun(Quoin q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(begin(q));
+  while (q->stage < q->scene.n_stages) {
+    const PetscInt s = q->stage;
     const Stage *stage = q->scene.stages + s;
     if (stage->kind == STAGE_DYNAMIC)
       PetscCall(
@@ -173,6 +281,8 @@ PetscErrorCode QuoinRun(Quoin q)
     PetscCall(OutputStage(&q->output, &q->scene, &q->model, &q->state, &q->contacts, s, &q->last));
     // after any other verdict the next stage would start from no equilibrium
     if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
+    q->stage++;
+    PetscCall(CheckpointWrite(&q->checkpoint, q->state.cycle));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -189,6 +299,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   PetscFunctionBeginUser;
   if (!*q) PetscFunctionReturn(PETSC_SUCCESS);
   if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output));
+  PetscCall(CheckpointDestroy(&(*q)->checkpoint));
   if ((*q)->has_model) {
     PetscCall(RelaxationDestroy(&(*q)->relax));
     PetscCall(UpliftDestroy(&(*q)->scene, &(*q)->state));

@@ -5,7 +5,7 @@
    Trials go by steps from the start towards the limit; without a step the limit itself is tried. Between the
    last stable and the first failing value bisection narrows the bracket. The stage ends in the last stable
    state: collapse is a result. */
-#include "internal.h"
+#include "checkpoint.h"
 #include "joint_law.h"
 
 /* What a trial starts from. */
@@ -28,7 +28,11 @@ typedef struct {
   Scene raised; /* the scene of the trial: levels of water change */
   Snapshot snapshot;
   StageResult *result, last_stable;
+  PetscInt trial;            /* of the steps: 0: the start */
+  PetscReal value;           /* of the trial that runs */
   PetscReal stable, failing; /* NaN: none yet */
+  PetscInt64 first_cycle;    /* of the stage */
+  double start;              /* [s] of MPI_Wtime */
 } Driver;
 
 /* ---- the stable state */
@@ -64,26 +68,14 @@ static PetscErrorCode snapshot_take(Driver *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With variable connectivity the neighbours on other ranks are found again from where they were found then,
-   so that the local numbers in the contacts hold. */
-static PetscErrorCode restore_neighbours(Driver *d)
-{
-  PetscReal *u = d->state->u, *u_vertex = u + 3 * d->m->n_bodies;
-  PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(d->state->u_verified, d->snapshot.u_verified, d->m->n_dof));
-  PetscCall(PetscArraycpy(u, d->snapshot.u_verified, d->m->n_dof));
-  RigidMotion(d->m, u);
-  PetscCall(GhostBegin(d->m, u_vertex));
-  PetscCall(GhostEnd(d->m, u_vertex));
-  PetscCall(NeighboursUpdate(d->m, d->state));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode snapshot_restore(Driver *d)
 {
   const Snapshot *s = &d->snapshot;
   PetscFunctionBeginUser;
-  if (d->given->variable) PetscCall(restore_neighbours(d));
+  if (d->given->variable) { // the local numbers in the contacts hold where they were found
+    PetscCall(PetscArraycpy(d->state->u_verified, s->u_verified, d->m->n_dof));
+    PetscCall(NeighboursAt(d->m, d->state, s->u_verified));
+  }
   PetscReal *u = d->state->u;
   PetscCall(PetscArraycpy(u, s->u, ModelApplied(d->m)));
   PetscCall(PetscArrayzero(d->state->v, d->m->n_dof));
@@ -153,11 +145,13 @@ static void raise_water(const Scene *scene, PetscReal rise, Load *loads)
 
 /* ---- trials */
 
-/* Runs the trial of a value from the present state. */
-static PetscErrorCode run_trial(Driver *d, const Joint *full, PetscReal value)
+/* Runs the trial of d->value from the present state. */
+static PetscErrorCode run_trial(Driver *d, const Joint *full)
 {
+  const PetscReal value = d->value;
   Verdict *verdict = &d->result->verdict;
   PetscFunctionBeginUser;
+  if (d->trial && d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
   if (d->stage.kind == STAGE_FLOOD)
     raise_water(d->scene, value - d->given->start, d->raised.loads);
   else
@@ -196,17 +190,22 @@ static PetscReal next_value(const Stage *s, PetscInt trial)
   return value;
 }
 
-/* Steps, then bisection; the first trial has been run and is stable. */
-static PetscErrorCode search(Driver *d, const Joint *full)
+/* Steps until something fails, then bisection. */
+static PetscErrorCode next_trial(Driver *d, PetscBool *go)
 {
   PetscFunctionBeginUser;
-  if (d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
-  for (PetscInt trial = 1; decided(d) && PetscIsNanReal(d->failing) && d->stable != d->given->limit; trial++)
-    PetscCall(run_trial(d, full, next_value(&d->stage, trial)));
-  while (decided(d) && d->given->bracket > 0. && PetscAbsReal(d->stable - d->failing) > d->given->bracket) {
+  *go = PETSC_FALSE;
+  if (!decided(d)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (PetscIsNanReal(d->failing)) {
+    if (d->stable == d->given->limit) PetscFunctionReturn(PETSC_SUCCESS);
+    d->value = next_value(&d->stage, ++d->trial);
+  } else {
+    if (!(d->given->bracket > 0. && PetscAbsReal(d->stable - d->failing) > d->given->bracket))
+      PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(snapshot_restore(d));
-    PetscCall(run_trial(d, full, 0.5 * (d->stable + d->failing)));
+    d->value = 0.5 * (d->stable + d->failing);
   }
+  *go = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -261,25 +260,62 @@ static PetscErrorCode conclude(const Driver *d, StageResult *result)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* All that the trials remember besides what Output has of them, see archive.h. */
+static PetscErrorCode archive_trials(Archive *a, void *context)
+{
+  Driver *d = context;
+  Snapshot *s = &d->snapshot;
+  PetscReal reals[] = {d->value, d->stable, d->failing, s->alpha, s->q_ray, MPI_Wtime() - d->start};
+  PetscInt64 counts[] = {d->trial, d->first_cycle};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveReals(a, "reals", 6, reals));
+  PetscCall(ArchiveCounts(a, "counts", 2, counts));
+  d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
+  s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
+  d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
+  PetscCall(ArchiveEffort(a, &d->relax->effort));
+  if (PetscIsNanReal(d->stable)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ArchiveResult(a, "last_stable", &d->last_stable));
+  PetscCall(ArchiveApplied(a, d->m, "u", s->u));
+  PetscCall(ArchiveDofs(a, d->m, "u_verified", s->u_verified));
+  PetscCall(ArchiveApplied(a, d->m, "f_ext", s->f_ext));
+  PetscCall(ArchiveReals(a, "crack", d->scene->n_loads, s->crack));
+  if (a->reading) {
+    RigidMotion(d->m, s->u);
+    PetscCall(NeighboursAt(d->m, d->state, s->u_verified));
+  }
+  PetscCall(ArchiveContacts(a, d->scene, d->m, "contacts", &s->contacts));
+  if (a->reading) PetscCall(NeighboursAt(d->m, d->state, d->state->u_verified));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Start, search, end; nominal: friction of the summary's safety factors. */
 static PetscErrorCode drive(Driver *d, const Joint *full, PetscReal nominal)
 {
   Trials *trials = &d->output->trials;
-  const PetscInt64 cycle = d->state->cycle;
-  const double start = MPI_Wtime();
+  PetscBool go = PETSC_TRUE, resumed;
   PetscFunctionBeginUser;
-  PetscCall(TrialsReset(trials));
-  d->stable = d->failing = NAN;
   PetscCall(snapshot_create(d, &d->snapshot));
-  PetscCall(run_trial(d, full, d->stage.start));
-  if (d->result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
-  if (d->result->verdict == VERDICT_CONVERGED) {
-    PetscCall(search(d, full));
-    PetscCall(settle(d, full));
+  d->stable = d->failing = NAN;
+  d->trial = 0, d->value = d->stage.start, d->first_cycle = d->state->cycle, d->start = MPI_Wtime();
+  PetscCall(CheckpointAttach(d->output->checkpoint, "trials", archive_trials, d, &resumed));
+  if (!resumed) PetscCall(TrialsReset(trials));
+  while (go) {
+    PetscCall(run_trial(d, full));
+    if (PetscIsNanReal(d->stable) && d->result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
+    PetscCall(next_trial(d, &go));
+    if (!go) break;
+    StageResult between = {.verdict = VERDICT_NONE};
+    PetscCall(CheckpointPoll(d->output->checkpoint, d->state->cycle, &between));
+    if (between.verdict == VERDICT_NONE) continue;
+    *d->result = between;
+    break;
   }
+  PetscCall(CheckpointDetach(d->output->checkpoint));
+  if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
   PetscCall(conclude(d, d->result));
-  d->result->cycles = d->state->cycle - cycle;
-  d->result->wall = MPI_Wtime() - start;
+  d->result->cycles = d->state->cycle - d->first_cycle;
+  d->result->wall = MPI_Wtime() - d->start;
   trials->stable = d->stable, trials->failing = d->failing, trials->nominal = nominal;
   PetscCall(snapshot_destroy(&d->snapshot));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,4 @@
-/* results_file.c: results.h5 (docs/results_format.md) and results.xdmf that points into it. Rank 0 only: the
+/* results_file.c: results.h5 (docs/results_format.md). Rank 0 only: the
    serial HDF5 interface. The only C file that knows the format. */
 #include "internal.h"
 #include <errno.h>
@@ -94,18 +94,10 @@ static int write_columns(hid_t group, const char *name, int rank, const hsize_t 
 
 /* ---- the mesh part */
 
-/* Entries of the XDMF topology: the cell type before the vertices of each block. */
-static PetscInt topology_size(const MeshFields *mesh)
-{
-  PetscInt size = 0;
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) size += mesh->blocks[4 * b + 3] < 0 ? 4 : 5;
-  return size;
-}
-
 static int write_topology(hid_t group, const MeshFields *mesh)
 {
   enum { XDMF_TRIANGLE = 4, XDMF_QUADRILATERAL = 5 };
-  PetscInt n = 0, *topology = malloc((topology_size(mesh) + 1) * sizeof(*topology));
+  PetscInt n = 0, *topology = malloc((XdmfTopologySize(mesh) + 1) * sizeof(*topology));
   if (!topology) return -1;
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
     const PetscInt *v = mesh->blocks + 4 * b;
@@ -248,138 +240,7 @@ static int write_contacts(hid_t stage, const StageFields *fields)
   return error;
 }
 
-/* ---- XDMF */
-
-static void put_item(FILE *f, const char *dims, const char *type, int precision, const char *path)
-{
-  fprintf(f,
-          "<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"%d\" "
-          "Format=\"HDF\">results.h5:%s</DataItem>",
-          dims, type, precision, path);
-}
-
-static void put_attribute(FILE *f, const char *name, const char *kind, const char *centre, const char *dims,
-                          const char *stage, const char *path)
-{
-  char full[256];
-  const int is_int = !strcmp(name, "state") || !strcmp(name, "joint") || !strcmp(name, "safety_mode");
-  snprintf(full, sizeof(full), "/stages/%s/%s", stage, path);
-  fprintf(f, "      <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, kind, centre);
-  put_item(f, dims, is_int ? "Int" : "Float", is_int ? 4 : 8, full);
-  fprintf(f, "</Attribute>\n");
-}
-
-static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *fields, const char *stage)
-{
-  char nb[64], nv2[64], nb3[64], size[64];
-  snprintf(nb, sizeof(nb), "%d", (int)mesh->n_blocks);
-  snprintf(nb3, sizeof(nb3), "%d 3", (int)mesh->n_blocks);
-  snprintf(nv2, sizeof(nv2), "%d 2", (int)mesh->n_vertices);
-  snprintf(size, sizeof(size), "%d", (int)topology_size(mesh));
-  fprintf(f, "     <Grid Name=\"blocks\">\n      <Topology TopologyType=\"Mixed\" NumberOfElements=\"%s\">",
-          nb);
-  put_item(f, size, "Int", 4, "/mesh/xdmf_topology");
-  fprintf(f, "</Topology>\n      <Geometry GeometryType=\"XY\">");
-  put_item(f, nv2, "Float", 8, "/mesh/vertices");
-  fprintf(f, "</Geometry>\n");
-  put_attribute(f, "displacement", "Vector", "Node", nv2, stage, "displacement");
-  put_attribute(f, "stress_xx_yy_xy", "Vector", "Cell", nb3, stage, "stress");
-  put_attribute(f, "s1", "Scalar", "Cell", nb, stage, "s1");
-  put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
-  put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
-  if (fields->mechanism) put_attribute(f, "mechanism", "Vector", "Node", nv2, stage, "mechanism");
-  if (fields->safety) {
-    put_attribute(f, "safety_factor", "Scalar", "Cell", nb, stage, "safety_factor");
-    put_attribute(f, "safety_mode", "Scalar", "Cell", nb, stage, "safety_mode");
-  }
-  fprintf(f, "      <Attribute Name=\"group\" AttributeType=\"Scalar\" Center=\"Cell\">");
-  put_item(f, nb, "Int", 4, "/mesh/block_group");
-  fprintf(f, "</Attribute>\n      <Attribute Name=\"macroblock\" AttributeType=\"Scalar\" Center=\"Cell\">");
-  put_item(f, nb, "Int", 4, "/mesh/macroblock");
-  fprintf(f, "</Attribute>\n     </Grid>\n");
-}
-
-/* Lines between the two ends of each contact, with the values at the ends. */
-static void put_contacts(FILE *f, PetscInt n, const char *stage)
-{
-  static const char *const scalars[] = {"sigma", "tau", "opening", "sliding", "slip", "broken", "state"};
-  char n_cells[64], n_ends[64], plane[64], path[256];
-  if (!n) return;
-  snprintf(n_cells, sizeof(n_cells), "%d", (int)n);
-  snprintf(n_ends, sizeof(n_ends), "%d", (int)(2 * n));
-  snprintf(plane, sizeof(plane), "%d 2", (int)(2 * n));
-  fprintf(f,
-          "     <Grid Name=\"contacts\">\n      <Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" "
-          "NumberOfElements=\"%s\"/>\n      <Geometry GeometryType=\"XY\">",
-          n_cells);
-  snprintf(path, sizeof(path), "/stages/%s/contacts/point", stage);
-  put_item(f, plane, "Float", 8, path);
-  fprintf(f, "</Geometry>\n");
-  put_attribute(f, "displacement", "Vector", "Node", plane, stage, "contacts/displacement");
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(scalars); i++) {
-    snprintf(path, sizeof(path), "contacts/%s", scalars[i]);
-    put_attribute(f, scalars[i], "Scalar", "Node", n_ends, stage, path);
-  }
-  put_attribute(f, "joint", "Scalar", "Cell", n_cells, stage, "contacts/joint");
-  fprintf(f, "     </Grid>\n");
-}
-
-/* Appends the grids of a stage to results->xdmf. Its time counts 1 for each stage that is not dynamic, and
-   the seconds of those that are. */
-static int add_stage_grids(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
-{
-  char *text = NULL;
-  size_t size = 0;
-  PetscReal time = fields->time;
-  for (PetscInt s = 0; s <= stage; s++) time += results->scene->stages[s].kind != STAGE_DYNAMIC;
-  FILE *f = open_memstream(&text, &size);
-  if (!f) return -1;
-  fprintf(f,
-          "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
-          "Value=\"%.10g\"/>\n",
-          results->xdmf ? results->xdmf : "", name, time);
-  put_blocks(f, results->mesh, fields, name);
-  put_contacts(f, fields->n_contacts, name);
-  fprintf(f, "    </Grid>\n");
-  const int error = fclose(f);
-  free(results->xdmf);
-  results->xdmf = text;
-  return error;
-}
-
 /* ---- whole files */
-
-/* Opens folder/name.part for writing. */
-FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH])
-{
-  char path[PETSC_MAX_PATH_LEN + 64];
-  snprintf(path, sizeof(path), "%s/%s.part", folder, name);
-  FILE *f = fopen(path, "w");
-  if (!f) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
-  return f;
-}
-
-void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH])
-{
-  char part[PETSC_MAX_PATH_LEN + 64], path[PETSC_MAX_PATH_LEN + 64];
-  if (message[0]) return;
-  snprintf(part, sizeof(part), "%s/%s.part", folder, name);
-  snprintf(path, sizeof(path), "%s/%s", folder, name);
-  if (rename(part, path))
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
-}
-
-static void write_xdmf(const ResultsFile *results, char message[MESSAGE_LENGTH])
-{
-  FILE *f = message[0] ? NULL : PartOpen(results->folder, "results.xdmf", message);
-  if (!f) return;
-  fprintf(f,
-          "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
-          "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n",
-          results->xdmf);
-  if (fclose(f)) snprintf(message, MESSAGE_LENGTH, "output: cannot write results.xdmf: %s", strerror(errno));
-  PartRename(results->folder, "results.xdmf", message);
-}
 
 PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENGTH])
 {
@@ -403,60 +264,124 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static int copy_file(const char *from, const char *to)
+static void group_name(const ResultsFile *results, PetscInt stage, PetscInt frame,
+                       char name[NAME_LENGTH + 16])
 {
-  FILE *in = fopen(from, "rb"), *out = in ? fopen(to, "wb") : NULL;
-  int error = !in || !out;
-  enum { CHUNK = 1 << 20 };
-  char *chunk = malloc(CHUNK);
-  for (size_t n = 1; !error && chunk && n;) {
-    n = fread(chunk, 1, CHUNK, in);
-    error = ferror(in) || fwrite(chunk, 1, n, out) != n;
-  }
-  free(chunk);
-  if (in) fclose(in);
-  if (out) error = fclose(out) || error;
-  return -(error || !chunk);
+  snprintf(name, NAME_LENGTH, "%s", results->scene->stages[stage].name);
+  if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
 }
 
-/* The finished file goes on as the .part of the next stage, so that results.h5 is whole at any time. */
-static int open_part(ResultsFile *results, const char *part, hid_t *file)
+PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  if (!results->has_part && copy_file(path, part)) return -1;
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT),
+              stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
+  PetscBool holds = (PetscBool)(stages >= 0);
+  for (PetscInt s = 0; s < n && holds; s++)
+    holds = (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
+  if (stages >= 0) H5Gclose(stages);
+  if (file >= 0) H5Fclose(file);
+  return holds;
+}
+
+/* Stages from this one on, which a run before a restart has left there, make room. */
+static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16];
+  int error = 0;
+  for (; stage < results->scene->n_stages; stage++)
+    for (PetscInt frame = 0; frame <= results->scene->stages[stage].frames; frame++) {
+      group_name(results, stage, frame, name);
+      if (H5Lexists(stages, name, H5P_DEFAULT) > 0) error = H5Ldelete(stages, name, H5P_DEFAULT) < 0 || error;
+    }
+  return -error;
+}
+
+/* Frames from their own files to where they belong; after a restart from before the end of the stage they may
+   be in results.h5 already. */
+static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16], path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], within[2 * NAME_LENGTH];
+  int error = 0;
+  for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
+    group_name(results, stage, frame, name);
+    snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
+    snprintf(within, sizeof(within), "/%s", name);
+    if (access(path, R_OK)) {
+      snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+      snprintf(within, sizeof(within), "/stages/%s", name);
+    }
+    const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
+    if (file >= 0) H5Fclose(file);
+  }
+  return -error;
+}
+
+static void remove_frames(ResultsFile *results, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16], path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
+  for (PetscInt frame = 1; frame <= results->n_frames; frame++) {
+    group_name(results, stage, frame, name);
+    snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
+    unlink(path);
+  }
+  results->n_frames = 0;
+}
+
+/* The finished file goes on as the .part of the next stage, so that results.h5 is whole at any time. */
+static int open_part(ResultsFile *results, const char *part, PetscInt stage, hid_t *file, hid_t *stages)
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  if (!results->has_part && FileCopy(path, part)) return -1;
   results->has_part = PETSC_TRUE;
   *file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
-  return *file < 0 ? -1 : 0;
+  *stages = *file < 0 ? -1 : H5Gopen2(*file, "stages", H5P_DEFAULT);
+  return *stages < 0 || drop_stages(results, *stages, stage) || copy_frames(results, *stages, stage) ? -1 : 0;
+}
+
+/* The same for a frame: a new file with one group. */
+static int open_frame(const char *part, hid_t *file, hid_t *stages)
+{
+  *file = H5Fcreate(part, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  *stages = *file < 0 ? -1 : H5Gopen2(*file, "/", H5P_DEFAULT);
+  return *stages < 0 ? -1 : 0;
 }
 
 PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt frame,
                                 const StageResult *result, const StageFields *fields,
                                 char message[MESSAGE_LENGTH])
 {
-  char part[PETSC_MAX_PATH_LEN + 64], name[NAME_LENGTH + 16];
-  hid_t file = -1, group = -1;
+  char part[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], name[NAME_LENGTH + 16],
+      file_name[NAME_LENGTH + 32] = "results.h5";
+  hid_t file = -1, group = -1, stages = -1;
   PetscFunctionBeginUser;
-  snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
-  snprintf(name, sizeof(name), "%s", results->scene->stages[stage].name);
-  if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
+  group_name(results, stage, frame, name);
+  if (frame) snprintf(file_name, sizeof(file_name), "%s.h5", name);
+  snprintf(part, sizeof(part), "%s/%s.part", results->folder, file_name);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  int error = open_part(results, part, &file);
-  const hid_t stages = error ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
-  if (stages >= 0) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  int error = frame ? open_frame(part, &file, &stages) : open_part(results, part, stage, &file, &stages);
+  if (!error) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
           write_body_fields(group, results->mesh, fields) || write_contacts(group, fields) ||
-          add_stage_grids(results, stage, name, fields);
+          XdmfAddStage(results, stage, name, fields);
   if (group >= 0) H5Gclose(group);
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) error = H5Fclose(file) < 0 || error;
   if (error && !message[0])
     snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s' (is the disk full?)", name,
              part);
-  if (frame) PetscFunctionReturn(PETSC_SUCCESS);
-  PartRename(results->folder, "results.h5", message);
-  results->has_part = PETSC_FALSE;
-  write_xdmf(results, message);
+  PartRename(results->folder, file_name, message);
+  if (frame) {
+    results->n_frames = frame;
+  } else if (!message[0]) {
+    remove_frames(results, stage);
+    results->has_part = PETSC_FALSE;
+    XdmfWrite(results, message);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

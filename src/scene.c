@@ -342,6 +342,9 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
   PetscCall(EchoSection(r, 0, "relaxation"));
   PetscCall(ReadSection(r, SECTION_RELAXATION, path, scene, NULL));
   PetscCall(ReadSection(r, SECTION_STAGE_DEFAULTS, path, &r->defaults, NULL));
+  PetscCall(AskSection(r, "", "checkpoint", path));
+  PetscCall(EchoSection(r, 0, "checkpoint"));
+  PetscCall(ReadSection(r, SECTION_CHECKPOINT, path, scene, NULL));
   PetscCall(ReadMaterials(r, scene));
   PetscCall(ReadJoints(r, scene, &given));
   PetscCall(ReadSupports(r, scene));
@@ -368,6 +371,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   if (!r.message[0] && text) PetscCall(EntriesReadYAML(&r.entries, file, text, length, r.message));
   if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
   if (!r.message[0]) PetscCall(ReadAll(&r, scene));
+  if (!r.message[0]) PetscCall(EntriesText(&r.entries, &scene->options));
   PetscCall(PetscFree(text));
   PetscCall(EntriesDestroy(&r.entries));
   PetscCall(CheckMessage(comm, r.message));
@@ -387,6 +391,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
   }
   PetscCall(PetscFree(scene->echo));
   PetscCall(PetscFree(scene->damping_groups));
+  free(scene->options);
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->joints));
   PetscCall(PetscFree(scene->supports));

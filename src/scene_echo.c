@@ -76,14 +76,16 @@ PetscErrorCode EchoSection(Reader *r, int indent, const char *name)
 
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry)
 {
-  const PetscBool is_model = (PetscBool)(key->section == SECTION_TOP && !strcmp(key->name, "model"));
+  const PetscBool is_apart = (PetscBool)(key->section == SECTION_TOP &&
+                                         (!strcmp(key->name, "model") || !strcmp(key->name, "restart")));
   const char *text = entry ? entry->value : key->preset;
   const char *unit = strcmp(key->unit, "-") ? key->unit : "";
   const char *source = !entry ? "default" : !entry->line ? "command line" : "";
 
   PetscFunctionBeginUser;
-  // required and missing: told elsewhere; where the model lies is known later, see EchoEnd
-  if (!text || is_model) PetscFunctionReturn(PETSC_SUCCESS);
+  // required and missing: told elsewhere; where the model lies is known later, see EchoEnd; that a run was
+  // a restart does not belong to its scene
+  if (!text || is_apart) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Append(r, "%*s", r->echo_indent, ""));
   if (!entry && (!text[0] || text[0] == '=')) {
     PetscCall(Append(r, "# %s: %s\n", key->name, text[0] ? text + 2 : "none"));

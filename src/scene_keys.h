@@ -6,7 +6,7 @@
 
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
-  "", "contact.", "relaxation.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
+  "", "contact.", "relaxation.", "checkpoint.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
   "loads.<name>.", "stages.<name>."};
 // clang-format on
 
@@ -42,6 +42,8 @@ static const Key Keys[] = {
   KEY(TOP, "model", PATH, Scene, model, NULL, NULL, "",
       "block mesh (HDF5); looked for in the working directory, then beside the scene file"),
   KEY(TOP, "output", PATH, Scene, output, "out", NULL, "", "folder for results, from the working directory"),
+  KEY(TOP, "restart", PATH, Scene, restart, "", NULL, "",
+      "checkpoint to go on from, or a folder: its newest good one; auto: that of the output folder, if any"),
   KEY(TOP, "plane", CHOICE, Scene, plane, "strain", NULL, "", "plane strain or plane stress",
       .choices = Planes),
   KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",
@@ -86,6 +88,15 @@ static const Key Keys[] = {
       "between rows of history.csv"),
   KEY(RELAXATION, "allow_floating", BOOL, Scene, allow_floating, "false", NULL, "",
       "accept bodies that nothing holds"),
+
+  KEY(CHECKPOINT, "minutes", REAL, Scene, checkpoint_minutes, "10", ">= 0", "min",
+      "of wall time between checkpoints; 0: not by time"),
+  KEY(CHECKPOINT, "every", INT, Scene, checkpoint_every, "0", ">= 0", "cycles",
+      "between checkpoints; 0: not by cycles"),
+  KEY(CHECKPOINT, "keep", INT, Scene, checkpoint_keep, "2", ">= 1", "",
+      "newest checkpoints that are kept"),
+  KEY(CHECKPOINT, "wall_limit", REAL, Scene, wall_limit, "0", ">= 0", "min",
+      "of wall time after which the run writes a checkpoint and stops; 0: none"),
 
   KEY(STAGE_DEFAULTS, "ramp", INT, Stage, ramp, "1000", ">= 0", "cycles", "for stages that give none"),
   KEY(STAGE_DEFAULTS, "max_cycles", INT, Stage, max_cycles, "1000000", ">= 1", "cycles",

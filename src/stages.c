@@ -1,26 +1,6 @@
 /* stages.c: the stages of a scene, one after the other; each ends with a verdict. */
-#include "internal.h"
-#include <signal.h>
+#include "checkpoint.h"
 #include <unistd.h>
-
-static volatile sig_atomic_t stop_signal = 0;
-
-static void on_signal(int number)
-{
-  stop_signal = number;
-}
-
-/* SIGUSR1 reaches all ranks through mpirun at once; SIGTERM and SIGINT leave about a second. */
-PetscErrorCode SignalsCatch(void)
-{
-  struct sigaction action = {.sa_handler = on_signal};
-  PetscFunctionBeginUser;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGUSR1, &action, NULL);
-  sigaction(SIGTERM, &action, NULL);
-  sigaction(SIGINT, &action, NULL);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 PetscErrorCode StateCreate(const Model *m, State *s)
 {
@@ -114,20 +94,6 @@ PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stop asked for by signal on any rank stops all. */
-PetscErrorCode Interrupted(const Model *m, StageResult *result)
-{
-  int signal_number = stop_signal;
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal_number, 1, MPI_INT, MPI_MAX, m->comm));
-  if (signal_number) {
-    result->verdict = VERDICT_INTERRUPTED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "signal %d at ratio %.3g",
-                            signal_number, (double)result->ratio));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Variable connectivity: contacts found again when blocks have moved enough (or when `now`), and masses to go
  * with them. */
 static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
@@ -212,18 +178,34 @@ static PetscErrorCode precondition(const Scene *scene, Model *m, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                          StageResult *result)
+/* What the loop of cycles remembers, see archive.h. */
+typedef struct {
+  StageResult *result;
+  Effort *effort;
+  PetscInt64 ramp_start; /* cycle of the stage at which the ramp began */
+  double start;          /* [s] of MPI_Wtime */
+} Loop;
+
+static PetscErrorCode archive_loop(Archive *a, void *context)
 {
-  const PetscBool follow = loads_follow(scene, m, stage);
-  PetscReal *contact_scale, first_ratio = 0.;
-  double first_wall = 0.;
-  const double start = MPI_Wtime();
-  PetscInt64 ramp_start = 0;
+  Loop *loop = context;
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(result, sizeof(*result)));
-  PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
+  loop->result->wall = MPI_Wtime() - loop->start;
+  PetscCall(ArchiveResult(a, "result", loop->result));
+  PetscCall(ArchiveEffort(a, loop->effort));
+  PetscCall(ArchiveCounts(a, "ramp_start", 1, &loop->ramp_start));
+  loop->start = MPI_Wtime() - loop->result->wall;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The start of a stage, or of a trial of one, up to its verdict or to the first cycle of the explicit loop.
+ */
+static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                            PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
+                            Output *output, Loop *loop)
+{
+  StageResult *result = loop->result;
+  PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(UpliftStart(scene, stage, state));
   PetscCall(LoadsTarget(scene, m, stage, state));
@@ -236,17 +218,35 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   if (result->verdict == VERDICT_NONE) {
     relax->effort.explicit = PETSC_TRUE;
     PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
-    ramp_start = result->cycles;
+    loop->ramp_start = result->cycles;
     state->ramp = 0.;
     PetscCall(
         Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
   }
   PetscCall(SecantStart(m, contacts, state, relax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                          StageResult *result)
+{
+  const PetscBool follow = loads_follow(scene, m, stage);
+  PetscReal *contact_scale, first_ratio = 0.;
+  double first_wall = 0.;
+  Loop loop = {result, &relax->effort, 0, MPI_Wtime()};
+  PetscBool resumed;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(result, sizeof(*result)));
+  PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
+  PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  if (!resumed) PetscCall(begin(scene, m, stage, number, follow, contacts, state, relax, output, &loop));
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
     if (state->ramp < 1.) {
       LoadsApply(m, state,
-                 stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - ramp_start) / stage->ramp) : 1.);
+                 stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - loop.ramp_start) / stage->ramp)
+                             : 1.);
       PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from the full load on
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? contact_scale : NULL));
@@ -254,12 +254,11 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     if (!check) continue;
     PetscCall(Unbalanced(m, state, contact_scale, result));
     PetscCall(Secant(m, state, result->ratio, relax));
-    result->wall = MPI_Wtime() - start;
+    result->wall = MPI_Wtime() - loop.start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
     if (relax->still) PetscCall(RelaxationStill(scene, m, stage->joints, contacts, state, relax));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));
-    PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &ramp_start));
-    PetscCall(Interrupted(m, result));
+    PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &loop.ramp_start));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
       PetscCall(OutputHistory(output, scene, m, state, number, state->ramp, result));
     if (state->ramp >= 1. && first_ratio == 0.) first_ratio = result->ratio, first_wall = result->wall;
@@ -273,12 +272,14 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       PetscCall(LoadsTarget(scene, m, stage, state));
       LoadsApply(m, state, state->ramp);
     }
+    PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
   }
+  PetscCall(CheckpointDetach(output->checkpoint));
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   state->beta = 0.;
   relax->effort.evaluations++;
-  result->wall = MPI_Wtime() - start;
+  result->wall = MPI_Wtime() - loop.start;
   PetscCall(PetscFree(contact_scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

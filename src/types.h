@@ -178,6 +178,13 @@ typedef struct {
   PetscBool allow_floating; /* accept bodies without support */
   PetscInt check_every;     /* [cycles] between tests of convergence */
   PetscInt history_every;   /* [cycles] between rows of history.csv */
+  /* checkpoints */
+  char restart[PETSC_MAX_PATH_LEN]; /* file, folder or "auto"; "": a run from the start */
+  PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */
+  PetscInt checkpoint_every;        /* [cycles] between checkpoints, 0: none by cycles */
+  PetscInt checkpoint_keep;         /* newest files kept */
+  PetscReal wall_limit;             /* [min] of wall time, 0: none */
+  char *options;                    /* "key value" lines: all that the scene and the command line say */
   /* tables */
   PetscInt n_materials, n_joints, n_supports, n_loads, n_stages;
   Material *materials;

@@ -1,0 +1,382 @@
+/* checkpoint.c: when the run is written down, where, and how it goes on; see checkpoint.h.
+
+   Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same on any
+   number of ranks, and it can be checked, verified and renamed as a whole (docs/reliability.md has what it
+   costs). */
+#include "checkpoint.h"
+#include <dirent.h>
+#include <errno.h>
+#include <signal.h>
+#include <unistd.h>
+
+/* ---- signals */
+
+static volatile sig_atomic_t stop_signal = 0, write_signal = 0;
+static char stop_line[PETSC_MAX_PATH_LEN + 128]; /* what rank 0 says at once, "" elsewhere */
+
+static void on_signal(int number)
+{
+  if (number == SIGUSR1) {
+    write_signal = 1;
+    return;
+  }
+  if (!stop_signal && stop_line[0]) {
+    const ssize_t written = write(STDERR_FILENO, stop_line, strlen(stop_line));
+    (void)written;
+  }
+  stop_signal = number;
+}
+
+/* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it leaves them about a second.
+ */
+static void catch_signals(void)
+{
+  const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT};
+  struct sigaction action = {.sa_handler = on_signal};
+  sigemptyset(&action.sa_mask);
+  for (int i = 0; i < 4; i++) sigaction(numbers[i], &action, NULL);
+}
+
+static void prepare_line(const Checkpoint *c)
+{
+  if (!c->rank)
+    snprintf(stop_line, sizeof(stop_line), "quoin: a signal stops the run; last good checkpoint: %s\n",
+             c->last[0] ? c->last : "none");
+}
+
+/* ---- files: <output>/checkpoints/checkpoint_<number>.h5 */
+
+static void path_of(const char *folder, PetscInt number, char path[PETSC_MAX_PATH_LEN])
+{
+  snprintf(path, PETSC_MAX_PATH_LEN, "%.4000s/checkpoint_%06d.h5", folder, (int)number);
+}
+
+/* The number of a checkpoint by its name, -1: it is none. */
+static PetscInt number_of(const char *name)
+{
+  int number, end = 0;
+  if (sscanf(name, "checkpoint_%d.h5%n", &number, &end) != 1 || !end || name[end]) return -1;
+  return number;
+}
+
+/* Largest number below `below` in a folder, -1: none. */
+static PetscInt newest(const char *folder, PetscInt below)
+{
+  PetscInt most = -1;
+  DIR *dir = opendir(folder);
+  for (struct dirent *entry; dir && (entry = readdir(dir));) {
+    const PetscInt number = number_of(entry->d_name);
+    if (number < below) most = PetscMax(most, number);
+  }
+  if (dir) closedir(dir);
+  return most;
+}
+
+/* Leaves the newest `keep`. */
+static void rotate(const char *folder, PetscInt number, PetscInt keep)
+{
+  char path[PETSC_MAX_PATH_LEN];
+  for (PetscInt n = newest(folder, number); n >= 0; n = newest(folder, n)) {
+    if (--keep > 0) continue;
+    path_of(folder, n, path);
+    if (unlink(path)) return;
+  }
+}
+
+/* ---- life */
+
+PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh, Checkpoint *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  c->comm = comm, c->scene = scene, c->mesh = mesh;
+  PetscCallMPI(MPI_Comm_rank(comm, &c->rank));
+  PetscCall(PetscSNPrintf(c->folder, sizeof(c->folder), "%s/checkpoints", scene->output));
+  if (!c->rank) c->number = newest(c->folder, PETSC_MAX_INT);
+  c->start_wall = c->last_wall = c->poll_wall = MPI_Wtime();
+  prepare_line(c);
+  catch_signals();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointDestroy(Checkpoint *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveDestroy(&c->resume));
+  c->n_parts = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointRefuse(const Checkpoint *c, PetscErrorCode code, const char *message)
+{
+  char text[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (message[0])
+    PetscCall(PetscSNPrintf(text, MESSAGE_LENGTH, "%.600s; last good checkpoint: %.300s", message,
+                            c->last[0] ? c->last : "none"));
+  PetscCall(Refuse(c->comm, code, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- parts */
+
+/* Marks names of a part, in either direction. */
+static PetscErrorCode run_part(Archive *a, const CheckpointPart *part)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(a->part, part->name, sizeof(a->part)));
+  PetscCall(part->function(a, part->context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointAttach(Checkpoint *c, const char *name, ArchiveFunction function, void *context,
+                                PetscBool *resumed)
+{
+  CheckpointPart *part = c->parts + c->n_parts;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  PetscCheck(c->n_parts < MOST_PARTS, c->comm, PETSC_ERR_PLIB, "too many parts");
+  c->n_parts++;
+  PetscCall(PetscStrncpy(part->name, name, sizeof(part->name)));
+  part->function = function, part->context = context;
+  *resumed = PETSC_FALSE;
+  if (!c->resuming) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ArchiveHasPart(&c->resume, name, resumed));
+  if (!*resumed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(run_part(&c->resume, part));
+  if (c->resume.message[0])
+    PetscCall(
+        PetscSNPrintf(message, MESSAGE_LENGTH, "restart: '%.500s': %.400s", c->last, c->resume.message));
+  PetscCall(Refuse(c->comm, ERROR_CHECKPOINT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointDetach(Checkpoint *c)
+{
+  PetscFunctionBeginUser;
+  c->n_parts--;
+  // a stage is over: whatever comes now starts anew
+  c->resuming = PETSC_FALSE;
+  PetscCall(ArchiveDestroy(&c->resume));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- writing */
+
+PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
+{
+  Archive archive;
+  char path[PETSC_MAX_PATH_LEN], message[MESSAGE_LENGTH] = "";
+  PetscInt64 mesh = (PetscInt64)c->mesh;
+  const double start = MPI_Wtime();
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCreate(c->comm, &archive));
+  PetscCall(ArchiveCounts(&archive, "mesh", 1, &mesh));
+  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
+  if (!c->rank) {
+    path_of(c->folder, ++c->number, path);
+    if (archive.message[0])
+      PetscCall(PetscStrncpy(message, archive.message, sizeof(message)));
+    else if (!FolderMake(c->folder, message))
+      PetscCall(ArchiveWriteFile(&archive, path, message));
+    if (!message[0]) {
+      PetscCall(PetscStrncpy(c->last, path, sizeof(c->last)));
+      rotate(c->folder, c->number, c->scene->checkpoint_keep);
+    }
+  }
+  PetscCall(ArchiveDestroy(&archive));
+  PetscCall(CheckpointRefuse(c, ERROR_OUTPUT, message));
+  prepare_line(c);
+  c->last_cycle = cycle;
+  c->last_wall = MPI_Wtime();
+  c->write_wall = c->last_wall - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResult *result)
+{
+  char last[PETSC_MAX_PATH_LEN];
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(last, c->last, sizeof(last)));
+  PetscCallMPI(MPI_Bcast(last, sizeof(last), MPI_CHAR, 0, c->comm));
+  result->verdict = VERDICT_INTERRUPTED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "%s at ratio %.3g; go on with -restart %.150s", why, (double)result->ratio, last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointPoll(Checkpoint *c, PetscInt64 cycle, StageResult *result)
+{
+  enum { STOP, WRITE, TIME, LIMIT, REQUESTS };
+  const double now = MPI_Wtime(), minutes = 60. * c->scene->checkpoint_minutes,
+               limit = 60. * c->scene->wall_limit;
+  // two more looks and a checkpoint must fit in
+  const double ahead = now - c->start_wall + 2. * (now - c->poll_wall) + c->write_wall;
+  char why[64];
+  int request[REQUESTS] = {stop_signal, write_signal, 0, 0}; // rank 0 has the clock
+  PetscFunctionBeginUser;
+  c->poll_wall = now;
+  if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  request[TIME] = !c->rank && minutes > 0. && now - c->last_wall >= minutes;
+  request[LIMIT] = !c->rank && limit > 0. && ahead >= limit;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, request, REQUESTS, MPI_INT, MPI_MAX, c->comm));
+  const PetscInt every = c->scene->checkpoint_every;
+  const PetscBool stop = (PetscBool)(request[STOP] || request[LIMIT]),
+                  due = (PetscBool)(every && cycle - c->last_cycle >= every);
+  write_signal = 0;
+  if (stop || due || request[WRITE] || request[TIME]) PetscCall(CheckpointWrite(c, cycle));
+  if (!stop) PetscFunctionReturn(PETSC_SUCCESS);
+  if (request[STOP])
+    snprintf(why, sizeof(why), "signal %d", request[STOP]);
+  else
+    snprintf(why, sizeof(why), "wall time is near its limit, %g min", c->scene->wall_limit);
+  PetscCall(interrupt(c, why, result));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointStop(const Checkpoint *c, StageResult *result)
+{
+  int number = stop_signal;
+  char why[64];
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_INT, MPI_MAX, c->comm));
+  snprintf(why, sizeof(why), "signal %d", number);
+  if (number) PetscCall(interrupt(c, why, result));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- restart */
+
+/* Options that change no number of the results. */
+static PetscBool is_idle(const char *line)
+{
+  static const char *const idle[] = {"title ", "output ", "restart ", "checkpoint_", "model ", NULL};
+  for (const char *const *i = idle; *i; i++)
+    if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* The value of the key that `line` begins with, in `text`; NULL: it has none. */
+static const char *value_of(const char *text, const char *line)
+{
+  const size_t n = strcspn(line, " ") + 1;
+  for (const char *at = text; at && *at; at = strchr(at, '\n'), at += at != NULL)
+    if (!strncmp(at, line, n)) return at + n;
+  return NULL;
+}
+
+static PetscBool values_equal(const char *a, const char *b)
+{
+  char *end[2];
+  const size_t n = strcspn(a, "\n");
+  if (n == strcspn(b, "\n") && !strncmp(a, b, n)) return PETSC_TRUE;
+  const double x = strtod(a, &end[0]), y = strtod(b, &end[1]);
+  return (PetscBool)(end[0] != a && end[1] != b && *end[0] == '\n' && *end[1] == '\n' && x == y);
+}
+
+static void say(const char *line, const char *old, const char *new)
+{
+  printf("restart: changed since the checkpoint: %.*s: %.*s -> %.*s\n", (int)strcspn(line, " "), line,
+         old ? (int)strcspn(old, "\n") : 9, old ? old : "not given", new ? (int)strcspn(new, "\n") : 9,
+         new ? new : "not given");
+}
+
+/* Rank 0: says which options differ, key by key. */
+static void compare_options(const char *old, const char *new)
+{
+  for (const char *line = new; *line; line = strchr(line, '\n') + 1) {
+    const char *before = value_of(old, line), *now = line + strcspn(line, " ") + 1;
+    if (!is_idle(line) && !(before && values_equal(before, now))) say(line, before, now);
+  }
+  for (const char *line = old; *line; line = strchr(line, '\n') + 1)
+    if (!is_idle(line) && !value_of(new, line)) say(line, line + strcspn(line, " ") + 1, NULL);
+}
+
+/* Rank 0: one file into c->resume; message: why not. */
+static PetscErrorCode read_file(Checkpoint *c, const char *path, char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  message[0] = 0;
+  PetscCall(ArchiveDestroy(&c->resume));
+  PetscCall(ArchiveReadFile(&c->resume, path, message));
+  if (!message[0]) PetscCall(PetscStrncpy(c->last, path, sizeof(c->last)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the newest good file of a folder; found: there is a file at all. */
+static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *found,
+                                  char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN], reason[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  *found = PETSC_FALSE;
+  for (PetscInt n = newest(folder, PETSC_MAX_INT); n >= 0; n = newest(folder, n)) {
+    *found = PETSC_TRUE;
+    path_of(folder, n, path);
+    PetscCall(read_file(c, path, reason));
+    if (!reason[0]) PetscFunctionReturn(PETSC_SUCCESS);
+    fprintf(stderr, "quoin: warning: restart: '%s' is passed over: %s\n", path, reason);
+  }
+  snprintf(message, MESSAGE_LENGTH, "restart: no good checkpoint in '%.800s'", folder);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: what scene->restart names: a file, a folder of checkpoints, an output folder, or auto. */
+static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[MESSAGE_LENGTH])
+{
+  const char *name = c->scene->restart;
+  const PetscBool automatic = (PetscBool)!strcmp(name, "auto");
+  char folder[PETSC_MAX_PATH_LEN], reason[MESSAGE_LENGTH];
+  PetscBool is_folder;
+  PetscFunctionBeginUser;
+  PetscCall(PetscTestDirectory(name, 'r', &is_folder));
+  *found = PETSC_TRUE;
+  if (!automatic && !is_folder) {
+    PetscCall(read_file(c, name, reason));
+    if (reason[0])
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "restart: '%.500s': %.400s", name, reason));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscStrncpy(folder, automatic ? c->folder : name, sizeof(folder)));
+  if (!automatic && newest(folder, PETSC_MAX_INT) < 0)
+    PetscCall(PetscSNPrintf(folder, sizeof(folder), "%.4000s/checkpoints", name));
+  PetscCall(read_newest(c, folder, found, message));
+  if (automatic && !*found) message[0] = 0; // a run from the start
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode check_mesh(const Checkpoint *c, char message[MESSAGE_LENGTH])
+{
+  const ArchiveEntry *mesh = ArchiveFind(&c->resume, "mesh");
+  PetscFunctionBeginUser;
+  if (!mesh || *(PetscInt64 *)mesh->data != (PetscInt64)c->mesh)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "restart: '%.500s' belongs to another block mesh than '%.400s' (or other groups "
+                            "are rigid)",
+                            c->last, c->scene->model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointRestart(Checkpoint *c)
+{
+  char message[MESSAGE_LENGTH] = "", *old = NULL;
+  PetscBool found = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  if (!c->scene->restart[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ArchiveCreate(c->comm, &c->resume));
+  c->resume.reading = PETSC_TRUE;
+  if (!c->rank) {
+    PetscCall(find_file(c, &found, message));
+    if (found && !message[0]) PetscCall(check_mesh(c, message));
+  }
+  PetscCall(Refuse(c->comm, ERROR_CHECKPOINT, message));
+  PetscCallMPI(MPI_Bcast(&found, 1, MPIU_BOOL, 0, c->comm));
+  c->resuming = found;
+  if (!found) PetscFunctionReturn(PETSC_SUCCESS);
+  prepare_line(c);
+  PetscCall(PetscStrncpy(c->resume.part, "run", sizeof(c->resume.part)));
+  PetscCall(ArchiveText(&c->resume, "options", &old));
+  if (!c->rank) compare_options(old ? old : "", c->scene->options);
+  free(old);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,87 @@
+"""Scenes whose runs are interrupted: each keeps something else in memory. name -> (mesh, scene)."""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from quoin_tools.dam import G1, dam_mesh  # noqa: E402
+from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
+
+MATERIALS = {"dam": {"density": 2400, "young": 10e9, "poisson": 0.2}, "rock": {"density": 2500, "young": 10e9, "poisson": 0.2}}
+BASE = {"stress_model": "tptm", "k_n": 10e9, "k_s": 3e9}
+DAM = {
+    "model": "model.h5", "output": "out", "relaxation": {"tolerance": 1e-6, "groups": ["dam"]}, "materials": MATERIALS,
+    "joints": {"base": {"law": "elastic", **BASE}},
+    "supports": {"rock_sides": {"fix": "x"}, "rock_bottom": {"fix": "y"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["dam"]},
+              "water": {"type": "reservoir", "faces": "upstream", "level": 33.0}},
+}
+UPLIFT = {"type": "uplift", "faces": "base", "level": 33.0, "rule": "linear", "component": "vertical"}
+FRICTION = {"joints": {"base": {"law": "mohr_coulomb", "friction": 45}}}
+
+
+def static(columns=8):
+    """Elastic, then frictional stages."""
+    return dam_mesh(G1, columns), DAM | {"stages": [{"sw": {"loads": ["weight"]}}, {"hp": {"loads": ["weight", "water"]} | FRICTION}]}
+
+
+def cracked(columns=12):
+    """Uplift that follows the open part of the base."""
+    loads = DAM["loads"] | {"uplift": UPLIFT | {"cracked": True}}
+    loads["water"] = loads["water"] | {"level": 34.0}
+    stages = [{"sw": {"loads": ["weight"]}}, {"hpu": {"loads": ["weight", "water", "uplift"]} | FRICTION}]
+    return dam_mesh(G1, columns), DAM | {"loads": loads, "stages": stages}
+
+
+def reduction(columns=8):
+    """Trials and bisection of a strength reduction."""
+    loads = DAM["loads"] | {"uplift": UPLIFT}
+    stages = [{"hp": {"loads": ["weight", "water", "uplift"]} | FRICTION},
+              {"s1": {"type": "strength_reduction", "loads": ["weight", "water", "uplift"], "step": 4, "limit": 10, "bracket": 1}}]
+    return dam_mesh(G1, columns), DAM | {"loads": loads, "stages": stages}
+
+
+def flood(columns=8):
+    """Trials of a flood."""
+    stages = [{"hp": {"loads": ["weight", "water"]} | FRICTION},
+              {"s4": {"type": "flood", "loads": ["weight", "water"], "step": 2, "limit": 39}}]
+    return dam_mesh(G1, columns), DAM | {"stages": stages}
+
+
+def variable():
+    """Trials with variable connectivity: a row of blocks, pushed, slides on."""
+    bodies = [rectangle(-2, -1, 14, 1, group="base", rigid=True)]
+    bodies += [rectangle(2 * i, 0, 2, 1, 4, 2, group="wall") for i in range(5)]
+    bodies += [rectangle(1 + 2 * i, 1, 2, 0.5, group="stone", rigid=True) for i in range(4)]
+    mesh = join([renamed(body, {"pushed": "left"} if i == 1 else {}, {}) for i, body in enumerate(bodies)])
+    scene = {
+        "model": "model.h5", "output": "out", "contact": {"connectivity": "variable"}, "relaxation": {"tolerance": 1e-5},
+        "materials": {"base": {"density": 2000}, "wall": {"density": 2000, "young": 1e8, "poisson": 0.2}, "stone": {"density": 2500}},
+        "joints": {"default": {"k_n": 1e8, "k_s": 5e7, "friction": 35}}, "supports": {"base": {"fix": "xy"}},
+        "loads": {"weight": {"type": "self_weight"}, "push": {"type": "traction", "faces": "pushed", "value": [1e5, 0]}},
+        "stages": [{"stand": {"loads": ["weight"]}},
+                   {"slide": {"type": "strength_reduction", "loads": ["weight", "push"], "step": 10, "limit": 1, "bracket": 2}}],
+    }
+    return mesh, scene
+
+
+def dynamic(duration=0.6, n=8):
+    """Blocks that fall on deformable ones and slide off: contacts come and go; energies and frames."""
+    bodies = [rectangle(-1, -1, 4, 1, group="base", rigid=True), rectangle(0, 0, 2, 1, 4, 2, group="wall")]
+    bodies += [rectangle(0.1 * i, 1.05 + 0.55 * i, 1, 0.5, group="block", rigid=True) for i in range(n)]
+    mesh = join([renamed(body, {}, {f"block_{i}": "bottom_left"} if i else {}) for i, body in enumerate(bodies)])
+    scene = {
+        "model": "model.h5", "output": "out", "contact": {"connectivity": "variable", "tolerance": 0.005},
+        "relaxation": {"allow_floating": True, "history_every": 100},
+        "materials": {"block": {"density": 2400}, "base": {"density": 2400},
+                      "wall": {"density": 2400, "young": 1e9, "poisson": 0.2}},
+        "joints": {"default": {"k_n": 1e9, "k_s": 1e9, "friction": 20, "damping": 5e-4}}, "supports": {"base": {"fix": "xy"}},
+        "loads": {"weight": {"type": "self_weight", "groups": ["block", "wall"]}},
+        "stages": [{"fall": {"type": "dynamic", "loads": ["weight"], "duration": duration, "frames": 5}}],
+    }
+    return mesh, scene
+
+
+ALL = {"static": static, "cracked": cracked, "reduction": reduction, "flood": flood, "variable": variable, "dynamic": dynamic}
