@@ -4,56 +4,7 @@
 #include "internal.h"
 #include "element_kernels.h"
 
-_Static_assert(BATCH % LANES == 0 && LANES == 4,
-               "a batch is a whole number of vectors; the shuffles below are for 4");
-
-/* One copy of the hot loops per instruction set; the loader picks one. Sanitizers start after the loader. The
-   four Gauss points of an element are independent; scheduling before register allocation mixes them and hides
-   the latency of the divisions: a fifth of the time. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&             \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES                                                                                               \
-  __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"), optimize("schedule-insns")))
-#else
-#define CLONES
-#endif
-
-/* x and y of one vertex, as they lie in memory */
-typedef PetscReal Pair __attribute__((vector_size(2 * sizeof(PetscReal)), aligned(sizeof(PetscReal))));
-
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
-
-/* Vectors of one vertex of all lanes: loads of pairs, then a transposition. */
-KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
-{
-  Pair p[LANES];
-  for (int lane = 0; lane < LANES; lane++) p[lane] = *(const Pair *)(x + 2 * vertex[lane]);
-  const Lanes even = __builtin_shufflevector(p[0], p[2], 0, 1, 2, 3);
-  const Lanes odd = __builtin_shufflevector(p[1], p[3], 0, 1, 2, 3);
-  return (LanesVector){__builtin_shufflevector(even, odd, 0, 4, 2, 6),
-                       __builtin_shufflevector(even, odd, 1, 5, 3, 7)};
-}
-
-KERNEL void Gather(int n_nodes, const PetscReal *x, const PetscInt *vertex, LanesVector *p)
-{
-  for (int i = 0; i < n_nodes; i++) p[i] = GatherVertex(x, vertex + i * BATCH);
-}
-
-/* The inverse of Gather, adding; lane by lane, so that elements are added in ascending order. */
-KERNEL void ScatterAdd(int n_nodes, const LanesVector *p, const PetscInt *vertex, PetscReal *f)
-{
-  Pair pair[LANES][4];
-  for (int i = 0; i < n_nodes; i++) {
-    const Lanes even = __builtin_shufflevector(p[i].x, p[i].y, 0, 4, 2, 6);
-    const Lanes odd = __builtin_shufflevector(p[i].x, p[i].y, 1, 5, 3, 7);
-    pair[0][i] = __builtin_shufflevector(even, even, 0, 1);
-    pair[1][i] = __builtin_shufflevector(odd, odd, 0, 1);
-    pair[2][i] = __builtin_shufflevector(even, even, 2, 3);
-    pair[3][i] = __builtin_shufflevector(odd, odd, 2, 3);
-  }
-  for (int lane = 0; lane < LANES; lane++)
-    for (int i = 0; i < n_nodes; i++) *(Pair *)(f + 2 * vertex[i * BATCH + lane]) += pair[lane][i];
-}
 
 KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
 {
@@ -70,10 +21,24 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
 
 /* ------------------------------------------------------------------------------------------ forces (10) */
 
-KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int large,
-                      const PetscReal *restrict u, PetscReal *restrict f)
+/* Elements are taken in chunks of CHUNK of one shape, quadrilaterals first: after each of them some vertices
+   have all their forces and can move at once, while they are still in the cache. */
+enum { CHUNK = 512 };
+
+static PetscInt ChunksOf(const Elements *e)
 {
-  for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+  return (e->n_padded + CHUNK - 1) / CHUNK;
+}
+
+PetscInt ElementChunks(const Model *model)
+{
+  return ChunksOf(&model->q4) + ChunksOf(&model->t3);
+}
+
+KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                      PetscInt to, const PetscReal *restrict u, PetscReal *restrict f)
+{
+  for (PetscInt first = from; first < PetscMin(to, e->n_padded); first += LANES) {
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
     const LanesMaterial material = LoadMaterial(model, e->group + first);
     LanesVector X[4], U[4], F[4];
@@ -84,32 +49,61 @@ KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int la
   }
 }
 
-CLONES static void ForcesLarge(const Model *model, const PetscReal *u, PetscReal *f)
+/* shape and strain measure as constants */
+KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                             PetscInt to, const PetscReal *u, PetscReal *f)
 {
-  ForceLoop(model, &model->q4, 4, 1, u, f);
-  ForceLoop(model, &model->t3, 3, 1, u, f);
+  if (n_nodes == 4 && large)
+    ForceLoop(model, e, 4, 1, from, to, u, f);
+  else if (n_nodes == 4)
+    ForceLoop(model, e, 4, 0, from, to, u, f);
+  else if (large)
+    ForceLoop(model, e, 3, 1, from, to, u, f);
+  else
+    ForceLoop(model, e, 3, 0, from, to, u, f);
 }
 
-CLONES static void ForcesSmall(const Model *model, const Elements *q4, const Elements *t3, const PetscReal *u,
-                               PetscReal *f)
+VARIANTS(RangeForces,
+         (const Model *model, const Elements *e, int n_nodes, int large, PetscInt from, PetscInt to,
+          const PetscReal *u, PetscReal *f),
+         (model, e, n_nodes, large, from, to, u, f))
+
+void ElementForcesOfChunk(const Model *model, PetscInt chunk, const PetscReal *u, PetscReal *f)
 {
-  ForceLoop(model, q4, 4, 0, u, f);
-  ForceLoop(model, t3, 3, 0, u, f);
+  const PetscInt n_q4 = ChunksOf(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
+  RangeForces(model, chunk < n_q4 ? &model->q4 : &model->t3, chunk < n_q4 ? 4 : 3,
+              model->strain == STRAIN_LARGE, local * CHUNK, (local + 1) * CHUNK, u, f);
 }
 
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
 {
   PetscFunctionBeginUser;
-  if (model->strain == STRAIN_LARGE)
-    ForcesLarge(model, u, f);
-  else
-    ForcesSmall(model, &model->q4, &model->t3, u, f);
+  for (PetscInt chunk = 0; chunk < ElementChunks(model); chunk++) ElementForcesOfChunk(model, chunk, u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f)
 {
-  ForcesSmall(model, &model->condensed_q4, &model->condensed_t3, u, f);
+  RangeForces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, u, f);
+  RangeForces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, u, f);
+}
+
+/* From the last chunk back: the lowest vertex that it or a later one touches. */
+PetscErrorCode ElementChunksDone(Model *model)
+{
+  PetscInt lowest = model->n_deformable;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(ElementChunks(model), &model->chunk_done));
+  for (PetscInt chunk = ElementChunks(model) - 1; chunk >= 0; chunk--) {
+    const PetscInt of_t3 = chunk - ChunksOf(&model->q4), local = of_t3 < 0 ? chunk : of_t3;
+    const Elements *e = of_t3 < 0 ? &model->q4 : &model->t3;
+    model->chunk_done[chunk] = lowest;
+    for (PetscInt i = local * CHUNK; i < PetscMin(e->n, (local + 1) * CHUNK); i++)
+      for (int k = 0, n_nodes = of_t3 < 0 ? 4 : 3; k < n_nodes; k++)
+        lowest = PetscMin(lowest, LaneVertices(e, n_nodes, i)[k * BATCH]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ------------------------------------------------------------------------- row sums (28) and masses (27) */

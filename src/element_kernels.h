@@ -1,10 +1,4 @@
-/* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once. No MPI, no
-   PETSc objects, no memory beyond the arguments.
-
-   A Lanes value holds one number of LANES elements (GCC vector extension); + - * / act on all of them, so a
-   formula reads as it would for one element. No lane sees another, and the build forbids contraction
-   (-ffp-contract=off), so an element has the same bits in every lane, in every batch and on every clone of
-   the loops in element.c.
+/* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once.
 
    Shape functions by modes. On the 4-node quadrilateral any field x of the vertices (coordinates,
    displacements) is x(xi, eta) = x_mean + xi a + eta b + xi eta h,   xi, eta in [-1, 1], a = sum xi_i x_i /
@@ -12,21 +6,7 @@
    the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on xi, eta >= 0, xi + eta <= 1. The mean moves the
    block as a whole and enters nothing. */
 #pragma once
-#include <petscsys.h>
-
-/* Vectors are passed by value between functions that are always inlined: there is no ABI to warn about. */
-#pragma GCC diagnostic ignored "-Wpsabi"
-
-#define KERNEL static inline __attribute__((always_inline))
-
-/* 4: wide enough for AVX2 and AVX-512, and 8 run out of registers under AVX2 (measured: 2.5 times slower
-   there). Aligned as the stack is, which keeps the compiler quiet about structures of them as arguments. */
-enum { LANES = 4 };
-typedef PetscReal Lanes __attribute__((vector_size(LANES * sizeof(PetscReal)), aligned(16)));
-
-typedef struct {
-  Lanes x, y;
-} LanesVector;
+#include "lanes.h"
 
 typedef struct { /* a symmetric tensor */
   Lanes xx, yy, xy;
@@ -45,31 +25,6 @@ typedef struct {
 } LanesMaterial;
 
 #define GAUSS 0.57735026918962576451 /* 1/sqrt(3): 2x2 points at xi, eta = +-GAUSS, weights 1 */
-
-KERNEL LanesVector VectorAdd(LanesVector p, LanesVector q)
-{
-  return (LanesVector){p.x + q.x, p.y + q.y};
-}
-
-KERNEL LanesVector VectorSubtract(LanesVector p, LanesVector q)
-{
-  return (LanesVector){p.x - q.x, p.y - q.y};
-}
-
-KERNEL LanesVector VectorScale(PetscReal s, LanesVector p)
-{
-  return (LanesVector){s * p.x, s * p.y};
-}
-
-KERNEL Lanes VectorDot(LanesVector p, LanesVector q)
-{
-  return p.x * q.x + p.y * q.y;
-}
-
-KERNEL Lanes VectorCross(LanesVector p, LanesVector q)
-{
-  return p.x * q.y - p.y * q.x;
-}
 
 KERNEL LanesModes ModesAdd(const LanesModes *p, const LanesModes *q)
 {

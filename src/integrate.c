@@ -1,34 +1,104 @@
-/* integrate.c: the central difference (11)-(20). One loop over all degrees of freedom: displacements of
-   deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one form). */
+/* integrate.c: the central difference (11)-(20). One loop over degrees of freedom: displacements of
+   deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one form); LANES
+   at once. */
 #include "internal.h"
+#include "lanes.h"
 #include "reproducible.h"
 
 /* Terms of the next cycle may be this much larger than the largest of the last before the bins are too small.
  */
 static const PetscReal GROWTH = 1048576.;
 
+/* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
+typedef struct {
+  PetscReal dt, d1, d2, beta; /* (12), (13); stiffness-proportional damping, see relax.c */
+  Bins num_bins, den_bins;
+  Lanes num[2], den[2], num_max, den_max;
+} Sweep;
+
+KERNEL void BinAddLanes(const Bins *bins, Lanes x, Lanes sum[2])
+{
+  const Lanes high = (x + bins->a[0]) - bins->a[0], rest = x - high;
+  sum[0] += high;
+  sum[1] += (rest + bins->a[1]) - bins->a[1];
+}
+
+/* LANES degrees of freedom. in_q: NULL when all enter the quotient. */
+KERNEL void MoveLanes(Sweep *w, const PetscReal *f_now, const PetscReal *f_old, const PetscReal *f_ext,
+                      const PetscReal *mass, const PetscReal *m_inv, const PetscReal *in_q, PetscReal *v_at,
+                      PetscReal *u_at)
+{
+  const Lanes f = LoadLanes(f_now), df = f - LoadLanes(f_old), v = LoadLanes(v_at);
+  // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see relax.c
+  Lanes num = v * df, den = LoadLanes(mass) * v * v;
+  if (in_q) num *= LoadLanes(in_q), den *= LoadLanes(in_q);
+  w->num_max = Larger(Absolute(num), w->num_max);
+  w->den_max = Larger(den, w->den_max);
+  BinAddLanes(&w->num_bins, num, w->num);
+  BinAddLanes(&w->den_bins, den, w->den);
+  // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step
+  const Lanes r = LoadLanes(f_ext) - f - w->beta * df;
+  const Lanes v_new = (v * w->d1 + LoadLanes(m_inv) * r * w->dt) * w->d2;
+  StoreLanes(v_at, v_new);
+  StoreLanes(u_at, LoadLanes(u_at) + v_new * w->dt);
+}
+
+/* The last n < LANES of them, by way of copies filled up with zeros. */
+static void MoveRest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *v, PetscReal *u)
+{
+  PetscReal copy[8][LANES] = {{0.}};
+  for (int i = 0; i < 6; i++)
+    if (in[i]) memcpy(copy[i], in[i], n * sizeof(PetscReal));
+  memcpy(copy[6], v, n * sizeof(PetscReal));
+  memcpy(copy[7], u, n * sizeof(PetscReal));
+  MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], in[5] ? copy[5] : NULL, copy[6], copy[7]);
+  memcpy(v, copy[6], n * sizeof(PetscReal));
+  memcpy(u, copy[7], n * sizeof(PetscReal));
+}
+
+KERNEL void Move_code(const Model *m, State *s, PetscInt from, PetscInt to, Sweep *w)
+{
+  const PetscReal *q = m->all_in_quotient ? NULL : m->in_quotient;
+  PetscInt d = from;
+  Sweep sums = *w; // in registers
+  if (q)
+    for (; d + LANES <= to; d += LANES)
+      MoveLanes(&sums, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, q + d, s->v + d,
+                s->u + d);
+  else
+    for (; d + LANES <= to; d += LANES)
+      MoveLanes(&sums, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, NULL, s->v + d,
+                s->u + d);
+  if (d < to) {
+    const PetscReal *const in[6] = {s->f + d, s->f_old + d, s->f_ext + d,
+                                    s->m + d, s->m_inv + d, q ? q + d : NULL};
+    MoveRest(&sums, to - d, in, s->v + d, s->u + d);
+  }
+  *w = sums;
+}
+
+VARIANTS(Move, (const Model *m, State *s, PetscInt from, PetscInt to, Sweep *w), (m, s, from, to, w))
+
+void IntegrateRange(const Model *m, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
+                    QuotientSums *sums)
+{
+  const PetscReal half = 0.5 * state->alpha * state->dt, least = PETSC_MACHINE_EPSILON * PETSC_SMALL;
+  Sweep w = {.dt = state->dt,
+             .d1 = 1. - half,
+             .d2 = 1. / (1. + half),
+             .beta = state->beta,
+             .num_bins = BinsFor(PetscMax(last->num_max * GROWTH, least)),
+             .den_bins = BinsFor(PetscMax(last->den_max * GROWTH, least))};
+  Move(m, state, from, to, &w);
+  for (int lane = 0; lane < LANES; lane++) {
+    for (int k = 0; k < 2; k++) sums->num[k] += w.num[k][lane], sums->den[k] += w.den[k][lane];
+    sums->num_max = PetscMax(sums->num_max, w.num_max[lane]);
+    sums->den_max = PetscMax(sums->den_max, w.den_max[lane]);
+  }
+}
+
 void Integrate(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
 {
-  const PetscReal dt = state->dt, d1 = 1. - 0.5 * state->alpha * dt,
-                  d2 = 1. / (1. + 0.5 * state->alpha * dt); // (12), (13)
-  const Bins num_bins = BinsFor(PetscMax(last->num_max * GROWTH, PETSC_MACHINE_EPSILON * PETSC_SMALL));
-  const Bins den_bins = BinsFor(PetscMax(last->den_max * GROWTH, PETSC_MACHINE_EPSILON * PETSC_SMALL));
-  const PetscReal *restrict f = state->f, *restrict f_old = state->f_old, *restrict f_ext = state->f_ext;
-  const PetscReal *restrict mass = state->m, *restrict m_inv = state->m_inv, *restrict in_q = m->in_quotient;
-  PetscReal *restrict u = state->u, *restrict v = state->v;
-  const PetscReal beta = state->beta;
-  PetscReal num[2] = {0., 0.}, den[2] = {0., 0.}, num_max = 0., den_max = 0.;
-
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see relax.c
-    const PetscReal num_d = in_q[d] * v[d] * (f[d] - f_old[d]), den_d = in_q[d] * mass[d] * v[d] * v[d];
-    num_max = PetscMax(num_max, PetscAbsReal(num_d));
-    den_max = PetscMax(den_max, den_d);
-    BinAdd(&num_bins, num_d, num);
-    BinAdd(&den_bins, den_d, den);
-    // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step
-    v[d] = (v[d] * d1 + m_inv[d] * (f_ext[d] - f[d] - beta * (f[d] - f_old[d])) * dt) * d2;
-    u[d] += v[d] * dt;
-  }
-  *sums = (QuotientSums){{num[0], num[1]}, {den[0], den[1]}, num_max, den_max};
+  *sums = (QuotientSums){{0., 0.}, {0., 0.}, 0., 0.};
+  IntegrateRange(m, state, last, 0, m->n_dof, sums);
 }

@@ -30,6 +30,12 @@ extern const char *const VerdictNames[];
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
+/* ---- isa.c */
+/* Collective. Sets instruction_set, on which hot loops branch; refuses one that the processor has not. */
+PetscErrorCode IsaSelect(MPI_Comm comm, const Scene *scene);
+const char *IsaName(void);                  /* of what is set: base, v3 or v4 */
+extern const char *const InstructionSets[]; /* PetscEnum-style names: widest base v3 v4 */
+
 /* ---- scene.c */
 /* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Fails on unknown keys. */
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
@@ -167,6 +173,12 @@ void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f
 /* Reference stiffness [N/m] of four elements from `first` (a multiple of 4) on: entry (i,j) of element
    first + l is K[l][i * 2 n_nodes + j], rows x, y of vertex 0, x, y of vertex 1, ... */
 void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, PetscReal K[][64]);
+/* The same, one chunk of elements after the other, so that vertices can be moved as soon as
+   model->chunk_done[chunk] says that their forces are complete. */
+PetscInt ElementChunks(const Model *model);
+void ElementForcesOfChunk(const Model *model, PetscInt chunk, const PetscReal *u, PetscReal *f);
+/* Set-up: writes model->chunk_done. */
+PetscErrorCode ElementChunksDone(Model *model);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
@@ -250,6 +262,10 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, cons
    the arrays of the last evaluation. joints: the stage's table. u, f: vertex arrays. */
 PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u,
                              PetscReal *f);
+/* The same forces and history; leaves the arrays of the last evaluation as they are: most cycles of a static
+   stage ask for no more. */
+PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contacts *contacts,
+                                 const PetscReal *u, PetscReal *f);
 
 /* ---- contact_verify.c */
 /* Collective. Finds contacts anew in the present state and gives them the history of those before (variable
@@ -336,6 +352,9 @@ typedef struct {
 /* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way.
  */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
+/* The same for the degrees of freedom `from` to `to` - 1; their terms are added to sums. */
+void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
+                    QuotientSums *sums);
 
 struct _p_Output;
 
@@ -445,7 +464,8 @@ PetscErrorCode PartReportSetUp(MPI_Comm comm);
  * displacements. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
                       PetscReal *contact_scale);
-/* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof. */
+/* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the contacts'
+   arrays of the last evaluation are written too. */
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                     State *state, Relaxation *relax, PetscReal *contact_scale);
 
@@ -527,8 +547,7 @@ extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2
                                             "StressModelKind", "STRESS_" , NULL */
 /* The elastic row of a model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
 void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
-/* Response of ONE contact whose joint law is broken somewhere (or has residual parts); see stress_models.c.
- */
+/* Response of one contact, as contact_force.c has it of a batch; see stress_models.h. */
 typedef struct {
   PetscReal u_n[2], u_s[2];     /* in: [m] at the two ends, openings already reduced by `rest` */
   PetscReal slip[2], broken[2]; /* in: history at the start of the step; out: at its end */
@@ -538,9 +557,7 @@ typedef struct {
   PetscInt state[2];            /* out: ContactState bits */
 } ContactPoint;
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
-/* True when the law holds elastically at both ends and nothing is broken: then the elastic row gives the same
- * answer. */
-/* (the vectorised form of this test stands in contact_force.c) */
+/* Whether the law holds elastically at both ends and nothing is broken, for the trial stresses sigma, tau. */
 PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
                          const PetscReal broken[2]);
 

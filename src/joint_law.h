@@ -1,21 +1,21 @@
-/* joint_law.h: the law of a joint at ONE point (section 2.5 of the paper): elastic, or Mohr-Coulomb with
-   cut-offs in tension and compression, with peak and residual strength. stress_models.c integrates it over a
-   contact.
+/* joint_law.h: the law of a joint at ONE point (section 2.5 of the paper), of LANES contacts at once:
+   elastic, or Mohr-Coulomb with cut-offs in tension and compression, with peak and residual strength.
+   stress_models.h integrates it over a contact.
 
    Trial stresses (5)-(6) from TOTAL opening and slip:  sigma = k_n u_n,  tau = k_s (u_s - slip).  The paper
    writes them in increments of stress; then a joint that has been cut off in tension forgets its gap and
    carries compression before it closes. So u_n is total, and the plastic part of u_s is the only history of
    shear.
 
-   strength 0 (peak): until the place fails; strength 1 (residual): ever after. With t = tan_phi, C =
-   compression: fails   when sigma_trial > tension[0] or |tau_trial| > limit with peak strength open    when
-   sigma_trial > tension[strength]: sigma = tension[strength], tau = 0 else    sigma = max(sigma_trial, -C),
-   |tau| <= limit = max(0, cohesion[strength] - sigma t[strength])
+   Strength: peak until the place fails; residual ever after. With t = tan_phi, C = compression:
+     fails   when sigma_trial > peak tension or |tau_trial| > limit with peak strength
+     open    when sigma_trial > tension: sigma = tension, tau = 0
+     else    sigma = max(sigma_trial, -C),  |tau| <= limit = max(0, cohesion - sigma t)
 
    A NaN passes through all of this (comparisons, not fmin), so that divergence is seen. */
 #pragma once
 #include <math.h>
-#include "types.h"
+#include "lanes.h"
 
 /* Call after any change of friction: once when the scene is read and for every stage that changes a joint. */
 static inline void JointPrepare(Joint *joint)
@@ -23,65 +23,79 @@ static inline void JointPrepare(Joint *joint)
   for (int i = 0; i < 2; i++) joint->tan_phi[i] = tan(joint->friction[i] * (PETSC_PI / 180));
 }
 
-/* (5): the fast path in contact_force.c must use these very expressions, or lanes lose their bits */
-static inline PetscReal JointNormalTrial(const Joint *joint, PetscReal u_n)
+typedef struct {
+  Lanes tension, cohesion, tan_phi;
+} LanesStrength;
+
+typedef struct {
+  Lanes k_n, k_s, compression;
+  LanesStrength peak, residual;
+  Mask elastic; /* no limits at all */
+  Mask brittle; /* failing changes something; if not, `broken` stays 0 and contacts can return to elastic */
+} LanesJoint;
+
+/* A number that stands for no limit: infinity would make NaN of a difference or a product. */
+#define NO_LIMIT 1e300
+
+/* joint: rows of the joints table of LANES contacts. Mostly they are one joint. */
+KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J)
 {
-  return joint->k_n * u_n;
+  for (int lane = 0; lane < LANES; lane++) {
+    const Joint *j = joints + joint[lane];
+    J->k_n[lane] = j->k_n, J->k_s[lane] = j->k_s;
+    J->compression[lane] = PetscMin(j->compression, NO_LIMIT);
+    J->peak.tension[lane] = PetscMin(j->tension[0], NO_LIMIT), J->peak.cohesion[lane] = j->cohesion[0];
+    J->residual.tension[lane] = PetscMin(j->tension[1], NO_LIMIT),
+    J->residual.cohesion[lane] = j->cohesion[1];
+    J->peak.tan_phi[lane] = j->tan_phi[0], J->residual.tan_phi[lane] = j->tan_phi[1];
+    J->elastic[lane] = -(long long)(j->law == LAW_ELASTIC);
+  }
+  J->brittle = (J->peak.cohesion != J->residual.cohesion) | (J->peak.tan_phi != J->residual.tan_phi) |
+               (J->peak.tension != J->residual.tension);
 }
 
-/* (6) */
-static inline PetscReal JointShearTrial(const Joint *joint, PetscReal u_s, PetscReal slip)
+KERNEL LanesStrength StrengthOf(const LanesJoint *J, Mask residual)
 {
-  return joint->k_s * (u_s - slip);
+  return (LanesStrength){Select(residual, J->residual.tension, J->peak.tension),
+                         Select(residual, J->residual.cohesion, J->peak.cohesion),
+                         Select(residual, J->residual.tan_phi, J->peak.tan_phi)};
 }
 
-/* Whether failing changes anything; if not, `broken` stays 0 and contacts return to the fast path after
- * slipping. */
-static inline PetscBool JointIsBrittle(const Joint *joint)
+KERNEL Lanes JointClip(Lanes value, Lanes limit)
 {
-  return (PetscBool)(joint->cohesion[0] != joint->cohesion[1] || joint->tan_phi[0] != joint->tan_phi[1] ||
-                     joint->tension[0] != joint->tension[1]);
+  return Select(value > limit, limit, Select(value < -limit, -limit, value));
 }
 
-static inline PetscReal JointClip(PetscReal value, PetscReal limit)
+KERNEL Mask JointIsOpen(const LanesStrength *strength, Lanes sigma)
 {
-  return value > limit ? limit : value < -limit ? -limit : value;
+  return sigma > strength->tension;
 }
 
-static inline PetscBool JointIsOpen(const Joint *joint, int strength, PetscReal sigma_trial)
+KERNEL Mask JointIsCrushing(const LanesJoint *J, Lanes sigma)
 {
-  return (PetscBool)(sigma_trial > joint->tension[strength]);
+  return sigma < -J->compression;
 }
 
-static inline PetscBool JointIsCrushing(const Joint *joint, PetscReal sigma_trial)
+KERNEL Lanes JointNormal(const LanesJoint *J, const LanesStrength *strength, Lanes sigma)
 {
-  return (PetscBool)(sigma_trial < -joint->compression);
-}
-
-static inline PetscReal JointNormal(const Joint *joint, int strength, PetscReal sigma_trial)
-{
-  if (JointIsOpen(joint, strength, sigma_trial)) return joint->tension[strength];
-  return JointIsCrushing(joint, sigma_trial) ? -joint->compression : sigma_trial;
+  return Select(JointIsOpen(strength, sigma), strength->tension,
+                Select(JointIsCrushing(J, sigma), -J->compression, sigma));
 }
 
 /* c - sigma tan(phi) for a stress already cut off; negative beyond the apex of the cone */
-static inline PetscReal JointCone(const Joint *joint, int strength, PetscReal sigma)
+KERNEL Lanes JointCone(const LanesStrength *strength, Lanes sigma)
 {
-  return joint->cohesion[strength] - sigma * joint->tan_phi[strength];
+  return strength->cohesion - sigma * strength->tan_phi;
 }
 
-static inline PetscReal JointShearLimit(const Joint *joint, int strength, PetscReal sigma_trial)
+KERNEL Lanes JointShearLimit(const LanesJoint *J, const LanesStrength *strength, Lanes sigma)
 {
-  PetscReal cone;
-
-  if (JointIsOpen(joint, strength, sigma_trial)) return 0;
-  cone = JointCone(joint, strength, JointNormal(joint, strength, sigma_trial));
-  return cone < 0 ? 0 : cone;
+  return Keep(~JointIsOpen(strength, sigma),
+              NotNegative(JointCone(strength, JointNormal(J, strength, sigma))));
 }
 
 /* Whether an unbroken place breaks. */
-static inline PetscBool JointFails(const Joint *joint, PetscReal sigma_trial, PetscReal tau_trial)
+KERNEL Mask JointFails(const LanesJoint *J, Lanes sigma, Lanes tau)
 {
-  return (PetscBool)(JointIsOpen(joint, 0, sigma_trial) ||
-                     fabs(tau_trial) > JointShearLimit(joint, 0, sigma_trial));
+  return JointIsOpen(&J->peak, sigma) | (Absolute(tau) > JointShearLimit(J, &J->peak, sigma));
 }

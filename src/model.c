@@ -353,6 +353,7 @@ static PetscErrorCode damping_groups(const Scene *scene, Model *m)
   const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
+  m->all_in_quotient = (PetscBool)(scene->n_damping_groups == 0);
   for (PetscInt d = 0; d < m->n_dof; d++) m->in_quotient[d] = scene->n_damping_groups ? 0. : 1.;
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
     for (int l = 0; l < 6; l++)
@@ -452,6 +453,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(NeighboursUpdate(m, NULL));
   PetscCall(RigidBodiesCreate(m));
   PetscCall(fill_dofs(scene, m));
+  PetscCall(ElementChunksDone(m));
   PetscCall(DMDestroy(&b.dm));
   PetscCall(PetscFree(b.record));
   PetscCall(PetscFree(b.owner));
@@ -477,6 +479,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
   PetscCall(PetscFree5(m->mass, m->fixed, m->support, m->in_quotient, m->dof_body));
+  PetscCall(PetscFree(m->chunk_done));
   PetscCall(elements_destroy(&m->q4));
   PetscCall(elements_destroy(&m->t3));
   PetscCall(elements_destroy(&m->rigid_q4));

@@ -134,6 +134,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
+  PetscCall(IsaSelect(q->comm, &q->scene));
   PetscCall(PartBegin(PART_READING));
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(PartEnd(PART_READING));
@@ -172,9 +173,10 @@ PetscErrorCode QuoinView(Quoin q)
   PetscCall(PetscPrintf(q->comm,
                         "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT
                         " macroblocks, %" PetscInt_FMT " rigid bodies, %" PetscInt_FMT
-                        " contacts, %" PetscInt_FMT " degrees of freedom on %d rank%s\n",
+                        " contacts, %" PetscInt_FMT " degrees of freedom on %d rank%s, x86-64 %s code\n",
                         QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global,
-                        q->model.n_rigid_global, n[1], n[0], q->model.size, q->model.size == 1 ? "" : "s"));
+                        q->model.n_rigid_global, n[1], n[0], q->model.size, q->model.size == 1 ? "" : "s",
+                        IsaName()));
   if (q->model.n_condensed_global)
     PetscCall(PetscPrintf(q->comm,
                           "condensed, small strain: %" PetscInt_FMT " bodies, %" PetscInt_FMT

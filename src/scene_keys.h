@@ -49,6 +49,9 @@ static const Key Keys[] = {
   KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",
       "large: total Lagrangian, St Venant-Kirchhoff, exact under rotation; small: linear",
       .choices = Strains),
+  KEY(TOP, "isa", CHOICE, Scene, isa, "widest", NULL, "",
+      "x86-64 instruction set of the hot loops: base, v3 (AVX2), v4 (AVX-512); same results, other speed",
+      .choices = InstructionSets),
   KEY(TOP, "thickness", REAL, Scene, thickness, "1", "> 0", "m", "of the slice"),
   KEY(TOP, "gravity", REAL, Scene, gravity, "9.81", ">= 0", "m/s2", "acts downwards (-y)"),
 

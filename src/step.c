@@ -111,26 +111,40 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
   }
 }
 
-PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
-                      PetscReal *contact_scale)
+/* The ghost exchange and the forces of contacts, which come first at every vertex. keep: the contacts' arrays
+   of the last evaluation are written as well. */
+static PetscErrorCode contact_forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
+                                     PetscBool keep, PetscReal *contact_scale)
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
   // what the other ranks' vertices did
   PetscCall(PartBegin(PART_EXCHANGE));
   PetscCall(GhostBegin(m, state->u + at));
-  PetscCall(GhostEnd(m, state->u + at));
-  PetscCall(PartEnd(PART_EXCHANGE));
   PetscCall(PetscArrayzero(state->f, at + 2 * m->n_moving)); // inner vertices of condensed bodies: untouched
   PetscCall(
       PetscArrayzero(state->f + at + 2 * m->n_owned, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES)));
+  PetscCall(GhostEnd(m, state->u + at));
+  PetscCall(PartEnd(PART_EXCHANGE));
   PetscCall(PartBegin(PART_CONTACTS));
-  PetscCall(ContactForces(m, joints, contacts, state->u + at, state->f + at)); // (1)-(6)
+  if (keep)
+    PetscCall(ContactForces(m, joints, contacts, state->u + at, state->f + at)); // (1)-(6)
+  else
+    PetscCall(ContactForcesOnly(m, joints, contacts, state->u + at, state->f + at));
   PetscCall(PartEnd(PART_CONTACTS));
   if (contact_scale) scale_of_contacts(m, state->f, contact_scale);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
+                      PetscReal *contact_scale)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(contact_forces(m, joints, contacts, state, PETSC_TRUE, contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
-  PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
   CondensedForces(m, state->u + at, state->f + at);
+  PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
   PetscCall(PartEnd(PART_BLOCKS));
   PetscCall(PartBegin(PART_RIGID));
   RigidForces(m, state->u, state->f); // (15)
@@ -138,20 +152,41 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Forces of deformable blocks, chunk by chunk, and the motion of vertices whose forces are complete: no later
+   block reads their displacement. Even numbers of vertices, so that only the last sweep ends within a vector.
+ */
+static void move_vertices(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscInt moved = 0;
+  for (PetscInt chunk = 0; chunk < ElementChunks(m); chunk++) {
+    const PetscInt done = m->chunk_done[chunk] / 2 * 2;
+    ElementForcesOfChunk(m, chunk, state->u + at, state->f + at);        // (10)
+    IntegrateRange(m, state, last, at + 2 * moved, at + 2 * done, sums); // (11)-(20)
+    moved = done;
+  }
+  IntegrateRange(m, state, last, at + 2 * moved, at + 2 * m->n_deformable, sums);
+}
+
 PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts, State *state,
                     Relaxation *relax, PetscReal *contact_scale)
 {
   PetscReal *swap = state->f_old;
-  QuotientSums local;
+  QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
   PartSample(state->cycle);
   state->f_old = state->f;
   state->f = swap;
-  PetscCall(Forces(m, joints, contacts, state, contact_scale));
-  PetscCall(PartBegin(PART_INTEGRATION));
-  Integrate(m, state, &relax->sums, &local); // (11)-(20)
-  RigidMotion(m, state->u);                  // (21)-(22)
-  PetscCall(PartEnd(PART_INTEGRATION));
+  PetscCall(contact_forces(m, joints, contacts, state, (PetscBool)(contact_scale != NULL), contact_scale));
+  PetscCall(PartBegin(PART_BLOCKS));
+  CondensedForces(m, state->u + 3 * m->n_bodies, state->f + 3 * m->n_bodies);
+  move_vertices(m, state, &relax->sums, &local);
+  PetscCall(PartEnd(PART_BLOCKS));
+  PetscCall(PartBegin(PART_RIGID));
+  RigidForces(m, state->u, state->f);                                 // (15)
+  IntegrateRange(m, state, &relax->sums, 0, 3 * m->n_bodies, &local); // (11)-(20)
+  RigidMotion(m, state->u);                                           // (21)-(22)
+  PetscCall(PartEnd(PART_RIGID));
   PetscCall(PartBegin(PART_DAMPING));
   PetscCall(Damping(scene, m, state, relax, &local)); // (35)-(38), for the next cycle
   PetscCall(PartEnd(PART_DAMPING));

@@ -242,6 +242,7 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
       "positive",
       ",\n  ");
   JsonCount(f, "ranks", model->size, ",\n  ");
+  JsonText(f, "isa", IsaName(), ",\n  ");
   JsonNumber(f, "thickness", scene->thickness, ",\n  ");
   JsonCount(f, "n_blocks", mesh->n_blocks, ",\n  ");
   JsonCount(f, "n_vertices", mesh->n_vertices, ",\n  ");

@@ -55,6 +55,7 @@ typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOO
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
+typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
 
 typedef struct {
   char name[NAME_LENGTH];   /* group of the mesh it belongs to */
@@ -157,6 +158,7 @@ typedef struct {
   char title[256];
   PlaneState plane;
   StrainMeasure strain;
+  InstructionSet isa;  /* asked for; instruction_set of lanes.h is what runs */
   PetscReal thickness; /* [m] */
   PetscReal gravity;   /* [m/s2] acts in -y */
   /* contacts */
@@ -314,9 +316,12 @@ typedef struct {
   PetscBool *fixed;       /* (3 n_bodies + 2 n_owned,) held by a support; behind n_dof: inner vertices */
   PetscInt *support;      /* (likewise) row of Scene.supports that holds it, -1: none */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
+  PetscBool all_in_quotient; /* no dof is left out */
   PetscInt *dof_body;     /* (n_dof,) macroblock */
 
   Elements t3, q4;
+  PetscInt *chunk_done; /* (chunks of elements,) see element.c: so many deformable vertices, the first ones, have
+                           all their forces after this chunk */
   Elements rigid_t3, rigid_q4; /* rigid blocks: for masses, loads and output only; no forces */
   Elements condensed_t3,
       condensed_q4; /* of condensed bodies: for set-up, loads and output; no force in a cycle */

@@ -177,7 +177,7 @@ static void TestEnvelope(void)
         for (int k = 0; k < 2; k++) {
           int strength = p.broken[k] > 0;
           ENSURE(p.sigma[k] <= joint.tension[strength] && p.sigma[k] >= -joint.compression);
-          ENSURE(fabs(p.tau[k]) <= fmax(0, JointCone(&joint, strength, p.sigma[k])));
+          ENSURE(fabs(p.tau[k]) <= fmax(0, joint.cohesion[strength] - p.sigma[k] * joint.tan_phi[strength]));
           ENSURE(p.broken[k] >= old.broken[k] && p.broken[k] <= 1);
           if (p.state[k] & CONTACT_OPEN) ENSURE(p.tau[k] == 0);
         }

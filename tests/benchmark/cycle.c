@@ -1,0 +1,251 @@
+/* bench_cycle: what one cycle of a scene costs, part by part, beside two plain loops compiled here:
+
+     textbook   element forces as a textbook has them: one element at a time, Jacobian, B and D matrices at
+                every Gauss point of every step, small strain
+     plain      contacts reduced to moving their data: gather the six vertices, read the record, write what a
+                cycle keeps, add to the forces of the six vertices; no law
+
+     bench_cycle <scene.yaml> <seconds per measurement> [shake]
+
+   after some cycles, and with every vertex displaced at random by up to `shake` [m] (so that joints open and
+   close in no order), prints one JSON object on rank 0: median nanoseconds per element, contact or cycle of
+   each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for valgrind
+   --tool=callgrind with
+   --toggle-collect (run.py does that). */
+#include "internal.h"
+
+typedef struct {
+  Scene *scene;
+  Model *model;
+  State *state;
+  Contacts *contacts;
+  Relaxation *relax;
+  const Stage *stage;
+  PetscReal *u, *f; /* vertex part of the state's */
+  PetscReal *trash; /* (2 n_vertices + dummies) forces of the plain loops */
+} Bench;
+
+/* ---- the textbook loop */
+
+/* f = int B' D B u dA, 2x2 Gauss points, small strain. */
+static void textbook_element(const PetscReal X[4][2], const PetscReal u[8], const PetscReal D[3][3],
+                             PetscReal thickness, PetscReal f[8])
+{
+  static const PetscReal corner[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  const PetscReal gauss = 1. / PetscSqrtReal(3.);
+  for (int i = 0; i < 8; i++) f[i] = 0.;
+  for (int p = 0; p < 4; p++) {
+    const PetscReal xi = gauss * corner[p][0], eta = gauss * corner[p][1];
+    PetscReal dN[4][2], J[2][2] = {{0., 0.}, {0., 0.}}, B[3][8] = {{0.}}, strain[3], stress[3];
+    for (int i = 0; i < 4; i++) {
+      dN[i][0] = 0.25 * corner[i][0] * (1. + corner[i][1] * eta);
+      dN[i][1] = 0.25 * corner[i][1] * (1. + corner[i][0] * xi);
+      for (int a = 0; a < 2; a++)
+        for (int b = 0; b < 2; b++) J[a][b] += dN[i][a] * X[i][b];
+    }
+    const PetscReal det = J[0][0] * J[1][1] - J[0][1] * J[1][0];
+    const PetscReal inverse[2][2] = {{J[1][1] / det, -J[0][1] / det}, {-J[1][0] / det, J[0][0] / det}};
+    for (int i = 0; i < 4; i++) {
+      const PetscReal dx = inverse[0][0] * dN[i][0] + inverse[0][1] * dN[i][1],
+                      dy = inverse[1][0] * dN[i][0] + inverse[1][1] * dN[i][1];
+      B[0][2 * i] = dx, B[1][2 * i + 1] = dy, B[2][2 * i] = dy, B[2][2 * i + 1] = dx;
+    }
+    for (int r = 0; r < 3; r++) {
+      strain[r] = 0.;
+      for (int i = 0; i < 8; i++) strain[r] += B[r][i] * u[i];
+    }
+    for (int r = 0; r < 3; r++) stress[r] = D[r][0] * strain[0] + D[r][1] * strain[1] + D[r][2] * strain[2];
+    for (int i = 0; i < 8; i++)
+      f[i] += (B[0][i] * stress[0] + B[1][i] * stress[1] + B[2][i] * stress[2]) * det * thickness;
+  }
+}
+
+__attribute__((noinline)) static PetscErrorCode MeasureTextbook(Bench *b)
+{
+  const Model *m = b->model;
+  PetscFunctionBeginUser;
+  for (PetscInt e = 0; e < m->q4.n; e++) {
+    const PetscInt *vertex = m->q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, g = m->q4.group[e];
+    const PetscReal lambda = m->lambda[g], mu = m->mu[g], sum = lambda + 2. * mu;
+    const PetscReal D[3][3] = {{sum, lambda, 0.}, {lambda, sum, 0.}, {0., 0., mu}};
+    PetscReal X[4][2], u[8], f[8];
+    for (int i = 0; i < 8; i++) {
+      X[i / 2][i % 2] = m->X[2 * vertex[(i / 2) * BATCH] + i % 2];
+      u[i] = b->u[2 * vertex[(i / 2) * BATCH] + i % 2];
+    }
+    textbook_element(X, u, D, m->thickness, f);
+    for (int i = 0; i < 8; i++) b->trash[2 * vertex[(i / 2) * BATCH] + i % 2] += f[i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- gather, add, scatter of the contacts' data */
+
+__attribute__((noinline)) static PetscErrorCode MeasurePlain(Bench *b)
+{
+  const Model *m = b->model;
+  const Contacts *c = b->contacts;
+  const PetscReal *X = m->X, *u = b->u;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const PetscInt *vertex = c->vertex + (i / BATCH) * 6 * BATCH + i % BATCH;
+    const PetscReal length = c->length[i] + b->stage->joints[c->joint[i]].k_n;
+    for (int k = 0; k < 2; k++) {
+      const PetscInt at = SUB(i, k), P = 2 * vertex[3 * k * BATCH], A = 2 * vertex[(3 * k + 1) * BATCH],
+                     B = 2 * vertex[(3 * k + 2) * BATCH];
+      const PetscReal *gap = c->gap + ((i / BATCH) * 4 + 2 * k) * BATCH + i % BATCH;
+      const PetscReal own = c->t[at] + c->rest[at] + c->slip[at] + c->broken[at] + length;
+      for (int d = 0; d < 2; d++) {
+        const PetscReal F = own + gap[d * BATCH] + u[P + d] + (u[A + d] + X[A + d]) + (u[B + d] + X[B + d]);
+        b->trash[P + d] += F, b->trash[A + d] += F, b->trash[B + d] += F;
+      }
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- Quoin's own */
+
+__attribute__((noinline)) static PetscErrorCode MeasureElements(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ElementForces(b->model, b->u, b->trash));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+__attribute__((noinline)) static PetscErrorCode MeasureContacts(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ContactForcesOnly(b->model, b->stage->joints, b->contacts, b->u, b->trash));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+__attribute__((noinline)) static PetscErrorCode MeasureCycle(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, b->relax, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the clock */
+
+typedef PetscErrorCode (*Measured)(Bench *);
+
+static int by_size(const void *a, const void *b)
+{
+  const double p = *(const double *)a, q = *(const double *)b;
+  return (p > q) - (p < q);
+}
+
+/* Median seconds of one call over all ranks (the slowest counts), from samples of at least 2 ms. */
+static PetscErrorCode seconds_of(Bench *b, Measured measured, double seconds, double *median)
+{
+  enum { MOST = 1001 };
+  static double sample[MOST];
+  int calls = 1, n = 0, go_on = 1;
+  const MPI_Comm comm = b->model->comm;
+  PetscFunctionBeginUser;
+  *median = 0.;
+  if (seconds <= 0.) {
+    PetscCall(measured(b));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const double start = MPI_Wtime();
+  while (go_on && n < MOST) {
+    PetscCallMPI(MPI_Barrier(comm));
+    const double from = MPI_Wtime();
+    for (int i = 0; i < calls; i++) PetscCall(measured(b));
+    double took = (MPI_Wtime() - from) / calls;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &took, 1, MPI_DOUBLE, MPI_MAX, comm));
+    if (took * calls < 2e-3)
+      calls *= 2;
+    else
+      sample[n++] = took;
+    go_on = n < 5 || MPI_Wtime() - start < seconds;
+    PetscCallMPI(MPI_Bcast(&go_on, 1, MPI_INT, 0, comm));
+  }
+  qsort(sample, n, sizeof *sample, by_size);
+  *median = sample[n / 2];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode report(Bench *b, double seconds)
+{
+  static const struct {
+    const char *name;
+    Measured run;
+  } parts[] = {{"textbook", MeasureTextbook},
+               {"elements", MeasureElements},
+               {"plain", MeasurePlain},
+               {"contacts", MeasureContacts},
+               {"cycle", MeasureCycle}};
+  PetscInt n[3] = {0, 0, b->model->n_owned};
+  PetscInt sliding = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt e = 0; e < b->model->q4.n; e++) n[0] += b->model->q4.owned[e];
+  for (PetscInt i = 0; i < b->contacts->n_padded; i++) {
+    n[1] += b->contacts->owned[i];
+    sliding += b->contacts->owned[i] && (b->contacts->state[SUB(i, 0)] || b->contacts->state[SUB(i, 1)]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 3, MPIU_INT, MPI_SUM, b->model->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sliding, 1, MPIU_INT, MPI_SUM, b->model->comm));
+  PetscCall(PetscPrintf(
+      b->model->comm,
+      "{\"ranks\": %d, \"n_elements\": %d, \"n_contacts\": %d, \"n_vertices\": %d, \"inelastic\": %d",
+      b->model->size, (int)n[0], (int)n[1], (int)n[2], (int)sliding));
+  for (size_t p = 0; p < sizeof parts / sizeof parts[0]; p++) {
+    double median;
+    PetscCall(seconds_of(b, parts[p].run, seconds, &median));
+    PetscCall(PetscPrintf(b->model->comm, ", \"%s\": %.6g", parts[p].name, 1e9 * median));
+  }
+  PetscCall(PetscPrintf(b->model->comm, "}\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a scene, its first stage under full load, some cycles on */
+
+enum { WARM_UP = 20 };
+
+static void shake_vertices(Bench *b, double size)
+{
+  for (PetscInt i = 0; i < 2 * b->model->n_deformable; i++) b->u[i] += size * (2. * rand() / RAND_MAX - 1.);
+}
+
+static PetscErrorCode run(const char *scene, double seconds, double shake)
+{
+  Quoin quoin;
+  Bench b;
+  PetscFunctionBeginUser;
+  PetscCall(QuoinCreate(PETSC_COMM_WORLD, &quoin));
+  PetscCall(QuoinSetFromOptions(quoin, scene, 0, NULL));
+  PetscCall(QuoinSetUp(quoin));
+  PetscCall(QuoinGetParts(quoin, &b.scene, &b.model, &b.state, &b.contacts, &b.relax));
+  b.stage = b.scene->stages;
+  PetscCall(LoadsTarget(b.scene, b.model, b.stage, b.state));
+  PetscCall(ScaledMasses(b.scene, b.model, b.stage->joints, b.contacts, b.state));
+  LoadsApply(b.model, b.state, 1.);
+  b.u = b.state->u + 3 * b.model->n_bodies, b.f = b.state->f + 3 * b.model->n_bodies;
+  PetscCall(PetscCalloc1(2 * (b.model->n_vertices + DUMMY_VERTICES), &b.trash));
+  for (int i = 0; i < WARM_UP; i++)
+    PetscCall(Step(b.scene, b.model, b.stage->joints, b.contacts, b.state, b.relax, NULL));
+  shake_vertices(&b, shake);
+  PetscCall(ContactForces(b.model, b.stage->joints, b.contacts, b.u, b.trash));
+  PetscCall(report(&b, seconds));
+  PetscCall(PetscFree(b.trash));
+  PetscCall(QuoinDestroy(&quoin));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  if (argc < 3) {
+    fprintf(stderr, "use: bench_cycle <scene.yaml> <seconds per measurement> [shake]\n");
+    return 2;
+  }
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(QuoinErrorHandlerPush());
+  const PetscErrorCode code = run(argv[1], atof(argv[2]), argc > 3 ? atof(argv[3]) : 0.);
+  PetscCall(PetscPopErrorHandler());
+  if (code) MPI_Abort(MPI_COMM_WORLD, 1);
+  return PetscFinalize();
+}

@@ -1,0 +1,159 @@
+"""Cost of a cycle: nanoseconds and instructions per element and contact, ratios within one run.
+
+    python tests/benchmark/run.py                              # table; sides 32 and 316, 1 and 2 ranks
+    python tests/benchmark/run.py --sides 32 316 1000 --json build/benchmark.json
+    python tests/benchmark/run.py --instructions               # counts under valgrind, against limits.json
+    python tests/benchmark/run.py --instructions --check       # exit code 1 when one is over its limit
+
+Scenes: `block`, one body of side x side distorted quadrilaterals; `t2pt`, `tptm`, single quadrilaterals with
+joints all around, about side^2 contacts, all elastic; `tptm open`, the same shaken, so that about half of the
+joints are open, in no order. Times are medians and depend on what else the machine does: trust the ratios.
+Instructions are exact for one compiler; under valgrind the x86-64-v3 code runs."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+
+from driver import ENVIRONMENT, dump  # noqa: E402
+from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.meshing import rectangle  # noqa: E402
+from quoin_tools.stacks import block_grid  # noqa: E402
+
+LIMITS = HERE / "limits.json"
+SCENES = {"block": (None, 0.0), "t2pt": ("t2pt", 0.0), "tptm": ("tptm", 0.0), "tptm open": ("tptm", 2e-6)}
+PARTS = ("textbook", "elements", "plain", "contacts", "cycle")
+
+
+def block(side):
+    """A square of 100 m, inner vertices moved by up to a tenth of a block."""
+    mesh = rectangle(0.0, 0.0, 100.0, 100.0, side, side)
+    inner = np.all((mesh.vertices > 1e-6) & (mesh.vertices < 100.0 - 1e-6), axis=1)
+    mesh.vertices[inner] += np.random.default_rng(1).uniform(-10.0 / side, 10.0 / side, (inner.sum(), 2))
+    return mesh
+
+
+def scene_of(name, side):
+    """Mesh, scene and shake of a scene."""
+    model, shake = SCENES[name]
+    mesh = block(side) if model is None else block_grid(round(side / 2**0.5), round(side / 2**0.5), 1, 1)
+    groups = mesh.group_names
+    scene = {"model": "model.h5",
+             "materials": {g: {"density": 2400, "young": 10e9, "poisson": 0.2} for g in groups},
+             "supports": {"bottom": {"fix": "xy"}},
+             "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 35, "stress_model": model or "tptm"}},
+             "loads": {"weight": {"type": "self_weight"}}, "stages": [{"all": {"loads": ["weight"]}}]}
+    if shake:
+        scene["joints"]["default"]["cohesion"] = 1e9  # only opening, which is there again at every evaluation
+    return mesh, scene, shake
+
+
+def prepared(folder, name, side):
+    mesh, scene, shake = scene_of(name, side)
+    write(os.path.join(folder, "model.h5"), mesh)
+    Path(folder, "scene.yaml").write_text(dump(scene), encoding="utf-8")
+    return shake
+
+
+def measure(program, name, side, ranks, seconds):
+    """Nanoseconds of each part, and counts, as bench_cycle prints them."""
+    with tempfile.TemporaryDirectory() as folder:
+        shake = prepared(folder, name, side)
+        command = [program, "scene.yaml", str(seconds), str(shake)]
+        if ranks > 1:
+            command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", *command]
+        environment = dict(os.environ) | ENVIRONMENT | {"OMPI_MCA_mpi_yield_when_idle": "0"}
+        result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        if result.returncode:
+            raise SystemExit(f"{name}, side {side}, {ranks} ranks: {result.stderr[-2000:]}")
+        return {"scene": name, "side": side} | json.loads(result.stdout.splitlines()[-1])
+
+
+def instructions(program, name, side):
+    """Instructions of one call of each part, x86-64-v3 code, exact."""
+    with tempfile.TemporaryDirectory() as folder:
+        shake, counts, row = prepared(folder, name, side), {}, {}
+        for part in PARTS:
+            command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=counts", "--collect-atstart=no",
+                       f"--toggle-collect=Measure{part.capitalize()}", program, "scene.yaml", "0", str(shake)]
+            result = subprocess.run(command, cwd=folder, env=dict(os.environ) | ENVIRONMENT, capture_output=True,
+                                    text=True, check=False)
+            if result.returncode:
+                raise SystemExit(f"{name}, {part}: {result.stderr[-2000:]}")
+            row = json.loads(result.stdout.splitlines()[-1])
+            counts[part] = next(int(line.split()[1]) for line in Path(folder, "counts").read_text().splitlines()
+                                if line.startswith(("summary:", "totals:")))
+        return {"scene": name, "side": side} | row | counts
+
+
+def per_item(row):
+    """Each part per element or contact; a cycle per element."""
+    elements, contacts = row["n_elements"], max(1, row["n_contacts"])
+    return {part: row[part] / (contacts if part in ("plain", "contacts") else elements) for part in PARTS}
+
+
+def header(unit):
+    print(f"{'':36s}{unit} per element{'':16s}{unit} per contact\n"
+          f"{'scene':10s} {'elements':>8s} {'contacts':>8s} {'ranks':>5s} {'textbook':>9s} {'elements':>9s} {'ratio':>6s}"
+          f" {'plain':>9s} {'contacts':>9s} {'ratio':>6s}   {unit} of a cycle per element", flush=True)
+
+
+def show(row):
+    per, joints = per_item(row), row["n_contacts"] > 0
+    contacts = (f"{per['plain']:9.2f} {per['contacts']:9.2f} {per['contacts'] / per['plain']:6.2f}" if joints
+                else f"{'-':>9s} {'-':>9s} {'-':>6s}")
+    print(f"{row['scene']:10s} {row['n_elements']:8d} {row['n_contacts']:8d} {row['ranks']:5d} {per['textbook']:9.2f} "
+          f"{per['elements']:9.2f} {per['textbook'] / per['elements']:6.2f} {contacts}   {per['cycle']:9.2f}", flush=True)
+    return row
+
+
+def check(rows):
+    """Counts against limits.json; the names of those that are over."""
+    limits = json.loads(LIMITS.read_text())
+    over = []
+    for row in rows:
+        per = per_item(row)
+        for part, limit in limits[row["scene"]].items():
+            verdict = "ok" if per[part] <= limit else "OVER"
+            print(f"{row['scene']:10s} {part:9s} {per[part]:8.1f} instructions, limit {limit:8.1f}  {verdict}")
+            over += [f"{row['scene']} {part}"] if per[part] > limit else []
+    return over
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", default=str(ROOT / "build" / "tests" / "bench_cycle"))
+    parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--sides", type=int, nargs="+", default=[32, 316])
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--seconds", type=float, default=0.3, help="for each measurement")
+    parser.add_argument("--instructions", action="store_true", help="counts under valgrind, side 32, one rank")
+    parser.add_argument("--check", action="store_true", help="exit code 1 when a count is over its limit")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    program = os.path.abspath(options.program)
+    if options.instructions:
+        header("instr.")
+        rows = [show(instructions(program, name, 32)) for name in options.scenes]
+    else:
+        header("ns")
+        rows = [show(measure(program, name, side, ranks, options.seconds))
+                for name in options.scenes for side in options.sides for ranks in options.ranks]
+    if options.json:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps(rows, indent=1))
+    if options.check:
+        sys.exit(1 if check(rows) else 0)
+
+
+if __name__ == "__main__":
+    main()
