@@ -50,6 +50,9 @@ PetscErrorCode SceneDestroy(Scene *scene);
 PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
 /* Rank 0: every check of docs/mesh_format.md; message receives the first fault, "" when the mesh is good. */
 PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH]);
+/* Rank 0, of a sound mesh: how many blocks have an aspect ratio above 1000, the file id and the ratio of the
+   worst (-1: none). */
+void MeshSlender(const BlockMesh *mesh, PetscInt *n, PetscInt *worst, PetscReal *ratio);
 /* Rank 0 (elsewhere nothing happens): vertices, blocks and macroblocks into an order of small bandwidth. */
 PetscErrorCode MeshReorder(BlockMesh *mesh);
 PetscErrorCode MeshDestroy(BlockMesh *mesh);

@@ -9,6 +9,8 @@
 #include <string.h>
 
 static const PetscReal LARGEST_COORDINATE = 1e15; /* [m] products of two lengths stay far from overflow */
+static const PetscReal SLIVER = 1e6;              /* aspect ratio beyond which a block is refused */
+static const PetscReal SLENDER = 1e3;             /* and beyond which it is told */
 static const PetscReal ROUNDING = 1e-12; /* an area below this share of the longest edge squared is zero */
 
 typedef struct {
@@ -131,6 +133,45 @@ static PetscErrorCode CheckBlocks(Check *c)
 
 /* ---- shapes */
 
+/* Aspect ratio of a block: its longest edge over the width of a rectangle (the height of a triangle) with its
+   area, or over its shortest edge where that is more: both a thin block and a tiny face. */
+static PetscReal AspectRatio(const BlockMesh *mesh, PetscInt b)
+{
+  const PetscInt corners = Corners(mesh, b);
+  const PetscReal *o = Corner(mesh, b, 0);
+  PetscReal longest = 0, shortest = PETSC_INFINITY, area = 0;
+
+  for (PetscInt k = 0; k < corners; k++) {
+    const PetscReal *p = Corner(mesh, b, k), *q = Corner(mesh, b, k + 1);
+    const PetscReal length = hypot(q[0] - p[0], q[1] - p[1]);
+    longest = PetscMax(longest, length);
+    shortest = PetscMin(shortest, length);
+    area += Cross((PetscReal[2]){p[0] - o[0], p[1] - o[1]}, (PetscReal[2]){q[0] - o[0], q[1] - o[1]}) /
+            (corners == 3 ? 1 : 2);
+  }
+  return PetscMax(longest * longest / area, longest / shortest);
+}
+
+/* A contact with a sliver, or with a face next to nothing beside the others, has no stiffness or mass that a
+   time step could follow: what such a block does is rounding. */
+static void CheckSliver(Check *c, PetscInt b)
+{
+  const PetscReal ratio = AspectRatio(c->mesh, b), *at = Corner(c->mesh, b, 0);
+  if (ratio > SLIVER)
+    Fault(c, "block %" PetscInt_FMT " at (%g, %g): a sliver of aspect ratio %.3g, expected at most %g",
+          c->mesh->block_file[b], at[0], at[1], ratio, SLIVER);
+}
+
+void MeshSlender(const BlockMesh *mesh, PetscInt *n, PetscInt *worst, PetscReal *ratio)
+{
+  *n = 0, *worst = -1, *ratio = SLENDER;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscReal r = AspectRatio(mesh, b);
+    if (r > SLENDER) (*n)++;
+    if (r > *ratio) *worst = mesh->block_file[b], *ratio = r;
+  }
+}
+
 static void CheckShape(Check *c, PetscInt b)
 {
   const BlockMesh *mesh = c->mesh;
@@ -169,7 +210,10 @@ static void CheckShape(Check *c, PetscInt b)
 static PetscErrorCode CheckShapes(Check *c)
 {
   PetscFunctionBegin;
-  for (PetscInt b = 0; b < c->mesh->n_blocks && Sound(c); b++) CheckShape(c, b);
+  for (PetscInt b = 0; b < c->mesh->n_blocks && Sound(c); b++) {
+    CheckShape(c, b);
+    if (Sound(c)) CheckSliver(c, b);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -105,6 +105,21 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Slender blocks are allowed, and told: they set the time step and are stiff in bending. */
+static void warn_slender(const BlockMesh *mesh)
+{
+  PetscInt n, worst;
+  PetscReal ratio;
+  MeshSlender(mesh, &n, &worst, &ratio);
+  if (!n) return;
+  fprintf(stderr,
+          "quoin: warning: %" PetscInt_FMT
+          " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
+          ", %.3g: expect many cycles and stresses of little worth there\n",
+          n, n == 1 ? "" : "s", worst, (double)ratio);
+  fflush(stderr);
+}
+
 /* What only shows when mesh, scene and ranks are seen together. */
 static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
 {
@@ -125,6 +140,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
                               q->scene.model, size, mesh->n_blocks));
   }
   PetscCall(CheckMessage(q->comm, message));
+  if (rank == 0) warn_slender(mesh);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -162,8 +162,16 @@ static PetscErrorCode TestShapes(void)
   PetscCall(ExpectOf(4, (PetscReal[]){0, 0, 3, 0, 0, 1, 2, 1}, 1, quad, "block 0: not convex"));
   PetscCall(ExpectOf(4, (PetscReal[]){0, 0, 1, 0, 1, 0, 0, 1}, 1, quad,
                      "block 0: its vertices 1 and 2 are at the same place"));
+  /* slivers: thin, or with a face next to nothing */
+  PetscCall(ExpectOf(4, (PetscReal[]){0, 0, 1, 0, 1, 1e-9, 0, 1e-9}, 1, quad,
+                     "block 0 at (0, 0): a sliver of aspect ratio 1e+09, expected at most 1e+06"));
+  PetscCall(
+      ExpectOf(4, (PetscReal[]){0, 0, 1, 0, 1, 1, 1 - 1e-7, 1}, 1, quad, "block 0 at (0, 0): a sliver"));
+  PetscCall(ExpectOf(3, (PetscReal[]){0, 0, 1, 0, 0.5, 9e-7}, 1, (PetscInt[]){0, 1, 2, -1},
+                     "a sliver of aspect ratio 1.11e+06"));
+  PetscCall(ExpectOf(3, (PetscReal[]){0, 0, 1, 0, 0.5, 1.1e-6}, 1, (PetscInt[]){0, 1, 2, -1}, ""));
   /* thin, tiny and far away is no fault */
-  PetscCall(ExpectOf(4, (PetscReal[]){0, 0, 1, 0, 1, 1e-9, 0, 1e-9}, 1, quad, ""));
+  PetscCall(ExpectOf(4, (PetscReal[]){0, 0, 1, 0, 1, 1.01e-6, 0, 1.01e-6}, 1, quad, ""));
   PetscCall(ExpectOf(4, (PetscReal[]){0, 0, 1e-7, 0, 1e-7, 1e-7, 0, 1e-7}, 1, quad, ""));
   PetscCall(ExpectOf(4, (PetscReal[]){1e7, 1e7, 1e7 + 1, 1e7, 1e7 + 1, 1e7 + 1, 1e7, 1e7 + 1}, 1, quad, ""));
   PetscFunctionReturn(PETSC_SUCCESS);

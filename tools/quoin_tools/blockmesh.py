@@ -21,6 +21,7 @@ FORMAT = b"quoin-mesh"
 VERSION = 1
 NAME_SIZE = 64
 TOLERANCE = 0.005  # depth [m] by which two macroblocks may overlap
+SLIVER = 1e6  # aspect ratio beyond which a block is refused
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,62}\Z")
 DATASETS = {  # name: (kind and size of the type, its name in messages, columns or None)
     "vertices": ("f8", "float64", 2),
@@ -321,6 +322,15 @@ def check_shapes(mesh):
         block, k = divmod(corner, 4)
         raise MeshError(f"block {block}: not convex at its vertex {mesh.blocks[block, k]} "
                         f"{xy_text(xy[block, k])}")
+    length = np.hypot(edge[..., 0], edge[..., 1])
+    closing = mesh.blocks[:, 3] < 0  # of a triangle: no edge
+    shortest = np.where(np.arange(4) < np.where(closing, 3, 4)[:, None], length, np.inf).min(axis=1)
+    longest = length.max(axis=1)
+    ratio = np.maximum(longest ** 2 / np.where(closing, 2 * area, area), longest / shortest)
+    bad = first(ratio > SLIVER)
+    if bad is not None:
+        raise MeshError(f"block {bad} at {xy_text(xy[bad, 0])}: a sliver of aspect ratio {ratio[bad]:.3g}, "
+                        f"expected at most {SLIVER:g}")
     check_edges(mesh)
 
 
