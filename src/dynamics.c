@@ -4,6 +4,7 @@
 #include "reproducible.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
+static const PetscReal UNBALANCED = 0.01; /* of the energy moved: more from nothing is told */
 static const PetscReal PRESSED_THROUGH =
     0.1; /* overlap over contact length that no joint stiffness explains */
 
@@ -430,11 +431,24 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode completed(const Stage *stage, const EnergyAccount *energy, StageResult *r)
+/* Energy from nothing is told: the balance, what finding contacts anew made, what joints gave rather than
+ * lost. */
+static PetscErrorCode completed(const Model *m, const Stage *stage, const EnergyAccount *energy,
+                                StageResult *r)
 {
   const PetscReal moved = PetscAbsReal(r->energy.outside) + PetscAbsReal(r->energy.supports) +
-                          energy->kinetic_0;
+                          energy->kinetic_0 + energy->strain_0 + energy->joints_0;
+  const PetscReal out = PetscAbsReal(r->energy.balance) + PetscAbsReal(r->energy.detection) +
+                        PetscMax(0., -r->energy.friction);
   PetscFunctionBeginUser;
+  if (out > UNBALANCED * moved)
+    PetscCall(
+        PetscPrintf(m->comm,
+                    "warning: stage %s: the energy account is out by %.2g of the %.3g J moved (balance %.2g "
+                    "J, finding contacts anew %.2g J, loss in joints %.2g J): lower dt_factor, or change the "
+                    "stress model to pt or tptm\n",
+                    stage->name, (double)(out / moved), (double)moved, (double)r->energy.balance,
+                    (double)r->energy.detection, (double)r->energy.friction));
   r->verdict = VERDICT_COMPLETED;
   PetscCall(PetscSNPrintf(r->evidence, sizeof(r->evidence),
                           "%g s in %" PetscInt64_FMT
@@ -469,7 +483,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   turn_loads(m, s);
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - loop.start;
-  if (result->verdict == VERDICT_NONE) PetscCall(completed(stage, &energy, result));
+  if (result->verdict == VERDICT_NONE) PetscCall(completed(m, stage, &energy, result));
   PetscCall(motions_destroy(scene, &motions));
   PetscCall(EnergyDestroy(&energy));
   PetscCall(StageReport(m, stage, result));

@@ -127,6 +127,7 @@ def rocking(case):
         else:
             case.report(what, drift[np.argmax(np.abs(drift))], 0.0)
         case.check(f"... {model}: a warning", "create or destroy energy" in result.stdout, model not in ("pt", "tptm"))
+        case.check(f"... {model}: told at the end", "energy account is out by" in result.stdout, model not in ("pt", "tptm"))
 
 
 WIDTH, HEIGHT, LEAN = 0.5, 2.0, 1 / 3  # of a block let go from a lean of a third of its slenderness

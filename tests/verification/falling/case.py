@@ -8,7 +8,7 @@ import numpy as np
 from driver import changed
 from quoin_tools.meshing import join, rectangle, renamed
 
-WHAT = "a column of ten falls and comes to rest; a block slides off an edge, falls and lands"
+WHAT = "restitution by dashpots; a column of ten falls and comes to rest; a block slides off an edge, falls and lands"
 SOURCE = "at rest: closure = weight above / k_n; energy: none gained, what is lost went into joints; the run on one rank"
 
 G, RHO, K_N = 9.81, 2400.0, 1e9
@@ -24,8 +24,30 @@ WIDTH, HEIGHT, GAP, N = 1.0, 0.5, 0.05, 10
 
 
 def run(case):
+    restitution(case)
     column(case)
     off_the_edge(case)
+
+
+def restitution(case):
+    """A block flies flat onto a joint with a dashpot, m x'' + 2 zeta w m x' + w^2 m x = 0 with w^2 = k_n L / m, zeta = damping w / 2,
+    until the joint would pull: x'' = 0. With x(0) = 0, x'(0) = v that is at w_d t = atan2(2 zeta r, 2 zeta^2 - 1), r^2 = 1 - zeta^2,
+    w_d = r w, and the speed is then e v, e = exp(-zeta w t)."""
+    width, height, v = 1.0, 0.5, -1.0
+    mesh = join([renamed(rectangle(-1, -1, 3, 1, group="base", rigid=True), {}),
+                 renamed(rectangle(0, 0.001, width, height, group="block", rigid=True), {}, {"mark": "top_right"})])
+    w = np.sqrt(K_N * width / (RHO * width * height))
+    zeta = np.array([0.05, 0.2, 0.5, 0.8, 0.95])
+    scene = changed(SCENE, ("loads", {"none": {"type": "point_force", "point": "mark", "value": [0, 0]}}),
+                    ("materials.block.velocity", [0.0, v]),
+                    ("stages", [{"hit": {"type": "dynamic", "loads": ["none"], "duration": 0.008, "dt_factor": 0.005}}]))
+    results = case.run_all([(mesh, changed(scene, ("joints.default.damping", float(2 * z / w)))) for z in zeta])
+    kinetic = [result.stage_summary("hit")["energy"]["kinetic"] for result in results]
+    r = np.sqrt(1 - zeta**2)
+    e = np.exp(-zeta / r * np.arctan2(2 * zeta * r, 2 * zeta**2 - 1))
+    ours = np.sqrt(np.array(kinetic) / (0.5 * RHO * width * height * v**2))
+    for i, z in enumerate(zeta):
+        case.check(f"restitution of a flat fall on a joint with dashpot, zeta = {z:g}", ours[i], e[i], relative=0.005)
 
 
 def digest(stage):

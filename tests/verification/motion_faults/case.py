@@ -31,6 +31,7 @@ def told(case, what, result, verdict, words):
 
 def run(case):
     pressed_through(case)
+    too_large_a_step(case)
     outgrown(case)
     not_held(case)
     sliver(case)
@@ -45,6 +46,16 @@ def pressed_through(case):
     told(case, "a contact is pressed in by a tenth of its length", case.run(mesh, soft), "diverged", "a contact is pressed in by")
     fast = changed(SCENE, ("materials.block.velocity", [0.0, -1e6]), stage(duration=0.01, dt_factor=1.0))
     told(case, "a block passes through in one step", case.run(mesh, fast), "diverged", "the step is too large")
+
+
+def too_large_a_step(case):
+    """Ten blocks fall on each other with steps at the bound of closed contacts, which is not enough where they open and close."""
+    mesh = join([renamed(rectangle(-1, -1, 3, 1, group="base", rigid=True), {}),
+                 *(renamed(rectangle(0, 0.55 * i + 0.05, 1, 0.5, group="block", rigid=True), {}) for i in range(10))])
+    result = case.run(mesh, changed(SCENE, stage(duration=1.0, dt_factor=1.0)))
+    told(case, "ten blocks fall, steps at the stability bound", result, "diverged", "the step is too large (lower dt_factor)")
+    result = case.run(mesh, changed(SCENE, stage(duration=0.4)))
+    case.check("... at the default step", result.verdict, "converged")
 
 
 def outgrown(case):
