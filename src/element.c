@@ -131,41 +131,6 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
   }
 }
 
-/* Column (j, direction): change of the force over a central difference; small strain is linear, from any u.
- */
-PetscErrorCode ElementTangents(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
-                               PetscInt first, PetscReal k[ELEMENT_LANES][64])
-{
-  const int large = model->strain == STRAIN_LARGE;
-  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
-  const LanesMaterial material = LoadMaterial(model, e->group + first);
-  LanesVector X[4], U[4], F[2][4];
-  Lanes area[4];
-  PetscFunctionBeginUser;
-  Gather(n_nodes, model->X, vertex, X);
-  Gather(n_nodes, u, vertex, U);
-  ElementAreas(n_nodes, X, area);
-  for (int column = 0; column < 2 * n_nodes; column++) {
-    Lanes step;
-    for (int lane = 0; lane < LANES; lane++) step[lane] = 1e-5 * PetscSqrtReal(area[0][lane]);
-    for (int side = 0; side < 2; side++) {
-      LanesVector moved[4] = {{{0}, {0}}};
-      for (int i = 0; i < n_nodes; i++) moved[i] = U[i];
-      if (column % 2 == 0)
-        moved[column / 2].x += side ? step : -step;
-      else
-        moved[column / 2].y += side ? step : -step;
-      ElementForce(n_nodes, X, moved, &material, model->thickness, large, F[side]);
-    }
-    for (int i = 0; i < n_nodes; i++)
-      for (int lane = 0; lane < LANES; lane++) {
-        k[lane][(2 * i) * 2 * n_nodes + column] = (F[1][i].x[lane] - F[0][i].x[lane]) / (2. * step[lane]);
-        k[lane][(2 * i + 1) * 2 * n_nodes + column] = (F[1][i].y[lane] - F[0][i].y[lane]) / (2. * step[lane]);
-      }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* (28) is an upper bound of the eigenvalues twice over. With any masses m_i, omega^2 is an eigenvalue of M^-1
    K, hence (Gershgorin) at most the largest row sum of |K| over m_i; and the row sum of the assembled |sum
    K_e| is at most the sum of the row sums of |K_e|. One number per vertex, the larger of the two directions:

@@ -185,11 +185,6 @@ PetscErrorCode ElementChunksDone(Model *model);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
-/* Tangent stiffness [N/m] at the displacements u (vertex array) of ELEMENT_LANES elements from `first` on,
-   each (2 n_nodes, 2 n_nodes) row after row: d f_i / d u_j. first: a multiple of ELEMENT_LANES below e->n. */
-enum { ELEMENT_LANES = 4 };
-PetscErrorCode ElementTangents(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
-                               PetscInt first, PetscReal k[ELEMENT_LANES][64]);
 /* Cauchy stress sxx syy sxy [Pa] (n,3) at the centre of each element of the list. */
 PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                              PetscReal *stress);

@@ -108,7 +108,7 @@ static PetscErrorCode factorise_elastic(const Problem *p)
 {
   Newton *n = p->newton;
   PetscFunctionBeginUser;
-  PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
+  PetscCall(StiffnessBodies(p->m, &n->stiffness));
   StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
   PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));

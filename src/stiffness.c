@@ -1,8 +1,8 @@
 /* stiffness.c: the assembled stiffness of blocks and joints, a matrix of PETSc's.
 
-   Blocks: the tangent of the force (10) by differences of the force kernel itself, column by column. That
-   force is a polynomial of degree 3 in the displacements, so a central difference with a step of 1e-5 of the
-   block is exact to 1e-10; small strain is linear.
+   Blocks: that of the reference state in small strain (element.c: ElementMatrices), also when strain is
+   large: rotations and strains of a dam are 1e-3 of one and less, and so is the error. Condensed bodies:
+   their Schur complement on the vertices they keep.
 
    Joints: with b = (P: 1, A: -(1-t), B: -t) an end opens by u_n = n.(b u) and slides by u_s = s.(b u); the
    stiffness is B' D B with D = d(F_n0, F_n1, F_s0, F_s1)/d(u_n0, u_n1, u_s0, u_s1), 4 by 4, of the stress
@@ -28,7 +28,7 @@ static PetscErrorCode number_rows(const Model *m, const State *state, Stiffness 
   PetscCall(PetscMalloc1(2 * n, &pair));
   for (PetscInt i = 0; i < 3 * n; i++) s->row[i] = -1;
   PetscCall(PetscArrayzero(s->centre, 2 * n));
-  for (PetscInt v = 0; v < m->n_moving; v++) {
+  for (PetscInt v = 0; v < m->n_moving; v++) { // inner vertices of condensed bodies have none
     const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
                    dof = body < 0 ? at + 2 * v : 3 * body;
     for (int i = 0; i < (body < 0 ? 2 : 3); i++)
@@ -88,14 +88,14 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
 
 /* ---- blocks */
 
-static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const PetscReal *u,
-                                   const Stiffness *s, Mat matrix)
+static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const Stiffness *s,
+                                   Mat matrix)
 {
-  PetscReal k[ELEMENT_LANES][64];
+  PetscReal k[4][64];
   PetscFunctionBeginUser;
-  for (PetscInt first = 0; first < e->n; first += ELEMENT_LANES) {
-    ElementTangents(m, e, n_nodes, u, first, k);
-    for (PetscInt i = first; i < PetscMin(first + ELEMENT_LANES, e->n); i++) {
+  for (PetscInt first = 0; first < e->n; first += 4) {
+    ElementMatrices(m, e, n_nodes, first, k);
+    for (PetscInt i = first; i < PetscMin(first + 4, e->n); i++) {
       PetscInt vertices[4];
       if (!e->owned[i]) continue; // another rank adds it
       for (int v = 0; v < n_nodes; v++)
@@ -125,7 +125,7 @@ static PetscErrorCode add_condensed(const Model *m, const Stiffness *s, Mat matr
 }
 
 /* Blocks, and a diagonal of about their size where a dof is held. */
-static PetscErrorCode add_bodies(const Model *m, const PetscReal *u, const Stiffness *s, Mat matrix)
+static PetscErrorCode add_bodies(const Model *m, const Stiffness *s, Mat matrix)
 {
   PetscReal stiffest = 1.;
   PetscFunctionBeginUser;
@@ -133,17 +133,17 @@ static PetscErrorCode add_bodies(const Model *m, const PetscReal *u, const Stiff
     if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->mu[g] * m->thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, m->fixed[d] ? stiffest : 0., ADD_VALUES));
-  PetscCall(add_elements(m, &m->q4, 4, u + 3 * m->n_bodies, s, matrix));
-  PetscCall(add_elements(m, &m->t3, 3, u + 3 * m->n_bodies, s, matrix));
+  PetscCall(add_elements(m, &m->q4, 4, s, matrix));
+  PetscCall(add_elements(m, &m->t3, 3, s, matrix));
   PetscCall(add_condensed(m, s, matrix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessBodies(const Model *m, const PetscReal *u, Stiffness *s)
+PetscErrorCode StiffnessBodies(const Model *m, Stiffness *s)
 {
   PetscFunctionBeginUser;
   PetscCall(MatZeroEntries(s->bodies));
-  PetscCall(add_bodies(m, u, s, s->bodies));
+  PetscCall(add_bodies(m, s, s->bodies));
   PetscCall(MatAssemblyBegin(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -289,7 +289,7 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contact
   PetscCall(MatSetSizes(pattern, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(pattern, MATPREALLOCATOR));
   PetscCall(MatSetUp(pattern));
-  PetscCall(add_bodies(m, state->u, s, pattern));
+  PetscCall(add_bodies(m, s, pattern));
   PetscCall(add_joints(m, c, state->u + 3 * m->n_bodies, s, pattern));
   PetscCall(MatAssemblyBegin(pattern, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(pattern, MAT_FINAL_ASSEMBLY));

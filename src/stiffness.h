@@ -26,8 +26,8 @@ PetscErrorCode StiffnessDestroy(Stiffness *s);
    vertices: the one way into the matrix. Not collective; StiffnessBodies ends the assembly. */
 PetscErrorCode StiffnessAdd(const Model *model, const Stiffness *s, Mat matrix, PetscInt n,
                             const PetscInt *vertices, const PetscReal *k);
-/* Collective. s->bodies: tangent of the blocks at displacements u (dof array, ghosts up to date). */
-PetscErrorCode StiffnessBodies(const Model *model, const PetscReal *u, Stiffness *s);
+/* Collective. s->bodies: of the blocks and the condensed bodies. */
+PetscErrorCode StiffnessBodies(const Model *model, Stiffness *s);
 /* s->joint: of elastic joints; or the tangents of the stress models at the openings and slips last evaluated,
    from the history slip, broken (as in Contacts) those were evaluated with. */
 void StiffnessJointsElastic(const Joint *joints, const Contacts *contacts, Stiffness *s);

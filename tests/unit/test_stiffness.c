@@ -78,7 +78,7 @@ static PetscErrorCode TangentError(Fixture *f, const PetscReal *u, const PetscRe
   PetscCall(ForcesAt(f, u, h, w, more));
   PetscCall(ForcesAt(f, u, 0., w, at));
   PetscCall(StiffnessCreate(f->model, f->state, f->contacts, &s));
-  PetscCall(StiffnessBodies(f->model, f->state->u, &s));
+  PetscCall(StiffnessBodies(f->model, &s));
   StiffnessJoints(f->scene->stages[0].joints, f->contacts, zero, zero, &s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
   PetscCall(MatCreateVecs(s.tangent, &x, &y));
@@ -153,7 +153,7 @@ static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
   PetscCall(OpenTower("large", "t3pt", "elastic", PETSC_FALSE, &f));
   const Model *m = f.model;
   PetscCall(StiffnessCreate(m, f.state, f.contacts, &s));
-  PetscCall(StiffnessBodies(m, f.state->u, &s));
+  PetscCall(StiffnessBodies(m, &s));
   StiffnessJointsElastic(f.scene->stages[0].joints, f.contacts, &s);
   PetscCall(StiffnessTangent(m, f.contacts, f.state->u, &s));
   PetscCall(MatNorm(s.tangent, NORM_INFINITY, &size));

@@ -58,6 +58,10 @@ def guilhofrei_references(case):
                [result.probe(stage, "crest_upstream")[0] * 1e3 for result, stage in stages],
                [reference[stage]["crest"] for _, stage in stages], relative=1e-6)
     parallel = case.run(mesh, changed(guilhofrei.FRICTION, NEWTON), ranks=2)
+    bodies = [(f"materials.{name}.condensed", True) for name in ("dam", "rock")]
+    condensed = case.run(mesh, changed(guilhofrei.FRICTION, NEWTON, *bodies))
+    case.check("G1 with friction, both bodies condensed: tau along the joint [Pa]", condensed.stage().contacts.tau,
+               friction.stage().contacts.tau, absolute=1e-6 * abs(friction.stage().contacts.tau).max())
     case.check("G1 with friction, 1 and 2 ranks: joint stress, to the tolerance [Pa]", parallel.stage().contacts.tau,
                friction.stage().contacts.tau, absolute=1e-4 * abs(friction.stage().contacts.tau).max())
 
