@@ -11,7 +11,10 @@ run() {
   mpirun -n "${RANKS:-2}" build/quoin -options_file "$here/scene.yaml" -model "$out/model.h5" -output "$out/$1" -stages "$2" "${@:3}"
 }
 run s1 sw,swhp,swhpu,s1
+python "$here/mesh_s2.py" "$out/model_s2.h5"
+mpirun -n "${RANKS:-2}" build/quoin -options_file "$here/scene_s2.yaml" -model "$out/model_s2.h5" -output "$out/s2"
 run s3 sw,swhp,swhpuk,s3
+run s3_brittle sw,swhp,swhpuk,s3 -stages_swhpuk_joints_key_cohesion_residual 0 -stages_swhpuk_joints_key_tension_residual 0
 run s4 sw,swhp,swhpu,s4
 run s4_2 sw,swhp,swhpu,s4 -stages_s4_limit 35 # the states at +2 and +5 m, for Fig. 17
 run s4_5 sw,swhp,swhpu,s4 -stages_s4_limit 38

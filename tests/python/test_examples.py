@@ -170,6 +170,17 @@ def test_sliding(sliding):
     assert first[1] < first[0]
 
 
+def test_sliding_through_the_rock(tmp_path):
+    """S2 by statics of dam and foundation on the plane: 25.607 degrees, on any mesh."""
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
+    model, here = str(tmp_path / "model.h5"), "examples/guilhofrei_sliding"
+    subprocess.run([sys.executable, f"{here}/mesh_s2.py", model, "8"], cwd=ROOT, env=environment, check=True, timeout=60)
+    subprocess.run([QUOIN, "-options_file", f"{here}/scene_s2.yaml", "-model", model, "-output", str(tmp_path / "out"), "-stages_s2_step", "9"],
+                   cwd=ROOT, check=True, timeout=120)  # fmt: skip
+    found = Results(tmp_path / "out").stage_summary("s2")["strength_reduction"]
+    assert found["failing"] < 25.607 < found["stable"] and found["stable"] - found["failing"] <= 0.05
+
+
 def test_figures_16_to_18(sliding, tmp_path):
     s1, s3, s4 = (Results(sliding / name) for name in ("s1", "s3", "s4"))
     curves = paper_figures.figure_16([("S1", s1, "s1", 1.9), ("S3", s3, "s3", 2.4)], tmp_path / "16.png")
