@@ -266,6 +266,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveApplied(a, m, "f_target", s->f_target));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turn, 1, MPIU_INT, MPI_MAX, m->comm));
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
+  PetscCall(ArchiveVertices(a, m, "f_dead", s->f_dead + 3 * m->n_bodies));
   PetscCall(ArchiveDofs(a, m, "m", s->m));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   for (PetscInt l = 0; l < scene->n_loads; l++) {

@@ -314,8 +314,8 @@ static int compare_contacts(const void *a, const void *b)
   return 0;
 }
 
-static PetscErrorCode gather_contacts(const Model *model, const State *state, const Contacts *c,
-                                      const Stage *stage, const MeshFields *mesh, StageFields *s)
+PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *c, const Stage *stage,
+                              const MeshFields *mesh, StageFields *s)
 {
   PetscInt n = 0;
   ContactRow *rows;
@@ -348,7 +348,7 @@ PetscErrorCode GatherStage(const Model *model, const State *state, const Contact
   PetscCall(gather_motion(model, state, s));
   PetscCall(gather_bodies(model, state, s));
   PetscCall(gather_blocks(model, state, s));
-  PetscCall(gather_contacts(model, state, contacts, stage, mesh, s));
+  PetscCall(GatherContacts(model, state, contacts, stage, mesh, s));
   s->time = state->time;
   PetscCallMPI(MPI_Reduce(counts, &s->n_dof, 1, MPIU_INT, MPI_SUM, 0, model->comm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -285,6 +285,8 @@ PetscErrorCode SupportsApply(const Scene *scene, Model *model);
 /* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
  * face). */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
+/* The same after blocks have moved: only what presses on faces is taken anew. */
+PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Forces and present moments on rigid bodies, into the first 3 n_bodies entries of f, from the loads at their
    vertices behind them; no moment where the resultant stands at the mass centre however a body turns. Whether
    a body that may turn has a moment now or when turned. Local. */
@@ -618,6 +620,9 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
 PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
 PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
                            const Stage *stage, const MeshFields *mesh, StageFields *fields);
+/* Of a stage, fields->contact and n_contacts only. */
+PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *contacts,
+                              const Stage *stage, const MeshFields *mesh, StageFields *fields);
 PetscErrorCode GatherStageDestroy(StageFields *fields);
 /* The mechanism of the trials: (n_owned,2) on each rank, NULL on all: nothing happens. */
 PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);

@@ -198,12 +198,30 @@ PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
   return any;
 }
 
-PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
+PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscReal *f = state->f_target, *f_vertex = f + at;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArraycpy(f, state->f_dead, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  for (PetscInt l = 0; l < stage->n_loads; l++) {
+    const Load *load = scene->loads + stage->loads[l];
+    if (load->kind == LOAD_UPLIFT)
+      UpliftForces(scene, load, state->uplift + stage->loads[l], m, state->u + at, f_vertex);
+    else if (load->kind == LOAD_RESERVOIR)
+      face_load(scene, load, m, state->u + at, f_vertex);
+  }
+  PetscCall(CondensedLoads(m, f_vertex));
+  state->loads_turn = LoadsTurn(m, state->u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscReal *f_vertex = state->f_dead + at;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(state->f_dead, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = scene->loads + stage->loads[l];
     if (load->kind == LOAD_SELF_WEIGHT) {
@@ -212,14 +230,11 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
       const PetscInt v = m->point_vertex[find_name(m->n_points, m->point_names, load->target)];
       for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
         f_vertex[2 * v + i] += m->thickness * load->traction[i];
-    } else if (load->kind == LOAD_UPLIFT) {
-      UpliftForces(scene, load, state->uplift + stage->loads[l], m, state->u + at, f_vertex);
-    } else {
+    } else if (load->kind == LOAD_TRACTION) {
       face_load(scene, load, m, state->u + at, f_vertex);
     }
   }
-  PetscCall(CondensedLoads(m, f_vertex));
-  state->loads_turn = LoadsTurn(m, state->u, f);
+  PetscCall(LoadsFollow(scene, m, stage, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -311,7 +311,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found)
     PetscCall(CheckpointStop(p->output->checkpoint, p->result));
     if (p->result->verdict != VERDICT_NONE) break;
     if (p->follow) {
-      PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+      PetscCall(LoadsFollow(p->scene, p->m, p->stage, p->state));
       LoadsApply(p->m, p->state, p->state->ramp);
     }
   }

@@ -17,11 +17,11 @@ PetscErrorCode StateCreate(const Model *m, State *s)
 
 PetscErrorCode StateDestroy(State *s)
 {
-  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
+  PetscReal **array[7] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target, &s->f_dead};
   PetscFunctionBeginUser;
   PetscCall(VecDestroy(&s->u_vec));
   PetscCall(VecDestroy(&s->v_vec));
-  for (int i = 0; i < 6; i++) PetscCall(PetscFree(*array[i]));
+  for (int i = 0; i < 7; i++) PetscCall(PetscFree(*array[i]));
   PetscCall(PetscFree4(s->v, s->m, s->m_inv, s->u_verified));
   PetscCall(PetscFree(s->passed));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -269,7 +269,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       // faces may have vertices of other ranks: their displacements are those before this cycle's step
       PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
       PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
-      PetscCall(LoadsTarget(scene, m, stage, state));
+      PetscCall(LoadsFollow(scene, m, stage, state));
       LoadsApply(m, state, state->ramp);
     }
     PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));

@@ -424,19 +424,20 @@ typedef struct {
       *passed;  /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex itself;
                    NULL: no condensed bodies; written at the end of a stage or trial by condense.c */
   PetscReal *m; /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); timestep.c */
-  PetscReal *m_inv;  /* (n_dof,) 1/m, 0 where held */
-  PetscInt capacity; /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
-  Vec u_vec, v_vec;  /* (n_dof,) views of u and v for PETSc */
-  PetscReal dt;      /* [s] 1 in a static stage: time is fictitious */
-  PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
-  PetscReal beta;    /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
-  PetscInt64 cycle;  /* cycles since the start of the run */
+  PetscReal *m_inv;              /* (n_dof,) 1/m, 0 where held */
+  PetscInt capacity;             /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
+  Vec u_vec, v_vec;              /* (n_dof,) views of u and v for PETSc */
+  PetscReal dt;                  /* [s] 1 in a static stage: time is fictitious */
+  PetscReal alpha;               /* [1/s] Rayleigh damping (38) */
+  PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
+  PetscInt64 cycle;              /* cycles since the start of the run */
   PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
                                     loads.c. f_target has those at vertices of rigid bodies behind its dofs */
   PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; loads.c */
-  PetscReal time;                /* [s] of dynamic stages */
-  PetscReal *u_verified;         /* (n_dof,) u when contacts were last verified; contact_verify.c */
-  PetscReal ramp;                /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  PetscReal *f_dead;        /* [N] part of f_target at vertices that does not follow their motion; loads.c */
+  PetscReal time;           /* [s] of dynamic stages */
+  PetscReal *u_verified;    /* (n_dof,) u when contacts were last verified; contact_verify.c */
+  PetscReal ramp;           /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
   struct _p_Uplift *uplift; /* (n_loads,) joint line, faces and open length of each uplift load; uplift.c */
 } State;
 
