@@ -292,7 +292,7 @@ def test_user_strings_are_escaped(copy):
     evil = "<script>alert(1)</script>\"'&<img src=x onerror=alert(2)>"
     summary = json.loads((copy / "summary.json").read_text())
     summary |= {"title": evil}
-    summary["stages"][-1]["evidence"] = evil
+    summary["stages"][-1] |= {"evidence": evil, "checksum": f"</style>{evil}"}
     summary["stages"][-1]["probes"] = {evil: summary["stages"][-1]["probes"]["toe"]}
     (copy / "summary.json").write_text(json.dumps(summary))
     (copy / "scene_echo.yaml").write_text(SCENE.read_text() + f"# {evil}\n")
@@ -364,6 +364,7 @@ def test_pdf(copy):
     assert report.main([str(copy), "--pdf", *USACE, *UPLIFT]) == 0
     data = (copy / "report.pdf").read_bytes()
     assert data.startswith(b"%PDF-") and len(data) > 50_000
+    assert f'content: "Quoin, state {Results(copy).summary["stages"][-1]["checksum"]}"' in (copy / "report.html").read_text(encoding="utf-8")
     browser.screenshot(copy / "report.html", copy / "shot.png")
     from matplotlib.image import imread
 

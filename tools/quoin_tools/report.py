@@ -43,8 +43,10 @@ pre { font: 11.5px/1.4 "DejaVu Sans Mono", Consolas, monospace; white-space: pre
 border: 1px solid var(--rule); padding: 10px }
 code { font: 11.5px "DejaVu Sans Mono", Consolas, monospace; overflow-wrap: anywhere }
 .sign { table-layout: fixed } .sign th, .sign td { border: 1px solid var(--ink); width: 30% } .sign td { height: 40px } .sign .d { width: 20% }
-@page { size: A4; margin: 15mm 14mm } @media print { body { max-width: none; padding: 0; font-size: 11.5px } table { font-size: 10.5px }
-.note, .verdict, pre { print-color-adjust: exact; -webkit-print-color-adjust: exact } }
+@page { size: A4; margin: 15mm 14mm 17mm; @bottom-left { font: 9px Arial, sans-serif; color: #5b6570; content: "Quoin, state STATE" }
+@bottom-right { font: 9px Arial, sans-serif; color: #5b6570; content: "page " counter(page) " of " counter(pages) } }
+@media print { body { max-width: none; padding: 0; font-size: 11.5px } table { font-size: 10.5px }
+figure img[src^="data:image/png"] { max-height: 116mm } .note, .verdict, pre { print-color-adjust: exact; -webkit-print-color-adjust: exact } }
 """
 
 
@@ -328,16 +330,21 @@ SIGNATURES = ("<table class='sign'><thead><tr><th>Prepared by</th><th class='d'>
               "</thead><tbody><tr><td></td><td></td><td></td><td></td></tr></tbody></table>")  # fmt: skip
 
 
+def style(case):
+    """The style sheet; every page of the PDF carries the checksum of the state (hexadecimal figures only, whatever the file says)."""
+    state = "".join(c for c in str(case.results.summary["stages"][-1]["checksum"]) if c in "0123456789abcdef")
+    return STYLE.replace("STATE", state)
+
+
 def page(case, pictures):
     found, complaints = assess(case)
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), verdict_box(case, found, complaints), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), trials_part(case), local_part(case), displacements_part(case),
-        figures_part(pictures),
-        convergence_part(case, pictures), echo_part(case)))  # fmt: skip
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), trials_part(case), local_part(case),
+        displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
-            f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head><body>{body}</body></html>\n')  # fmt: skip
+            f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
 def write(folder, options, with_pdf=False):
