@@ -1,0 +1,202 @@
+#!/usr/bin/env python3
+"""Error against time: stress models, meshes, solvers, damping, strain measures, connectivity, rigid or deformable.
+
+    PYTHONPATH=tools python tests/benchmark/accuracy.py --quoin build/quoin
+
+Three cases: the dam of Fig. 6 with an elastic and with a frictional base joint, and the Guilhofrei section G1 under
+self-weight and full reservoir. Error: the larger of the relative errors of crest displacement and of the normal stress
+at the toe, which is the mean over the last eighth of the base: at the corner itself it grows with the logarithm of the
+mesh (Fig. 6: 0.519, 0.517, 0.513, 0.509 MPa with 32 to 256 blocks along the base). Reference: tptm, extrapolated. Time: processor seconds of a run on one rank, less those
+of the same run stopped after its first cycles, so that starting up and writing do not count; the least of the repeats.
+Writes docs/img/accuracy.png, docs/data/accuracy.csv and the tables of docs/performance.md between its marks."""
+
+import argparse
+import csv
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import numpy as np
+from matplotlib import pyplot
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+
+from driver import ENVIRONMENT, MODELS  # noqa: E402
+from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.dam import dam_mesh  # noqa: E402
+from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.results import Results  # noqa: E402
+
+NEWTON = ("-relaxation_method", "preconditioned")
+PAPER = ("-relaxation_damping", "paper")
+# name: (scene, mesh of n blocks along the base, sizes, size of the reference, what every run of the case adds, last stage)
+CASES = {
+    "Fig. 6, elastic joint": ("fig6", lambda n: triangle_dam(n, "M"), (4, 8, 16, 32, 64), 256, (), "full"),
+    "Fig. 6, friction 45 degrees": ("fig6", lambda n: triangle_dam(n, "M"), (4, 8, 16, 32, 64), 256,
+                                    ("-joints_base_law", "mohr_coulomb", "-joints_base_friction", "45"), "full"),
+    "Guilhofrei G1, self-weight and reservoir": ("guilhofrei", lambda n: dam_mesh(columns=n), (6, 12, 24, 48), 96, (), "swhp"),
+}  # fmt: skip
+# name: (options, stress models)
+VARIANTS = {
+    "explicit": ((), MODELS),
+    "explicit, damping of the paper": (PAPER, ("tptm",)),
+    "explicit, other strain measure": (("-strain", "other"), ("tptm",)),
+    "explicit, variable connectivity": (("-contact_connectivity", "variable", "-strain", "large"), ("tptm",)),
+    "preconditioned": (NEWTON, MODELS),
+    "rigid dam": (("-materials_dam_rigid", "true"), ("tptm",)),
+}
+STRAIN = {"fig6": "large", "guilhofrei": "small"}  # the one the scene does not use
+
+
+def processor_seconds(command, folder):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(command, cwd=folder, env=ENVIRONMENT | dict(os.environ), capture_output=True, text=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, done
+
+
+def toe_stress(distance, sigma):
+    """Mean over the last eighth of the base; stress runs linearly between the ends of a contact."""
+    start = distance.max() * 7 / 8
+    a, b = np.maximum(distance, start).T
+    slope = (sigma[:, 1] - sigma[:, 0]) / (distance[:, 1] - distance[:, 0])
+    middle = sigma[:, 0] + slope * ((a + b) / 2 - distance[:, 0])
+    return np.sum((b - a) * middle) / np.sum(b - a)
+
+
+def solve(quoin, case, n, model, options, repeats, tolerance="1e-7"):
+    """Toe stress [Pa], crest displacement [m], processor seconds; None where the run does not converge."""
+    scene, mesh, _, _, extra, stage = CASES[case]
+    options = [STRAIN[scene] if word == "other" else word for word in options]
+    with tempfile.TemporaryDirectory() as folder:
+        write(os.path.join(folder, "model.h5"), mesh(n))
+        command = [quoin, "-options_file", str(ROOT / "examples" / scene / "scene.yaml"), "-model", "model.h5", "-output", "out",
+                   "-joints_base_stress_model", model, "-relaxation_tolerance", tolerance, *extra, *options]  # fmt: skip
+        seconds, done = processor_seconds(command, folder)
+        if done.returncode:
+            print(f"  {case}, n = {n}, {model} {' '.join(options)}: exit code {done.returncode} {done.stderr[:200]}", file=sys.stderr)
+            return None
+        results = Results(os.path.join(folder, "out"))
+        toe, crest = toe_stress(*results.joint_profile(stage, "base")[:2]), results.stage_summary(stage)["probes"]["crest"]["u_x"]
+        for _ in range(repeats - 1):
+            seconds = min(seconds, processor_seconds(command, folder)[0])
+        start = min(processor_seconds([*command, "-relaxation_max_cycles", "1", "-relaxation_check_every", "1", "-relaxation_ramp", "0",
+                                       "-relaxation_method", "explicit"], folder)[0] for _ in range(repeats))  # fmt: skip
+        return toe, crest, max(seconds - start, 1e-3)
+
+
+def reference(quoin, case):
+    """Toe stress and crest displacement of tptm, extrapolated: order from three meshes, each twice as fine."""
+    finest = CASES[case][3]
+    values = [np.array(solve(quoin, case, n, "tptm", NEWTON, 1, "1e-9")[:2]) for n in (finest // 4, finest // 2, finest)]
+    ratio = np.clip((values[1] - values[0]) / np.where(values[2] == values[1], 1, values[2] - values[1]), 1.5, 16)
+    return values[2] + (values[2] - values[1]) / (ratio - 1)
+
+
+def measure(quoin, repeats, cases):
+    rows = []
+    for case in cases:
+        exact = reference(quoin, case)
+        print(f"{case}: toe {exact[0] * 1e-6:.4f} MPa, crest {exact[1] * 1e3:.4f} mm", flush=True)
+        for variant, (options, models) in VARIANTS.items():
+            for model in models:
+                for n in CASES[case][2]:
+                    found = solve(quoin, case, n, model, options, repeats)
+                    if found is None:
+                        continue
+                    errors = np.abs(np.array(found[:2]) / exact - 1)
+                    rows.append({"case": case, "variant": variant, "model": model, "n": n, "toe_error": errors[0],
+                                 "crest_error": errors[1], "error": max(errors), "seconds": found[2]})  # fmt: skip
+    return rows
+
+
+def front(rows):
+    """Rows that no other beats in both error and time, from the fastest on."""
+    best, least = [], np.inf
+    for row in sorted(rows, key=lambda row: (row["seconds"], row["error"])):
+        if row["error"] < least:
+            best.append(row)
+            least = row["error"]
+    return best
+
+
+COLOURS = {"explicit": "#0072b2", "explicit, damping of the paper": "#e69f00", "explicit, other strain measure": "#56b4e9",
+           "explicit, variable connectivity": "#009e73", "preconditioned": "#d55e00", "rigid dam": "#555555"}  # fmt: skip
+MARKS = dict(zip(MODELS, "ovs^<D"))
+
+
+def draw(rows, path):
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    figure, panels = pyplot.subplots(1, len(cases), figsize=(5.2 * len(cases), 5.4), sharey=True, constrained_layout=True, squeeze=False)
+    for axes, case in zip(panels[0], cases):
+        mine = [row for row in rows if row["case"] == case]
+        for variant, colour in COLOURS.items():
+            for model in MODELS:
+                line = sorted((row["seconds"], 100 * row["error"]) for row in mine if (row["variant"], row["model"]) == (variant, model))
+                if line:
+                    axes.plot(*zip(*line), color=colour, marker=MARKS[model], markersize=4, linewidth=0.6,
+                              label=variant if model == "tptm" else None)  # fmt: skip
+        best = front(mine)
+        axes.plot([row["seconds"] for row in best], [100 * row["error"] for row in best], color="black", linewidth=2.2, alpha=0.35,
+                  drawstyle="steps-post", label="best of all")  # fmt: skip
+        axes.set(xscale="log", yscale="log", title=case, xlabel="processor time of the solution, one rank [s]")
+        axes.grid(alpha=0.3, which="both")
+    panels[0][0].set_ylabel("error of toe stress and crest displacement, the larger [%]")
+    first = panels[0][0].legend(fontsize=7, loc="lower left")
+    panels[0][0].add_artist(first)
+    marks = [pyplot.Line2D([], [], color="grey", marker=mark, linestyle="none", label=model) for model, mark in MARKS.items()]
+    panels[0][-1].legend(handles=marks, fontsize=7, loc="upper right", title="stress model", title_fontsize=7)
+    figure.savefig(path, dpi=130)
+
+
+def advice(rows):
+    """For each case and accuracy, the fastest way there: table of docs/performance.md."""
+    lines = ["| case | error below | fastest | blocks along the base | time [s] | explicit, same model and mesh [s] |", "|---|---|---|---|---|---|"]
+    for case in dict.fromkeys(row["case"] for row in rows):
+        mine = [row for row in rows if row["case"] == case]
+        for limit in (0.05, 0.01, 0.001):
+            good = [row for row in mine if row["error"] <= limit]
+            if not good:
+                lines.append(f"| {case} | {100 * limit:g} % | none of the meshes tried | | | |")
+                continue
+            best = min(good, key=lambda row: row["seconds"])
+            other = [row["seconds"] for row in mine if (row["variant"], row["model"], row["n"]) == ("explicit", best["model"], best["n"])]
+            lines.append(f"| {case} | {100 * limit:g} % | {best['variant']}, {best['model']} | {best['n']} | {best['seconds']:.3g} | "
+                         f"{other[0]:.3g} |" if other else "| |")  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def replace_between(path, mark, text):
+    """The text between <!-- mark --> and <!-- end mark --> of a document."""
+    whole = path.read_text(encoding="utf-8")
+    start, end = f"<!-- {mark} -->\n", f"<!-- end {mark} -->"
+    head, rest = whole.split(start)
+    path.write_text(head + start + text + end + rest.split(end)[1], encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--case", type=int, nargs="+", default=list(range(len(CASES))), help="numbers of the cases, from 0")
+    options = parser.parse_args()
+    rows = measure(os.path.abspath(options.quoin), options.repeats, [list(CASES)[i] for i in options.case])
+    (ROOT / "docs" / "data").mkdir(exist_ok=True)
+    with open(ROOT / "docs" / "data" / "accuracy.csv", "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0].keys())
+        writer.writeheader()
+        writer.writerows({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows)
+    draw(rows, ROOT / "docs" / "img" / "accuracy.png")
+    replace_between(ROOT / "docs" / "performance.md", "accuracy", advice(rows))
+    print(advice(rows))
+
+
+if __name__ == "__main__":
+    main()
