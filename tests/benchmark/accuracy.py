@@ -52,6 +52,7 @@ VARIANTS = {
     "preconditioned": (NEWTON, MODELS),
     "rigid dam": (("-materials_dam_rigid", "true"), ("tptm",)),
 }
+CREST = {"fig6": "crest", "guilhofrei": "crest_upstream"}
 STRAIN = {"fig6": "large", "guilhofrei": "small"}  # the one the scene does not use
 
 
@@ -84,7 +85,7 @@ def solve(quoin, case, n, model, options, repeats, tolerance="1e-7"):
             print(f"  {case}, n = {n}, {model} {' '.join(options)}: exit code {done.returncode} {done.stderr[:200]}", file=sys.stderr)
             return None
         results = Results(os.path.join(folder, "out"))
-        toe, crest = toe_stress(*results.joint_profile(stage, "base")[:2]), results.stage_summary(stage)["probes"]["crest"]["u_x"]
+        toe, crest = toe_stress(*results.joint_profile(stage, "base")[:2]), results.stage_summary(stage)["probes"][CREST[scene]]["u_x"]
         for _ in range(repeats - 1):
             seconds = min(seconds, processor_seconds(command, folder)[0])
         start = min(processor_seconds([*command, "-relaxation_max_cycles", "1", "-relaxation_check_every", "1", "-relaxation_ramp", "0",
