@@ -9,8 +9,25 @@ static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GA
 KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
 {
   const PetscReal *lambda = model->lambda, *mu = model->mu;
-  return (LanesMaterial){{lambda[g[0]], lambda[g[1]], lambda[g[2]], lambda[g[3]]},
-                         {mu[g[0]], mu[g[1]], mu[g[2]], mu[g[3]]}};
+  const PetscReal *h = model->hourglass;
+  const Lanes l = {lambda[g[0]], lambda[g[1]], lambda[g[2]], lambda[g[3]]},
+              n = {mu[g[0]], mu[g[1]], mu[g[2]], mu[g[3]]};
+  if (!h) return (LanesMaterial){l, n, {{0.}, {0.}, {0.}}, {0}};
+  const PetscInt at[LANES] = {3 * g[0], 3 * g[1], 3 * g[2], 3 * g[3]};
+  const Lanes c0 = {h[at[0]], h[at[1]], h[at[2]], h[at[3]]},
+              c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
+              c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
+  return (LanesMaterial){l, n, {c0, c1, c2}, c0 > 0.};
+}
+
+/* E and nu of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
+void ElementHourglass(Formulation element, PetscReal lambda, PetscReal mu, PetscReal coefficient,
+                      PetscReal hourglass[3])
+{
+  const PetscReal nu = lambda / (lambda + 2. * mu), E = 4. * mu * (lambda + mu) / (lambda + 2. * mu);
+  for (int i = 0; i < 3; i++) hourglass[i] = 0.;
+  if (element == ELEMENT_BENDING) hourglass[0] = E, hourglass[2] = -nu * E;
+  if (element == ELEMENT_REDUCED) hourglass[0] = hourglass[1] = 0.5 * coefficient * E;
 }
 
 /* Vertices of LANES elements from element `first` on: vertex i of a lane stands at [i * BATCH + lane]. */
@@ -213,7 +230,15 @@ static void StressLoop(const Model *model, const Elements *e, int n_nodes, const
       LanesGradient G;
       LanesTensor E;
       PointStrain(&X, &U, points[p][0], points[p][1], large, &J, &G, &E);
-      const LanesTensor S = BlockStress(&material, &E), sigma = CauchyStress(&G, &S, large);
+      const LanesTensor S = BlockStress(&material, &E);
+      LanesTensor sigma = CauchyStress(&G, &S, large);
+      if (Any(material.one_point)) { // they have the stress of the centre everywhere
+        PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
+        const LanesTensor S_c = BlockStress(&material, &E), centre = CauchyStress(&G, &S_c, large);
+        sigma = (LanesTensor){Select(material.one_point, centre.xx, sigma.xx),
+                              Select(material.one_point, centre.yy, sigma.yy),
+                              Select(material.one_point, centre.xy, sigma.xy)};
+      }
       for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
         PetscReal *s = stress + 3 * ((first + lane) * n_points + p);
         s[0] = sigma.xx[lane], s[1] = sigma.yy[lane], s[2] = sigma.xy[lane];
@@ -244,22 +269,19 @@ PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_n
 PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                              PetscReal *energy)
 {
-  const int large = e->strain == STRAIN_LARGE, n_points = n_nodes == 4 ? 4 : 1;
-  const PetscReal weight = (n_nodes == 4 ? 1.0 : 0.5) * model->thickness;
+  const int large = e->strain == STRAIN_LARGE;
 
   PetscFunctionBeginUser;
   for (PetscInt first = 0; first < e->n; first += LANES) {
     const LanesMaterial material = LoadMaterial(model, e->group + first);
     LanesModes X, U;
-    Lanes sum = {0};
+    Lanes sum, J;
+    LanesGradient G;
+    LanesTensor E;
     GatherModes(model, e, n_nodes, u, first, &X, &U);
-    for (int p = 0; p < n_points; p++) {
-      Lanes J;
-      LanesGradient G;
-      LanesTensor E;
-      PointStrain(&X, &U, Q4_POINTS[p][0], Q4_POINTS[p][1], large, &J, &G, &E);
-      sum += weight * J * BlockEnergy(&material, &E);
-    }
+    PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
+    sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
+    sum *= model->thickness;
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */
   }

@@ -21,7 +21,9 @@ typedef struct {
 } LanesModes;
 
 typedef struct {
-  Lanes lambda, mu; /* [Pa] */
+  Lanes lambda, mu;   /* [Pa] */
+  Lanes hourglass[3]; /* [Pa] */
+  Mask one_point;     /* the block is not ELEMENT_FULL */
 } LanesMaterial;
 
 #define GAUSS 0.57735026918962576451 /* 1/sqrt(3): 2x2 points at xi, eta = +-GAUSS, weights 1 */
@@ -145,6 +147,16 @@ KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1,
   return (LanesTensor){J * VectorDot(g1, S1), J * VectorDot(g2, S2), J * VectorDot(g1, S2)};
 }
 
+/* From the forces on the modes to those on the vertices. */
+KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVector f[4])
+{
+  const LanesVector sum = VectorAdd(R1, R2), difference = VectorSubtract(R1, R2);
+  f[0] = VectorSubtract(RH, sum);
+  f[1] = VectorSubtract(difference, RH);
+  f[2] = VectorAdd(RH, sum);
+  f[3] = (LanesVector){-(difference.x + RH.x), -(difference.y + RH.y)};
+}
+
 /* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: vertices; f: forces on them (out).
 
    N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4
@@ -181,11 +193,65 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
                           w * (t12 * x.a.y + t22 * x.b.y + s2 * x.h.y)};
   const LanesVector RH = {w * (s1 * x.a.x + s2 * x.b.x + s3 * x.h.x),
                           w * (s1 * x.a.y + s2 * x.b.y + s3 * x.h.y)};
-  const LanesVector sum = VectorAdd(R1, R2), difference = VectorSubtract(R1, R2);
-  f[0] = VectorSubtract(RH, sum);
-  f[1] = VectorSubtract(difference, RH);
-  f[2] = VectorAdd(RH, sum);
-  f[3] = (LanesVector){-(difference.x + RH.x), -(difference.y + RH.y)};
+  ModeForces(R1, R2, RH, f);
+}
+
+/* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly; bending
+   adds the displacement xi eta q, with q = u_h - grad(u) X_h at the centre: what is left of the hourglass
+   mode after the linear field, zero in any constant strain and in any motion as a rigid body. In the
+   directions of the material, p = F'q, it stores the energy p.C p/2, so that the block is objective. With h =
+   xi eta and H = int grad h (x) grad h dA = A/3 (g1 (x) g1 + g2 (x) g2), Jacobian of the centre:
+
+   ELEMENT_BENDING: assumed strain  e_xx = h,x p_x - nu h,y p_y,  e_yy = h,y p_y - nu h,x p_x,  e_xy = 0 (E,
+   nu those of the plane problem): the parasitic shear of the full block in bending is left out, and the
+   strain across is free. sigma_xx = E h,x p_x, sigma_yy = E h,y p_y, so C = E [H_xx, -nu H_xy; -nu H_xy,
+   H_yy]. ELEMENT_REDUCED: C = k E (H_xx + H_yy)/2 I, with the coefficient k: control only. Both: C = [c0 H_xx
+   + c1 H_yy, c2 H_xy; c2 H_xy, c1 H_xx + c0 H_yy], c = hourglass. */
+typedef struct {
+  Lanes J;
+  LanesVector g1, g2;
+  LanesGradient G;     /* at the centre */
+  LanesVector q, p, c; /* c = C p */
+} LanesHourglass;
+
+KERNEL LanesHourglass Hourglass(const LanesModes *X, const LanesModes *u, const LanesModes *x,
+                                const LanesMaterial *m)
+{
+  LanesHourglass o;
+  o.J = DualBasis(X->a, X->b, &o.g1, &o.g2);
+  o.G = DisplacementGradient(u->a, u->b, o.g1, o.g2);
+  o.q = (LanesVector){u->h.x - (o.G.xx * X->h.x + o.G.xy * X->h.y),
+                      u->h.y - (o.G.yx * X->h.x + o.G.yy * X->h.y)};
+  const Lanes aq = VectorDot(x->a, o.q), bq = VectorDot(x->b, o.q), third = o.J * (4. / 3.);
+  o.p = (LanesVector){o.g1.x * aq + o.g2.x * bq, o.g1.y * aq + o.g2.y * bq};
+  const Lanes xx = third * (o.g1.x * o.g1.x + o.g2.x * o.g2.x),
+              yy = third * (o.g1.y * o.g1.y + o.g2.y * o.g2.y),
+              xy = third * (o.g1.x * o.g1.y + o.g2.x * o.g2.y) * m->hourglass[2];
+  o.c = (LanesVector){(m->hourglass[0] * xx + m->hourglass[1] * yy) * o.p.x + xy * o.p.y,
+                      xy * o.p.x + (m->hourglass[1] * xx + m->hourglass[0] * yy) * o.p.y};
+  return o;
+}
+
+/* Internal force of the block of one point: of p.C p/2, with dp = F'dq + dF'q, dq = dx_h - dF X_h, dF = da
+   (x) g1 + db (x) g2; a, b, h the present modes. In small strain a and b are those of the reference and q is
+   not in the force. */
+KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
+                            PetscReal thickness, int large, LanesVector f[4])
+{
+  const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
+  const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
+  const LanesHourglass o = Hourglass(&XM, &uM, &x, m);
+  const LanesTensor T = NaturalStress(XM.a, XM.b, uM.a, uM.b, m, large);
+  const Lanes c1 = VectorDot(o.g1, o.c), c2 = VectorDot(o.g2, o.c);
+  const Lanes h1 = VectorDot(o.g1, XM.h), h2 = VectorDot(o.g2, XM.h);
+  const LanesVector Fc = {x.a.x * c1 + x.b.x * c2, x.a.y * c1 + x.b.y * c2};
+  const Lanes q1 = large ? c1 : 0. * c1, q2 = large ? c2 : 0. * c2;
+  const PetscReal w = 0.25 * thickness;
+  const LanesVector R1 = {w * (4. * (T.xx * x.a.x + T.xy * x.b.x) - h1 * Fc.x + q1 * o.q.x),
+                          w * (4. * (T.xx * x.a.y + T.xy * x.b.y) - h1 * Fc.y + q1 * o.q.y)};
+  const LanesVector R2 = {w * (4. * (T.xy * x.a.x + T.yy * x.b.x) - h2 * Fc.x + q2 * o.q.x),
+                          w * (4. * (T.xy * x.a.y + T.yy * x.b.y) - h2 * Fc.y + q2 * o.q.y)};
+  ModeForces(R1, R2, VectorScale(w, Fc), f);
 }
 
 /* Internal force (10) of the 3-node block: one point, of weight 1/2; N = (1 - xi - eta, xi, eta). */
@@ -205,10 +271,20 @@ KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesM
 KERNEL void ElementForce(int n_nodes, const LanesVector *X, const LanesVector *u, const LanesMaterial *m,
                          PetscReal thickness, int large, LanesVector *f)
 {
-  if (n_nodes == 4)
-    Q4Force(X, u, m, thickness, large, f);
-  else
+  if (n_nodes == 3) {
     T3Force(X, u, m, thickness, large, f);
+    return;
+  }
+  if (!Any(m->one_point)) {
+    Q4Force(X, u, m, thickness, large, f);
+    return;
+  }
+  Q4OnePointForce(X, u, m, thickness, large, f);
+  if (!Any(~m->one_point)) return;
+  LanesVector full[4];
+  Q4Force(X, u, m, thickness, large, full);
+  for (int i = 0; i < 4; i++)
+    f[i] = (LanesVector){Select(m->one_point, f[i].x, full[i].x), Select(m->one_point, f[i].y, full[i].y)};
 }
 
 KERNEL LanesModes ElementModes(int n_nodes, const LanesVector *x)
@@ -224,6 +300,23 @@ KERNEL void PointStrain(const LanesModes *X, const LanesModes *u, PetscReal xi, 
   *J = DualBasis(TangentXi(X, eta), TangentEta(X, xi), &g1, &g2);
   *G = DisplacementGradient(TangentXi(u, eta), TangentEta(u, xi), g1, g2);
   *E = BlockStrain(G, large);
+}
+
+/* Energy of the 4-node block per thickness. */
+KERNEL Lanes Q4Energy(const LanesModes *X, const LanesModes *u, const LanesMaterial *m, int large)
+{
+  Lanes J, sum = {0.};
+  LanesGradient G;
+  LanesTensor E;
+  for (int p = 0; p < 4; p++) {
+    PointStrain(X, u, p == 0 || p == 3 ? -GAUSS : GAUSS, p < 2 ? -GAUSS : GAUSS, large, &J, &G, &E);
+    sum += J * BlockEnergy(m, &E);
+  }
+  if (!Any(m->one_point)) return sum;
+  const LanesModes x = large ? ModesAdd(X, u) : *X;
+  const LanesHourglass o = Hourglass(X, u, &x, m);
+  PointStrain(X, u, 0., 0., large, &J, &G, &E);
+  return Select(m->one_point, 4. * J * BlockEnergy(m, &E) + 0.5 * VectorDot(o.p, o.c), sum);
 }
 
 /* Lumped masses per density and thickness: row sums (27) of the mass matrix (26), m_i = int N_i dA, since the

@@ -343,6 +343,10 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
     m->mu[g] = E / (2. * (1. + nu));
     m->lambda[g] = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
                                                 : E * nu / (1. - nu * nu);
+    if (material->element != ELEMENT_FULL && !m->hourglass)
+      PetscCall(PetscCalloc1(3 * m->n_groups, &m->hourglass));
+    if (material->element != ELEMENT_FULL)
+      ElementHourglass(material->element, m->lambda[g], m->mu[g], material->hourglass, m->hourglass + 3 * g);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -480,6 +484,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
   PetscCall(PetscFree5(m->mass, m->fixed, m->support, m->in_quotient, m->dof_body));
   PetscCall(PetscFree(m->chunk_done));
+  PetscCall(PetscFree(m->hourglass));
   PetscCall(elements_destroy(&m->q4));
   PetscCall(elements_destroy(&m->t3));
   PetscCall(elements_destroy(&m->rigid_q4));

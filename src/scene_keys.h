@@ -12,6 +12,7 @@ static const char *const SectionPaths[SECTIONS] = {
 
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
+static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
 static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
 static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", "point_force",
                                         "uplift",      "LoadKind",  "LOAD_",    NULL};
@@ -113,6 +114,11 @@ static const Key Keys[] = {
       "modulus of elasticity"),
   KEY(MATERIALS, "poisson", REAL, Material, poisson, "= required unless rigid", "> -1, < 0.5", "-",
       "Poisson's ratio"),
+  KEY(MATERIALS, "element", CHOICE, Material, element, "full", NULL, "",
+      "blocks of 4 vertices: 2x2 points; one point and exact bending of rectangles; one point and hourglass control",
+      .choices = Formulations),
+  KEY(MATERIALS, "hourglass", REAL, Material, hourglass, "0.1", "> 0, <= 1", "-",
+      "element: reduced: stiffness of the hourglass control"),
   KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
       "bodies of this group are rigid"),
   KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",

@@ -34,6 +34,7 @@ enum {
 
 typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
 typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
+typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
 typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
 typedef enum {
   STRESS_PT,
@@ -61,6 +62,8 @@ typedef struct {
   char name[NAME_LENGTH];   /* group of the mesh it belongs to */
   PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
+  Formulation element;      /* see element_kernels.h */
+  PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
   PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
@@ -311,17 +314,17 @@ typedef struct {
   PetscReal *body_mass; /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
   PetscInt *body_body;  /* (n_bodies,) macroblock */
 
-  PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
-  PetscReal *mass;        /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
-  PetscBool *fixed;       /* (3 n_bodies + 2 n_owned,) held by a support; behind n_dof: inner vertices */
-  PetscInt *support;      /* (likewise) row of Scene.supports that holds it, -1: none */
-  PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
+  PetscInt n_dof;            /* 3 n_bodies + 2 n_deformable */
+  PetscReal *mass;           /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
+  PetscBool *fixed;          /* (3 n_bodies + 2 n_owned,) held by a support; behind n_dof: inner vertices */
+  PetscInt *support;         /* (likewise) row of Scene.supports that holds it, -1: none */
+  PetscReal *in_quotient;    /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
   PetscBool all_in_quotient; /* no dof is left out */
-  PetscInt *dof_body;     /* (n_dof,) macroblock */
+  PetscInt *dof_body;        /* (n_dof,) macroblock */
 
   Elements t3, q4;
-  PetscInt *chunk_done; /* (chunks of elements,) see element.c: so many deformable vertices, the first ones, have
-                           all their forces after this chunk */
+  PetscInt *chunk_done; /* (chunks of elements,) see element.c: so many deformable vertices, the first ones,
+                           have all their forces after this chunk */
   Elements rigid_t3, rigid_q4; /* rigid blocks: for masses, loads and output only; no forces */
   Elements condensed_t3,
       condensed_q4; /* of condensed bodies: for set-up, loads and output; no force in a cycle */
@@ -343,6 +346,7 @@ typedef struct {
   char (*group_names)[NAME_LENGTH];
   PetscInt *group_rigid;
   PetscBool *group_condensed;
+  PetscReal *hourglass;   /* [Pa] (n_groups,3) ElementHourglass of each group; NULL: all are ELEMENT_FULL */
   PetscReal *lambda, *mu; /* [Pa] Lame constants of the plane problem (plane stress: lambda reduced) */
   PetscReal *density;     /* [kg/m3] */
   PetscBool *group_upgradeable;

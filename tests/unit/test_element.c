@@ -11,7 +11,7 @@ typedef struct {
   Model model;
   int n_nodes;
   PetscReal X[2 * (MAX_VERTICES + DUMMY_VERTICES)], u[2 * (MAX_VERTICES + DUMMY_VERTICES)];
-  PetscReal f[2 * (MAX_VERTICES + DUMMY_VERTICES)], lambda[2], mu[2], density[2];
+  PetscReal f[2 * (MAX_VERTICES + DUMMY_VERTICES)], lambda[2], mu[2], density[2], hourglass[6];
   PetscInt vertex[4 * MAX_ELEMENTS], group[MAX_ELEMENTS];
   PetscBool owned[MAX_ELEMENTS];
 } Patch;
@@ -47,12 +47,18 @@ static void PatchCreate(Patch *p, int n_vertices, const PetscReal (*X)[2], int n
   p->model.lambda = p->lambda, p->model.mu = p->mu, p->model.density = p->density;
 }
 
+/* of groups 0 and 1 of every patch */
+static Formulation formulation[2] = {ELEMENT_FULL, ELEMENT_FULL};
+
 static void PatchMaterial(Patch *p, PetscReal young, PetscReal poisson, PetscReal density, PlaneState plane)
 {
   PetscReal mu = young / (2 * (1 + poisson)), lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   if (plane == PLANE_STRESS) lambda = 2 * lambda * mu / (lambda + 2 * mu);
   for (int g = 0; g < 2; g++)
     p->lambda[g] = (g + 1) * lambda, p->mu[g] = (g + 1) * mu, p->density[g] = density;
+  for (int g = 0; g < 2; g++)
+    ElementHourglass(formulation[g], p->lambda[g], p->mu[g], 0.1, p->hourglass + 3 * g);
+  p->model.hourglass = formulation[0] || formulation[1] ? p->hourglass : NULL;
 }
 
 /* of the model and of its lists */
@@ -299,6 +305,57 @@ static PetscErrorCode TestStiffness(void)
 }
 
 /* (26)-(27) by 2x2 Gauss with shape functions as in books, on a distorted quadrilateral; their sums. */
+/* One-point blocks: patch test, rotation and energy as the full block, alone and mixed with it in a batch;
+   the bound of the time step; energy of a rectangle in pure bending u_x = kappa x y, exactly E kappa^2 int
+   y^2 dA / 2 for ELEMENT_BENDING, (1 + (1 - nu)/2 (a/b)^2)/(1 - nu^2) times as much for the full one. */
+static PetscErrorCode TestOnePoint(void)
+{
+  static const PetscReal X[3][4][2] = {
+      {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, {{0, 0}, {4, 0}, {4, 1}, {0, 1}}, {{0, 0}, {1, 0}, {2, 1}, {1, 1}}};
+  static const int row[4] = {0, 1, 2, 3};
+  static const Formulation of[4][2] = {{ELEMENT_BENDING, ELEMENT_BENDING},
+                                       {ELEMENT_REDUCED, ELEMENT_REDUCED},
+                                       {ELEMENT_FULL, ELEMENT_BENDING},
+                                       {ELEMENT_REDUCED, ELEMENT_FULL}};
+  Patch p;
+
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 4; i++) {
+    formulation[0] = of[i][0], formulation[1] = of[i][1];
+    PetscCall(TestPatch());
+    PetscCall(TestRotation());
+    PetscCall(TestEnergy());
+  }
+  for (int i = ELEMENT_FULL; i <= ELEMENT_REDUCED; i++) {
+    const PetscReal nu = 0.2, E = 1e10, kappa = 1e-3, b = 0.5, a = 2;
+    PetscReal energy;
+    formulation[0] = formulation[1] = (Formulation)i;
+    for (int c = 0; c < 3; c++) {
+      PetscReal K[8][8], m[8] = {0}, k[8] = {0}, bound = PETSC_INFINITY;
+      PatchCreate(&p, 4, X[c], 4, 1, row);
+      PatchMaterial(&p, E, nu, 2400, PLANE_STRESS);
+      PatchStrain(&p, STRAIN_SMALL);
+      PetscCall(FiniteStiffness(&p, 1, K));
+      PetscCall(ElementStiffness(&p.model, k));
+      PetscCall(ElementMasses(&p.model, m));
+      for (int v = 0; v < 4; v++) bound = PetscMin(bound, 2 * sqrt(m[v] / k[v]));
+      ENSURE(bound < 2 / sqrt(LargestEigenvalue(8, K, m)));
+    }
+    PatchCreate(&p, 4, X[1], 4, 1, row);
+    PatchMaterial(&p, E, nu, 2400, PLANE_STRESS);
+    PatchStrain(&p, STRAIN_SMALL);
+    for (int v = 0; v < 4; v++) p.u[2 * v] = kappa * (X[1][v][0] - a) * (X[1][v][1] - b);
+    PetscCall(PatchEnergy(&p, &energy));
+    const PetscReal exact = 0.5 * E * kappa * kappa * 4 * a * b * b * b / 3;
+    if (i == ELEMENT_BENDING) ENSURE_NEAR(energy / exact, 1, 1e-12);
+    if (i == ELEMENT_FULL)
+      ENSURE_NEAR(energy / exact, (1 + 0.5 * (1 - nu) * (a / b) * (a / b)) / (1 - nu * nu), 1e-12);
+    ENSURE(energy > 0);
+  }
+  formulation[0] = formulation[1] = ELEMENT_FULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TestMasses(void)
 {
   static const PetscReal X[4][2] = {{0, 0}, {3, 0.5}, {2, 2.5}, {-0.5, 1}},
@@ -380,7 +437,7 @@ static PetscErrorCode TestLanes(void)
     for (int k = 0; k < 11; k++) {
       LanesVector x[4], d[4], F[4];
       const Lanes zero = {0};
-      const LanesMaterial material = {zero + p.lambda[k % 2], zero + p.mu[k % 2]};
+      const LanesMaterial material = {.lambda = zero + p.lambda[k % 2], .mu = zero + p.mu[k % 2]};
       for (int i = 0; i < 4; i++) {
         x[i] = (LanesVector){zero + X[4 * k + i][0], zero + X[4 * k + i][1]};
         d[i] = (LanesVector){zero + u[8 * k + 2 * i], zero + u[8 * k + 2 * i + 1]};
@@ -452,6 +509,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestRotation);
   RUN_TEST(TestEnergy);
   RUN_TEST(TestStiffness);
+  RUN_TEST(TestOnePoint);
   RUN_TEST(TestMasses);
   RUN_TEST(TestLanes);
   RUN_TEST(TestAccumulate);

@@ -28,6 +28,10 @@ TIP = [(8, 1, False, 0.5608), (16, 1, False, 0.8358), (32, 1, False, 0.9525), (1
        (16, 1, True, 0.2821), (64, 1, True, 0.3323)]
 
 
+# the same of element: bending
+TIP_BENDING = [(8, 1), (16, 1), (16, 4)]
+
+
 def run(case):
     rows = [(nx, nu) for nu in (0.0, 0.2, 0.3) for nx in (5, 10, 20)]
     results = case.run_all([(cantilever(nx, 1), changed(BENT, ("materials.body.poisson", nu))) for nx, nu in rows])
@@ -43,3 +47,17 @@ def run(case):
     for (nx, ny, triangles, expected), result in zip(TIP, results):
         deflection = np.mean([result.probe("tip", point)[1] for point in ("bottom_right", "top_right")])
         case.check(f"tip load, {nx} x {ny} {'T3' if triangles else 'Q4'}", deflection / exact, expected, absolute=1e-4)
+
+    # one-point blocks of exact bending: pure bending of rectangles for any Poisson's ratio
+    results = case.run_all([(cantilever(nx, 1), changed(BENT, ("materials.body.poisson", nu), ("materials.body.element", "bending")))
+                            for nx, nu in rows])
+    exact = MOMENT * LENGTH**2 / (2 * E * INERTIA)
+    for (nx, nu), result in zip(rows, results):
+        deflection = [result.probe("bend", point)[1] for point in ("bottom_right", "top_right")]
+        case.check(f"pure bending, {nx} x 1 Q4, element: bending, nu = {nu}", np.array(deflection) / exact, 1.0, relative=1e-4)
+
+    results = case.run_all([(cantilever(nx, ny), changed(LOADED, ("materials.body.element", "bending"))) for nx, ny in TIP_BENDING])
+    exact = LOAD * LENGTH**3 / (3 * E * INERTIA) + LOAD * LENGTH / (5 / 6 * E / 2)
+    for (nx, ny), result in zip(TIP_BENDING, results):
+        deflection = np.mean([result.probe("tip", point)[1] for point in ("bottom_right", "top_right")])
+        case.check(f"tip load, {nx} x {ny} Q4, element: bending", deflection / exact, 1.0, absolute=0.01)

@@ -32,8 +32,8 @@ def scenes():
     yield "rigid blocks, 12 x 12", block_grid(12, 12, 1, 1), changed(GRID, ("materials.block", {"density": 2400, "rigid": True}))
     yield "2025 blocks in 45 x 45 bodies", block_grid(45, 45, 1, 1), GRID
     yield "2048 blocks, rigid, quadrilaterals and triangles mixed", block_grid(16, 16, 2, 3, 1.0, 4, 5), mixed
-    yield "2000 blocks, t3pt, small strain, fixed damping", block_grid(10, 10, 4, 5), changed(
-        GRID, ("strain", "small"), ("joints.default.stress_model", "t3pt"), ("relaxation.damping", "fixed"))
+    yield "2000 blocks of one point, t3pt, small strain, fixed damping", block_grid(10, 10, 4, 5), changed(
+        GRID, ("strain", "small"), ("materials.block.element", "reduced"), ("joints.default.stress_model", "t3pt"), ("relaxation.damping", "fixed"))
     yield "Guilhofrei, friction 30 degrees: the base slips", dam, slipping
     yield "Fig. 6, n = 16 with triangles on rigid ground", triangle_dam(16, "G"), fig6.SCENE
 
