@@ -1,0 +1,162 @@
+/* Condensed bodies: rigid motions cost nothing and carry the inside along; loads passed on keep their
+   resultant; the recovered inside is in equilibrium; motion between condensed, rigid and deformable bodies
+   does not grow, for any stiffness of the joints. ranks: 1 2 */
+#include "scene_fixture.h"
+
+static Sketch sketch;
+
+/* Ground, a condensed wall of 4 by 4 quadrilaterals, a condensed one of triangles beside it, a rigid block
+   and a deformable one on top, all turned. */
+static PetscErrorCode OpenWalls(Fixture *f)
+{
+  const double left[8] = {0, 0, 2, 0, 2, 2, 0, 2}, right[8] = {2, 0, 4.5, 0, 4, 2, 2, 2};
+  PetscFunctionBeginUser;
+  memset(&sketch, 0, sizeof sketch);
+  const int hard = SketchGroup(&sketch, "hard", 1), stone = SketchGroup(&sketch, "stone", 0),
+            soft = SketchGroup(&sketch, "soft", 0);
+  SketchBox(&sketch, hard, -1, -1, 7, 1);
+  SketchGrid(&sketch, stone, left, 4, 4, QUADS);
+  SketchGrid(&sketch, stone, right, 5, 4, TRIANGLES);
+  SketchBox(&sketch, hard, 0.5, 2, 1, 1);
+  SketchBox(&sketch, soft, 2.5, 2, 1, 1);
+  SketchMove(&sketch, 0, 0.4, 20, -7);
+  PetscCall(FixtureOpen(
+      PETSC_COMM_WORLD, &sketch, f,
+      "strain: small\nthickness: 1.5\nrelaxation: {damping: none, allow_floating: true}\n"
+      "materials: {hard: {density: 2400, rigid: true}, soft: {density: 2400, young: 1e10, poisson: 0.2},\n"
+      "  stone: {density: 2400, young: 1e10, poisson: 0.2, condensed: true}}\n"
+      "joints: {default: {law: elastic, k_n: 1e10, k_s: 3e9}}\n"
+      "loads: {weight: {type: self_weight}}\nstages: [all: {loads: [weight]}]\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vertex arrays: two forces, both zero at first. */
+static PetscErrorCode Arrays(const Model *m, PetscReal **a, PetscReal **b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(2 * (m->n_vertices + DUMMY_VERTICES), a, 2 * (m->n_vertices + DUMMY_VERTICES), b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RigidMotionsCostNothing(void)
+{
+  static const PetscReal motion[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}; // x, y, rotation about (20,-7)
+  Fixture f;
+  PetscReal *u, *force;
+  PetscFunctionBeginUser;
+  PetscCall(OpenWalls(&f));
+  const Model *m = f.model;
+  PetscCall(Arrays(m, &u, &force));
+  for (int k = 0; k < 3; k++) {
+    PetscCall(PetscArrayzero(force, 2 * m->n_owned));
+    for (PetscInt d = 0; d < 2 * m->n_moving; d++) {
+      const PetscReal *X = m->X + 2 * (d / 2);
+      u[d] = motion[k][d % 2] + motion[k][2] * (d % 2 ? X[0] - 20 : -(X[1] + 7));
+    }
+    CondensedForces(m, u, force);
+    for (PetscInt d = 0; d < 2 * m->n_owned; d++) ENSURE(PetscAbsReal(force[d]) < 1e-12 * 1e10 * 5);
+    PetscCall(CondensedInner(m, NULL, u));
+    for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) {
+      const PetscReal *X = m->X + 2 * (d / 2);
+      ENSURE_NEAR(u[d], motion[k][d % 2] + motion[k][2] * (d % 2 ? X[0] - 20 : -(X[1] + 7)), 1e-11);
+    }
+  }
+  PetscCall(PetscFree2(u, force));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Resultant and moment about (20,-7) of forces at vertices [from, to). */
+static void Resultant(const Model *m, const PetscReal *force, PetscInt from, PetscInt to, PetscReal sum[3])
+{
+  for (PetscInt v = from; v < to; v++) {
+    sum[0] += force[2 * v], sum[1] += force[2 * v + 1];
+    sum[2] += (m->X[2 * v] - 20) * force[2 * v + 1] - (m->X[2 * v + 1] + 7) * force[2 * v];
+  }
+}
+
+static PetscErrorCode LoadsInsideKeepTheirResultant(void)
+{
+  Fixture f;
+  PetscReal *load, *unused, inside[3] = {0}, passed[3] = {0};
+  PetscInt n_inner;
+  PetscFunctionBeginUser;
+  PetscCall(OpenWalls(&f));
+  const Model *m = f.model;
+  PetscCall(Arrays(m, &load, &unused));
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) load[d] = Uniform(-1, 1);
+  Resultant(m, load, m->n_moving, m->n_owned, inside);
+  PetscCall(CondensedLoads(m, load));
+  Resultant(m, load, 0, m->n_moving, passed);
+  for (int i = 0; i < 3; i++) ENSURE_NEAR(passed[i], inside[i], 1e-10);
+  n_inner = m->n_owned - m->n_moving;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n_inner, 1, MPIU_INT, MPI_SUM, m->comm));
+  ENSURE(n_inner > 20);
+  PetscCall(PetscFree2(load, unused));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* At any kept displacements the blocks resist inside with the load there. */
+static PetscErrorCode TheInsideIsInEquilibrium(void)
+{
+  Fixture f;
+  PetscReal *u, *load, *force, *unused;
+  PetscFunctionBeginUser;
+  PetscCall(OpenWalls(&f));
+  const Model *m = f.model;
+  PetscCall(Arrays(m, &u, &load));
+  PetscCall(Arrays(m, &force, &unused));
+  for (PetscInt d = 0; d < 2 * m->n_moving; d++) u[d] = 1e-4 * Uniform(-1, 1);
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) load[d] = 1e5 * Uniform(-1, 1);
+  PetscCall(CondensedInner(m, load, u));
+  ElementForcesCondensed(m, u, force);
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
+    ENSURE_NEAR(force[d], load[d], 1e-12 * 1e10 * 1e-2);
+  PetscCall(PetscFree2(u, load));
+  PetscCall(PetscFree2(force, unused));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* As in test_timestep.c: the kinetic energy stays below the first one over 1 - safety^2. */
+static PetscErrorCode UndampedMotionDoesNotGrow(void)
+{
+  static const PetscReal ratio[] = {0, 0.3, 1};
+  Fixture f;
+  PetscFunctionBeginUser;
+  PetscCall(OpenWalls(&f));
+  State *s = f.state;
+  for (int i = 0; i < 6; i++) {
+    PetscReal energy[2] = {0., 0.}; // first, now
+    PetscBool stays = PETSC_TRUE;
+    f.scene->joints[0].k_n = 1e8 * PetscPowRealInt(10., i);
+    f.scene->joints[0].k_s = ratio[i % 3] * f.scene->joints[0].k_n;
+    PetscCall(ScaledMasses(f.scene, f.model, f.scene->joints, f.contacts, s));
+    for (PetscInt d = 0; d < f.model->n_dof; d++) s->u[d] = s->f_ext[d] = 0., s->v[d] = 1e-9 * Uniform(-1, 1);
+    RigidMotion(f.model, s->u);
+    for (int step = 0; step < 2000 && stays; step++) {
+      energy[1] = 0.;
+      for (PetscInt d = 0; d < f.model->n_dof; d++) energy[1] += s->m[d] * s->v[d] * s->v[d];
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy + 1, 1, MPIU_REAL, MPI_SUM, f.model->comm));
+      if (!step) energy[0] = energy[1];
+      stays = (PetscBool)(energy[1] <= energy[0] * (1 + 1e-3) / (1 - f.scene->safety * f.scene->safety));
+      PetscCall(Step(f.scene, f.model, f.scene->joints, f.contacts, s, f.relax, NULL));
+    }
+    ENSURE(stays);
+  }
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  RUN_TEST(RigidMotionsCostNothing);
+  RUN_TEST(LoadsInsideKeepTheirResultant);
+  RUN_TEST(TheInsideIsInEquilibrium);
+  RUN_TEST(UndampedMotionDoesNotGrow);
+  int failed = CheckSummary();
+  PetscCall(PetscFinalize());
+  return failed;
+}
