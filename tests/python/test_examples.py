@@ -207,3 +207,15 @@ def test_study_table(dam, local, voronoi, sliding, tmp_path):
     assert {row["section"] for row in rows} == {"4.1", "4.2"} and {row["unit"] for row in rows} >= {"mm", "MPa", "-"}
     crest, = [row for row in rows if row["quantity"].startswith("HP: horizontal displacement")]
     assert crest["paper"] == "6.5" and float(crest["ours"]) == pytest.approx(6.26, abs=0.01)
+
+
+def test_motion(tmp_path):
+    """Frames of the block that slides off an edge; half a second of the rocking block: pt keeps its energy, t2pt does not."""
+    chart = load(ROOT / "examples/motion/chart.py")
+    chart.MOVES = chart.MOVES[1:2]
+    chart.frames(QUOIN, str(tmp_path), str(tmp_path / "frames.png"))
+    assert is_drawn(tmp_path / "frames.png", 4)
+    result = Results(str(tmp_path / "edge"))
+    assert (result.mesh.vertices + result.stage("move").displacement)[-4:, 1].min() == pytest.approx(0.3, abs=1e-3)
+    drift = {model: chart.rocking(QUOIN, str(tmp_path), model, 0.5)[1] for model in ("pt", "t2pt")}
+    assert abs(drift["pt"]).max() < 0.002 < 0.1 < abs(drift["t2pt"]).max()
