@@ -156,7 +156,7 @@ static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const P
 }
 
 PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
-                              PetscReal margin, DM *plex, PointRecord **records)
+                              PartitionKind kind, PetscReal margin, DM *plex, PointRecord **records)
 {
   PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, *part, p_end;
   PointRecord *old;
@@ -178,7 +178,7 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNu
   if (rank == 0) PetscCall(fill_records(mesh, bodies, n_edges, block_edges, old));
   PetscCall(PetscMalloc1(mesh->n_blocks, &part));
   PetscCall(PartBegin(PART_PARTITION));
-  if (rank == 0) PetscCall(PartitionBlocks(mesh, bodies, margin, size, part));
+  if (rank == 0) PetscCall(PartitionBlocks(mesh, bodies, kind, margin, size, part));
   PetscCall(PartEnd(PART_PARTITION));
 
   // vertex adjacency, one layer: every element that touches an owned vertex

@@ -112,8 +112,8 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
 PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
                               PetscReal **box);
 /* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. */
-PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PetscReal margin,
-                               PetscMPIInt n_parts, PetscInt *part);
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part);
 
 /* ---- distribute.c: what a point of the Plex (block, vertex, face) is */
 typedef struct {
@@ -129,7 +129,7 @@ struct _p_DM;
 /* Collective. mesh, bodies on rank 0. plex: distributed with one layer of overlap; records: (points of its
  * chart,). */
 PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
-                              PetscReal margin, struct _p_DM **plex, PointRecord **records);
+                              PartitionKind kind, PetscReal margin, struct _p_DM **plex, PointRecord **records);
 
 /* ---- neighbours.c: what contacts need from other ranks */
 /* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference

@@ -434,7 +434,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(PetscMemzero(m, sizeof(*m)));
   PetscCall(PartBegin(PART_DISTRIBUTION));
   PetscCall(describe_mesh(comm, scene, mesh, &bodies, m));
-  PetscCall(MeshDistribute(comm, mesh, &bodies, m->contact_margin, &b.dm, &b.record));
+  PetscCall(MeshDistribute(comm, mesh, &bodies, scene->partition, m->contact_margin, &b.dm, &b.record));
   PetscCall(PartEnd(PART_DISTRIBUTION));
   PetscCall(PartBegin(PART_MODEL));
   PetscCall(PetscFree(bodies.rigid));

@@ -208,13 +208,73 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const BodyNumbers *bodi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PetscReal margin,
-                               PetscMPIInt n_parts, PetscInt *part)
+static PetscErrorCode cut_by_metis(Graph *g, PetscMPIInt n_parts, idx_t *node_part)
+{
+  idx_t options[METIS_NOPTIONS], one = 1, parts = n_parts, cut;
+  int status = METIS_OK;
+  PetscFunctionBeginUser;
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = 1;
+  if (g->n > n_parts) {
+    // recursive bisection leaves fewer empty parts when there are few nodes per part
+    if (g->n < 64 * n_parts)
+      status = METIS_PartGraphRecursive(&g->n, &one, g->xadj, g->adjncy, g->vwgt, NULL, g->adjwgt, &parts,
+                                        NULL, NULL, options, &cut, node_part);
+    else
+      status = METIS_PartGraphKway(&g->n, &one, g->xadj, g->adjncy, g->vwgt, NULL, g->adjwgt, &parts, NULL,
+                                   NULL, options, &cut, node_part);
+  } else {
+    for (PetscInt i = 0; i < g->n; i++) node_part[i] = i;
+  }
+  PetscCheck(status == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB, "METIS returned %d", status);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  PetscReal x, y; /* [m] of the lowest corner in x, then y, of what the node holds */
+  PetscInt node;
+} NodePlace;
+
+static int place_order(const void *a, const void *b)
+{
+  const NodePlace *p = a, *q = b;
+  if (p->x != q->x) return p->x < q->x ? -1 : 1;
+  if (p->y != q->y) return p->y < q->y ? -1 : 1;
+  return (p->node > q->node) - (p->node < q->node);
+}
+
+/* Stripes of equal weight, from left to right: nobody's best cut, but one that is known beforehand. */
+static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node, const Graph *g,
+                                     PetscMPIInt n_parts, idx_t *node_part)
+{
+  NodePlace *place;
+  PetscInt64 total = 0, before = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(g->n, &place));
+  for (PetscInt i = 0; i < g->n; i++) place[i] = (NodePlace){PETSC_INFINITY, PETSC_INFINITY, i};
+  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++) {
+    if (mesh->blocks[i] < 0) continue;
+    const PetscReal *X = mesh->X + 2 * mesh->blocks[i];
+    NodePlace *p = place + node[i / 4];
+    p->x = PetscMin(p->x, X[0]), p->y = PetscMin(p->y, X[1]);
+  }
+  qsort(place, (size_t)g->n, sizeof *place, place_order);
+  for (PetscInt i = 0; i < g->n; i++) total += g->vwgt[i];
+  for (PetscInt i = 0; i < g->n; i++) { // the part in which the middle of the node's weight lies
+    const PetscInt64 weight = g->vwgt[place[i].node];
+    node_part[place[i].node] = (idx_t)((2 * before + weight) * n_parts / (2 * total));
+    before += weight;
+  }
+  PetscCall(PetscFree(place));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part)
 {
   Graph g = {0};
   PetscInt *node;
-  idx_t options[METIS_NOPTIONS], one = 1, parts = n_parts, cut, *node_part;
-  int status = METIS_OK;
+  idx_t *node_part;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(part, mesh->n_blocks));
   if (n_parts == 1 || !mesh->n_blocks)
@@ -222,20 +282,10 @@ PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies,
   PetscCall(PetscMalloc1(mesh->n_blocks, &node));
   PetscCall(graph_build(mesh, bodies, margin, &g, node));
   PetscCall(PetscCalloc1(g.n, &node_part));
-  METIS_SetDefaultOptions(options);
-  options[METIS_OPTION_SEED] = 1;
-  if (g.n > n_parts) {
-    // recursive bisection leaves fewer empty parts when there are few nodes per part
-    if (g.n < 64 * n_parts)
-      status = METIS_PartGraphRecursive(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL,
-                                        NULL, options, &cut, node_part);
-    else
-      status = METIS_PartGraphKway(&g.n, &one, g.xadj, g.adjncy, g.vwgt, NULL, g.adjwgt, &parts, NULL, NULL,
-                                   options, &cut, node_part);
-  } else {
-    for (PetscInt i = 0; i < g.n; i++) node_part[i] = i;
-  }
-  PetscCheck(status == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB, "METIS returned %d", status);
+  if (kind == PARTITION_STRIPES)
+    PetscCall(cut_in_stripes(mesh, node, &g, n_parts, node_part));
+  else
+    PetscCall(cut_by_metis(&g, n_parts, node_part));
   for (PetscInt b = 0; b < mesh->n_blocks; b++) part[b] = node_part[node[b]];
   PetscCall(PetscFree(g.xadj));
   PetscCall(PetscFree3(g.adjncy, g.adjwgt, g.vwgt));

@@ -11,6 +11,7 @@ static const char *const SectionPaths[SECTIONS] = {
 // clang-format on
 
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
+static const char *const Partitions[] = {"metis", "stripes", "PartitionKind", "PARTITION_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
 static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
 static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
@@ -53,6 +54,9 @@ static const Key Keys[] = {
   KEY(TOP, "isa", CHOICE, Scene, isa, "widest", NULL, "",
       "x86-64 instruction set of the hot loops: base, v3 (AVX2), v4 (AVX-512); same results, other speed",
       .choices = InstructionSets),
+  KEY(TOP, "partition", CHOICE, Scene, partition, "metis", NULL, "",
+      "which rank owns which block. metis: least cut; stripes: from left to right, known beforehand; same results",
+      .choices = Partitions),
   KEY(TOP, "thickness", REAL, Scene, thickness, "1", "> 0", "m", "of the slice"),
   KEY(TOP, "gravity", REAL, Scene, gravity, "9.81", ">= 0", "m/s2", "acts downwards (-y)"),
 

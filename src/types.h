@@ -55,6 +55,7 @@ typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_NONE } Da
 typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
+typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
 
@@ -161,6 +162,7 @@ typedef struct {
   char title[256];
   PlaneState plane;
   StrainMeasure strain;
+  PartitionKind partition;
   InstructionSet isa;  /* asked for; instruction_set of lanes.h is what runs */
   PetscReal thickness; /* [m] */
   PetscReal gravity;   /* [m/s2] acts in -y */
