@@ -40,11 +40,11 @@ def load_meshes():
     return module
 
 
-def solve(quoin, mesh, folder, options, scene=os.path.join(HERE, "scene.yaml")):
+def solve(quoin, mesh, folder, options):
     os.makedirs(folder)
     model = os.path.join(folder, "model.h5")
     write(model, mesh)
-    command = [quoin, "-options_file", scene, "-model", model, "-output", folder]
+    command = [quoin, "-options_file", os.path.join(HERE, "scene.yaml"), "-model", model, "-output", folder]
     for key, value in options.items():
         command += [f"-{key}", value]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

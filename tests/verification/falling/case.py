@@ -54,7 +54,7 @@ def digest(stage):
     """A hash of all bits of a frame: displacements, rotations, and of every contact its place, history and forces."""
     c = stage.contacts
     arrays = [stage.displacement, stage.rotation, c.face, c.length, c.opening, c.sliding, c.slip, c.sigma, c.tau, c.force, c.state]
-    return hashlib.sha1(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
 def on_ranks(case, what, mesh, scene, stage, *ranks):
