@@ -24,7 +24,7 @@ static const PetscReal OUTGROWN =
     0.1; /* of a face: parted or slid so far, a contact that was kept means nothing */
 static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
 enum { STALL_CYCLES = 2500 };
-enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 3 };
+enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
 
 /* Sums add, maxima take the larger: one reduction a cycle. */
 static void MPIAPI reduce_sums(void *in, void *inout, PetscMPIInt *n, MPI_Datatype *type)
@@ -325,7 +325,7 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
 /* How far what moves would still get [m] if it went on slowing down as it did over the last three chunks. */
 static PetscReal way_to_go(const Relaxation *r, const ChunkMotion *motion)
 {
-  const PetscReal decay = PetscLogReal(r->rate[3] / r->rate[0]) / 3.; // per chunk
+  const PetscReal decay = PetscLogReal(r->rate[2] / r->rate[0]) / 2.; // per chunk
   return decay > 0. ? motion->most / decay : PETSC_INFINITY;
 }
 
@@ -351,13 +351,13 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
     r->still = PETSC_TRUE; // evidence begins anew
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[3] && r->rate[0] > 0.95 * r->rate[3]);
+  const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[2] && r->rate[0] > 0.95 * r->rate[2]);
   if (r->steady >= CHUNKS_TO_COLLAPSE && holds && way_to_go(r, &motion) > OUTGROWN * r->longest) {
     result->verdict = VERDICT_COLLAPSED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
                             "motion from %.3g to %.3g m a cycle, cosine %.4f, %.3g m to go",
-                            r->chunk_length, (double)r->median[3], (double)r->median[0], (double)r->rate[3],
+                            r->chunk_length, (double)r->median[2], (double)r->median[0], (double)r->rate[2],
                             (double)r->rate[0], (double)motion.cosine, (double)way_to_go(r, &motion)));
   }
   start_chunk(m, state, r);

@@ -79,7 +79,7 @@ def loose_block():
 
 
 def small_on_large():
-    """A block of 0.1 m by 0.05 m on the slope of one of 20 m: the largest force in the model is 1e4 times its weight."""
+    """A block of 0.1 m by 0.05 m on the slope of one of 20 m, 1e5 times heavier."""
     slope = math.radians(20)
     down, up = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
     a = np.array([10.0, 20.0 + 10.0 * math.tan(slope)])
