@@ -6,10 +6,10 @@
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
-KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
+/* h: model->hourglass; NULL, as a constant where speed matters, when all blocks are ELEMENT_FULL. */
+KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
 {
   const PetscReal *lambda = model->lambda, *mu = model->mu;
-  const PetscReal *h = model->hourglass;
   const Lanes l = {lambda[g[0]], lambda[g[1]], lambda[g[2]], lambda[g[3]]},
               n = {mu[g[0]], mu[g[1]], mu[g[2]], mu[g[3]]};
   if (!h) return (LanesMaterial){l, n, {{0.}, {0.}, {0.}}, {0}};
@@ -18,6 +18,11 @@ KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
               c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
               c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
   return (LanesMaterial){l, n, {c0, c1, c2}, c0 > 0.};
+}
+
+KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
+{
+  return LoadMaterialOf(model, model->hourglass, g);
 }
 
 /* E and nu of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
@@ -52,12 +57,13 @@ PetscInt ElementChunks(const Model *model)
   return ChunksOf(&model->q4) + ChunksOf(&model->t3);
 }
 
-KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
-                      PetscInt to, const PetscReal *restrict u, PetscReal *restrict f)
+KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elements *e, int n_nodes,
+                      int large, PetscInt from, PetscInt to, const PetscReal *restrict u,
+                      PetscReal *restrict f)
 {
   for (PetscInt first = from; first < PetscMin(to, e->n_padded); first += LANES) {
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
-    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    const LanesMaterial material = LoadMaterialOf(model, hourglass, e->group + first);
     LanesVector X[4], U[4], F[4];
     Gather(n_nodes, model->X, vertex, X);
     Gather(n_nodes, u, vertex, U);
@@ -66,18 +72,20 @@ KERNEL void ForceLoop(const Model *model, const Elements *e, int n_nodes, int la
   }
 }
 
-/* shape and strain measure as constants */
+/* shape, formulation and strain measure as constants */
 KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                              PetscInt to, const PetscReal *u, PetscReal *f)
 {
-  if (n_nodes == 4 && large)
-    ForceLoop(model, e, 4, 1, from, to, u, f);
+  if (n_nodes == 4 && model->hourglass)
+    ForceLoop(model, model->hourglass, e, 4, large, from, to, u, f);
+  else if (n_nodes == 4 && large)
+    ForceLoop(model, NULL, e, 4, 1, from, to, u, f);
   else if (n_nodes == 4)
-    ForceLoop(model, e, 4, 0, from, to, u, f);
+    ForceLoop(model, NULL, e, 4, 0, from, to, u, f);
   else if (large)
-    ForceLoop(model, e, 3, 1, from, to, u, f);
+    ForceLoop(model, NULL, e, 3, 1, from, to, u, f);
   else
-    ForceLoop(model, e, 3, 0, from, to, u, f);
+    ForceLoop(model, NULL, e, 3, 0, from, to, u, f);
 }
 
 VARIANTS(RangeForces,
