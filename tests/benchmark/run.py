@@ -7,7 +7,8 @@
 
 Scenes: `block`, one body of side x side distorted quadrilaterals; `t2pt`, `tptm`, single quadrilaterals with
 joints all around, about side^2 contacts, all elastic; `tptm open`, the same shaken, so that about half of the
-joints are open, in no order. Times are medians and depend on what else the machine does: trust the ratios.
+joints are open, in no order. Times are medians of processor time; caches and memory are shared with what else the
+machine does: trust the ratios.
 Instructions are exact for one compiler; under valgrind the x86-64-v3 code runs."""
 
 import argparse
