@@ -502,7 +502,7 @@ def test_strengths_of_a_reduction(sliding):
     length = Results(sliding / "s3").stage_summary("swhpuk")["joints"]["key"]["chord"]
     full = (key.hand.N + 1e6 * length) / key.hand.T
     rows = {r.quantity: r for r in assessment.lines(key)}
-    assert rows["sliding factor, peak"].hand == pytest.approx(full, rel=1e-9) and rows["sliding factor, residual"].hand == pytest.approx(1.873, abs=5e-4)
+    assert rows["sliding factor, peak"].hand == rows["sliding factor, residual"].hand == pytest.approx(full, rel=1e-9)  # a key that yields
     stage = Results(sliding / "s3").stage_summary("s3")
     left = stage["strength_reduction"]["stable"]
     rows = {r.quantity: r for r in assessment.lines(found["s3", "key+base"])}

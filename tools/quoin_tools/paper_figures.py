@@ -10,7 +10,7 @@ import matplotlib
 import numpy as np
 
 from quoin_tools.mechanism import draw_mechanism
-from quoin_tools.plots import GREY, LINES, STYLE
+from quoin_tools.plots import GREY, LINES, STYLE, view
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
@@ -106,11 +106,16 @@ def figure_13(runs, path, stage="swhp", group="dam"):
 
 
 def mechanisms(runs, path, title):
-    """Panels side by side. runs: (title, Results, stage)."""
+    """Panels side by side, to one scale. runs: (title, Results, stage)."""
+    boxes = np.array([view(results.mesh)[0] for _, results, _ in runs])
+    low, high = boxes[:, 2].min(), boxes[:, 3].max()
+    widths = boxes[:, 1] - boxes[:, 0]
     with pyplot.rc_context(STYLE):
-        figure, panels = pyplot.subplots(1, len(runs), figsize=(4.2 * len(runs), 6.0), sharey=True, squeeze=False)
+        size = (1.5 + 5.0 * widths.sum() / (high - low), 6.0)
+        figure, panels = pyplot.subplots(1, len(runs), figsize=size, sharey=True, squeeze=False, width_ratios=widths)
         for axes, (head, results, stage) in zip(panels[0], runs):
             cells = draw_mechanism(axes, results, stage)
+            axes.set_ylim(low, high)
             axes.set_title(head)
         panels[0][0].set_ylabel("y [m]")
         figure.colorbar(cells, ax=panels, label="velocity of the first failing trial [-], the fastest vertex 1")
