@@ -384,8 +384,9 @@ typedef struct {
   const Contacts *contacts;
   EnergyAccount *energy;
   StageResult *result;
-  PetscInt frame; /* the last written */
-  double start;   /* [s] of MPI_Wtime */
+  PetscInt frame;               /* the last written */
+  PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
+  double start;                 /* [s] of MPI_Wtime */
 } Loop;
 
 static PetscErrorCode archive_loop(Archive *a, void *context)
@@ -397,6 +398,23 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
   PetscCall(EnergyArchive(a, loop->scene, loop->m, loop->contacts, loop->energy));
   loop->start = MPI_Wtime() - loop->result->wall;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode name_fault(const Model *m, const State *s, Loop *loop)
+{
+  char where[128];
+  PetscInt64 first = loop->fault_step;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT64, MPI_MIN, m->comm));
+  if (loop->fault < 0) loop->fault = FaultFind(m, s);
+  // a rank that met it later has it from a neighbour
+  PetscCall(FaultName(m, loop->fault_step == first ? loop->fault : FAULT_NONE, where));
+  PetscCall(
+      PetscSNPrintf(loop->result->evidence, sizeof(loop->result->evidence),
+                    "t = %g s: a force or displacement is not a finite number, first in %s: the step is "
+                    "too large (lower dt_factor)",
+                    (double)s->time, where));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -422,8 +440,11 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
     if (report) PetscCall(EnergyOfBlocks(m, s, energy));
     PetscCall(advance(scene, m, s, motions, energy));
     result->cycles++;
+    if (loop->fault < 0 && !(energy->kinetic < PETSC_MAX_REAL))
+      loop->fault = FaultFind(m, s), loop->fault_step = i;
     if (!report) continue;
     PetscCall(look(m, stage, s, contacts, energy, (PetscBool)(i == 0), result));
+    if (!result->finite) PetscCall(name_fault(m, s, loop));
     result->wall = MPI_Wtime() - loop->start;
     PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
     PetscCall(CheckpointPoll(output->checkpoint, s->cycle, result));
@@ -465,7 +486,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   EnergyAccount energy;
   Motion *motions;
   PetscBool resumed;
-  Loop loop = {scene, m, contacts, &energy, result, 0, MPI_Wtime()};
+  Loop loop = {scene, m, contacts, &energy, result, 0, -1, PETSC_MAX_INT, MPI_Wtime()};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(motions_read(scene, m->comm, &motions));

@@ -56,7 +56,7 @@ int FolderLock(const char *folder, char message[MESSAGE_LENGTH])
       holder[strcspn(holder, "\n")] = 0;
       snprintf(message, MESSAGE_LENGTH, "output: another run writes into '%.600s' (%.300s)", folder, holder);
       close(file);
-      return -1;
+      return FOLDER_TAKEN;
     }
     if (!is_still(file, path)) {
       close(file);

@@ -45,6 +45,12 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh);
 PetscErrorCode SceneHelp(MPI_Comm comm);
 PetscErrorCode SceneDestroy(Scene *scene);
 
+/* ---- memory.c */
+/* [byte] What this process may still take, by the machine, the limits of the process and of its group. */
+double MemoryAvailable(void);
+/* [byte] What the `local` ranks of this machine, the first among them, will take of a run on `size` ranks. */
+double MemoryNeeded(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt local);
+
 /* ---- mesh.c */
 /* Collective; the file is read on rank 0. */
 PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
@@ -389,6 +395,7 @@ typedef struct _p_Relaxation {
   PetscReal
       settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
   PetscBool still;   /* Judge asks for RelaxationStill */
+  PetscBool fault;   /* a sum over forces and velocities of this cycle is not a number */
 } Relaxation;
 /* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
    masses of its body; 1 for other dofs. */
@@ -430,6 +437,14 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *model, const Stage *
                            PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
                            struct _p_Output *output, StageResult *result);
 PetscErrorCode NewtonDestroy(Newton **newton);
+
+/* ---- fault.c */
+/* Of this rank: the block where a force or displacement is not finite, as a number that orders them; a large
+   one: none. Right at the cycle when it has happened, it is the block where it arose. */
+#define FAULT_NONE ((PetscInt64)1 << 62)
+PetscInt64 FaultFind(const Model *model, const State *state);
+/* Collective. In words, the first of what the ranks have found. */
+PetscErrorCode FaultName(const Model *model, PetscInt64 found, char text[128]);
 
 /* ---- step.c */
 /* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled: PartSample says
@@ -672,8 +687,9 @@ void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
 /* ---- files.c: rank 0 only */
 /* mkdir -p; 0, or -1 and a message. */
 int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
-/* Keeps other runs out of a folder until FolderUnlock or the end of the process; -1 and a message when one is
-   there. */
+/* Keeps other runs out of a folder until FolderUnlock or the end of the process. With a message: FOLDER_TAKEN
+   when another run is there, -1 when the folder cannot be written. */
+enum { FOLDER_TAKEN = -2 };
 int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
 void FolderUnlock(const char *folder, int lock);
 /* folder/name.part, opened for writing; and its renaming to folder/name once it is on the disk. Nothing

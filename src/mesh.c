@@ -382,7 +382,20 @@ static PetscErrorCode ReadArrays(Reader *r, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadFile(const char *file, BlockMesh *mesh, char *message)
+/* Whether the model fits into memory, before anything is allocated for it. */
+static PetscBool Fits(Reader *r, const BlockMesh *mesh, PetscMPIInt size, PetscMPIInt local)
+{
+  const double needed = MemoryNeeded(mesh->n_vertices, size, local), available = MemoryAvailable();
+  if (!Sound(r) || needed <= available) return PETSC_TRUE;
+  Fault(r,
+        "%" PetscInt_FMT " vertices and %" PetscInt_FMT " blocks on %d rank%s need about %.3g GB of memory, "
+        "%.3g GB are available",
+        mesh->n_vertices, mesh->n_blocks, size, size == 1 ? "" : "s", 1e-9 * needed, 1e-9 * available);
+  return PETSC_FALSE;
+}
+
+static PetscErrorCode ReadFile(const char *file, PetscMPIInt size, PetscMPIInt local, BlockMesh *mesh,
+                               PetscBool *fits, char *message)
 {
   Reader r = {.path = file, .message = message};
   struct stat status;
@@ -407,7 +420,8 @@ static PetscErrorCode ReadFile(const char *file, BlockMesh *mesh, char *message)
     Fault(&r, "not an HDF5 file, or cut off");
   } else {
     PetscCall(InspectMesh(&r, mesh));
-    PetscCall(ReadArrays(&r, mesh));
+    *fits = Fits(&r, mesh, size, local);
+    if (*fits) PetscCall(ReadArrays(&r, mesh));
     H5Fclose(r.file);
   }
   H5Eset_auto2(H5E_DEFAULT, print, print_data);
@@ -455,13 +469,19 @@ static PetscErrorCode ShareNames(MPI_Comm comm, PetscMPIInt rank, BlockMesh *mes
 PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";
-  PetscMPIInt rank;
+  PetscMPIInt rank, size, local;
+  PetscBool fits = PETSC_TRUE;
+  MPI_Comm machine;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(mesh, sizeof *mesh));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
+  PetscCallMPI(MPI_Comm_size(machine, &local));
+  PetscCallMPI(MPI_Comm_free(&machine));
   if (rank == 0) {
-    PetscCall(ReadFile(file, mesh, message));
+    PetscCall(ReadFile(file, size, local, mesh, &fits, message));
     if (message[0]) {
       PetscCall(MeshDestroy(mesh));
     } else {
@@ -469,7 +489,8 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
       PetscCall(MeshBodies(mesh));
     }
   }
-  PetscCall(CheckMessage(comm, message));
+  PetscCallMPI(MPI_Bcast(&fits, 1, MPIU_BOOL, 0, comm));
+  PetscCall(Refuse(comm, fits ? PETSC_ERR_USER_INPUT : ERROR_MEMORY, message));
   PetscCall(ShareNames(comm, rank, mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -209,7 +209,9 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   }
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
   if (!model->rank) output->lock = FolderLock(output->folder, message);
-  PetscCall(Refuse(model->comm, ERROR_LOCKED, message));
+  int taken = output->lock == FOLDER_TAKEN;
+  PetscCallMPI(MPI_Bcast(&taken, 1, MPI_INT, 0, model->comm));
+  PetscCall(Refuse(model->comm, taken ? ERROR_LOCKED : ERROR_OUTPUT, message));
   PetscCall(PetscNew(&memory));
   output->memory = memory;
   *memory = (Memory){model, output, 0, 0};
@@ -219,15 +221,16 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the rows are in a file that somebody can find. */
-static void check_history(const Output *output, char message[MESSAGE_LENGTH])
+/* Rank 0: the rows are in the file of that name. */
+static void check_history(const Output *o, char message[MESSAGE_LENGTH])
 {
-  struct stat status;
-  if (ferror(output->history) || fstat(fileno(output->history), &status))
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s/history.csv' (is the disk full?)",
-             output->folder);
-  else if (!status.st_nlink)
-    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s/history.csv'", output->folder);
+  char path[PETSC_MAX_PATH_LEN + 64];
+  struct stat mine, there;
+  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
+  if (ferror(o->history) || fstat(fileno(o->history), &mine))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
+  else if (stat(path, &there) || there.st_ino != mine.st_ino)
+    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
 }
 
 static void history_row(const Output *output, const Scene *scene, const Model *model, const State *state,
@@ -294,8 +297,8 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
                            checksum, &output->trials, &output->stages[output->n_stages++]));
     PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,
                            output->stages, message));
-    if (!message[0]) check_history(output, message);
     if (first) PartRename(output->folder, "history.csv", message);
+    if (!message[0]) check_history(output, message);
   }
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(TrialsReset(&output->trials));

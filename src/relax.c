@@ -104,6 +104,7 @@ PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxat
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, r->reduce_type, r->reduce, m->comm));
   const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
+  r->fault = (PetscBool) !(PetscAbsReal(num) + den < PETSC_MAX_REAL);
   const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max &&
                                      total.den_max <= GROWTH * r->sums.den_max);
   if (fits && num > 0. && den > 0.) r->q_ray = num / (den * state->dt); // (37)
@@ -336,7 +337,7 @@ static PetscReal way_to_go(const Relaxation *r, const ChunkMotion *motion)
    an equilibrium nearer than OUTGROWN contact lengths is waited for. */
 static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation *r, StageResult *result)
 {
-  ChunkMotion motion;
+  ChunkMotion motion = {0., 0., 0., 0.};
   PetscFunctionBeginUser;
   for (int i = 3; i > 0; i--) r->median[i] = r->median[i - 1], r->rate[i] = r->rate[i - 1];
   PetscCall(PetscSortReal(r->n_ratios, r->ratios));
@@ -370,11 +371,16 @@ PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, con
   PetscFunctionBeginUser;
   (void)scene;
   if (!result->finite || result->displacement > 1e3 * m->diameter) {
+    char where[128];
     result->verdict = VERDICT_DIVERGED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            result->finite ? "displacement %g m is a thousand times the model"
-                                           : "a force or displacement is not a finite number",
-                            (double)result->displacement));
+    PetscCall(FaultName(m, FaultFind(m, state), where));
+    if (result->finite)
+      PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                              "displacement %g m is a thousand times the model",
+                              (double)result->displacement));
+    else
+      PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                              "a force or displacement is not a finite number, first in %s", where));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);

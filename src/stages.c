@@ -238,7 +238,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscBool resumed;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
-  PetscCall(PetscMalloc1(m->n_dof, &contact_scale));
+  PetscCall(PetscCalloc1(m->n_dof, &contact_scale));
   PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
   if (!resumed) PetscCall(begin(scene, m, stage, number, follow, contacts, state, relax, output, &loop));
   while (result->verdict == VERDICT_NONE) {
@@ -251,7 +251,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? contact_scale : NULL));
     result->cycles++, relax->effort.evaluations++;
-    if (!check) continue;
+    if (!check && !relax->fault) continue;
     PetscCall(Unbalanced(m, state, contact_scale, result));
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;

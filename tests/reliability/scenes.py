@@ -85,3 +85,21 @@ def dynamic(duration=0.6, n=8):
 
 
 ALL = {"static": static, "cracked": cracked, "reduction": reduction, "flood": flood, "variable": variable, "dynamic": dynamic}
+
+STEP = 1.82e-5  # s, about, of the dynamic scene
+
+
+def shake(scene, duration):
+    """The base of the dynamic scene moves to and fro for the whole stage."""
+    scene["supports"]["base"]["motion"] = "motion.csv"
+    scene["stages"][0]["fall"] |= {"duration": duration, "frames": 0}
+    scene["relaxation"]["history_every"] = 1000
+    scene["joints"]["default"]["friction"] = 40
+
+
+def motion(duration, amplitude=0.15, frequency=1.5):
+    """Velocity of the base [m/s]: a sine, as rows of t, x, y."""
+    from math import pi, sin
+    n = max(2, int(duration * 50))
+    times = [duration * i / n for i in range(n + 1)]
+    return "".join(f"{t:.6f}, {amplitude * sin(2 * pi * frequency * t):.6f}, 0\n" for t in times)

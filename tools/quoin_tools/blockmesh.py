@@ -153,15 +153,21 @@ def write(path, mesh):
 def fill(file, mesh):
     file.attrs["format"] = np.bytes_(FORMAT)
     file.attrs["version"] = np.int32(VERSION)
-    file["vertices"] = mesh.vertices
-    file["blocks"] = mesh.blocks
-    file["block_group"] = mesh.block_group
-    file["groups/name"] = np.array([name.encode() for name in mesh.group_names], dtype=f"S{NAME_SIZE}")
-    file["groups/rigid"] = mesh.group_rigid
+    put(file, "vertices", mesh.vertices)
+    put(file, "blocks", mesh.blocks)
+    put(file, "block_group", mesh.block_group)
+    put(file, "groups/name", np.array([name.encode() for name in mesh.group_names], dtype=f"S{NAME_SIZE}"))
+    put(file, "groups/rigid", mesh.group_rigid)
     for name in sorted(mesh.face_sets):
-        file[f"face_sets/{name}"] = np.asarray(mesh.face_sets[name], dtype=np.int32).reshape(-1, 2)
+        put(file, f"face_sets/{name}", np.asarray(mesh.face_sets[name], dtype=np.int32).reshape(-1, 2))
     for name in sorted(mesh.points):
-        file[f"points/{name}"] = np.array([mesh.points[name]], dtype=np.int32)
+        put(file, f"points/{name}", np.array([mesh.points[name]], dtype=np.int32))
+
+
+def put(file, name, data):
+    """A dataset with a checksum, which every reader checks."""
+    data = np.asarray(data)
+    file.create_dataset(name, data=data, fletcher32=data.size > 0)
 
 
 def read(path):

@@ -1,0 +1,45 @@
+/* fault.c: where numbers have stopped being numbers. */
+#include "internal.h"
+
+enum { GROUP_BITS = 16, FILE_BITS = 40 };
+
+static PetscBool is_bad(const PetscReal *x)
+{
+  return (PetscBool) !(PetscAbsReal(x[0]) < PETSC_MAX_REAL && PetscAbsReal(x[1]) < PETSC_MAX_REAL);
+}
+
+/* A force that is no number spoils all vertices of the block it arises in, of its neighbours only those they
+   share: blocks without a good vertex go first, then the lowest id. */
+PetscInt64 FaultFind(const Model *m, const State *s)
+{
+  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
+  const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;
+  PetscInt64 first = FAULT_NONE;
+  for (int l = 0; l < 4; l++)
+    for (PetscInt e = 0, n = l % 2 ? 3 : 4; e < list[l]->n; e++) {
+      PetscInt64 good = 0;
+      for (PetscInt k = 0; k < n; k++) {
+        const PetscInt v = list[l]->vertex[((e / BATCH) * n + k) * BATCH + e % BATCH];
+        good += !is_bad(f + 2 * v) && !is_bad(u + 2 * v);
+      }
+      if (good == n) continue;
+      const PetscInt64 key = (good << (FILE_BITS + GROUP_BITS)) +
+                             ((PetscInt64)list[l]->file[e] << GROUP_BITS) + list[l]->group[e];
+      first = PetscMin(first, key);
+    }
+  return first;
+}
+
+PetscErrorCode FaultName(const Model *m, PetscInt64 found, char text[128])
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT64, MPI_MIN, m->comm));
+  if (found == FAULT_NONE) {
+    PetscCall(PetscSNPrintf(text, 128, "no block"));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const PetscInt64 block = (found >> GROUP_BITS) & (((PetscInt64)1 << FILE_BITS) - 1);
+  PetscCall(PetscSNPrintf(text, 128, "block %" PetscInt64_FMT " of group %s", block,
+                          m->group_names[found & ((1 << GROUP_BITS) - 1)]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

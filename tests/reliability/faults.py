@@ -1,0 +1,302 @@
+"""Faults other than kills: each function makes one happen and returns (what, times, exit codes, what was lost)."""
+
+import os
+import random
+import shlex
+import shutil
+import signal
+import subprocess
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import scenes  # noqa: F401 (finds the tools)
+from quoin_tools.blockmesh import write
+from quoin_tools.dam import G1, dam_mesh
+
+# exit codes of include/quoin.h
+OK, DIVERGED, INTERRUPTED, OUTPUT, LOCKED, RESTART, MEMORY = 0, 3, 5, 8, 9, 10, 11
+NOTHING = "nothing: the restart ends with the checksum of the undisturbed run"
+EVERY = ("-checkpoint_every", 300)
+LONG = ("-relaxation_velocity_tolerance", "1e-30", "-relaxation_max_cycles", 10**9)  # never ends by itself
+
+
+def ensure(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+def one_line(error, word):
+    """The one line that Quoin says about it."""
+    lines = [line for line in error.splitlines() if line.startswith("quoin: error:")]
+    ensure(len(lines) == 1 and word in lines[0], f"expected one line with '{word}', not: {error}")
+    return lines[0]
+
+
+def same(bench, folder, name):
+    from run import outcome
+    ensure(outcome(folder) == bench.reference(name)[0], f"{folder}: the result is another")
+
+
+def restart(bench, folder, name, *options):
+    code, out, error = bench.run(folder, 1, "-restart", "auto", *options)
+    ensure(code == OK and "goes on from" in out, f"{folder}: exit code {code} after the restart: {error}")
+    same(bench, folder, name)
+
+
+@contextmanager
+def disk(path, options):
+    """A disk of its own at path; None where none can be mounted."""
+    path.mkdir()
+    done = subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(path)], capture_output=True)
+    try:
+        yield None if done.returncode else path
+    finally:
+        if not done.returncode:
+            subprocess.run(["umount", "-l", str(path)], check=False)
+
+
+def remount(path, options):
+    subprocess.run(["mount", "-o", f"remount,{options}", str(path)], check=True)
+
+
+def wait_for(job, folder, pattern, patience=60):
+    """Until the run has written such files."""
+    start = time.monotonic()
+    while not list(folder.glob(pattern)):
+        ensure(job.process.poll() is None and time.monotonic() - start < patience, f"{folder}: no {pattern}")
+        time.sleep(0.005)
+
+
+def full_disk(bench):
+    times = 0
+    for kilobytes in (60, 150, 250, 340):
+        folder = bench.prepare("static")
+        with disk(folder / "out", f"size={kilobytes}k") as small:
+            if not small:
+                return None
+            code, _, error = bench.run(folder, 2, *EVERY)
+            ensure(code == OUTPUT, f"{folder}: exit code {code} on a disk of {kilobytes} kB: {error}")
+            line = one_line(error, "out")
+            remount(small, "size=64m")
+            known = "none" not in line.rsplit(":", 1)[1]
+            ensure(known == bool(list(small.glob("checkpoints/*.h5"))), f"{folder}: {line}")
+            if known:
+                restart(bench, folder, "static")
+            times += 1
+    return ("disk full (60, 150, 250, 340 kB)", times, OUTPUT, NOTHING)
+
+
+def read_only(bench):
+    for late in (False, True):
+        folder = bench.prepare("static")
+        with disk(folder / "out", "size=64m") as small:
+            if not small:
+                return None
+            if late:
+                job = bench.job(folder, 2, *EVERY, *LONG)
+                wait_for(job, folder, "out/checkpoints/*2.h5")
+            if late:  # files are open for writing: the disk can only be filled
+                (small / "filler").write_bytes(b"0" * 2**16)
+                subprocess.run(["fallocate", "-l", "63m", str(small / "filler")], capture_output=True)
+            else:
+                remount(small, "ro")
+                job = bench.job(folder, 2)
+            code, _, error = job.end()
+            ensure(code == OUTPUT, f"{folder}: exit code {code}: {error}")
+            one_line(error, "out")
+    return ("output read-only from the start; disk filled by others on the way", 2, OUTPUT, "nothing: files written before stay whole")
+
+
+def removed(bench):
+    for what in ("out/history.csv.part", "out/checkpoints", "out"):
+        folder = bench.prepare("static")
+        job = bench.job(folder, 2, *EVERY, *LONG)
+        wait_for(job, folder, "out/checkpoints/*2.h5")
+        path = folder / what
+        path.rename(folder / "gone")
+        if what != "out":
+            shutil.rmtree(folder / "gone", ignore_errors=True)
+            (folder / "gone").unlink(missing_ok=True)
+        if what == "out/checkpoints":
+            code, _, error = stop(job)
+            ensure(code == INTERRUPTED and list(folder.glob("out/checkpoints/*.h5")), f"{folder}: {code} {error}")
+            continue
+        code, _, error = job.end()
+        ensure(code == OUTPUT, f"{folder}: exit code {code} without {what}: {error}")
+        one_line(error, "out")
+    return ("history.csv, all checkpoints, the whole output folder removed while running", 3, f"{OUTPUT}, {INTERRUPTED}",
+            "what was removed; removed checkpoints are followed by new ones")
+
+
+def stop(job):
+    time.sleep(0.5)
+    job.process.send_signal(signal.SIGUSR2)
+    return job.end()
+
+
+def two_runs(bench):
+    folder = bench.prepare("static")
+    job = bench.job(folder, 1, *LONG)
+    wait_for(job, folder, "out/checkpoints/*.h5")
+    code, _, error = bench.run(folder, 2)
+    ensure(code == LOCKED, f"{folder}: exit code {code} of a second run: {error}")
+    ensure("process" in one_line(error, "another run"), error)
+    pids = job.kill("all ranks")
+    job.end()
+    ensure(pids and (folder / "out" / "quoin.lock").exists(), "the lock of a killed run stays")
+    code, _, error = bench.run(folder, 2)
+    ensure(code == OK, f"{folder}: a stale lock: {error}")
+    same(bench, folder, "static")
+    return ("a second run into the same folder; a lock left by a killed run", 2, f"{LOCKED}, {OK}", "nothing: the first run goes on")
+
+
+def slow_rank(bench):
+    folder = bench.prepare("reduction")
+    job = bench.job(folder, 2, "-checkpoint_every", 700)
+    wait_for(job, folder, "out/checkpoints/*1.h5")
+    for pid in job.ranks()[-1:]:
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(3)
+        os.kill(pid, signal.SIGCONT)
+    code, _, error = job.end()
+    ensure(code == OK, error)
+    same(bench, folder, "reduction")
+    return ("one rank stopped for 3 s", 1, OK, "nothing: the others wait, same checksum")
+
+
+def interrupted(bench, name="static"):
+    """A folder with checkpoints of a run that was stopped on its way."""
+    folder = bench.prepare(name)
+    job = bench.job(folder, 1, *EVERY, "-checkpoint_keep", 4)
+    wait_for(job, folder, "out/checkpoints/*4.h5")
+    job.kill("all ranks")
+    job.end()
+    return folder, sorted((folder / "out" / "checkpoints").glob("*.h5"))
+
+
+def damaged(bench, flips=20):
+    rng = random.Random(3)  # noqa: S311
+    folder, files = interrupted(bench)
+    good = files[-1].read_bytes()
+    for i in range(flips):
+        data = bytearray(good)
+        at = rng.randrange(len(data)) if i else rng.randrange(64)
+        data[at] ^= 1 << rng.randrange(8)
+        files[-1].write_bytes(bytes(data) if i % 4 else good[:rng.randrange(len(good))])
+        if i < 6:  # a start of the program each: the rest by the fallback below
+            code, _, error = bench.run(folder, 1, "-restart", files[-1])
+            ensure(code == RESTART, f"{files[-1]}: exit code {code}: {error}")
+            one_line(error, "damaged" if len(good) == files[-1].stat().st_size else "")
+    files[-2].write_bytes(b"")
+    code, out, error = bench.run(folder, 2, "-restart", "auto")
+    ensure(code == OK and "goes on from" in out and error.count("is passed over") == 2, f"{folder}: {code} {error}")
+    same(bench, folder, "static")
+    for path in (folder / "out" / "checkpoints").glob("*.h5"):
+        path.write_bytes(path.read_bytes()[:-1])
+    code, _, error = bench.run(folder, 1, "-restart", "out")
+    ensure(code == RESTART, f"{folder}: all damaged: {code} {error}")
+    one_line(error, "no good checkpoint")
+    return ("checkpoint cut off, or with one bit flipped; an older one is taken", 8, f"{RESTART}, {OK}", NOTHING)
+
+
+def other(bench):
+    folder, files = interrupted(bench)
+    code, out, error = bench.run(folder, 1, "-restart", files[-1], "-materials_dam_young", "11e9", "-output", "b")
+    ensure(code == OK and "materials_dam_young: 10000000000.0 -> 11e9" in out, f"{code} {out} {error}")
+    ensure("history.csv' does not hold" in error, error)
+    elsewhere = bench.prepare("dynamic")
+    code, _, error = bench.run(elsewhere, 1, "-restart", files[-1])
+    ensure(code == RESTART, f"{elsewhere}: {code} {error}")
+    one_line(error, "another block mesh")
+    files[-1].write_bytes(files[-1].read_bytes().replace(b"version 0.", b"version 9.", 1))
+    code, _, error = bench.run(folder, 1, "-restart", files[-1])
+    ensure(code == RESTART, f"{code} {error}")
+    one_line(error, "of version 9.")
+    return ("restart with other options (told), another mesh, another version", 3, f"{OK}, {RESTART}, {RESTART}", "nothing")
+
+
+def model_file(bench):
+    rng = random.Random(5)  # noqa: S311
+    folder = bench.prepare("static")
+    path = folder / "model.h5"
+    good = path.read_bytes()
+    with h5py.File(path) as file:
+        at = file["vertices"].id.get_chunk_info(0).byte_offset + 8 * rng.randrange(20)
+    flipped = bytearray(good)
+    flipped[at] ^= 1
+    for data in (good[:len(good) // 2], good[:-100], bytes(flipped)):
+        path.write_bytes(data)
+        code, _, error = bench.run(folder, 2)
+        ensure(code == 2, f"{folder}: exit code {code} of a damaged model: {error}")
+        one_line(error, "model.h5")
+    return ("model file cut off, or with one bit of a coordinate flipped (Fletcher checksums inside)", 3, 2, "nothing")
+
+
+def not_a_number(bench):
+    def overload(scene):
+        scene["loads"]["water"]["density"] = 1e306
+    code, out, _ = bench.run(bench.prepare("static", overload), 2)
+    ensure(code == DIVERGED and "not a finite number, first in block" in out, f"{code} {out}")
+
+    def too_fast(scene):
+        scene["stages"][0]["fall"] |= {"dt_factor": 1.0}
+        scene["joints"]["default"] |= {"damping": 0.5}
+    code, out, _ = bench.run(bench.prepare("dynamic", too_fast), 1)
+    ensure(code == DIVERGED and "diverged" in out, f"{code} {out}")
+    return ("numbers that overflow in a block (named); a step in time that is too large", 2, DIVERGED, "nothing: told within a cycle")
+
+
+def memory(bench):
+    from run import ENVIRONMENT
+    small, large = bench.prepare("static"), bench.prepare("static")
+    write(str(large / "model.h5"), dam_mesh(G1, 120))
+    command = [bench.quoin, "-options_file", "scene.yaml"]
+    job = subprocess.Popen([*command, *map(str, LONG)], cwd=small, env=ENVIRONMENT | dict(os.environ), stdout=subprocess.DEVNULL)
+    start = time.monotonic()
+    while not list(small.glob("out/checkpoints/*.h5")) and time.monotonic() - start < 60:
+        time.sleep(0.02)
+    lines = Path(f"/proc/{job.pid}/status").read_text(encoding="ascii").splitlines()
+    size = next(int(line.split()[1]) for line in lines if line.startswith("VmSize:"))
+    job.kill()
+    job.wait()
+    limited = f"ulimit -v {size + 20000}; exec {shlex.join(command)}"
+    done = subprocess.run(["bash", "-c", limited], cwd=large, capture_output=True, text=True, env=ENVIRONMENT | dict(os.environ))
+    ensure(done.returncode == MEMORY, f"{large}: {done.returncode} {done.stderr}")
+    one_line(done.stderr, "GB of memory")
+    return ("a model larger than the memory the process may take", 1, MEMORY, "nothing: refused, with the numbers, before it is read")
+
+
+def signals(bench):
+    for number, expected in ((signal.SIGTERM, INTERRUPTED), (signal.SIGINT, INTERRUPTED), (signal.SIGUSR2, INTERRUPTED),
+                             (signal.SIGUSR1, None)):
+        folder = bench.prepare("reduction")
+        job = bench.job(folder, 2)
+        wait_for(job, folder, "out/checkpoints/*0.h5")
+        while not job.ranks():
+            time.sleep(0.01)
+        for pid in job.ranks() if number in (signal.SIGTERM, signal.SIGINT) else [job.process.pid]:
+            os.kill(pid, number)
+        code, out, error = job.end()
+        if expected is None:
+            ensure(code == OK, f"{folder}: {code} {error}")
+            same(bench, folder, "reduction")
+        elif code != OK:  # it may have been over before
+            ensure(code == expected and "-restart out/checkpoints" in out, f"{folder}: {number}: {code} {out} {error}")
+            restart(bench, folder, "reduction")
+    folder = bench.prepare("reduction")
+    code, out, error = bench.run(folder, 1, "-checkpoint_wall_limit", "0.0001")
+    ensure(code == INTERRUPTED and "wall time" in out, f"{folder}: {code} {error}")
+    restart(bench, folder, "reduction")
+    return ("SIGTERM, SIGINT, SIGUSR2, limit of wall time: checkpoint and stop; SIGUSR1: checkpoint", 5, f"{INTERRUPTED}, {OK}", NOTHING)
+
+
+def all_of(bench):
+    rows = []
+    for fault in (signals, slow_rank, two_runs, damaged, other, model_file, not_a_number, memory, removed, full_disk, read_only):
+        row = fault(bench)
+        print(f"{fault.__name__}: {'left out: tmpfs cannot be mounted' if row is None else 'nothing lost'}", flush=True)
+        if row:
+            rows.append(row)
+    return rows

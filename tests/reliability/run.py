@@ -1,0 +1,263 @@
+"""Kill runs and restart them, try faults, soak; write the table of docs/reliability.md.
+
+    python tests/reliability/run.py --quoin build/quoin                        # 5 kills and the faults, as CTest does
+    python tests/reliability/run.py --quoin build/quoin --kills 100 --soak 1000000 --table docs/reliability.md
+
+Exit code 0: nothing was lost; 1: something was. Faults that need a small disk of their own are left out where tmpfs
+cannot be mounted."""
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import yaml
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+import faults  # noqa: E402
+import scenes  # noqa: E402
+from quoin_tools.blockmesh import write  # noqa: E402
+
+ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+               "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
+               "OMPI_MCA_mpi_yield_when_idle": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+LONGEST = 300  # s, then a run counts as hung
+EVERY = {"static": 300, "cracked": 1000, "reduction": 700, "flood": 700, "variable": 500, "dynamic": 2000}
+
+
+class Job:
+    """A run of the program that may be killed on its way."""
+
+    def __init__(self, quoin, folder, ranks, *options):
+        self.folder, self.start = folder, time.monotonic()
+        command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", quoin, "-options_file", "scene.yaml"]
+        self.process = subprocess.Popen([*command, *map(str, options)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        text=True, errors="replace", env=ENVIRONMENT | dict(os.environ))
+
+    def ranks(self):
+        """Process ids of the ranks, as far as they have started."""
+        try:
+            children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
+        except OSError:
+            return []
+        return [int(pid) for pid in children]
+
+    def kill(self, how):
+        """SIGKILL to one rank, to all ranks, or to mpirun; the ids of the ranks."""
+        pids = self.ranks()
+        victims = {"one rank": pids[-1:], "all ranks": pids, "mpirun": [self.process.pid]}[how]
+        for pid in victims or [self.process.pid]:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        return pids
+
+    def end(self, longest=LONGEST):
+        """Exit code, stdout, stderr; a run that hangs is an error."""
+        try:
+            out, error = self.process.communicate(timeout=longest)
+        except subprocess.TimeoutExpired:
+            self.kill("all ranks")
+            self.process.kill()
+            raise AssertionError(f"{self.folder}: hangs") from None
+        return self.process.returncode, out, error
+
+
+def orphans(pids, patience=15.0):
+    """Those of the processes that are still there after a while."""
+    def alive(pid):
+        try:
+            return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+        except OSError:
+            return False
+    start = time.monotonic()
+    while any(map(alive, pids)) and time.monotonic() - start < patience:
+        time.sleep(0.1)
+    return [pid for pid in pids if alive(pid)]
+
+
+class Bench:
+    """Folders with scenes, and what their undisturbed runs come to."""
+
+    def __init__(self, quoin, folder):
+        self.quoin, self.folder, self.n, self.known = str(Path(quoin).resolve()), Path(folder), 0, {}
+
+    def prepare(self, name, change=None):
+        """A new folder with a scene and its mesh; change(scene): in place."""
+        self.n += 1
+        folder = self.folder / f"{self.n:03d}_{name}"
+        folder.mkdir(parents=True)
+        mesh, scene = scenes.ALL[name]()
+        if change:
+            change(scene)
+        write(str(folder / "model.h5"), mesh)
+        (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+        return folder
+
+    def job(self, folder, ranks, *options):
+        return Job(self.quoin, folder, ranks, *options)
+
+    def run(self, folder, ranks, *options):
+        return self.job(folder, ranks, *options).end()
+
+    def reference(self, name):
+        """What the run comes to when nothing disturbs it, on one rank, and how long it takes on two [s]."""
+        if name not in self.known:
+            folder = self.prepare(name)
+            start = time.monotonic()
+            code, _, error = self.run(folder, 2, "-checkpoint_every", EVERY[name])
+            seconds = time.monotonic() - start
+            assert code == 0, error
+            two = outcome(folder)
+            code, _, error = self.run(folder, 1, "-output", "serial")
+            assert code == 0 and outcome(folder / "serial", "") == two, f"{name}: 1 and 2 ranks differ"
+            self.known[name] = two, seconds
+        return self.known[name]
+
+
+def outcome(folder, output="out"):
+    """Per stage: name, verdict, cycles, checksum; and the cycles in history.csv."""
+    summary = json.loads((folder / output / "summary.json").read_text(encoding="utf-8"))
+    rows = (folder / output / "history.csv").read_text(encoding="utf-8").splitlines()[1:]
+    stages = [[stage[key] for key in ("name", "verdict", "cycles", "checksum")] for stage in summary["stages"]]
+    return stages, [row.split(",")[:2] for row in rows]
+
+
+def kill_and_restart(bench, name, how, rng):
+    """Kill a run at a random moment, restart it on other ranks, and compare; True: it had to be restarted."""
+    expected, seconds = bench.reference(name)
+    folder, ranks = bench.prepare(name), rng.choice((1, 2))
+    job = bench.job(folder, ranks, "-checkpoint_every", EVERY[name])
+    time.sleep(rng.uniform(0.0, 0.85 * seconds))  # the end of mpirun itself takes a while
+    over = job.process.poll() is not None
+    pids = job.kill(how)
+    job.end(60)
+    assert not orphans(pids), f"{folder}: ranks that nobody has ended"
+    code, out, error = bench.run(folder, rng.choice((1, 2, 4)), "-checkpoint_every", EVERY[name], "-restart", "auto")
+    assert code == 0, f"{folder}: exit code {code} after the restart: {error}"
+    assert outcome(folder) == expected, f"{folder}: the result is another"
+    left = [path.name for path in folder.rglob("*.part")]
+    assert not left, f"{folder}: left behind: {left}"
+    resumed = "goes on from" in out
+    shutil.rmtree(folder)
+    return over, resumed
+
+
+def kills(bench, n, seed):
+    rng = random.Random(seed)  # noqa: S311
+    names, ways = list(scenes.ALL), ("one rank", "all ranks", "mpirun")
+    counts = {way: [0, 0, 0] for way in ways}
+    for i in range(n):
+        name, how = names[i % len(names)], ways[i % len(ways)] if n > 5 else ways[i % 2]
+        over, resumed = kill_and_restart(bench, name, how, rng)
+        counts[how][0] += 1
+        counts[how][1] += over
+        counts[how][2] += resumed
+        print(f"kill {i + 1}: {name}, {how}: {'was over already' if over else 'same checksum'}", flush=True)
+    rows = []
+    for how, (times, over, resumed) in counts.items():
+        if times:
+            rows.append((f"SIGKILL of {how} at a random moment, restart on 1, 2 or 4 ranks", times, "-",
+                         f"nothing: final checksum and rows of history.csv of the undisturbed run "
+                         f"({resumed} went on from a checkpoint, {over} were over before the signal)"))
+    return rows
+
+
+def memory_of(pids):
+    """Resident memory [kB] of the largest of the processes."""
+    most = 0
+    for pid in pids:
+        try:
+            lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        except OSError:
+            continue
+        most = max([most] + [int(line.split()[1]) for line in lines if line.startswith("VmRSS:")])
+    return most
+
+
+def soak(bench, cycles):
+    """Blocks that rock on a shaken base: memory, balance, every checkpoint."""
+    duration = 1.01 * cycles * scenes.STEP
+
+    def change(scene):
+        scenes.shake(scene, duration)
+    folder = bench.prepare("dynamic", change)
+    (folder / "motion.csv").write_text(scenes.motion(duration), encoding="utf-8")
+    keep = 1000
+    job = bench.job(folder, 2, "-checkpoint_every", max(1, cycles // 50), "-checkpoint_keep", keep, "-checkpoint_minutes", 0)
+    samples = []
+    while job.process.poll() is None:
+        time.sleep(1.0)
+        samples.append(memory_of(job.ranks()))
+    code, out, error = job.end()
+    assert code == 0, error
+    samples = [kb for kb in samples if kb][5:]
+    early, late = samples[len(samples) // 10], max(samples[-len(samples) // 10:-1])
+    summary = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))["stages"][-1]
+    files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
+    for path in files:
+        code, text, error = bench.run(folder, 1, "-restart", path, "-output", "again", "-checkpoint_wall_limit", "1e-9")
+        assert code in (0, 5) and "goes on from" in text, f"{path}: {code} {error}"
+    return [f"{summary['cycles']} cycles on 2 ranks, {summary['evidence']}",
+            f"largest resident memory of a rank: {early / 1024:.1f} MB after a tenth of the run, {late / 1024:.1f} MB at its end",
+            f"{len(files)} checkpoints, all of them loaded and gone on from"]
+
+
+def table(path, rows, lines):
+    """Between the marks of the document."""
+    text = path.read_text(encoding="utf-8")
+    head, rest = text.split("<!-- table -->\n")
+    tail = rest.split("<!-- end of table -->\n")[1]
+    body = "| fault | times | exit code | what was lost |\n|---|---|---|---|\n"
+    body += "".join(f"| {what} | {times} | {code} | {lost} |\n" for what, times, code, lost in rows)
+    if lines:
+        body += "\nSoak:\n\n" + "".join(f"- {line}\n" for line in lines)
+    path.write_text(f"{head}<!-- table -->\n{body}<!-- end of table -->\n{tail}", encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quoin", default="build/quoin")
+    parser.add_argument("--kills", type=int, default=5)
+    parser.add_argument("--no-faults", action="store_true")
+    parser.add_argument("--soak", type=int, default=0, metavar="CYCLES")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--table", type=Path)
+    parser.add_argument("--rows", type=Path, help="JSON file of rows: those of earlier calls are kept, new ones added")
+    options = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix="quoin_reliability_"))
+    bench, rows, lines = Bench(options.quoin, folder), [], []
+    if options.rows and options.rows.exists():
+        rows, lines = json.loads(options.rows.read_text(encoding="utf-8"))
+    try:
+        rows += kills(bench, options.kills, options.seed)
+        if not options.no_faults:
+            rows += faults.all_of(bench)
+        if options.soak:
+            lines = soak(bench, options.soak)
+    except AssertionError as error:
+        print(f"LOST: {error}", file=sys.stderr)
+        print(f"left for a look: {folder}", file=sys.stderr)
+        return 1
+    for what, times, code, lost in rows:
+        print(f"{times:4d} x {what} [{code}]: {lost}")
+    print("\n".join(lines))
+    if options.rows:
+        options.rows.write_text(json.dumps([rows, lines]), encoding="utf-8")
+    if options.table:
+        table(options.table, rows, lines)
+    shutil.rmtree(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
