@@ -65,7 +65,8 @@ def processor_seconds(command, folder):
 
 def toe_stress(distance, sigma):
     """Mean over the last eighth of the base; stress runs linearly between the ends of a contact."""
-    start = distance.max() * 7 / 8
+    start, long = distance.max() * 7 / 8, distance[:, 1] > distance[:, 0]  # a vertex on a face has no length
+    distance, sigma = distance[long], sigma[long]
     a, b = np.maximum(distance, start).T
     slope = (sigma[:, 1] - sigma[:, 0]) / (distance[:, 1] - distance[:, 0])
     middle = sigma[:, 0] + slope * ((a + b) / 2 - distance[:, 0])
