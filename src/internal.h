@@ -135,7 +135,8 @@ struct _p_DM;
 /* Collective. mesh, bodies on rank 0. plex: distributed with one layer of overlap; records: (points of its
  * chart,). */
 PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
-                              PartitionKind kind, PetscReal margin, struct _p_DM **plex, PointRecord **records);
+                              PartitionKind kind, PetscReal margin, struct _p_DM **plex,
+                              PointRecord **records);
 
 /* ---- neighbours.c: what contacts need from other ranks */
 /* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
@@ -188,8 +189,8 @@ PetscInt ElementChunks(const Model *model);
 void ElementForcesOfChunk(const Model *model, PetscInt chunk, const PetscReal *u, PetscReal *f);
 /* Set-up: writes model->chunk_done. */
 PetscErrorCode ElementChunksDone(Model *model);
-/* Stiffness [Pa] of a one-point block against its hourglass modes, see element_kernels.h: Q4OnePointForce; zero
-   for ELEMENT_FULL. coefficient: of ELEMENT_REDUCED. */
+/* Stiffness [Pa] of a one-point block against its hourglass modes, see element_kernels.h: Q4OnePointForce;
+   zero for ELEMENT_FULL. coefficient: of ELEMENT_REDUCED. */
 void ElementHourglass(Formulation element, PetscReal lambda, PetscReal mu, PetscReal coefficient,
                       PetscReal hourglass[3]);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
@@ -483,8 +484,8 @@ PetscErrorCode PartReportSetUp(MPI_Comm comm);
  * displacements. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
                       PetscReal *contact_scale);
-/* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the contacts'
-   arrays of the last evaluation are written too. */
+/* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the
+   contacts' arrays of the last evaluation are written too. */
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                     State *state, Relaxation *relax, PetscReal *contact_scale);
 

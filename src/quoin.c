@@ -228,6 +228,8 @@ static PetscErrorCode archive_run(Archive *a, void *context)
   const PetscInt n = a->reading ? PetscMin(q->stage + (PetscInt)within, scene->n_stages) : scene->n_stages;
   char *const now[2] = {names_of(sizeof(Joint), scene->n_joints, scene->joints),
                         names_of(sizeof(Stage), n, scene->stages)};
+  PetscCheck(now[0] && now[1], PETSC_COMM_SELF, PETSC_ERR_MEM,
+             "no memory for the names of joints and stages");
   char *old[2] = {strdup(now[0]), strdup(now[1])}, *options = strdup(scene->options);
   PetscCall(ArchiveText(a, "joints", &old[0]));
   PetscCall(ArchiveText(a, "stages", &old[1]));

@@ -9,7 +9,6 @@ has the uplift. The trench of the key is open upstream, so nothing presses on th
 import sys
 
 import numpy as np
-
 from quoin_tools.blockmesh import BlockMesh, check, write
 from quoin_tools.dam import G1, dam_part
 from quoin_tools.meshing import face_set_on, graded, join, ruled, structured, vertex_at
