@@ -67,9 +67,9 @@ def shaken(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def dropped(tmp_path_factory):
-    """A tilted block of 3 by 3 falls on its lower corner, 1 mm above a plane; on 1 and on 2 ranks."""
+    """A block of 3 by 3, tilted by 29 degrees (up to 20 it would be a face on a face), falls on its corner; on 1 and 2 ranks."""
     folder = tmp_path_factory.mktemp("dropped")
-    along, up = np.array([np.cos(0.3), np.sin(0.3)]), np.array([-np.sin(0.3), np.cos(0.3)])
+    along, up = np.array([np.cos(0.5), np.sin(0.5)]), np.array([-np.sin(0.5), np.cos(0.5)])
     corner = np.array([0.0, 1e-3])
     block = quad_patch(corner, corner + along, corner + along + up, corner + up, 3, 3, "block", False)
     ground = rectangle(-3.0, -1.0, 6.0, 1.0, group="base", rigid=True)
