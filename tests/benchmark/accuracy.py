@@ -155,7 +155,7 @@ def draw(rows, path):
         axes.set(xscale="log", yscale="log", title=case, xlabel="processor time of the solution, one rank [s]")
         axes.grid(alpha=0.3, which="both")
     panels[0][0].set_ylabel("error of toe stress and crest displacement, the larger [%]")
-    first = panels[0][0].legend(fontsize=7, loc="lower left")
+    first = panels[0][0].legend(fontsize=7, loc="upper right", bbox_to_anchor=(1, 0.93))
     panels[0][0].add_artist(first)
     marks = [pyplot.Line2D([], [], color="grey", marker=mark, linestyle="none", label=model) for model, mark in MARKS.items()]
     panels[0][-1].legend(handles=marks, fontsize=7, loc="upper right", title="stress model", title_fontsize=7)
