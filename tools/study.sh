@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The paper's safety study (section 4, the Guilhofrei dam): every scene, the table of the paper's numbers and ours, the pictures.
 # Says how long each part took; a part that fails is told and the others go on. Exit code 0: all parts came to their end.
-# What it writes is in out/: guilhofrei*, study. Some 3 minutes on 2 free cores, by the sum of its parts (2026-11).
+# What it writes is in out/: guilhofrei*, study. 5 minutes on 2 cores that other work shared (2026-11).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tools/setup.sh
