@@ -1,4 +1,5 @@
 /* archive.c: named arrays on rank 0, gathered from all ranks and scattered to them; see archive.h. */
+#include "output.h"
 #include "archive.h"
 
 PetscErrorCode ArchiveCreate(MPI_Comm comm, Archive *a)
@@ -93,30 +94,29 @@ static PetscErrorCode put(Archive *a, const char *name, ArchiveKind kind, size_t
 
 /* ---- values that are alike on all ranks */
 
-PetscErrorCode ArchiveReals(Archive *a, const char *name, PetscInt n, PetscReal *x)
+/* n values of one kind: rank 0 writes them, or reads them for all. */
+static PetscErrorCode common(Archive *a, const char *name, ArchiveKind kind, MPI_Datatype type, PetscInt n,
+                             void *x)
 {
   PetscFunctionBeginUser;
   if (!a->reading) {
-    if (!a->rank) PetscCall(put(a, name, ARCHIVE_REAL, (size_t)n, 1, x));
+    if (!a->rank) PetscCall(put(a, name, kind, (size_t)n, 1, x));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  const ArchiveEntry *e = a->rank ? NULL : wanted(a, name, ARCHIVE_REAL, n, 1);
-  if (e) PetscCall(PetscMemcpy(x, e->data, (size_t)n * sizeof(PetscReal)));
-  PetscCallMPI(MPI_Bcast(x, (PetscMPIInt)n, MPIU_REAL, 0, a->comm));
+  const ArchiveEntry *e = a->rank ? NULL : wanted(a, name, kind, n, 1);
+  if (e) PetscCall(PetscMemcpy(x, e->data, (size_t)n * size_of(kind)));
+  PetscCallMPI(MPI_Bcast(x, (PetscMPIInt)n, type, 0, a->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveReals(Archive *a, const char *name, PetscInt n, PetscReal *x)
+{
+  return common(a, name, ARCHIVE_REAL, MPIU_REAL, n, x);
 }
 
 PetscErrorCode ArchiveCounts(Archive *a, const char *name, PetscInt n, PetscInt64 *x)
 {
-  PetscFunctionBeginUser;
-  if (!a->reading) {
-    if (!a->rank) PetscCall(put(a, name, ARCHIVE_COUNT, (size_t)n, 1, x));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  const ArchiveEntry *e = a->rank ? NULL : wanted(a, name, ARCHIVE_COUNT, n, 1);
-  if (e) PetscCall(PetscMemcpy(x, e->data, (size_t)n * sizeof(PetscInt64)));
-  PetscCallMPI(MPI_Bcast(x, (PetscMPIInt)n, MPIU_INT64, 0, a->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return common(a, name, ARCHIVE_COUNT, MPIU_INT64, n, x);
 }
 
 PetscErrorCode ArchiveInts(Archive *a, const char *name, PetscInt n, PetscInt *x)

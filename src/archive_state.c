@@ -1,4 +1,5 @@
 /* archive_state.c: state by gid, contacts by key; see archive.h. */
+#include "output.h"
 #include "archive.h"
 #include "contact_find.h"
 

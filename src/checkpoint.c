@@ -3,6 +3,7 @@
    Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same on any
    number of ranks, and it can be checked, verified and renamed as a whole (docs/reliability.md has what it
    costs). */
+#include "output.h"
 #include "checkpoint.h"
 #include <dirent.h>
 #include <errno.h>

@@ -1,5 +1,6 @@
 /* dynamics.c: a stage in time. True masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
+#include "output.h"
 #include "checkpoint.h"
 #include "reproducible.h"
 

@@ -1,7 +1,7 @@
 /* gather.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order).
    Everything that is written or summed for people goes through here, so that it has the same bits on any
    number of ranks. */
-#include "internal.h"
+#include "output.h"
 #include <stdlib.h>
 
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,

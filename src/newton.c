@@ -14,6 +14,7 @@
    Guards. The step is bounded. A load increment that does not converge is halved; when that does not help, or
    the factor fails (a body that nothing holds), the explicit loop takes over from the last equilibrium: what
    has no equilibrium is judged there. */
+#include "output.h"
 #include "checkpoint.h"
 #include "stiffness.h"
 

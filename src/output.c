@@ -1,5 +1,6 @@
 /* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json
    at the end of each stage. Files are written as <name>.part and take their name when they are whole. */
+#include "output.h"
 #include "checkpoint.h"
 #include <errno.h>
 #include <math.h>

@@ -1,4 +1,5 @@
 /* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
+#include "output.h"
 #include "checkpoint.h"
 
 struct _p_Quoin {

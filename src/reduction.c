@@ -5,6 +5,7 @@
    Trials go by steps from the start towards the limit; without a step the limit itself is tried. Between the
    last stable and the first failing value bisection narrows the bracket. The stage ends in the last stable
    state: collapse is a result. */
+#include "output.h"
 #include "checkpoint.h"
 #include "joint_law.h"
 

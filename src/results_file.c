@@ -1,6 +1,6 @@
 /* results_file.c: results.h5 (docs/results_format.md). Rank 0 only: the
    serial HDF5 interface. The only C file that knows the format. */
-#include "internal.h"
+#include "output.h"
 #include <errno.h>
 #include <hdf5.h>
 #include <math.h>

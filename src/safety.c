@@ -3,7 +3,7 @@
 
    Mean stress in (41): c cos(phi) - s_m sin(phi) with its sign; the paper prints |s_m|, which is the same
    under compression but would make tension a strength. */
-#include "internal.h"
+#include "output.h"
 #include <math.h>
 
 static const char *const ModeNames[] = {"none", "tension", "compression", "shear"};

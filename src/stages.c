@@ -1,4 +1,5 @@
 /* stages.c: the stages of a scene, one after the other; each ends with a verdict. */
+#include "output.h"
 #include "checkpoint.h"
 #include <unistd.h>
 

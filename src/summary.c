@@ -1,6 +1,6 @@
 /* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered arrays in their
  * order. */
-#include "internal.h"
+#include "output.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>

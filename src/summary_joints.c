@@ -6,7 +6,7 @@
    the line, so that the gravity method's stress is (-N/L + 12 M x / L^3) / thickness at the distance x from
    the middle. A joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear
    forces|, and no M. */
-#include "internal.h"
+#include "output.h"
 #include <math.h>
 #include <stdio.h>
 

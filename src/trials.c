@@ -1,6 +1,6 @@
 /* trials.c: what the trials of a strength reduction or a flood leave: an object per trial in summary.json
    (probes, open lengths, joints), the bracket, and the velocity field of the mechanism. */
-#include "internal.h"
+#include "output.h"
 #include <math.h>
 
 static const char *const TrialWords[] = {"undecided", "stable", "fails", "fails", "undecided", "interrupted"};

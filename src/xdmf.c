@@ -1,5 +1,5 @@
 /* xdmf.c: results.xdmf, which points into results.h5. Rank 0 only. */
-#include "internal.h"
+#include "output.h"
 #include <errno.h>
 
 /* Entries of the XDMF topology: the cell type before the vertices of each block. */

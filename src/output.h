@@ -1,0 +1,201 @@
+/* output.h: prototypes of what is written for people: a stage gathered to rank 0, its safety factors,
+   results.h5, results.xdmf, summary.json, history.csv, what trials leave. Conventions as in internal.h. */
+#pragma once
+#include "internal.h"
+
+/* ---- gather.c: what is written for people, on rank 0 (arrays NULL elsewhere), in file order */
+typedef struct {
+  PetscInt n_vertices, n_blocks;
+  PetscReal *X;         /* [m] (n_vertices,2) */
+  PetscInt *blocks;     /* (n_blocks,4) file vertices, -1 in the last column of a triangle */
+  PetscInt *group;      /* (n_blocks,) */
+  PetscInt *macroblock; /* (n_blocks,) */
+  PetscInt *file;       /* (n_blocks,) file id of each block gid */
+} MeshFields;
+
+enum {
+  VERTEX_WIDTH =
+      6, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid vertices: 0 */
+  BODY_WIDTH = 9,  /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise */
+  BLOCK_WIDTH = 20 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
+                      (4,3) [Pa]; NaN where the kind of block has none */
+};
+
+typedef struct {
+  PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
+  PetscReal normal[2];                 /* [-] outward normal of the destination face that forces act along */
+  PetscReal opening, sliding, slip;    /* [m] u_n less rest; u_s; plastic part of u_s */
+  PetscReal broken;                    /* [-] */
+  PetscReal sigma, tau;                /* [Pa] */
+  PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
+  PetscInt state;                      /* ContactState bits */
+} ContactEnd;
+
+typedef struct {
+  PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
+  PetscInt klass, joint;
+  PetscReal length;  /* [m] */
+  ContactEnd end[2]; /* a vertex on a face has one end: the other repeats it without force */
+} ContactRow;
+
+typedef struct {
+  PetscReal time;                       /* [s] of dynamic stages */
+  PetscInt n_contacts, n_bodies, n_dof; /* of the whole model */
+  PetscReal *vertex;                    /* (n_vertices, VERTEX_WIDTH) */
+  PetscReal *body;                      /* (n_bodies, BODY_WIDTH) rigid bodies by number */
+  PetscReal *block;                     /* (n_blocks, BLOCK_WIDTH) */
+  ContactRow *contact;                  /* (n_contacts,) ascending faces */
+  PetscReal *safety;                    /* (n_blocks,) least of (39)-(41), NaN without strengths; safety.c */
+  PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
+  PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
+} StageFields;
+
+/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
+PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all);
+/* Collective. place: (n,) row of the result for each of the n rows; frees place and rows. all: (n_all, width)
+ * on rank 0, from PetscMalloc. */
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                            PetscInt n_all, PetscReal **all);
+/* All collective. */
+PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
+PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
+                           const Stage *stage, const MeshFields *mesh, StageFields *fields);
+/* Of a stage, fields->contact and n_contacts only. */
+PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *contacts,
+                              const Stage *stage, const MeshFields *mesh, StageFields *fields);
+PetscErrorCode GatherStageDestroy(StageFields *fields);
+/* The mechanism of the trials: (n_owned,2) on each rank, NULL on all: nothing happens. */
+PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
+
+/* ---- safety.c: rank 0 only */
+typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
+/* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite when nothing can fail.
+ */
+SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor);
+/* Writes fields->safety and safety_mode when a material has strengths. */
+PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
+/* The "safety" member of a stage's object. */
+void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
+
+/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when
+ * there is none. */
+typedef struct {
+  const char *folder;
+  const Scene *scene;
+  const Model *model; /* names only */
+  const MeshFields *mesh;
+  char *xdmf;         /* grids of the stages written so far */
+  PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
+  PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
+} ResultsFile;
+/* Writes the mesh part into results.h5.part. */
+PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
+/* Adds the end of a stage (frame 0) and its frames: the finished file replaces results.h5, then results.xdmf
+   follows. Or writes a frame on the way into <stage>_<frame>.h5, until the stage ends. */
+PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
+                                const StageFields *fields, char message[MESSAGE_LENGTH]);
+/* Whether results.h5 holds the first n stages of the scene: a restart can add to it. */
+PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
+PetscErrorCode ResultsFileDestroy(ResultsFile *file);
+/* ---- xdmf.c: rank 0 only */
+/* Entries of the mixed topology: the cell type before the vertices of each block. */
+PetscInt XdmfTopologySize(const MeshFields *mesh);
+/* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name: its group in
+   results.h5. */
+int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
+/* results.xdmf from all grids so far, replaced in one go. */
+void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
+/* ---- files.c: rank 0 only */
+/* mkdir -p; 0, or -1 and a message. */
+int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
+/* Keeps other runs out of a folder until FolderUnlock or the end of the process. With a message: FOLDER_TAKEN
+   when another run is there, -1 when the folder cannot be written. */
+enum { FOLDER_TAKEN = -2 };
+int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
+void FolderUnlock(const char *folder, int lock);
+/* folder/name.part, opened for writing; and its renaming to folder/name once it is on the disk. Nothing
+ * happens when message is not "". */
+FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* 0 or -1 */
+int FileCopy(const char *from, const char *to);
+/* Of the first bytes of a file; 0: it has fewer, or cannot be read. */
+uint64_t FileChecksum(const char *path, size_t bytes);
+
+#ifndef QUOIN_VERSION
+#define QUOIN_VERSION "0.1.0"
+#endif
+
+/* ---- trials.c: what the trials of a strength reduction or a flood leave */
+typedef struct {
+  PetscInt n;
+  char **json;               /* rank 0: (n,) one object each */
+  PetscReal nominal;         /* [degree] friction that safety factors refer to */
+  PetscReal stable, failing; /* the bracket; NaN: no such trial */
+  PetscReal *mechanism;      /* (n_owned,2) velocities at the failing end, largest 1; NULL: none */
+} Trials;
+/* Collective. Keeps what the trial just run has come to; label: its value in words, printed with the verdict.
+ */
+PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *model, const State *state,
+                         const Contacts *contacts, const Stage *stage, const MeshFields *mesh,
+                         PetscReal value, const StageResult *result);
+/* Collective. Takes the present motion as the mechanism. */
+PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *state,
+                               const Relaxation *relax);
+PetscErrorCode TrialsReset(Trials *trials);
+/* Members of a stage's object in summary.json. */
+void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
+void SummaryUplift(FILE *f, const Scene *scene, const State *state, const Stage *stage);
+
+/* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
+/* "name": value, and what follows; null for what is not finite. */
+void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
+void JsonText(FILE *f, const char *name, const char *value, const char *tail);
+void JsonCount(FILE *f, const char *name, long long value, const char *tail);
+/* One JSON object of a stage, to be freed with free(). probes: (n_points,4) x y [m], u_x u_y [m]. */
+PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
+                            const MeshFields *mesh, const StageFields *fields, PetscInt stage,
+                            const StageResult *result, const PetscReal *probes, uint64_t checksum,
+                            const Trials *trials, char **json);
+/* The whole file from the objects of the stages so far, replaced in one go. */
+PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model,
+                            const MeshFields *mesh, const StageFields *fields, PetscInt n_stages,
+                            char *const *stages, char message[MESSAGE_LENGTH]);
+
+/* ---- summary_joints.c: rank 0 only */
+/* The "joints" member of a stage's object, from the joints table of the stage. */
+PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, const StageFields *fields);
+
+/* ---- output.c: the output folder. All collective. */
+typedef struct _p_Output {
+  char folder[PETSC_MAX_PATH_LEN];
+  PetscInt n_stages; /* written so far */
+  char **stages;     /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes; /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;
+  ResultsFile results; /* rank 0 */
+  FILE *history;       /* rank 0 */
+  int lock;            /* rank 0: of the folder, -1: none */
+  Trials trials;       /* of the stage that runs */
+  struct _p_Checkpoint *checkpoint;
+  void *memory; /* output.c: for the checkpoint */
+} Output;
+/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written or that another run
+   writes into, starts results.h5.part and history.csv.part; after a restart goes on with the files there.
+   Results of an older run stay until the first stage is complete. `output` must not move in memory. */
+PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
+                          Output *output);
+/* A row of history.csv. ramp: part of the stage's load change that acts, 0 to 1. */
+PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
+                             PetscInt stage, PetscReal ramp, const StageResult *result);
+/* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
+PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *model, const State *state,
+                           const Contacts *contacts, PetscInt stage, PetscInt frame,
+                           const StageResult *result);
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
+ * name. */
+PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,
+                           const Contacts *contacts, PetscInt stage, const StageResult *result);
+PetscErrorCode OutputClose(Output *output);
