@@ -8,6 +8,7 @@
    they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What joints
    store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in friction (and
    dashpots). */
+#include "stages.h"
 #include "archive.h"
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)

@@ -1,7 +1,7 @@
 /* output.h: prototypes of what is written for people: a stage gathered to rank 0, its safety factors,
    results.h5, results.xdmf, summary.json, history.csv, what trials leave. Conventions as in internal.h. */
 #pragma once
-#include "internal.h"
+#include "stages.h"
 
 /* ---- gather.c: what is written for people, on rank 0 (arrays NULL elsewhere), in file order */
 typedef struct {

@@ -16,6 +16,7 @@
    small part proportional to stiffness too, a force beta (f - f_old): 5 % of critical at the highest
    frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods it is raised
    tenfold and the secant left alone: only what moves on then is a collapse. */
+#include "stages.h"
 #include "archive.h"
 #include "reproducible.h"
 

@@ -1,5 +1,5 @@
 /* step.c: one cycle. */
-#include "internal.h"
+#include "stages.h"
 
 /* ---- what each part costs: PETSc events for -log_view, and by the clock for the reports of set-up and
  * stages: a cycle's parts in one cycle of SAMPLE_EVERY, the others whole */

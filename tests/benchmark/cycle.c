@@ -12,7 +12,7 @@
    each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for valgrind
    --tool=callgrind with
    --toggle-collect (run.py does that). */
-#include "internal.h"
+#include "stages.h"
 #include <time.h>
 
 typedef struct {

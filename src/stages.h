@@ -1,0 +1,149 @@
+/* stages.h: prototypes between the files that run stages: damping and verdicts, Newton's method, motion in
+   time, trials. The rest is in internal.h, whose conventions hold. */
+#pragma once
+#include "internal.h"
+
+struct _p_Archive;
+struct _p_Output;
+
+/* ---- relax.c */
+typedef struct _p_Newton Newton;
+typedef struct _p_Relaxation {
+  QuotientSums sums;      /* of the last cycle, over all ranks */
+  PetscReal *u_0, *f_0;   /* (n_dof,) displacement and resisting force at the start of the stage */
+  PetscReal q_secant;     /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
+  PetscReal longest;      /* [m] contact of the stage: how far is far */
+  PetscBool tangent_only; /* the secant damped too little in this stage */
+  PetscReal best_ratio; /* [-] least unbalanced ratio of the stage that counted as progress, and its cycle */
+  PetscInt64 best_cycle;
+  PetscReal q_ray; /* [1/s2] last positive Rayleigh quotient (37) */
+  MPI_Op reduce;   /* sums first, then maxima */
+  MPI_Datatype reduce_type;
+  /* evidence for the verdict, per chunk of cycles */
+  PetscReal *u_chunk,
+      *du_chunk;     /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
+  PetscReal *ratios; /* unbalanced ratios seen in this chunk */
+  PetscInt n_ratios, max_ratios, steady; /* steady: chunks in a row that moved on in one direction */
+  PetscReal median[4], rate[4];          /* of the last chunks, the last first: ratio [-], motion [m/cycle] */
+  PetscInt64 chunk_start, chunk_length;
+  PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
+  PetscInt n_alpha;
+  Newton *newton; /* factor and work arrays of newton.c, NULL: not used so far */
+  Effort effort;  /* of the stage so far */
+  PetscReal
+      settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
+  PetscBool still;   /* Judge asks for RelaxationStill */
+  PetscBool fault;   /* a sum over forces and velocities of this cycle is not a number */
+} Relaxation;
+/* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
+   masses of its body; 1 for other dofs. */
+PetscReal DofLength(const Model *model, const State *state, PetscInt d);
+PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
+PetscErrorCode RelaxationDestroy(Relaxation *r);
+/* Collective, see archive.h: all that the damping and the verdicts remember. */
+PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model, Relaxation *r);
+/* Start of a stage: forgets the evidence. */
+PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
+/* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
+PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
+PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
+/* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
+PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joint *joints,
+                               const Contacts *contacts, State *state, Relaxation *r);
+/* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
+PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r,
+                       const QuotientSums *local);
+/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets ratio, increment,
+ * kinetic. */
+PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
+                          StageResult *result);
+/* Collective. The verdict after a check, VERDICT_NONE: go on. */
+PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state,
+                     Relaxation *r, StageResult *result);
+
+/* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
+   before it finds an equilibrium of contacts that are no more. */
+PetscErrorCode JudgeContacts(const Model *model, const Contacts *contacts, StageResult *result);
+
+/* ---- newton.c */
+/* Collective. Equilibrium of a static stage or trial with fixed connectivity by Newton's method with the
+   factor of the elastic stiffness, under loads that go from f_start to f_target. Verdict: converged,
+   collapsed (contacts outgrown), interrupted; or none, when no equilibrium was found: then displacements,
+   history and f_ext are those of the last one, and the explicit loop goes on. number: of the stage, for
+   history.csv. follow: loads follow the motion. */
+PetscErrorCode NewtonRelax(const Scene *scene, const Model *model, const Stage *stage, PetscInt number,
+                           PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
+                           struct _p_Output *output, StageResult *result);
+PetscErrorCode NewtonDestroy(Newton **newton);
+
+/* ---- energy.c: see there. Sums are of this rank until EnergyReport. */
+typedef struct {
+  PetscReal *v_before;              /* (n_dof,) velocity before the step */
+  PetscReal *f_before;              /* (n_dof,) resisting force with the contacts before a verification */
+  PetscReal *f_ext_before;          /* (n_dof,) loads of the step before */
+  PetscReal *F_n, *F_s, *d_n, *d_s; /* (contacts as in Contacts) of the cycle before */
+  PetscReal *work;                  /* (n_contacts,) [J] of each contact since it is there */
+  PetscInt n_contacts;
+  PetscReal work_before; /* [J] of contacts that are no more */
+  PetscReal kinetic, strain, outside, supports, damping, damping_ahead,
+      detection;                           /* [J]; detection is of all ranks */
+  PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
+} EnergyAccount;
+PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
+PetscErrorCode EnergyDestroy(EnergyAccount *e);
+/* Collective, see archive.h. Contacts must have been read back before. */
+PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Scene *scene, const Model *model,
+                             const Contacts *contacts, EnergyAccount *e);
+/* Works of the contacts over the step that led to the forces just evaluated. */
+void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
+/* Contacts were found anew: half a step's work of what the forces have changed by, from f_before. */
+void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
+/* Around Integrate: works of loads and supports of the step before; kinetic energy and damping at this time.
+ */
+void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
+void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
+/* The contact arrays are new (forces evaluated): starts their works afresh. */
+PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *contacts, EnergyAccount *e);
+/* Energy stored in owned contacts [J]. */
+PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
+/* Strain energy of owned blocks, at the forces just evaluated: before Integrate, when a report follows. */
+PetscErrorCode EnergyOfBlocks(const Model *model, const State *state, EnergyAccount *e);
+/* Collective. The account at the time of the forces last evaluated. first: the start of the stage. */
+PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Contacts *contacts,
+                            EnergyAccount *e, PetscBool first, Energies *out);
+
+/* ---- dynamics.c */
+/* Collective. Runs a dynamic stage for its duration. */
+PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                               Contacts *contacts, State *state, struct _p_Output *output,
+                               StageResult *result);
+
+/* ---- stages.c */
+/* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
+PetscErrorCode FixedOutgrown(const Scene *scene, const Model *model, const Contacts *contacts);
+/* "explicit", "preconditioned", or the one and then the other. */
+const char *EffortMethod(const Effort *effort);
+/* Lines on stdout about how a stage ended. */
+PetscErrorCode StageReport(const Model *model, const Stage *stage, const StageResult *result);
+/* Collective. Runs one stage to its verdict. */
+PetscErrorCode StageRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                        StageResult *result);
+/* Collective. Relaxes under the stage's loads and joints, to a verdict that nobody is told yet: a static
+   stage, or one trial of another. */
+PetscErrorCode StageRelax(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                          StageResult *result);
+
+/* ---- reduction.c: the stages that are made of trials */
+/* [degree] Largest friction among the joints whose strength the stage reduces, NaN: it reduces none. */
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage);
+/* Collective. Same arguments as StageRun; stage->joints are left as in the last stable trial. */
+PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                            Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                            StageResult *result);
+PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
+                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
+                        StageResult *result);
+PetscErrorCode StateCreate(const Model *model, State *state);
+PetscErrorCode StateDestroy(State *state);
