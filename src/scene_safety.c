@@ -1,4 +1,5 @@
 /* scene_safety.c: keys of strengths, uplift, strength reduction and flood that only make sense together. */
+#include "stages.h"
 #include "scene_reader.h"
 #include <math.h>
 #include <stdio.h>
