@@ -3,6 +3,7 @@
     python tests/verification/driver.py patch stack --quoin build/quoin
     python tests/verification/driver.py --all --table docs/verification.md
     python tests/verification/driver.py bending --keep out/        # leave folders of the runs there
+    python tests/verification/driver.py --all --same-bits          # every run of every case on 1, 2, 3 and 4 ranks
 
 A case.py has WHAT (one line), SOURCE (closed form or reference) and run(case), which runs scenes and checks numbers:
 
@@ -80,9 +81,11 @@ class Run(Results):
 class Case:
     """What a case.py works with: runs of the solver, and checks."""
 
-    def __init__(self, name, quoin, folder, full=False):
+    def __init__(self, name, quoin, folder, full=False, same_bits=False):
         self.name, self.quoin, self.folder = name, quoin, Path(folder)
         self.full = full  # also what takes too long for every day
+        self.same_bits = same_bits  # repeat every run on other numbers of ranks
+        self.bits = []  # (folder, ranks, whether the checksums are those of the run) of these repetitions
         self.checks = []
         self.runs = 0
         self._since = []  # (ranks, seconds) of the runs since the last check
@@ -105,14 +108,30 @@ class Case:
     def again(self, folder, *options, ranks=1):
         """Run what is in a folder."""
         start = time.monotonic()
+        done = self._start(folder, options, ranks)
+        seconds = time.monotonic() - start
+        self._since.append((ranks, seconds))
+        run = Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
+        if self.same_bits and run.exit_code != 2:
+            self._repeat(folder, options, ranks, checksums(run))
+        return run
+
+    def _start(self, folder, options, ranks):
         command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", self.quoin]
         if (folder / "scene.yaml").exists():
             command += ["-options_file", "scene.yaml"]
-        done = subprocess.run(command + [str(word) for word in options], cwd=folder, capture_output=True, text=True,
+        return subprocess.run(command + [str(word) for word in options], cwd=folder, capture_output=True, text=True,
                               errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=500)
-        seconds = time.monotonic() - start
-        self._since.append((ranks, seconds))
-        return Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
+
+    def _repeat(self, folder, options, ranks, expected):
+        """The run again on the other numbers of ranks, where a parallel factor has no part in it."""
+        if not expected:
+            return
+        for other in {1, 2, 3, 4} - {ranks}:
+            done = self._start(folder, [*options, "-output", "other_ranks"], other)
+            if "expected at most one rank per block" not in done.stderr:
+                self.bits.append((folder.name, other, checksums(Results(folder / "other_ranks")) == expected))
+                shutil.rmtree(folder / "other_ranks")
 
     def run_all(self, jobs):
         """Runs of one rank, two at a time; jobs: (mesh, scene) pairs. Results in the same order."""
@@ -137,6 +156,12 @@ class Case:
             row = compare(what, ours, expected, relative, absolute)
             row.ranks, row.seconds = ranks, seconds
         self.checks.append(row)
+
+
+def checksums(results):
+    """Of the stages of a run; None when one of them is not by the explicit method."""
+    stages = results.summary["stages"]
+    return None if any(stage.get("method", "explicit") != "explicit" for stage in stages) else [stage["checksum"] for stage in stages]
 
 
 def compare(what, ours, expected, relative, absolute):
@@ -187,15 +212,19 @@ def load(name):
     return module
 
 
-def run_case(name, quoin, folder, full=False):
+def run_case(name, quoin, folder, full=False, same_bits=False):
     """Run one case; the record of it as a dict."""
     module = load(name)
-    case = Case(name, quoin, folder, full)
+    case = Case(name, quoin, folder, full, same_bits)
     start, problem = time.monotonic(), None
     try:
         module.run(case)
     except Exception:  # a case that breaks is a failure of that case only
         problem = traceback.format_exc()
+    if case.bits:
+        other = [f"{folder} on {ranks} ranks" for folder, ranks, same in case.bits if not same]
+        what = f"checksums of {len({folder for folder, _, _ in case.bits})} explicit runs on 1 to {max(ranks for _, ranks, _ in case.bits)} ranks"
+        case.check(what, ", ".join(other) or "the same", "the same")
     record = {"case": name, "what": module.WHAT, "source": module.SOURCE, "runs": case.runs,
               "seconds": time.monotonic() - start, "problem": problem,
               "passed": problem is None and bool(case.checks) and all(check.passed for check in case.checks),
@@ -238,7 +267,7 @@ def write_table(path, records):
     lines = ["# Verification", "",
              f"{passed} of {checks} checks hold ({len(records)} cases, {sum(r['runs'] for r in records)} runs, "
              f"{sum(r['seconds'] for r in records):.0f} s). Written by",
-             "`python tests/verification/driver.py --all --table docs/verification.md`; a case is",
+             "`python tests/verification/driver.py --all --same-bits --table docs/verification.md`; a case is",
              "`tests/verification/<case>/case.py`, its closed forms stand beside its checks. Errors are relative to the expected",
              "number unless marked abs.; of several numbers the worst is shown. Rows without a tolerance are reported, not judged.",
              "Times are of the runs for a row and those below it [s].", ""]
@@ -260,6 +289,7 @@ def main():
     parser.add_argument("--table", help="write a table of all that ran (Markdown)")
     parser.add_argument("--json", help="write a record of all that ran")
     parser.add_argument("--full", action="store_true", help="also what takes minutes (cases that know a longer form)")
+    parser.add_argument("--same-bits", action="store_true", help="repeat every explicit run on 1, 2, 3 and 4 ranks and compare the checksums")
     parser.add_argument("--keep", help="folder to keep the runs in")
     options = parser.parse_args()
     names = case_names() if options.all else options.cases
@@ -271,7 +301,7 @@ def main():
     records = []
     for name in names:
         folder = tempfile.mkdtemp(prefix=f"quoin_{name}_") if not options.keep else os.path.join(options.keep, name)
-        records.append(run_case(name, os.path.abspath(options.quoin), folder, options.full))
+        records.append(run_case(name, os.path.abspath(options.quoin), folder, options.full, options.same_bits))
         show(records[-1])
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)
