@@ -118,13 +118,17 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   Output *o = memory->output;
   Trials *t = &o->trials;
   if (!a->reading && !a->rank) settle_history(a, memory);
-  PetscInt64 counts[] = {o->n_stages,          o->results.n_frames,   t->n,
-                         t->mechanism != NULL, memory->history_bytes, memory->history_checksum};
+  const PetscInt64 written = a->rank ? 0 : (PetscInt64)WrittenChecksum(&o->results.written);
+  PetscInt64 counts[] = {o->n_stages,           o->results.n_frames,      t->n,   t->mechanism != NULL,
+                         memory->history_bytes, memory->history_checksum, written};
   PetscReal reals[] = {t->nominal, t->stable, t->failing};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveCounts(a, "counts", 6, counts));
+  PetscCall(ArchiveCounts(a, "counts", 7, counts));
   PetscCall(ArchiveReals(a, "trials", 3, reals));
   if (a->reading) {
+    if (!a->rank && counts[6] != written)
+      snprintf(a->message, MESSAGE_LENGTH,
+               "its results leave out other groups (materials.<name>.output) than the scene");
     if (!a->rank) o->n_stages = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
     t->n = (PetscInt)counts[2];
     t->nominal = reals[0], t->stable = reals[1], t->failing = reals[2];
@@ -204,8 +208,9 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscCall(GatherMesh(model, &output->mesh));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
-    output->results = (ResultsFile){
-        .folder = output->folder, .scene = scene, .model = model, .mesh = &output->mesh};
+    output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
+    PetscCall(WrittenCreate(scene, &output->mesh, &output->results.written));
+    output->results.mesh = &output->results.written.mesh;
     (void)FolderMake(output->folder, message);
   }
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));

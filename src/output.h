@@ -31,6 +31,8 @@ typedef struct {
   PetscInt state;                      /* ContactState bits */
 } ContactEnd;
 
+enum { FACE_NOT_WRITTEN = -1 }; /* in ContactRow.face: see WrittenStage */
+
 typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt klass, joint;
@@ -79,16 +81,33 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
 /* The "safety" member of a stage's object. */
 void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
+/* ---- written.c: rank 0 only; what of mesh and fields goes into results.h5 */
+typedef struct {
+  PetscBool partly;         /* false: everything does; then mesh is *all, and the lists are NULL */
+  MeshFields mesh;          /* rows that are written, in the order of model.h5; file: NULL when partly */
+  PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) their numbers in model.h5 */
+  PetscInt *block_row, *vertex_row; /* (all blocks,), (all vertices,) row among the written ones, -1: none */
+} Written;
+/* all must stay as long as what is written. */
+PetscErrorCode WrittenCreate(const Scene *scene, const MeshFields *all, Written *written);
+PetscErrorCode WrittenDestroy(Written *written);
+/* Of a stage's fields; a face or vertex of a contact that is not written gets the number -1. */
+PetscErrorCode WrittenStage(const Written *written, const StageFields *all, StageFields *some);
+PetscErrorCode WrittenStageDestroy(const Written *written, StageFields *some);
+/* The same for the same choice of blocks; 0: everything. */
+uint64_t WrittenChecksum(const Written *written);
+
 /* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when
  * there is none. */
 typedef struct {
   const char *folder;
   const Scene *scene;
   const Model *model; /* names only */
-  const MeshFields *mesh;
-  char *xdmf;         /* grids of the stages written so far */
-  PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
-  PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
+  Written written;
+  const MeshFields *mesh; /* that of written */
+  char *xdmf;             /* grids of the stages written so far */
+  PetscInt n_frames;      /* of the stage that runs, each in a file of its own until the stage ends */
+  PetscBool has_part;     /* results.h5.part holds all so far, results.h5 less */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);

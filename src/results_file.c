@@ -128,6 +128,9 @@ static int write_mesh(hid_t file, const ResultsFile *results)
           write_names(group, "group_names", model->n_groups, model->group_names) ||
           write_ints(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
           write_names(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);
+  if (!error && results->written.partly)
+    error = write_ints(group, "block_file", mesh->n_blocks, 0, results->written.block) ||
+            write_ints(group, "vertex_file", mesh->n_vertices, 0, results->written.vertex);
   free(joints);
   if (group >= 0) H5Gclose(group);
   return -error;
@@ -205,8 +208,8 @@ static int write_faces_lengths(hid_t group, const StageFields *fields)
   for (hsize_t i = 0; !error && i < n; i++) {
     for (int k = 0; k < 2; k++) {
       const PetscInt number = fields->contact[i].face[k]; // -2 - vertex where a vertex stands on a face
-      face[4 * i + 2 * k] = number < 0 ? -1 : number / 4;
-      face[4 * i + 2 * k + 1] = number < 0 ? -2 - number : number % 4;
+      face[4 * i + 2 * k] = number >= 0 ? number / 4 : number == FACE_NOT_WRITTEN ? -2 : -1;
+      face[4 * i + 2 * k + 1] = number >= 0 ? number % 4 : number == FACE_NOT_WRITTEN ? -2 : -2 - number;
     }
     length[i] = fields->contact[i].length;
   }
@@ -358,7 +361,9 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt f
   char part[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], name[NAME_LENGTH + 16],
       file_name[NAME_LENGTH + 32] = "results.h5";
   hid_t file = -1, group = -1, stages = -1;
+  StageFields some;
   PetscFunctionBeginUser;
+  PetscCall(WrittenStage(&results->written, fields, &some));
   group_name(results, stage, frame, name);
   if (frame) snprintf(file_name, sizeof(file_name), "%s.h5", name);
   snprintf(part, sizeof(part), "%s/%s.part", results->folder, file_name);
@@ -366,8 +371,9 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt f
   int error = frame ? open_frame(part, &file, &stages) : open_part(results, part, stage, &file, &stages);
   if (!error) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
-          write_body_fields(group, results->mesh, fields) || write_contacts(group, fields) ||
-          XdmfAddStage(results, stage, name, fields);
+          write_body_fields(group, results->mesh, &some) || write_contacts(group, &some) ||
+          XdmfAddStage(results, stage, name, &some);
+  PetscCall(WrittenStageDestroy(&results->written, &some));
   if (group >= 0) H5Gclose(group);
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) error = H5Fclose(file) < 0 || error;
@@ -390,5 +396,6 @@ PetscErrorCode ResultsFileDestroy(ResultsFile *results)
   PetscFunctionBeginUser;
   free(results->xdmf);
   results->xdmf = NULL;
+  PetscCall(WrittenDestroy(&results->written));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

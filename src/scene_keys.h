@@ -141,6 +141,8 @@ static const Key Keys[] = {
       "likewise, about the mass centre of each body"),
   KEY(MATERIALS, "upgradeable", BOOL, Material, upgradeable, "true", NULL, "",
       "its contacts are verified when connectivity is variable"),
+  KEY(MATERIALS, "output", BOOL, Material, output, "true", NULL, "",
+      "its blocks, and contacts between blocks without output, are in results.h5 and results.xdmf"),
 
   KEY(JOINTS, "law", CHOICE, Joint, law, "mohr_coulomb", NULL, "", "elastic: no limits, tension included",
       .choices = Laws),

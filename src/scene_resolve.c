@@ -119,6 +119,11 @@ static PetscErrorCode ResolveMaterials(Scene *scene, const BlockMesh *mesh, char
   PetscCall(PetscFree(scene->materials));
   scene->materials = ordered;
   scene->n_materials = mesh->n_groups;
+  PetscBool any = PETSC_FALSE;
+  for (PetscInt g = 0; g < mesh->n_groups; g++) any = (PetscBool)(any || ordered[g].output);
+  if (!any)
+    Complain(message, scene->file, -1, "materials",
+             "output is false for every group: nothing is left to write");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -70,6 +70,7 @@ typedef struct {
   PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */
   PetscBool upgradeable;    /* its contacts are verified and searched for when connectivity is variable */
+  PetscBool output;         /* its blocks are written into results.h5 */
   PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
                                                          failure factors (39)-(41); NaN: not given */
   int line; /* in the scene file, for messages, here and below; 0: command line */

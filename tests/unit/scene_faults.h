@@ -201,6 +201,11 @@ static const struct {
    "scene.yaml:9: materials.ground: young is missing [Pa] (or rigid: true)"},
   {"young: 1.0e10, ", "", "scene.yaml:8: materials.dam: young is missing [Pa] (or rigid: true)"},
   {", poisson: 0.2}", "}", "scene.yaml:8: materials.dam: poisson is missing (or rigid: true)"},
+  {"rock: {density: 0, young: 20e9, poisson: 0.25}\n  dam: {density: 2400, young: 1.0e10, poisson: 0.2}\n"
+   "  ground: {density: 0, rigid: true}",
+   "rock: {density: 0, rigid: true, output: no}\n  dam: {density: 0, rigid: true, output: no}\n"
+   "  ground: {density: 0, rigid: true, output: no}",
+   "scene.yaml: materials: output is false for every group: nothing is left to write"},
   {"rock: {density: 0, young: 20e9, poisson: 0.25}", "rock: {density: 0, rigid: no}",
    "scene.yaml:7: materials.rock: young is missing [Pa] (or rigid: true)"},
   {"  dam+rock", "  dam+roc",

@@ -90,7 +90,8 @@ def load_case(folder, options):
     if path is None:
         raise ResultsError(f"{folder}: the mesh of the run, '{summary.get('model')}', is not there")
     mesh = blockmesh.read(path)
-    if not np.array_equal(mesh.vertices, results.mesh.vertices):
+    rows = results.mesh.vertex_file
+    if rows.max(initial=-1) >= len(mesh.vertices) or not np.array_equal(mesh.vertices[rows], results.mesh.vertices):
         raise ResultsError(f"{path}: not the mesh of this run, its vertices differ from those of results.h5")
     return Case(results, used, mesh, path, options)
 
@@ -272,7 +273,7 @@ def joint_path(case, stage, name):
     for point in points:
         if (point - kept[-1]) @ along > ON_PATH:
             kept.append(point)
-    kept[-1] = end
+    kept[max(1, len(kept) - 1) :] = [end]  # a joint between blocks that are not written has its two ends only
     return straightened(np.array(kept))
 
 

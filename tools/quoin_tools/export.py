@@ -40,16 +40,28 @@ def write(path, header, rows):
 
 def vertices(results, stage):
     header = ("vertex", "x [m]", "y [m]", "u_x [m]", "u_y [m]")
-    return header, ((i, *at, *u) for i, (at, u) in enumerate(zip(results.mesh.vertices, stage.displacement)))
+    mesh = results.mesh
+    return header, ((i, *at, *u) for i, at, u in zip(mesh.vertex_file, mesh.vertices, stage.displacement))
 
 
 def blocks(results, stage):
     header = ("block", "group", "macroblock", "x [m]", "y [m]", "s_xx [Pa]", "s_yy [Pa]", "s_xy [Pa]", "s1 [Pa]", "s2 [Pa]", "angle [rad]",
               "rotation [rad]")  # fmt: skip
     mesh = results.mesh
-    columns = zip(mesh.block_group, mesh.macroblock, mesh.centres(), stage.stress, stage.s1, stage.s2, stage.angle, stage.rotation)
+    columns = zip(mesh.block_file, mesh.block_group, mesh.macroblock, mesh.centres(), stage.stress, stage.s1, stage.s2, stage.angle,
+                  stage.rotation)  # fmt: skip
     return header, ((i, mesh.group_names[group], macroblock, *at, *stress, s1, s2, angle, rotation)
-                    for i, (group, macroblock, at, stress, s1, s2, angle, rotation) in enumerate(columns))  # fmt: skip
+                    for i, group, macroblock, at, stress, s1, s2, angle, rotation in columns)  # fmt: skip
+
+
+def numbered(mesh, face):
+    """Faces of contacts (n, 4) with the numbers of model.h5."""
+    face = face.copy()
+    for block, place in ((0, 1), (2, 3)):
+        vertex = face[:, block] == -1
+        face[vertex, place] = mesh.vertex_file[face[vertex, place]]
+        face[face[:, block] >= 0, block] = mesh.block_file[face[face[:, block] >= 0, block]]
+    return face
 
 
 def contacts(results, stage):
@@ -57,7 +69,8 @@ def contacts(results, stage):
               "normal y", "opening [m]", "sliding [m]", "slip [m]", "broken", "sigma [Pa]", "tau [Pa]", "force normal [N]", "force along [N]",
               "state")  # fmt: skip
     c, names = stage.contacts, results.mesh.joint_names
-    rows = ((i, end, names[c.joint[i]], c.klass[i], *c.face[i], c.length[i], *c.point[i, end], *c.normal[i, end], c.opening[i, end],
+    face = numbered(results.mesh, c.face)
+    rows = ((i, end, names[c.joint[i]], c.klass[i], *face[i], c.length[i], *c.point[i, end], *c.normal[i, end], c.opening[i, end],
              c.sliding[i, end], c.slip[i, end], c.broken[i, end], c.sigma[i, end], c.tau[i, end], *c.force[i, end], c.state[i, end])
             for i in range(len(c)) for end in (0, 1))  # fmt: skip
     return header, rows

@@ -50,7 +50,7 @@ class ResultsError(ValueError):
 
 @dataclass
 class Mesh:
-    """Blocks as they were at the start; see docs/results_format.md."""
+    """Blocks that are written, as they were at the start; see docs/results_format.md."""
 
     vertices: np.ndarray
     blocks: np.ndarray
@@ -59,6 +59,8 @@ class Mesh:
     group_names: list
     group_rigid: np.ndarray
     joint_names: list
+    block_file: np.ndarray  # number in model.h5 of each block and vertex: others than their rows when a
+    vertex_file: np.ndarray  # group has output: false
 
     def rings(self, vertices=None):
         """Corners (n_blocks, 4, 2), here or with vertices elsewhere; triangles repeat the first."""
@@ -148,6 +150,8 @@ class Results:
             name: np.array(mesh[name])
             for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")
         }
+        for name, rows in (("block_file", "blocks"), ("vertex_file", "vertices")):
+            arrays[name] = np.array(mesh[name]) if name in mesh else np.arange(len(arrays[rows]))
         names = {name: [text(word) for word in mesh[name]] for name in ("group_names", "joint_names")}
         self.mesh = Mesh(**arrays, **names)
         stages = file["stages"]
@@ -198,13 +202,15 @@ class Results:
     def joint_profile(self, stage, joint):
         """Distance from the start of the joint [m], sigma, tau [Pa]: each (n, 2), a row per contact in order.
 
-        None for a joint that is no line. tau is positive when the upper side pushes the lower one to the end.
+        None for a joint that is no line, and for one between blocks that are not written. tau is positive when the upper side pushes the lower one to the end.
         """
         line = self.stage_summary(stage)["joints"].get(joint)
         if line is None or not line["line"]:
             return None
         contacts = self.stage(stage).contacts
         mine = contacts.joint == self.mesh.joint_names.index(joint)
+        if not mine.any():
+            return None
         start, end = (np.array([line[name]["x"], line[name]["y"]]) for name in ("start", "end"))
         distance = (contacts.point[mine] - start) @ (end - start) / line["chord"]
         order = np.argsort(distance, axis=1, kind="stable")

@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 
-from quoin_tools import cut, plots
+from quoin_tools import blockmesh, cut, plots
 from quoin_tools.plots import LineCollection, PolyCollection, pyplot
 from quoin_tools.uplift import head_line
 
@@ -58,7 +58,7 @@ def draw_water(axes, case, name, load, force, box):
 
 
 def draw_weight(axes, case, name, load, force, size):
-    centres, areas = case.results.mesh.centres(), case.results.mesh.areas()
+    centres, areas = case.mesh.centres(), blockmesh.areas(case.mesh)
     weights = areas * cut.densities(case.mesh, case.scene, load)
     if weights.sum() <= 0:
         return
