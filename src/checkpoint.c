@@ -206,21 +206,32 @@ static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResul
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CheckpointPoll(Checkpoint *c, PetscInt64 cycle, StageResult *result)
+enum { STOP, WRITE, TIME, LIMIT, REQUESTS };
+
+/* Collective. What signals and the clock of rank 0 ask for. */
+static PetscErrorCode requests(Checkpoint *c, int request[REQUESTS])
 {
-  enum { STOP, WRITE, TIME, LIMIT, REQUESTS };
   const double now = MPI_Wtime(), minutes = 60. * c->scene->checkpoint_minutes,
                limit = 60. * c->scene->wall_limit;
   // two more looks and a checkpoint must fit in
   const double ahead = now - c->start_wall + 2. * (now - c->poll_wall) + c->write_wall;
-  char why[64];
-  int request[REQUESTS] = {stop_signal, write_signal, 0, 0}; // rank 0 has the clock
   PetscFunctionBeginUser;
   c->poll_wall = now;
-  if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (limit > 0. && ahead >= limit) c->limit_near = PETSC_TRUE;
+  request[STOP] = stop_signal, request[WRITE] = write_signal;
   request[TIME] = !c->rank && minutes > 0. && now - c->last_wall >= minutes;
-  request[LIMIT] = !c->rank && limit > 0. && ahead >= limit;
+  request[LIMIT] = !c->rank && c->limit_near;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, request, REQUESTS, MPI_INT, MPI_MAX, c->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointPoll(Checkpoint *c, PetscInt64 cycle, StageResult *result)
+{
+  char why[64];
+  int request[REQUESTS];
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(requests(c, request));
   const PetscInt every = c->scene->checkpoint_every;
   const PetscBool stop = (PetscBool)(request[STOP] || request[LIMIT]),
                   due = (PetscBool)(every && cycle - c->last_cycle >= every);
@@ -235,14 +246,12 @@ PetscErrorCode CheckpointPoll(Checkpoint *c, PetscInt64 cycle, StageResult *resu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CheckpointStop(const Checkpoint *c, StageResult *result)
+PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 {
-  int number = stop_signal;
-  char why[64];
+  int request[REQUESTS];
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_INT, MPI_MAX, c->comm));
-  snprintf(why, sizeof(why), "signal %d", number);
-  if (number) PetscCall(interrupt(c, why, result));
+  PetscCall(requests(c, request));
+  *stop = (PetscBool)(request[STOP] || request[LIMIT]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

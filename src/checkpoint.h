@@ -31,7 +31,8 @@ typedef struct _p_Checkpoint {
   PetscBool resuming;
   PetscInt64 last_cycle; /* when the last was written: [cycles], and [s] of MPI_Wtime */
   double last_wall, start_wall, poll_wall;
-  double write_wall; /* [s] that it took */
+  PetscBool limit_near; /* the limit of wall time has been seen to come */
+  double write_wall;    /* [s] that it took */
 } Checkpoint;
 
 /* Collective. Call when the scene is read; catches signals. mesh: checksum, on rank 0. */
@@ -52,5 +53,6 @@ PetscErrorCode CheckpointWrite(Checkpoint *checkpoint, PetscInt64 cycle);
 /* Collective. Between two cycles: writes a checkpoint when it is time, or when a signal asks for it; a stop
    that a signal or the limit of wall time asks for becomes the verdict, after the checkpoint. */
 PetscErrorCode CheckpointPoll(Checkpoint *checkpoint, PetscInt64 cycle, StageResult *result);
-/* Collective. Where nothing can be written down, as within Newton's method: a stop becomes the verdict. */
-PetscErrorCode CheckpointStop(const Checkpoint *checkpoint, StageResult *result);
+/* Collective. Where nothing can be written down, as within an increment of Newton's method: whether the next
+   CheckpointPoll is going to stop the run. */
+PetscErrorCode CheckpointStop(Checkpoint *checkpoint, PetscBool *stop);

@@ -13,7 +13,11 @@
 
    Guards. The step is bounded. A load increment that does not converge is halved; when that does not help, or
    the factor fails (a body that nothing holds), the explicit loop takes over from the last equilibrium: what
-   has no equilibrium is judged there. */
+   has no equilibrium is judged there.
+
+   Checkpoints are written at equilibria. What an increment starts from follows from the state alone: the
+   factor is that of the undeformed scene, the first tangent has elastic joints. So a restart takes the steps
+   of the straight run. A signal within an increment throws that increment away. */
 #include "output.h"
 #include "checkpoint.h"
 #include "stiffness.h"
@@ -34,6 +38,9 @@ struct _p_Newton {
   Vec r, du;             /* unbalanced force, correction */
   PetscReal *u, *u_base; /* (n_dof,) at the last committed equilibrium; before the line search */
   PetscReal *slip, *broken; /* (as in Contacts) history committed with u */
+  StageResult result;       /* committed with u, and so are effort and cycle */
+  Effort effort;
+  PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
   PetscBool fails;          /* K0 has no factor */
   /* what the factor belongs to */
@@ -108,10 +115,13 @@ static PetscErrorCode check_factor(const Problem *p)
 static PetscErrorCode factorise_elastic(const Problem *p)
 {
   Newton *n = p->newton;
+  PetscReal *undeformed;
   PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
   PetscCall(StiffnessBodies(p->m, &n->stiffness));
   StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
-  PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
+  PetscCall(PetscFree(undeformed));
   PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
   PetscCall(factorise(p, PCCHOLESKY, &n->elastic, &n->fails));
   PetscCall(KSPGetPC(n->elastic, &n->pc));
@@ -175,20 +185,32 @@ PetscErrorCode NewtonDestroy(Newton **newton)
 static void commit(const Problem *p)
 {
   const PetscInt n = 2 * p->contacts->n_padded;
+  p->newton->result = *p->result, p->newton->effort = p->relax->effort, p->newton->cycle = p->state->cycle;
   memcpy(p->newton->u, p->state->u, p->m->n_dof * sizeof(PetscReal));
   memcpy(p->newton->slip, p->contacts->slip, n * sizeof(PetscReal));
   memcpy(p->newton->broken, p->contacts->broken, n * sizeof(PetscReal));
 }
 
-/* The history goes back to the last equilibrium; `displacements` too. */
-static void restore(const Problem *p, PetscBool displacements)
+/* The history goes back to the last equilibrium. */
+static void restore_history(const Problem *p)
 {
   const PetscInt n = 2 * p->contacts->n_padded;
   memcpy(p->contacts->slip, p->newton->slip, n * sizeof(PetscReal));
   memcpy(p->contacts->broken, p->newton->broken, n * sizeof(PetscReal));
-  if (!displacements) return;
-  memcpy(p->state->u, p->newton->u, p->m->n_dof * sizeof(PetscReal));
-  RigidMotion(p->m, p->state->u);
+}
+
+/* So do the displacements, and the loads that follow them. */
+static PetscErrorCode restore(const Problem *p)
+{
+  State *state = p->state;
+  PetscFunctionBeginUser;
+  restore_history(p);
+  PetscCall(PetscArraycpy(state->u, p->newton->u, p->m->n_dof));
+  RigidMotion(p->m, state->u);
+  PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
+  PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
+  if (p->follow) PetscCall(LoadsFollow(p->scene, p->m, p->stage, state));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Forces at u_base + part du from the committed history, the unbalanced force r, and its norm [N]. */
@@ -200,7 +222,7 @@ static PetscErrorCode evaluate(const Problem *p, PetscReal part, const PetscReal
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = p->newton->u_base[d] + part * du[d];
   RigidMotion(m, state->u);
-  restore(p, PETSC_FALSE);
+  restore_history(p);
   PetscCall(Forces(m, p->stage->joints, p->contacts, state, p->newton->contact_scale));
   p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
   PetscCall(VecGetArrayWrite(p->newton->r, &r));
@@ -283,14 +305,19 @@ static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscRe
 
 /* ---- increments */
 
-/* Iterates to equilibrium under the loads applied; the tangent of the joints starts as the last one. */
-static PetscErrorCode equilibrium(const Problem *p, PetscBool *found)
+/* Iterates to equilibrium under the loads applied; stop: a signal or the limit of wall time has ended that.
+ */
+static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->newton;
   PetscReal norm, before = 0., least = PETSC_MAX_REAL;
   PetscInt least_at = 0;
   PetscFunctionBeginUser;
-  *found = PETSC_FALSE;
+  *found = *stop = PETSC_FALSE;
+  p->result->increment = 0.;
+  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
+  PetscCall(KSPDestroy(&n->worn));
+  n->last_solves = 0;
   PetscCall(evaluate(p, 0., NULL, &norm));
   for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS; i++) {
     const PetscReal *du, step = p->result->increment;
@@ -309,8 +336,8 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found)
     before = norm;
     PetscCall(line_search(p, du, &norm));
     PetscCall(VecRestoreArrayRead(n->du, &du));
-    PetscCall(CheckpointStop(p->output->checkpoint, p->result));
-    if (p->result->verdict != VERDICT_NONE) break;
+    PetscCall(CheckpointStop(p->output->checkpoint, stop));
+    if (*stop) break;
     if (p->follow) {
       PetscCall(LoadsFollow(p->scene, p->m, p->stage, p->state));
       LoadsApply(p->m, p->state, p->state->ramp);
@@ -332,8 +359,18 @@ static PetscErrorCode prepare(Problem *p)
     PetscCall(factorise_elastic(p));
   }
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
-  p->result->increment = 0.;
   commit(p);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An increment that was stopped on its way has never been. */
+static PetscErrorCode take_back(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(restore(p));
+  *p->result = p->newton->result;
+  p->relax->effort = p->newton->effort;
+  p->state->cycle = p->newton->cycle;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -343,30 +380,37 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
 {
   Problem p = {scene, m, stage, follow, contacts, state, relax, NULL, result, output};
   const PetscReal whole = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
-  PetscReal reached = 0., step = whole;
+  PetscReal *const reached = &relax->reached, *const step = &relax->step;
   PetscFunctionBeginUser;
-  PetscCall(prepare(&p));
+  if (!(*step > 0.)) *reached = 0., *step = whole;
   relax->effort.preconditioned = PETSC_TRUE;
-  while (!p.newton->fails && reached < 1. && step >= SMALLEST_INCREMENT * whole) {
-    const PetscReal target = reached + 1.000001 * step < 1. ? reached + step : 1.;
-    PetscBool found;
+  PetscCall(prepare(&p));
+  while (!p.newton->fails && *reached < 1. && *step >= SMALLEST_INCREMENT * whole) {
+    const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
+    PetscBool found, stop;
+    PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
+    if (result->verdict != VERDICT_NONE) break;
     LoadsApply(m, state, target);
-    PetscCall(equilibrium(&p, &found));
-    if (found) PetscCall(JudgeContacts(m, contacts, result));
+    PetscCall(equilibrium(&p, &found, &stop));
     if (found) {
-      reached = target;
+      PetscCall(JudgeContacts(m, contacts, result));
+      *reached = target;
       commit(&p);
-      PetscCall(OutputHistory(output, scene, m, state, number, reached, result));
+      PetscCall(OutputHistory(output, scene, m, state, number, target, result));
+    } else if (stop) {
+      PetscCall(take_back(&p));
     } else {
-      restore(&p, PETSC_TRUE);
-      StiffnessJointsElastic(stage->joints, contacts, &p.newton->stiffness);
-      step *= 0.5;
+      PetscCall(restore(&p));
+      *step *= 0.5;
+      commit(&p);
       if (!stage->ramp) break; // the loads are at once what they are
     }
-    if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+    if (result->verdict != VERDICT_NONE) break;
   }
-  LoadsApply(m, state, reached);
-  if (reached < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  *step = 0.;
+  if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  LoadsApply(m, state, *reached);
+  if (*reached < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_CONVERGED;
   PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g",
                           (double)result->ratio, (double)stage->tolerance));

@@ -199,13 +199,10 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start of a stage, or of a trial of one, up to its verdict or to the first cycle of the explicit loop.
- */
-static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                            PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
-                            Output *output, Loop *loop)
+/* Loads, contacts and masses at the start of a stage, or of a trial of one. */
+static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
+                            State *state, StageResult *result)
 {
-  StageResult *result = loop->result;
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(UpliftStart(scene, stage, state));
@@ -214,6 +211,16 @@ static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, Pe
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
   state->beta = scene->damping == DAMPING_ADAPTIVE ? scene->beta : 0.;
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Up to the verdict or to the first cycle of the explicit loop. */
+static PetscErrorCode before_cycles(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
+                                    PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
+                                    Output *output, Loop *loop)
+{
+  StageResult *result = loop->result;
+  PetscFunctionBeginUser;
   if (scene->method == METHOD_PRECONDITIONED && !stage->variable)
     PetscCall(precondition(scene, m, stage, number, follow, contacts, state, relax, output, result));
   if (result->verdict == VERDICT_NONE) {
@@ -241,7 +248,9 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(PetscCalloc1(m->n_dof, &contact_scale));
   PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
-  if (!resumed) PetscCall(begin(scene, m, stage, number, follow, contacts, state, relax, output, &loop));
+  if (!resumed) PetscCall(begin(scene, m, stage, contacts, state, result));
+  if (!resumed || relax->step > 0.) // else it was in the loop
+    PetscCall(before_cycles(scene, m, stage, number, follow, contacts, state, relax, output, &loop));
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
     if (state->ramp < 1.) {

@@ -28,8 +28,10 @@ typedef struct _p_Relaxation {
   PetscInt64 chunk_start, chunk_length;
   PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
   PetscInt n_alpha;
-  Newton *newton; /* factor and work arrays of newton.c, NULL: not used so far */
-  Effort effort;  /* of the stage so far */
+  Newton *newton;          /* factor and work arrays of newton.c, NULL: not used so far */
+  Effort effort;           /* of the stage so far */
+  PetscReal reached, step; /* Newton's method: part of the loads at the last equilibrium, the next part; step
+                              0: not at work */
   PetscReal
       settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
   PetscBool still;   /* Judge asks for RelaxationStill */

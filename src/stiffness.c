@@ -20,7 +20,7 @@ enum { MOST = 6 }; /* vertices of a contact; an element has four */
 
 /* Three exchanges of pairs of numbers (exact as reals) tell ghosts their rows and the centre of their body.
  */
-static PetscErrorCode number_rows(const Model *m, const State *state, Stiffness *s)
+static PetscErrorCode number_rows(const Model *m, Stiffness *s)
 {
   const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES;
   PetscReal *pair;
@@ -33,8 +33,7 @@ static PetscErrorCode number_rows(const Model *m, const State *state, Stiffness 
                    dof = body < 0 ? at + 2 * v : 3 * body;
     for (int i = 0; i < (body < 0 ? 2 : 3); i++)
       s->row[3 * v + i] = m->fixed[dof + i] ? -1 : s->first + dof + i;
-    for (int i = 0; i < 2 && body >= 0; i++)
-      s->centre[2 * v + i] = m->body_X[2 * body + i] + state->u[3 * body + i];
+    for (int i = 0; i < 2 && body >= 0; i++) s->centre[2 * v + i] = m->body_X[2 * body + i];
   }
   for (int part = 0; part < 3; part++) {
     for (PetscInt v = 0; v < n; v++) {
@@ -284,7 +283,7 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contact
   PetscCall(PetscMalloc3(3 * (m->n_vertices + DUMMY_VERTICES), &s->row, 2 * (m->n_vertices + DUMMY_VERTICES),
                          &s->centre, 16 * c->n_padded, &s->joint));
   PetscCall(PetscArrayzero(s->joint, 16 * c->n_padded));
-  PetscCall(number_rows(m, state, s));
+  PetscCall(number_rows(m, s));
   PetscCall(MatCreate(m->comm, &pattern));
   PetscCall(MatSetSizes(pattern, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(pattern, MATPREALLOCATOR));

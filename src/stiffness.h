@@ -10,11 +10,12 @@ typedef struct _p_Stiffness {
   PetscInt n_vertices; /* the rows are those of this many local vertices */
   PetscInt first;      /* global row of this rank's first dof */
   PetscInt *row;       /* (n_vertices + dummies, 3) global rows, -1: held, or none */
-  PetscReal *centre;   /* [m] (n_vertices + dummies, 2) present centre of the rigid body the vertex is on */
-  Mat bodies;          /* [N/m] blocks (and what else is linear), with the pattern of the joints */
-  Mat tangent;         /* bodies and the present tangent of the joints; same pattern */
-  PetscReal *joint;    /* (n_contacts padded, 16) end forces (F_n0 F_n1 F_s0 F_s1) [N/m] per opening and slip
-                          (u_n0 u_n1 u_s0 u_s1) [m], row after row */
+  PetscReal
+      *centre;      /* [m] (n_vertices + dummies, 2) centre of the rigid body, undeformed, the vertex is on */
+  Mat bodies;       /* [N/m] blocks (and what else is linear), with the pattern of the joints */
+  Mat tangent;      /* bodies and the present tangent of the joints; same pattern */
+  PetscReal *joint; /* (n_contacts padded, 16) end forces (F_n0 F_n1 F_s0 F_s1) [N/m] per opening and slip
+                       (u_n0 u_n1 u_s0 u_s1) [m], row after row */
 } Stiffness;
 
 /* ---- stiffness.c */

@@ -1,5 +1,6 @@
 """Faults other than kills: each function makes one happen and returns (what, times, exit codes, what was lost)."""
 
+import json
 import os
 import random
 import shlex
@@ -36,7 +37,7 @@ def one_line(error, word):
 
 def same(bench, folder, name):
     from run import outcome
-    ensure(outcome(folder) == bench.reference(name)[0], f"{folder}: the result is another")
+    ensure(outcome(folder) == bench.reference(name), f"{folder}: the result is another")
 
 
 def restart(bench, folder, name, *options):
@@ -292,9 +293,54 @@ def signals(bench):
     return ("SIGTERM, SIGINT, SIGUSR2, limit of wall time: checkpoint and stop; SIGUSR1: checkpoint", 5, f"{INTERRUPTED}, {OK}", NOTHING)
 
 
+def newton_method(bench):
+    """A stop within an increment of Newton's method; a restart on other ranks, where MUMPS rounds differently."""
+    def slow(scene):
+        scene["relaxation"] |= {"tolerance": 1e-9}
+    expected = None
+    for number in (None, signal.SIGUSR2, signal.SIGUSR1):
+        folder = bench.prepare("newton", slow)
+        job = bench.job(folder, 1)
+        job.wait_for("out/checkpoints/*1.h5")
+        if number:
+            job.process.send_signal(number)
+        code, out, error = job.end()
+        if number is None:
+            ensure(code == OK, f"{folder}: {code} {error}")
+            expected = final(folder)
+        elif number == signal.SIGUSR2:
+            ensure(code == INTERRUPTED and "-restart out/checkpoints" in out, f"{folder}: {code} {out} {error}")
+            other = folder / "other"
+            shutil.copytree(folder / "out", other / "out")
+            for name in ("scene.yaml", "model.h5"):
+                shutil.copy(folder / name, other)
+            for where, ranks in ((folder, 1), (other, 2)):
+                code, out, error = bench.run(where, ranks, "-restart", "auto")
+                ensure(code == OK and "goes on from" in out, f"{where}: {code} {error}")
+            ensure(final(folder) == expected, f"{folder}: the result is another")
+            compare(final(other), expected, other)
+        else:
+            ensure(code == OK and final(folder) == expected, f"{folder}: {code} {error}")
+    return ("SIGUSR2 and SIGUSR1 within a stage by Newton's method, restart on 1 and 2 ranks", 3, f"{INTERRUPTED}, {OK}",
+            "nothing: the same checksum on 1 rank, on 2 the same verdicts and displacements to 1e-6")
+
+
+def final(folder):
+    """Per stage: name, verdict, largest displacement, checksum; outcomes of the trials."""
+    stages = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))["stages"]
+    rows = [[stage["name"], stage["verdict"], stage["max_displacement"]["value"], stage["checksum"]] for stage in stages]
+    return rows, [[trial["value"], trial["outcome"]] for trial in stages[-1]["strength_reduction"]["trials"]]
+
+
+def compare(ours, expected, folder):
+    ensure(ours[1] == expected[1], f"{folder}: other trials: {ours[1]} {expected[1]}")
+    for stage, other in zip(ours[0], expected[0], strict=True):
+        ensure(stage[:2] == other[:2] and abs(stage[2] - other[2]) <= 1e-6 * other[2], f"{folder}: {stage}, expected {other}")
+
+
 def all_of(bench):
     rows = []
-    for fault in (signals, slow_rank, two_runs, damaged, other, model_file, not_a_number, memory, removed, full_disk, read_only):
+    for fault in (signals, newton_method, slow_rank, two_runs, damaged, other, model_file, not_a_number, memory, removed, full_disk, read_only):
         row = fault(bench)
         print(f"{fault.__name__}: {'left out: tmpfs cannot be mounted' if row is None else 'nothing lost'}", flush=True)
         if row:
