@@ -3,6 +3,9 @@
    Scene. */
 #include "scene_keys.h"
 #include "joint_law.h"
+#include "output.h"
+#include <inttypes.h>
+#include <sys/stat.h>
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -356,6 +359,30 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* After the options, a line for each file of motion with its checksum: a restart tells when it has changed.
+ */
+static PetscErrorCode NoteMotions(Scene *scene)
+{
+  char *text = NULL;
+  size_t size;
+
+  PetscFunctionBeginUser;
+  FILE *f = open_memstream(&text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  fputs(scene->options, f);
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    const Support *s = scene->supports + i;
+    struct stat file = {0};
+    if (!s->motion[0] || stat(s->motion, &file) || !S_ISREG(file.st_mode)) continue;
+    fprintf(f, "supports_%s_motion_checksum %016" PRIx64 "\n", s->name,
+            FileChecksum(s->motion, (size_t)file.st_size));
+  }
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  free(scene->options);
+  scene->options = text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene)
 {
   Reader r = {.scene = scene};
@@ -372,6 +399,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
   if (!r.message[0]) PetscCall(ReadAll(&r, scene));
   if (!r.message[0]) PetscCall(EntriesText(&r.entries, &scene->options));
+  if (!r.message[0]) PetscCall(NoteMotions(scene));
   PetscCall(PetscFree(text));
   PetscCall(EntriesDestroy(&r.entries));
   PetscCall(CheckMessage(comm, r.message));

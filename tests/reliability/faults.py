@@ -218,6 +218,20 @@ def other(bench):
     return ("restart with other options (told), another mesh, another version", 3, f"{OK}, {RESTART}, {RESTART}", "nothing")
 
 
+def motion_file(bench):
+    duration = 0.2
+    folder = bench.prepare("dynamic", lambda scene: scenes.shake(scene, duration))
+    (folder / "motion.csv").write_text(scenes.motion(duration), encoding="utf-8")
+    job = bench.job(folder, 1, "-checkpoint_every", 1000)
+    wait_for(job, folder, "out/checkpoints/*3.h5")
+    job.kill("all ranks")
+    job.end()
+    (folder / "motion.csv").write_text(scenes.motion(duration, amplitude=0.1), encoding="utf-8")
+    code, out, error = bench.run(folder, 1, "-restart", "auto")
+    ensure(code == OK and "changed since the checkpoint: supports_base_motion_checksum: " in out, f"{folder}: {code} {out} {error}")
+    return ("restart with another content of a file of motion (told)", 1, OK, "nothing")
+
+
 def model_file(bench):
     rng = random.Random(5)  # noqa: S311
     folder = bench.prepare("static")
@@ -340,7 +354,7 @@ def compare(ours, expected, folder):
 
 def all_of(bench):
     rows = []
-    for fault in (signals, newton_method, slow_rank, two_runs, damaged, other, model_file, not_a_number, memory, removed, full_disk, read_only):
+    for fault in (signals, newton_method, slow_rank, two_runs, damaged, other, motion_file, model_file, not_a_number, memory, removed, full_disk, read_only):
         row = fault(bench)
         print(f"{fault.__name__}: {'left out: tmpfs cannot be mounted' if row is None else 'nothing lost'}", flush=True)
         if row:
