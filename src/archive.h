@@ -21,6 +21,8 @@ typedef struct _p_Archive {
   MPI_Comm comm;
   PetscMPIInt rank;
   PetscBool reading;
+  PetscBool anew; /* reading in the same run, onto another partition: arrays that a rank's model measures must
+                     be made anew; clocks go on */
   char part[NAME_LENGTH]; /* names are taken below it */
   PetscInt n;             /* rank 0 */
   ArchiveEntry *entries;  /* (n,) rank 0 */

@@ -194,6 +194,20 @@ PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CheckpointThrough(Checkpoint *c, PetscErrorCode (*renew)(void *context), void *context)
+{
+  Archive archive;
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCreate(c->comm, &archive));
+  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
+  PetscCall(renew(context));
+  archive.reading = archive.anew = PETSC_TRUE;
+  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
+  PetscCall(CheckpointRefuse(c, ERROR_OUTPUT, archive.message));
+  PetscCall(ArchiveDestroy(&archive));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResult *result)
 {
   char last[PETSC_MAX_PATH_LEN];
@@ -260,7 +274,8 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 /* Options that change no number of the results. */
 static PetscBool is_idle(const char *line)
 {
-  static const char *const idle[] = {"title ", "output ", "restart ", "checkpoint_", "model ", NULL};
+  static const char *const idle[] = {"title ",     "output ",      "restart ", "checkpoint_", "model ",
+                                     "partition ", "repartition_", "isa ",     NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;

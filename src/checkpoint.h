@@ -31,8 +31,9 @@ typedef struct _p_Checkpoint {
   PetscBool resuming;
   PetscInt64 last_cycle; /* when the last was written: [cycles], and [s] of MPI_Wtime */
   double last_wall, start_wall, poll_wall;
-  PetscBool limit_near; /* the limit of wall time has been seen to come */
-  double write_wall;    /* [s] that it took */
+  PetscBool limit_near;               /* the limit of wall time has been seen to come */
+  double write_wall;                  /* [s] that it took */
+  struct _p_Repartition *repartition; /* repartition.h; NULL: none */
 } Checkpoint;
 
 /* Collective. Call when the scene is read; catches signals. mesh: checksum, on rank 0. */
@@ -50,6 +51,10 @@ PetscErrorCode CheckpointAttach(Checkpoint *checkpoint, const char *name, Archiv
 PetscErrorCode CheckpointDetach(Checkpoint *checkpoint);
 /* Collective. Writes all parts to a new file, the oldest files give way. */
 PetscErrorCode CheckpointWrite(Checkpoint *checkpoint, PetscInt64 cycle);
+/* Collective. All parts into memory; renew, which may build anew what has the size of a rank's model; all
+   parts back. Parts are told by archive->anew. */
+PetscErrorCode CheckpointThrough(Checkpoint *checkpoint, PetscErrorCode (*renew)(void *context),
+                                 void *context);
 /* Collective. Between two cycles: writes a checkpoint when it is time, or when a signal asks for it; a stop
    that a signal or the limit of wall time asks for becomes the verdict, after the checkpoint. */
 PetscErrorCode CheckpointPoll(Checkpoint *checkpoint, PetscInt64 cycle, StageResult *result);

@@ -121,8 +121,8 @@ static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bod
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives DMPlex our METIS parts. part: (n_blocks,) on rank 0. */
-static PetscErrorCode set_partition(DM dm, const BlockMesh *mesh, const PetscInt *part)
+/* Gives DMPlex our parts. */
+static PetscErrorCode set_partition(DM dm, const BlockMesh *mesh)
 {
   PetscPartitioner partitioner;
   PetscMPIInt size;
@@ -130,9 +130,9 @@ static PetscErrorCode set_partition(DM dm, const BlockMesh *mesh, const PetscInt
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)dm), &size));
   PetscCall(PetscCalloc3(size, &sizes, size + 1, &offset, mesh->n_blocks, &points));
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) sizes[part[b]]++;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) sizes[mesh->part[b]]++;
   for (PetscMPIInt p = 0; p < size; p++) offset[p + 1] = offset[p] + sizes[p];
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) points[offset[part[b]]++] = b;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) points[offset[mesh->part[b]]++] = b;
   PetscCall(DMPlexGetPartitioner(dm, &partitioner));
   PetscCall(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
   PetscCall(PetscPartitionerShellSetPartition(partitioner, size, sizes, points));
@@ -155,17 +155,16 @@ static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
-                              PartitionKind kind, PetscReal margin, DM *plex, PointRecord **records)
+PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies, DM *plex,
+                              PointRecord **records)
 {
-  PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, *part, p_end;
+  PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, p_end;
   PointRecord *old;
-  PetscMPIInt rank, size;
+  PetscMPIInt rank;
   PetscSF migration = NULL;
   DM dm, distributed = NULL;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCall(DMCreate(comm, &dm));
   PetscCall(DMSetType(dm, DMPLEX));
   PetscCall(DMPlexDistributeSetDefault(dm, PETSC_FALSE));
@@ -176,14 +175,10 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNu
   PetscCall(plex_labels(dm, mesh, block_edges));
   PetscCall(PetscMalloc1(mesh->n_blocks + mesh->n_vertices + n_edges, &old));
   if (rank == 0) PetscCall(fill_records(mesh, bodies, n_edges, block_edges, old));
-  PetscCall(PetscMalloc1(mesh->n_blocks, &part));
-  PetscCall(PartBegin(PART_PARTITION));
-  if (rank == 0) PetscCall(PartitionBlocks(mesh, bodies, kind, margin, size, part));
-  PetscCall(PartEnd(PART_PARTITION));
 
   // vertex adjacency, one layer: every element that touches an owned vertex
   PetscCall(DMSetBasicAdjacency(dm, PETSC_FALSE, PETSC_TRUE));
-  PetscCall(set_partition(dm, mesh, part));
+  PetscCall(set_partition(dm, mesh));
   PetscCall(DMPlexDistribute(dm, 1, &migration, &distributed));
   if (distributed) {
     PetscCall(DMPlexGetChart(distributed, NULL, &p_end));
@@ -196,7 +191,6 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNu
     *records = old;
     *plex = dm;
   }
-  PetscCall(PetscFree(part));
   PetscCall(PetscFree(edge_vertices));
   PetscCall(PetscFree(block_edges));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,7 +1,7 @@
 /* dynamics.c: a stage in time. True masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
 #include "output.h"
-#include "checkpoint.h"
+#include "repartition.h"
 #include "reproducible.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
@@ -395,10 +395,14 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   Loop *loop = context;
   PetscFunctionBeginUser;
   loop->result->wall = MPI_Wtime() - loop->start;
+  if (a->anew) {
+    PetscCall(EnergyDestroy(loop->energy));
+    PetscCall(EnergyCreate(loop->m, loop->energy));
+  }
   PetscCall(ArchiveResult(a, "result", loop->result));
   PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
   PetscCall(EnergyArchive(a, loop->scene, loop->m, loop->contacts, loop->energy));
-  loop->start = MPI_Wtime() - loop->result->wall;
+  if (!a->anew) loop->start = MPI_Wtime() - loop->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -448,6 +452,7 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
     if (!result->finite) PetscCall(name_fault(m, s, loop));
     result->wall = MPI_Wtime() - loop->start;
     PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
+    PetscCall(RepartitionPoll(output->checkpoint, stage, s->cycle, result));
     PetscCall(CheckpointPoll(output->checkpoint, s->cycle, result));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -117,9 +117,11 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
 /* Outer faces (n,2) block, k, and their boxes (n,4) grown by `margin` [m]; free both with PetscFree. */
 PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
                               PetscReal **box);
-/* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. */
+/* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. work: NULL, or
+   what the busiest rank computes in a cycle (four a deformable quadrilateral or contact) with part as it
+   comes in and as it goes out. */
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
-                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part);
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
 
 /* ---- distribute.c: what a point of the Plex (block, vertex, face) is */
 typedef struct {
@@ -132,11 +134,10 @@ typedef struct {
   PetscInt inner;     /* vertex: 1: of a condensed body, and not kept */
 } PointRecord;
 struct _p_DM;
-/* Collective. mesh, bodies on rank 0. plex: distributed with one layer of overlap; records: (points of its
- * chart,). */
+/* Collective. mesh with its part, bodies on rank 0. plex: distributed with one layer of overlap; records:
+   (points of its chart,). */
 PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
-                              PartitionKind kind, PetscReal margin, struct _p_DM **plex,
-                              PointRecord **records);
+                              struct _p_DM **plex, PointRecord **records);
 
 /* ---- neighbours.c: what contacts need from other ranks */
 /* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
@@ -160,7 +161,7 @@ PetscErrorCode StateResize(const Model *model, State *state);
 
 /* ---- model.c */
 /* Collective. Builds the flat arrays of this rank (see types.h) and the ghost exchange from the mesh on rank
- * 0. */
+   0; finds mesh->part when there is none. */
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
 PetscErrorCode ModelDestroy(Model *model);
 /* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same
@@ -385,7 +386,8 @@ typedef enum {
   PART_RIGID,
   PART_INTEGRATION,
   PART_DAMPING,
-  PART_VERIFICATION, /* from here on timed whole; the next five are parts of it */
+  PART_REPARTITION,  /* from here on timed whole */
+  PART_VERIFICATION, /* the next five are parts of it */
   PART_FAR_FACES,
   PART_NEAR_FACES,
   PART_FACE_CONTACTS,

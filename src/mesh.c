@@ -502,6 +502,7 @@ PetscErrorCode MeshDestroy(BlockMesh *mesh)
   PetscCall(PetscFree(mesh->blocks));
   PetscCall(PetscFree(mesh->block_group));
   PetscCall(PetscFree(mesh->body));
+  PetscCall(PetscFree(mesh->part));
   PetscCall(PetscFree(mesh->block_file));
   PetscCall(PetscFree(mesh->vertex_file));
   PetscCall(PetscFree(mesh->group_names));

@@ -434,7 +434,13 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(PetscMemzero(m, sizeof(*m)));
   PetscCall(PartBegin(PART_DISTRIBUTION));
   PetscCall(describe_mesh(comm, scene, mesh, &bodies, m));
-  PetscCall(MeshDistribute(comm, mesh, &bodies, scene->partition, m->contact_margin, &b.dm, &b.record));
+  PetscCall(PartBegin(PART_PARTITION));
+  if (!m->rank && !mesh->part) {
+    PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->part));
+    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
+  }
+  PetscCall(PartEnd(PART_PARTITION));
+  PetscCall(MeshDistribute(comm, mesh, &bodies, &b.dm, &b.record));
   PetscCall(PartEnd(PART_DISTRIBUTION));
   PetscCall(PartBegin(PART_MODEL));
   PetscCall(PetscFree(bodies.rigid));

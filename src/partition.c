@@ -194,12 +194,14 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const BodyNumbers *bodi
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
   PetscCall(PetscMalloc3(g->filled, &g->adjncy, g->filled, &g->adjwgt, g->n, &g->vwgt));
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
-  // a deformable block costs its vertices; a rigid or condensed one next to nothing
+  // a deformable block costs its vertices, a rigid or condensed one next to nothing; a contact like half a
+  // block on either side
   PetscCall(PetscArrayzero(g->vwgt, g->n));
   for (PetscInt b = 0; b < mesh->n_blocks; b++)
     g->vwgt[node[b]] += bodies->rigid[b] >= 0 || bodies->condensed[b] >= 0
                             ? 1
                             : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
+  for (PetscInt i = 0; i < 2 * n_pairs; i++) g->vwgt[node[pairs[i]]] += CONTACT_WEIGHT;
   PetscCall(PetscFree2(g->mark, g->where));
   PetscCall(csr_free(&members));
   PetscCall(csr_free(&near));
@@ -269,23 +271,44 @@ static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the busiest part computes in a cycle: its own nodes, and over the cut what touches them. */
+static PetscErrorCode busiest(const Graph *g, PetscMPIInt n_parts, const idx_t *part, PetscReal *most)
+{
+  PetscInt64 *work;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(n_parts, &work));
+  for (PetscInt i = 0; i < g->n; i++) {
+    work[part[i]] += g->vwgt[i];
+    for (PetscInt e = g->xadj[i]; e < g->xadj[i + 1]; e++)
+      if (part[g->adjncy[e]] != part[i]) work[part[i]] += g->adjwgt[e];
+  }
+  *most = 0.;
+  for (PetscMPIInt p = 0; p < n_parts; p++) *most = PetscMax(*most, (PetscReal)work[p]);
+  PetscCall(PetscFree(work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
-                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part)
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2])
 {
   Graph g = {0};
   PetscInt *node;
   idx_t *node_part;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(part, mesh->n_blocks));
-  if (n_parts == 1 || !mesh->n_blocks)
-    PetscFunctionReturn(PETSC_SUCCESS); // METIS divides by zero for one part
+  if (n_parts == 1 || !mesh->n_blocks) { // METIS divides by zero for one part
+    PetscCall(PetscArrayzero(part, mesh->n_blocks));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscMalloc1(mesh->n_blocks, &node));
   PetscCall(graph_build(mesh, bodies, margin, &g, node));
   PetscCall(PetscCalloc1(g.n, &node_part));
+  for (PetscInt b = 0; b < mesh->n_blocks && work; b++) node_part[node[b]] = (idx_t)part[b];
+  if (work) PetscCall(busiest(&g, n_parts, node_part, &work[0]));
   if (kind == PARTITION_STRIPES)
     PetscCall(cut_in_stripes(mesh, node, &g, n_parts, node_part));
   else
     PetscCall(cut_by_metis(&g, n_parts, node_part));
+  if (work) PetscCall(busiest(&g, n_parts, node_part, &work[1]));
   for (PetscInt b = 0; b < mesh->n_blocks; b++) part[b] = node_part[node[b]];
   PetscCall(PetscFree(g.xadj));
   PetscCall(PetscFree3(g.adjncy, g.adjwgt, g.vwgt));

@@ -1,6 +1,6 @@
 /* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
 #include "output.h"
-#include "checkpoint.h"
+#include "repartition.h"
 
 struct _p_Quoin {
   MPI_Comm comm;
@@ -11,6 +11,7 @@ struct _p_Quoin {
   Relaxation relax;
   Output output;
   Checkpoint checkpoint;
+  Repartition repartition;
   uint64_t mesh;  /* its checksum; rank 0 */
   PetscInt stage; /* that runs, or is next */
   StageResult last;
@@ -145,6 +146,46 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* All that hangs on the partition, at the reference state. */
+static PetscErrorCode build(Quoin q, BlockMesh *mesh)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ModelCreate(q->comm, &q->scene, mesh, &q->model));
+  PetscCall(PartBegin(PART_FIRST_CONTACTS));
+  PetscCall(SupportsApply(&q->scene, &q->model));
+  PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
+  PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
+  PetscCall(CondensedCreate(&q->scene, &q->model));
+  PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));
+  PetscCall(StateCreate(&q->model, &q->state));
+  PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
+  PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
+  PetscCall(PartEnd(PART_FIRST_CONTACTS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode take_down(Quoin q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(RelaxationDestroy(&q->relax));
+  PetscCall(UpliftDestroy(&q->scene, &q->state));
+  PetscCall(StateDestroy(&q->state));
+  PetscCall(ContactsDestroy(&q->contacts));
+  PetscCall(CondensedDestroy(&q->model));
+  PetscCall(ModelDestroy(&q->model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same on the partition that repartition.c has found. */
+static PetscErrorCode renew(void *context)
+{
+  Quoin q = context;
+  PetscFunctionBeginUser;
+  PetscCall(take_down(q));
+  PetscCall(build(q, &q->repartition.mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode QuoinSetUp(Quoin q)
 {
   BlockMesh mesh;
@@ -165,18 +206,11 @@ PetscErrorCode QuoinSetUp(Quoin q)
   if (rank == 0) PetscCall(MeshReorder(&mesh));
   PetscCall(PartEnd(PART_ORDER));
   if (rank == 0) q->mesh = MeshChecksum(&mesh);
-  PetscCall(ModelCreate(q->comm, &q->scene, &mesh, &q->model));
+  PetscCall(build(q, &mesh));
+  PetscCall(RepartitionCreate(&q->scene, &q->model, &mesh, &q->repartition));
+  q->repartition.state = &q->state, q->repartition.contacts = &q->contacts;
+  q->repartition.renew = renew, q->repartition.context = q;
   PetscCall(MeshDestroy(&mesh));
-  PetscCall(PartBegin(PART_FIRST_CONTACTS));
-  PetscCall(SupportsApply(&q->scene, &q->model));
-  PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
-  PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
-  PetscCall(CondensedCreate(&q->scene, &q->model));
-  PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));
-  PetscCall(StateCreate(&q->model, &q->state));
-  PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
-  PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
-  PetscCall(PartEnd(PART_FIRST_CONTACTS));
   q->has_model = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -276,6 +310,9 @@ static PetscErrorCode begin(Quoin q)
   PetscCall(PartReportSetUp(q->comm));
   q->has_output = PETSC_TRUE;
   q->checkpoint.last_cycle = q->state.cycle;
+  q->checkpoint.repartition = &q->repartition;
+  // set-up deals out by where blocks were at the start
+  q->repartition.looked = resumed ? q->state.cycle - q->scene.repartition_every : 0;
   if (resumed)
     PetscCall(
         PetscPrintf(q->comm, "goes on from %s: stage %s, cycle %" PetscInt64_FMT "\n", q->checkpoint.last,
@@ -321,14 +358,8 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   if (!*q) PetscFunctionReturn(PETSC_SUCCESS);
   if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output));
   PetscCall(CheckpointDestroy(&(*q)->checkpoint));
-  if ((*q)->has_model) {
-    PetscCall(RelaxationDestroy(&(*q)->relax));
-    PetscCall(UpliftDestroy(&(*q)->scene, &(*q)->state));
-    PetscCall(StateDestroy(&(*q)->state));
-    PetscCall(ContactsDestroy(&(*q)->contacts));
-    PetscCall(CondensedDestroy(&(*q)->model));
-    PetscCall(ModelDestroy(&(*q)->model));
-  }
+  if ((*q)->has_model) PetscCall(take_down(*q));
+  PetscCall(RepartitionDestroy(&(*q)->repartition));
   PetscCall(SceneDestroy(&(*q)->scene));
   PetscCall(PetscFree(*q));
   PetscFunctionReturn(PETSC_SUCCESS);

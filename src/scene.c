@@ -348,6 +348,9 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
   PetscCall(AskSection(r, "", "checkpoint", path));
   PetscCall(EchoSection(r, 0, "checkpoint"));
   PetscCall(ReadSection(r, SECTION_CHECKPOINT, path, scene, NULL));
+  PetscCall(AskSection(r, "", "repartition", path));
+  PetscCall(EchoSection(r, 0, "repartition"));
+  PetscCall(ReadSection(r, SECTION_REPARTITION, path, scene, NULL));
   PetscCall(ReadMaterials(r, scene));
   PetscCall(ReadJoints(r, scene, &given));
   PetscCall(ReadSupports(r, scene));

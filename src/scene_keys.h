@@ -6,12 +6,13 @@
 
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
-  "", "contact.", "relaxation.", "checkpoint.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
+  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
   "loads.<name>.", "stages.<name>."};
 // clang-format on
 
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
 static const char *const Partitions[] = {"metis", "stripes", "PartitionKind", "PARTITION_", NULL};
+static const char *const Repartitions[] = {"auto", "never", "RepartitionKind", "REPARTITION_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
 static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
 static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
@@ -105,6 +106,14 @@ static const Key Keys[] = {
       "newest checkpoints that are kept"),
   KEY(CHECKPOINT, "wall_limit", REAL, Scene, wall_limit, "0", ">= 0", "min",
       "of wall time after which the run writes a checkpoint and stops; 0: none"),
+
+  KEY(REPARTITION, "when", CHOICE, Scene, repartition, "auto", NULL, "",
+      "static and dynamic stages with variable connectivity. auto: dealt out to the ranks anew when blocks have moved; same results",
+      .choices = Repartitions),
+  KEY(REPARTITION, "every", INT, Scene, repartition_every, "10000", ">= 1", "cycles",
+      "between looks for a better partition"),
+  KEY(REPARTITION, "gain", REAL, Scene, repartition_gain, "0.1", ">= 0, < 1", "-",
+      "part of the busiest rank's work that it must save"),
 
   KEY(STAGE_DEFAULTS, "ramp", INT, Stage, ramp, "1000", ">= 0", "cycles", "for stages that give none"),
   KEY(STAGE_DEFAULTS, "max_cycles", INT, Stage, max_cycles, "1000000", ">= 1", "cycles",

@@ -8,6 +8,7 @@ typedef enum {
   SECTION_CONTACT,
   SECTION_RELAXATION,     /* fields of Scene */
   SECTION_CHECKPOINT,     /* likewise */
+  SECTION_REPARTITION,    /* likewise */
   SECTION_STAGE_DEFAULTS, /* `relaxation` too, but fields of Stage: every stage starts from them */
   SECTION_MATERIALS,
   SECTION_JOINTS,

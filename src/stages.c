@@ -1,6 +1,6 @@
 /* stages.c: the stages of a scene, one after the other; each ends with a verdict. */
 #include "output.h"
-#include "checkpoint.h"
+#include "repartition.h"
 #include <unistd.h>
 
 PetscErrorCode StateCreate(const Model *m, State *s)
@@ -181,10 +181,12 @@ static PetscErrorCode precondition(const Scene *scene, Model *m, const Stage *st
 
 /* What the loop of cycles remembers, see archive.h. */
 typedef struct {
+  const Model *m;
   StageResult *result;
   Effort *effort;
-  PetscInt64 ramp_start; /* cycle of the stage at which the ramp began */
-  double start;          /* [s] of MPI_Wtime */
+  PetscReal *contact_scale; /* (n_dof,) |contact force| at the last check */
+  PetscInt64 ramp_start;    /* cycle of the stage at which the ramp began */
+  double start;             /* [s] of MPI_Wtime */
 } Loop;
 
 static PetscErrorCode archive_loop(Archive *a, void *context)
@@ -192,10 +194,14 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   Loop *loop = context;
   PetscFunctionBeginUser;
   loop->result->wall = MPI_Wtime() - loop->start;
+  if (a->anew) {
+    PetscCall(PetscFree(loop->contact_scale));
+    PetscCall(PetscCalloc1(loop->m->n_dof, &loop->contact_scale));
+  }
   PetscCall(ArchiveResult(a, "result", loop->result));
   PetscCall(ArchiveEffort(a, loop->effort));
   PetscCall(ArchiveCounts(a, "ramp_start", 1, &loop->ramp_start));
-  loop->start = MPI_Wtime() - loop->result->wall;
+  if (!a->anew) loop->start = MPI_Wtime() - loop->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,13 +246,13 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
                           StageResult *result)
 {
   const PetscBool follow = loads_follow(scene, m, stage);
-  PetscReal *contact_scale, first_ratio = 0.;
+  PetscReal first_ratio = 0.;
   double first_wall = 0.;
-  Loop loop = {result, &relax->effort, 0, MPI_Wtime()};
+  Loop loop = {m, result, &relax->effort, NULL, 0, MPI_Wtime()};
   PetscBool resumed;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
-  PetscCall(PetscCalloc1(m->n_dof, &contact_scale));
+  PetscCall(PetscCalloc1(m->n_dof, &loop.contact_scale));
   PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
   if (!resumed) PetscCall(begin(scene, m, stage, contacts, state, result));
   if (!resumed || relax->step > 0.) // else it was in the loop
@@ -259,10 +265,10 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
                              : 1.);
       PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from the full load on
     }
-    PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? contact_scale : NULL));
+    PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? loop.contact_scale : NULL));
     result->cycles++, relax->effort.evaluations++;
     if (!check && !relax->fault) continue;
-    PetscCall(Unbalanced(m, state, contact_scale, result));
+    PetscCall(Unbalanced(m, state, loop.contact_scale, result));
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
@@ -282,6 +288,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       PetscCall(LoadsFollow(scene, m, stage, state));
       LoadsApply(m, state, state->ramp);
     }
+    PetscCall(RepartitionPoll(output->checkpoint, stage, state->cycle, result));
     PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
   }
   PetscCall(CheckpointDetach(output->checkpoint));
@@ -290,7 +297,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   state->beta = 0.;
   relax->effort.evaluations++;
   result->wall = MPI_Wtime() - loop.start;
-  PetscCall(PetscFree(contact_scale));
+  PetscCall(PetscFree(loop.contact_scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -56,6 +56,7 @@ typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOO
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
 typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
+typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
 
@@ -186,6 +187,9 @@ typedef struct {
   PetscBool allow_floating; /* accept bodies without support */
   PetscInt check_every;     /* [cycles] between tests of convergence */
   PetscInt history_every;   /* [cycles] between rows of history.csv */
+  RepartitionKind repartition;
+  PetscInt repartition_every; /* [cycles] between looks for a better partition */
+  PetscReal repartition_gain; /* [-] part of the busiest rank's work that it must save */
   /* checkpoints */
   char restart[PETSC_MAX_PATH_LEN]; /* file, folder or "auto"; "": a run from the start */
   PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */
@@ -220,6 +224,7 @@ typedef struct {
   PetscInt *block_group; /* (n_blocks,) */
   PetscInt *body;        /* (n_blocks,) macroblock = connected component of blocks over shared vertices */
   PetscInt n_bodies;     /* number of macroblocks */
+  PetscInt *part;        /* (n_blocks,) rank of each block, NULL: not dealt out yet */
   PetscInt *block_file, *vertex_file; /* file id of each block and vertex (identity until MeshReorder) */
   char (*group_names)[NAME_LENGTH];   /* on all ranks */
   PetscInt *group_rigid;              /* (n_groups,) on all ranks; the scene's override applied */
