@@ -33,14 +33,19 @@ KERNEL LanesModes ModesAdd(const LanesModes *p, const LanesModes *q)
   return (LanesModes){VectorAdd(p->a, q->a), VectorAdd(p->b, q->b), VectorAdd(p->h, q->h)};
 }
 
-/* x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences first: they are exact for near
- * vertices. */
-KERNEL LanesModes Q4Modes(const LanesVector x[4])
+/* Four times the modes. x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences first: they
+   are exact for near vertices. */
+KERNEL LanesModes Q4FourModes(const LanesVector x[4])
 {
   const LanesVector p = VectorSubtract(x[2], x[0]), q = VectorSubtract(x[1], x[3]);
   const LanesVector r = VectorSubtract(x[0], x[1]), s = VectorSubtract(x[2], x[3]);
-  return (LanesModes){VectorScale(0.25, VectorAdd(p, q)), VectorScale(0.25, VectorSubtract(p, q)),
-                      VectorScale(0.25, VectorAdd(r, s))};
+  return (LanesModes){VectorAdd(p, q), VectorSubtract(p, q), VectorAdd(r, s)};
+}
+
+KERNEL LanesModes Q4Modes(const LanesVector x[4])
+{
+  const LanesModes four = Q4FourModes(x);
+  return (LanesModes){VectorScale(0.25, four.a), VectorScale(0.25, four.b), VectorScale(0.25, four.h)};
 }
 
 KERNEL LanesModes T3Modes(const LanesVector x[3])
@@ -92,9 +97,9 @@ KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
 
    How to add another material: write a function beside this one that returns S from E, its energy beside
    BlockEnergy_..., put its constants into LanesMaterial (LoadMaterial of element.c fills them by group) and
-   call it in BlockStress and BlockEnergy below; forces, stresses, energies and row sums all go through these
-   two. A material of the deformation gradient can be written in E too, since S must not change under
-   rotation. */
+   call it in BlockStress and BlockEnergy below; stresses and energies go through these two, forces and row
+   sums through NaturalStress, which says what to write there. A material of the deformation gradient can be
+   written in E too, since S must not change under rotation. */
 KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
 {
   const Lanes pressure = m->lambda * (E->xx + E->yy), two_mu = m->mu + m->mu;
@@ -134,17 +139,26 @@ KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, in
 
    Why: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and J P g_a = J F S g_a
    = sum_b T_ab F X_b = sum_b T_ab x_b, where x_b = X_b + u_b are the current tangents. Neither F nor P is
-   needed. In small strain P = S, and x_b is X_b. */
+   needed. In small strain P = S, and x_b is X_b.
+
+   How, without g_a and without Cartesian components: the strain has the natural components
+   E_ab = X_a . E X_b = (X_a . u_b + u_a . X_b + u_a . u_b)/2 = (h_a . u_b + h_b . u_a)/2,  h_a = X_a + u_a/2
+   (small strain: h_a = X_a), the metric is G_ab = X_a . X_b with det G = J^2, and T = J G^-1 (lambda tr + 2
+   mu E) G^-1 in these. Let A = J^2 G^-1 = [G_22 -G_12; -G_12 G_11] and e = sum A_ab E_ab, so that tr E =
+   e/J^2. By Cayley and Hamilton A E A = e A - J^2 E*, with E* = [E_22 -E_12; -E_12 E_11], hence T = ((lambda
+   + 2 mu) e / J^3) A - (2 mu / J) E*. A change of scale in xi, eta leaves T as it is. */
 KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1, LanesVector u2,
                                  const LanesMaterial *m, int large)
 {
-  LanesVector g1, g2;
-  const Lanes J = DualBasis(X1, X2, &g1, &g2);
-  const LanesGradient G = DisplacementGradient(u1, u2, g1, g2);
-  const LanesTensor E = BlockStrain(&G, large), S = BlockStress(m, &E);
-  const LanesVector S1 = {S.xx * g1.x + S.xy * g1.y, S.xy * g1.x + S.yy * g1.y};
-  const LanesVector S2 = {S.xx * g2.x + S.xy * g2.y, S.xy * g2.x + S.yy * g2.y};
-  return (LanesTensor){J * VectorDot(g1, S1), J * VectorDot(g2, S2), J * VectorDot(g1, S2)};
+  const LanesVector h1 = large ? VectorAdd(X1, VectorScale(0.5, u1)) : X1,
+                    h2 = large ? VectorAdd(X2, VectorScale(0.5, u2)) : X2;
+  const Lanes E11 = VectorDot(h1, u1), E22 = VectorDot(h2, u2),
+              twice_E12 = VectorDot(h1, u2) + VectorDot(h2, u1);
+  const Lanes G11 = VectorDot(X1, X1), G22 = VectorDot(X2, X2), G12 = VectorDot(X1, X2);
+  const Lanes r = 1. / VectorCross(X1, X2), mu_r = m->mu * r, two_mu_r = mu_r + mu_r;
+  const Lanes e = G22 * E11 + G11 * E22 - G12 * twice_E12,
+              p = (m->lambda + (m->mu + m->mu)) * r * e * (r * r);
+  return (LanesTensor){p * G22 - two_mu_r * E22, p * G11 - two_mu_r * E11, mu_r * twice_E12 - p * G12};
 }
 
 /* From the forces on the modes to those on the vertices. */
@@ -162,18 +176,20 @@ KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVect
    N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4
    with R1 = sum T11 x1 + T12 x2,   R2 = sum T12 x1 + T22 x2,   RH = sum eta (T11 x1 + T12 x2) + xi (T12 x1 +
    T22 x2) over the Gauss points (times the thickness). With x1 = a + eta h and x2 = b + xi h of the current
-   modes, and xi^2 = eta^2 = 1/3, this is a symmetric matrix on the modes: | R1 |   | t11 t12 s1 | | a | t_ab
-   = sum T_ab | R2 | = | t12 t22 s2 | | b |    s1 = sum eta T11 + xi T12,   s2 = sum eta T12 + xi T22 | RH |
-   | s1  s2  s3 | | h |    s3 = (t11 + t22)/3 + 2 sum xi eta T12 */
+   modes, xi, eta = +-g and k = g h, this is
+     R1 = t11 a + t12 b + s1 k,   R2 = t12 a + t22 b + s2 k,   RH = g (s1 a + s2 b + s3 k),   t_ab = sum T_ab,
+     s1 = sum (eta T11 + xi T12)/g,  s2 = sum (eta T12 + xi T22)/g,  s3 = t11 + t22 + 2 sum xi eta T12/g^2.
+   Here a, b, h are four times the modes: T does not change, R is four times as large. */
 KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
                     PetscReal thickness, int large, LanesVector f[4])
 {
-  const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
-  const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
-  const LanesVector X1m = TangentXi(&XM, -GAUSS), X1p = TangentXi(&XM, GAUSS);
-  const LanesVector X2m = TangentEta(&XM, -GAUSS), X2p = TangentEta(&XM, GAUSS);
-  const LanesVector u1m = TangentXi(&uM, -GAUSS), u1p = TangentXi(&uM, GAUSS);
-  const LanesVector u2m = TangentEta(&uM, -GAUSS), u2p = TangentEta(&uM, GAUSS);
+  const LanesModes XM = Q4FourModes(X), uM = Q4FourModes(u);
+  const LanesVector Xk = VectorScale(GAUSS, XM.h), uk = VectorScale(GAUSS, uM.h);
+  /* tangents X,xi below and above the middle, X,eta left and right of it; of u likewise */
+  const LanesVector X1m = VectorSubtract(XM.a, Xk), X1p = VectorAdd(XM.a, Xk);
+  const LanesVector X2m = VectorSubtract(XM.b, Xk), X2p = VectorAdd(XM.b, Xk);
+  const LanesVector u1m = VectorSubtract(uM.a, uk), u1p = VectorAdd(uM.a, uk);
+  const LanesVector u2m = VectorSubtract(uM.b, uk), u2p = VectorAdd(uM.b, uk);
   /* T at (xi, eta) = (-,-), (+,-), (+,+), (-,+) */
   const LanesTensor T0 = NaturalStress(X1m, X2m, u1m, u2m, m, large);
   const LanesTensor T1 = NaturalStress(X1m, X2p, u1m, u2p, m, large);
@@ -181,18 +197,16 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
   const LanesTensor T3 = NaturalStress(X1p, X2m, u1p, u2m, m, large);
   /* sums over a row of points (below, above) or a column (left, right) */
   const Lanes below = T0.xx + T1.xx, above = T2.xx + T3.xx, left = T0.yy + T3.yy, right = T1.yy + T2.yy;
-  const Lanes low = T0.xy + T1.xy, high = T2.xy + T3.xy;
-  const Lanes p = T1.xy - T0.xy, q = T2.xy - T3.xy;
+  const Lanes low = T0.xy + T1.xy, high = T2.xy + T3.xy, p = T1.xy - T0.xy, q = T2.xy - T3.xy;
   const Lanes t11 = below + above, t22 = left + right, t12 = low + high;
-  const Lanes s1 = GAUSS * ((above - below) + (p + q)), s2 = GAUSS * ((high - low) + (right - left));
-  const Lanes s3 = (t11 + t22 + 2.0 * (q - p)) * (1.0 / 3.0);
-  const PetscReal w = 0.25 * thickness;
-  const LanesVector R1 = {w * (t11 * x.a.x + t12 * x.b.x + s1 * x.h.x),
-                          w * (t11 * x.a.y + t12 * x.b.y + s1 * x.h.y)};
-  const LanesVector R2 = {w * (t12 * x.a.x + t22 * x.b.x + s2 * x.h.x),
-                          w * (t12 * x.a.y + t22 * x.b.y + s2 * x.h.y)};
-  const LanesVector RH = {w * (s1 * x.a.x + s2 * x.b.x + s3 * x.h.x),
-                          w * (s1 * x.a.y + s2 * x.b.y + s3 * x.h.y)};
+  const Lanes s1 = (above - below) + (p + q), s2 = (high - low) + (right - left), d = q - p;
+  const Lanes s3 = t11 + t22 + (d + d);
+  const LanesVector a = large ? VectorAdd(XM.a, uM.a) : XM.a, b = large ? VectorAdd(XM.b, uM.b) : XM.b,
+                    k = large ? VectorAdd(Xk, uk) : Xk;
+  const PetscReal w = 0.0625 * thickness, wg = GAUSS * w;
+  const LanesVector R1 = {w * (t11 * a.x + t12 * b.x + s1 * k.x), w * (t11 * a.y + t12 * b.y + s1 * k.y)};
+  const LanesVector R2 = {w * (t12 * a.x + t22 * b.x + s2 * k.x), w * (t12 * a.y + t22 * b.y + s2 * k.y)};
+  const LanesVector RH = {wg * (s1 * a.x + s2 * b.x + s3 * k.x), wg * (s1 * a.y + s2 * b.y + s3 * k.y)};
   ModeForces(R1, R2, RH, f);
 }
 
