@@ -48,6 +48,8 @@ PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- memory.c */
 /* [byte] What this process may still take, by the machine, the limits of the process and of its group. */
 double MemoryAvailable(void);
+/* [byte] What a rank will take of an explicit run. */
+double MemoryOfRank(PetscInt n_vertices, double n_contacts, PetscMPIInt size, PetscMPIInt rank);
 /* [byte] What the `local` ranks of this machine, the first among them, will take of a run on `size` ranks. */
 double MemoryNeeded(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt local);
 

@@ -2,10 +2,12 @@
 #include "internal.h"
 #include <sys/resource.h>
 
-/* [byte] What a run takes, measured on 1 and 2 ranks with 10 000 to 160 000 vertices, checkpoints included:
-   a rank by itself; per vertex of the whole mesh on rank 0, which reads, gathers and writes; per vertex of
-   its own on any other. */
-static const double PER_RANK = 50e6, PER_VERTEX = 1600., PER_OWN_VERTEX = 700.;
+/* [byte] What an explicit run takes, measured on 1, 2 and 4 ranks with 17 000 to 360 000 vertices,
+   checkpoints included: a rank by itself; per vertex and contact of the whole model on rank 0, which reads,
+   gathers and writes; per vertex of its own on any other. Contacts for each vertex, where they are not known
+   yet. */
+static const double PER_RANK = 50e6, PER_VERTEX = 1200., PER_CONTACT = 1100., PER_OWN_VERTEX = 800.,
+                    CONTACTS = 0.4;
 
 /* Number behind a word in a file such as /proc/meminfo, in kB; -1: not there. */
 static double kilobytes(const char *path, const char *word)
@@ -43,9 +45,16 @@ double MemoryAvailable(void)
   return least;
 }
 
+double MemoryOfRank(PetscInt n_vertices, double n_contacts, PetscMPIInt size, PetscMPIInt rank)
+{
+  if (rank) return PER_RANK + PER_OWN_VERTEX * (double)n_vertices / (double)size;
+  return PER_RANK + PER_VERTEX * (double)n_vertices + PER_CONTACT * n_contacts;
+}
+
 double MemoryNeeded(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt local)
 {
-  const double others = (double)local - 1.;
-  return PER_RANK * local + PER_VERTEX * (double)n_vertices +
-         PER_OWN_VERTEX * (double)n_vertices * others / (double)size;
+  double sum = 0.;
+  for (PetscMPIInt rank = 0; rank < local; rank++)
+    sum += MemoryOfRank(n_vertices, CONTACTS * (double)n_vertices, size, rank);
+  return sum;
 }

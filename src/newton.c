@@ -416,3 +416,34 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
                           (double)result->ratio, (double)stage->tolerance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Inverse iteration K0 y = m x from the present displacements, which hold mostly the slow motions; the
+   Rayleigh quotient y.m x / y.m y is second order in the error of y. */
+PetscErrorCode NewtonLowestFrequency(const Model *m, const State *state, const Newton *n, PetscReal *omega)
+{
+  enum { SWEEPS = 8 };
+  PetscReal *x, sum[2] = {0., 0.};
+  const PetscReal *y;
+  PetscFunctionBeginUser;
+  *omega = 0.;
+  if (!n || n->fails) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int sweep = 0; sweep < SWEEPS; sweep++) {
+    const PetscReal *from = sweep ? NULL : state->u, size = sum[1] > 0. ? 1. / PetscSqrtReal(sum[1]) : 1.;
+    PetscCall(VecGetArrayWrite(n->r, &x));
+    PetscCall(VecGetArrayRead(n->du, &y));
+    for (PetscInt d = 0; d < m->n_dof; d++)
+      x[d] = m->fixed[d] ? 0. : state->m[d] * (from ? from[d] : size * y[d]);
+    PetscCall(VecRestoreArrayRead(n->du, &y));
+    PetscCall(VecRestoreArrayWrite(n->r, &x));
+    PetscCall(PCApply(n->pc, n->r, n->du));
+    sum[0] = sum[1] = 0.;
+    PetscCall(VecGetArrayWrite(n->r, &x));
+    PetscCall(VecGetArrayRead(n->du, &y));
+    for (PetscInt d = 0; d < m->n_dof; d++) sum[0] += y[d] * x[d], sum[1] += state->m[d] * y[d] * y[d];
+    PetscCall(VecRestoreArrayRead(n->du, &y));
+    PetscCall(VecRestoreArrayWrite(n->r, &x));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, m->comm));
+  }
+  if (sum[0] > 0. && sum[1] > 0.) *omega = PetscSqrtReal(sum[0] / sum[1]) * state->dt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

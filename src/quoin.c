@@ -16,6 +16,9 @@ struct _p_Quoin {
   PetscInt stage; /* that runs, or is next */
   StageResult last;
   PetscBool has_model, has_output;
+  const char *scene_file; /* as the scene was asked for: advise.c reads it again */
+  int argc;
+  char **argv;
 };
 
 const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",
@@ -103,6 +106,7 @@ PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q)
 PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv)
 {
   PetscFunctionBeginUser;
+  q->scene_file = scene_file, q->argc = argc, q->argv = argv;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -110,10 +114,12 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
 /* Slender blocks are allowed, and told: they set the time step and are stiff in bending. */
 static void warn_slender(const BlockMesh *mesh)
 {
+  static PetscBool told = PETSC_FALSE; // advise.c sets up the same mesh many times
   PetscInt n, worst;
   PetscReal ratio;
   MeshSlender(mesh, &n, &worst, &ratio);
-  if (!n) return;
+  if (!n || told) return;
+  told = PETSC_TRUE;
   fprintf(stderr,
           "quoin: warning: %" PetscInt_FMT
           " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
@@ -326,6 +332,10 @@ static PetscErrorCode begin(Quoin q)
 PetscErrorCode QuoinRun(Quoin q)
 {
   PetscFunctionBeginUser;
+  if (q->scene.advise > 0.) {
+    PetscCall(Advise(q, q->scene_file, q->argc, q->argv));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(begin(q));
   while (q->stage < q->scene.n_stages) {
     const PetscInt s = q->stage;

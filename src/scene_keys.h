@@ -47,6 +47,8 @@ static const Key Keys[] = {
   KEY(TOP, "output", PATH, Scene, output, "out", NULL, "", "folder for results, from the working directory"),
   KEY(TOP, "restart", PATH, Scene, restart, "", NULL, "",
       "checkpoint to go on from, or a folder: its newest good one; auto: that of the output folder, if any"),
+  KEY(TOP, "advise", REAL, Scene, advise, "0", ">= 0, < 1", "-",
+      "> 0: no run, nothing written; prints what it would cost and what could be left out at this accuracy"),
   KEY(TOP, "plane", CHOICE, Scene, plane, "strain", NULL, "", "plane strain or plane stress",
       .choices = Planes),
   KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",

@@ -77,6 +77,10 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *model, const Stage *
                            PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
                            struct _p_Output *output, StageResult *result);
 PetscErrorCode NewtonDestroy(Newton **newton);
+/* Collective. Lowest frequency [1/cycle] of the scaled masses with the elastic joints that the factor belongs
+   to, after NewtonRelax; 0: there is no factor. Overwrites the last correction. */
+PetscErrorCode NewtonLowestFrequency(const Model *model, const State *state, const Newton *newton,
+                                     PetscReal *omega);
 
 /* ---- energy.c: see there. Sums are of this rank until EnergyReport. */
 typedef struct {
@@ -149,3 +153,8 @@ PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, Pe
                         StageResult *result);
 PetscErrorCode StateCreate(const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
+
+/* ---- advise.c */
+/* Collective. Prints what a Quoin that is set up will cost and what could be left out of it; writes nothing.
+   scene_file, argc, argv: as it was read. It is of no use afterwards. */
+PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv);

@@ -162,6 +162,7 @@ typedef struct {
   char model[PETSC_MAX_PATH_LEN];  /* path of model.h5 */
   char output[PETSC_MAX_PATH_LEN]; /* folder for results */
   char title[256];
+  PetscReal advise; /* [-] accuracy for which advise.c says what could be left out, 0: the scene is run */
   PlaneState plane;
   StrainMeasure strain;
   PartitionKind partition;

@@ -1,0 +1,322 @@
+/* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene as it is, and
+   then with one thing changed at a time, is tried (attempt.h); what a change saves and what it alters in the
+   answers is measured against the scene as it is, on the same mesh. */
+#include "attempt.h"
+#include <sys/resource.h>
+
+enum { MOST_VARIANTS = 16, MOST_RIGID = 4, WORDS = 64, TEXT = 4096 };
+static const double PAYS = 1.2; /* times as fast, to be worth a word */
+
+/* The scene with something changed. */
+typedef struct {
+  char what[128];
+  char options[TEXT]; /* "-key\nvalue\n" ... */
+  Attempt attempt;
+  PetscReal difference[2]; /* of AttemptDifference, from the scene as it is; rank 0 */
+} Variant;
+
+typedef struct {
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  const Scene *scene;
+  MethodKind method; /* as the scene has it */
+  const Model *m;
+  Attempt base;
+  PetscInt n;
+  Variant *variant;
+} Advisor;
+
+/* ---- what may be changed */
+
+static Variant *add_variant(Advisor *a, const char *what)
+{
+  Variant *v = a->variant + a->n;
+  if (a->n < MOST_VARIANTS - 1) a->n++;
+  memset(v, 0, sizeof(*v));
+  snprintf(v->what, sizeof(v->what), "%s", what);
+  return v;
+}
+
+static void add_option(Variant *v, const char *section, const char *name, const char *key, const char *value)
+{
+  const size_t n = strlen(v->options);
+  snprintf(v->options + n, TEXT - n, "-%s_%s_%s\n%s\n", section, name, key, value);
+}
+
+static PetscBool has_kind(const Scene *scene, PetscBool (*is)(const Stage *))
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (is(scene->stages + s)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+static PetscBool is_dynamic(const Stage *s)
+{
+  return (PetscBool)(s->kind == STAGE_DYNAMIC);
+}
+static PetscBool is_variable(const Stage *s)
+{
+  return (PetscBool)(s->variable != 0);
+}
+
+/* Simpler distributions of stress along the contacts. */
+static void stress_variants(Advisor *a)
+{
+  static const StressModelKind simpler[] = {STRESS_T2PT, STRESS_PT};
+  for (size_t i = 0; i < sizeof(simpler) / sizeof(simpler[0]); i++) {
+    char what[64];
+    PetscBool any = PETSC_FALSE;
+    snprintf(what, sizeof(what), "joints: %s", StressModels[simpler[i]]);
+    Variant *v = add_variant(a, what);
+    for (PetscInt j = 0; j < a->scene->n_joints; j++) {
+      const Joint *joint = a->scene->joints + j;
+      if (!joint->defined || joint->stress_model == simpler[i] || joint->stress_model == STRESS_PT) continue;
+      add_option(v, "joints", joint->name, "stress_model", StressModels[simpler[i]]);
+      any = PETSC_TRUE;
+    }
+    if (!any) a->n--;
+  }
+}
+
+static PetscBool is_plain(const Material *g)
+{
+  return (PetscBool)(!g->rigid && !g->condensed);
+}
+
+/* Blocks of one point, condensed bodies, rigid groups. */
+static void material_variants(Advisor *a)
+{
+  const Scene *scene = a->scene;
+  const char *const element[] = {"bending", "reduced"};
+  PetscInt plain = 0, full = 0;
+  for (PetscInt g = 0; g < scene->n_materials; g++) {
+    plain += is_plain(scene->materials + g);
+    full += is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL;
+  }
+  for (int e = 0; e < 2 && full && a->m->q4.n_padded; e++) {
+    char what[64];
+    snprintf(what, sizeof(what), "blocks: %s", element[e]);
+    Variant *v = add_variant(a, what);
+    for (PetscInt g = 0; g < scene->n_materials; g++)
+      if (is_plain(scene->materials + g))
+        add_option(v, "materials", scene->materials[g].name, "element", element[e]);
+  }
+  if (plain && !has_kind(scene, is_dynamic) && !has_kind(scene, is_variable)) {
+    Variant *v = add_variant(a, "bodies: condensed");
+    for (PetscInt g = 0; g < scene->n_materials; g++)
+      if (is_plain(scene->materials + g))
+        add_option(v, "materials", scene->materials[g].name, "condensed", "true");
+  }
+  for (PetscInt g = 0; g < scene->n_materials && g < MOST_RIGID; g++) {
+    char what[128];
+    if (scene->materials[g].rigid) continue;
+    snprintf(what, sizeof(what), "rigid: %s", scene->materials[g].name);
+    Variant *v = add_variant(a, what);
+    add_option(v, "materials", scene->materials[g].name, "rigid", "true");
+    if (scene->materials[g].condensed)
+      add_option(v, "materials", scene->materials[g].name, "condensed", "false");
+  }
+}
+
+static void strain_variant(Advisor *a)
+{
+  if (a->scene->strain == STRAIN_SMALL || has_kind(a->scene, is_dynamic) || has_kind(a->scene, is_variable))
+    return;
+  snprintf(add_variant(a, "strain: small")->options, TEXT, "-strain\nsmall\n");
+}
+
+/* Reads and tries a variant: argv of the run, then its options. */
+static PetscErrorCode try_variant(Advisor *a, const char *scene_file, int argc, char **argv, Variant *v)
+{
+  char text[TEXT], **words;
+  int n = argc;
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(text, v->options, TEXT));
+  PetscCall(PetscMalloc1(argc + WORDS, &words));
+  for (int i = 0; i < argc; i++) words[i] = argv[i];
+  for (char *word = strtok(text, "\n"); word && n < argc + WORDS; word = strtok(NULL, "\n"))
+    words[n++] = word;
+  PetscCall(AttemptRun(a->comm, scene_file, n, words, &v->attempt));
+  if (!a->rank && !v->attempt.refused[0]) AttemptDifference(&v->attempt, &a->base, v->difference);
+  PetscCallMPI(MPI_Bcast(v->difference, 2, MPIU_REAL, 0, a->comm));
+  PetscCall(PetscFree(words));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what is printed */
+
+/* A number in a column, "-" for what is not known. */
+static const char *number(double value, const char *format, char text[32])
+{
+  if (isfinite(value))
+    snprintf(text, 32, format, value);
+  else
+    snprintf(text, 32, "-");
+  return text;
+}
+
+/* [byte] Most memory that this process has held. */
+static double memory_held(void)
+{
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024. * (double)usage.ru_maxrss;
+}
+
+static PetscErrorCode print_memory(const Advisor *a)
+{
+  double sum = 0., held[2] = {memory_held(), memory_held()};
+  PetscFunctionBeginUser;
+  for (PetscMPIInt rank = 0; rank < a->m->size; rank++)
+    sum += MemoryOfRank(a->m->n_vertices_global, (double)a->base.n_contacts, a->m->size, rank);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, 1, MPI_DOUBLE, MPI_MAX, a->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held + 1, 1, MPI_DOUBLE, MPI_SUM, a->comm));
+  PetscCall(PetscPrintf(
+      a->comm, "%-44s %12s %12s\n%-44s %12.0f %12.0f\n", "memory [MB]", "rank 0", "all ranks", "explicit",
+      1e-6 * MemoryOfRank(a->m->n_vertices_global, (double)a->base.n_contacts, a->m->size, 0), 1e-6 * sum));
+  if (a->base.n_solved)
+    PetscCall(PetscPrintf(a->comm, "%-44s %12.0f %12.0f\n", "preconditioned, held in this attempt",
+                          1e-6 * held[0], 1e-6 * held[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode print_stages(const Advisor *a)
+{
+  const Attempt *b = &a->base;
+  char cycles[32], least[32], most[32], seconds[32], solved[32];
+  PetscFunctionBeginUser;
+  if (b->cycle > 0.)
+    PetscCall(PetscPrintf(
+        a->comm,
+        "explicit: %.3g us a cycle, lowest frequency %.3g a cycle, %.0f %% of the contacts slip or "
+        "are open\n",
+        1e6 * b->cycle, (double)b->omega, 100. * (double)b->loose));
+  if (b->step > 0.) PetscCall(PetscPrintf(a->comm, "in time: %.3g us a step\n", 1e6 * b->step));
+  PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %23s %14s %18s\n", "stage", "trials", "cycles", "range",
+                        "explicit [s]", "preconditioned [s]"));
+  for (PetscInt s = 0; s < b->n_stages; s++) {
+    const Stage *stage = a->scene->stages + s;
+    const Cost *c = b->cost + s;
+    const double each = stage->kind == STAGE_DYNAMIC ? b->step : b->cycle;
+    PetscCall(PetscPrintf(a->comm, "%-16s %7.0f %12s %11s %11s %14s %18s\n", stage->name, (double)c->trials,
+                          number((double)c->cycles, "%.0f", cycles), number((double)c->least, "%.0f", least),
+                          number((double)c->most, "%.0f", most),
+                          number((double)c->cycles * each, "%.3g", seconds),
+                          number(c->seconds, "%.3g", solved)));
+  }
+  if (b->n_solved && !b->solved)
+    PetscCall(PetscPrintf(a->comm,
+                          "no equilibrium of the first stages was found: their answers, and what leaving out "
+                          "changes, are not known\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode print_row(const Advisor *a, const char *what, const Attempt *t, const PetscReal d[2])
+{
+  char text[4][32];
+  PetscFunctionBeginUser;
+  if (t->refused[0]) {
+    PetscCall(PetscPrintf(a->comm, "%-24s refused: %s\n", what, t->refused));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscPrintf(a->comm, "%-24s %10.3g %14s %18s %14s %14s\n", what, 1e6 * t->cycle,
+                        number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
+                        number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
+                        number(100. * (double)d[0], "%.3g", text[2]),
+                        number(100. * (double)d[1], "%.3g", text[3])));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The cheapest way among the scene and its variants whose first `answers` stay within the accuracy. */
+static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBool displacements)
+{
+  const double now = a->method == METHOD_EXPLICIT ? AttemptExplicit(a->scene, &a->base)
+                                                  : AttemptPreconditioned(a->scene, &a->base);
+  const Variant *best = NULL;
+  double least = PETSC_MAX_REAL;
+  MethodKind how = METHOD_EXPLICIT;
+  PetscFunctionBeginUser;
+  for (PetscInt i = -1; i < a->n; i++) {
+    const Attempt *t = i < 0 ? &a->base : &a->variant[i].attempt;
+    const PetscReal *d = i < 0 ? NULL : a->variant[i].difference;
+    if (t->refused[0] || (d && !(d[1] <= a->scene->advise && (!displacements || d[0] <= a->scene->advise))))
+      continue;
+    const double seconds[2] = {AttemptExplicit(a->scene, t), AttemptPreconditioned(a->scene, t)};
+    for (int method = 0; method < 2; method++)
+      if (seconds[method] < least)
+        least = seconds[method], how = (MethodKind)method, best = i < 0 ? NULL : a->variant + i;
+  }
+  if (least == PETSC_MAX_REAL || !(now > PAYS * least)) {
+    PetscCall(PetscPrintf(a->comm, "%s within %.3g %%: the scene as it is\n", kept,
+                          100. * (double)a->scene->advise));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscPrintf(a->comm, "%s within %.3g %%: %s%s%s, %.3g s instead of %.3g s:", kept,
+                        100. * (double)a->scene->advise, best ? best->what : "", best ? ", " : "",
+                        how == METHOD_EXPLICIT ? "explicit" : "preconditioned", least, now));
+  for (const char *c = best ? best->options : "", *line = c; *c; c++)
+    if (*c == '\n') {
+      PetscCall(PetscPrintf(a->comm, " %.*s", (int)(c - line), line));
+      line = c + 1;
+    }
+  if (how != a->method)
+    PetscCall(PetscPrintf(a->comm, " -relaxation_method %s",
+                          how == METHOD_EXPLICIT ? "explicit" : "preconditioned"));
+  PetscCall(PetscPrintf(a->comm, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Connectivity that is variable, where nothing moves far enough to ask for it. */
+static PetscErrorCode print_connectivity(const Advisor *a)
+{
+  const PetscReal moved = a->base.moved;
+  PetscFunctionBeginUser;
+  if (!has_kind(a->scene, is_variable) || !a->base.solved) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+      PetscPrintf(a->comm,
+                  "connectivity: with contacts kept, blocks move %.3g of the way after which contacts are "
+                  "found again; finding them takes %.3g s: fixed would %s\n",
+                  (double)moved, a->base.search,
+                  moved < 1. ? "give the same answers and allows preconditioned" : "not do"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
+{
+  static const PetscReal none[2] = {0., 0.};
+  Scene *scene;
+  Model *m;
+  State *state;
+  Contacts *contacts;
+  Relaxation *relax;
+  PetscFunctionBeginUser;
+  PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
+  Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
+  PetscCall(AttemptMeasure(q, &a.base));
+  PetscCall(print_memory(&a));
+  PetscCall(print_stages(&a));
+  PetscCall(print_connectivity(&a));
+  PetscCall(PetscCalloc1(MOST_VARIANTS, &a.variant));
+  if (a.base.solved) {
+    stress_variants(&a);
+    material_variants(&a);
+    strain_variant(&a);
+    PetscCall(
+        PetscPrintf(a.comm,
+                    "\nleft out, stages that are not dynamic; change: of displacements over the largest, of "
+                    "joint forces over their sum, at the end of %s\n%-24s %10s %14s %18s %14s %14s\n",
+                    scene->stages[a.base.n_solved - 1].name, "", "us a cycle", "explicit [s]",
+                    "preconditioned [s]", "moved [%]", "joints [%]"));
+    PetscCall(print_row(&a, "the scene as it is", &a.base, none));
+    for (PetscInt i = 0; i < a.n; i++) {
+      PetscCall(try_variant(&a, scene_file, argc, argv, a.variant + i));
+      PetscCall(print_row(&a, a.variant[i].what, &a.variant[i].attempt, a.variant[i].difference));
+    }
+    PetscCall(print_cheapest(&a, "displacements and joint forces", PETSC_TRUE));
+    PetscCall(print_cheapest(&a, "joint forces alone", PETSC_FALSE));
+  }
+  for (PetscInt i = 0; i < a.n; i++) PetscCall(AttemptDestroy(&a.variant[i].attempt));
+  PetscCall(AttemptDestroy(&a.base));
+  PetscCall(PetscFree(a.variant));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,162 @@
+"""The key `advise`: what it says a run costs against what the run costs, and what a change alters against both runs.
+ranks: 1 2"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
+sys.path.insert(0, str(ROOT / "tools"))
+
+from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.dam import dam_mesh  # noqa: E402
+from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.results import Results  # noqa: E402
+
+pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
+
+FIG6 = ("fig6", lambda: triangle_dam(24, "M"), ())
+FIG6_FRICTION = ("fig6", lambda: triangle_dam(24, "M"), ("-joints_base_law", "mohr_coulomb", "-joints_base_friction", "45"))
+G1 = ("guilhofrei", lambda: dam_mesh(columns=12), ())
+# a process of its own, because what a process has held counts for its children too
+HELD = "import resource, subprocess, sys; subprocess.run(sys.argv[1:]); print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+
+
+def command_of(case, folder, *options):
+    scene, mesh, extra = case
+    if not (folder / "model.h5").exists():
+        write(str(folder / "model.h5"), mesh())
+    return [QUOIN, "-options_file", f"examples/{scene}/scene.yaml", "-model", str(folder / "model.h5"), "-output", str(folder / "out"), *extra, *options]
+
+
+def run(case, folder, *options, ranks=1):
+    """stdout, exit code, stderr."""
+    command = command_of(case, folder, *options)
+    if ranks > 1:
+        command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    return done.stdout, done.returncode, done.stderr
+
+
+class Advice:
+    """What is printed, as numbers."""
+
+    def __init__(self, text):
+        self.text, lines = text, text.splitlines()
+        self.memory = float(re.search(r"^explicit +(\d+) +(\d+)$", text, re.M)[1]) * 1e6
+        start = next(i for i, line in enumerate(lines) if line.startswith("stage "))
+        self.stages = {}
+        for line in lines[start + 1 :]:
+            cells = line.split()
+            if len(cells) != 7:
+                break
+            self.stages[cells[0]] = dict(zip(("trials", "cycles", "least", "most", "explicit", "preconditioned"), map(float, cells[1:])))
+        self.changes = {}
+        for line in lines:
+            row = re.match(r"(\S.*?) {2,}([\d.e+-]+) +(\S+) +(\S+) +(\S+) +(\S+)$", line)
+            if row and row[1].split()[0] not in (*self.stages, "explicit"):
+                self.changes[row[1]] = [float(cell) if cell != "-" else np.nan for cell in row.groups()[1:]]
+
+
+def advise(case, folder, accuracy="0.01", **keywords):
+    text, code, errors = run(case, folder, "-advise", accuracy, **keywords)
+    assert code == 0, errors
+    assert not (folder / "out").exists(), "nothing is to be written"
+    return Advice(text)
+
+
+@pytest.mark.parametrize("case", [FIG6, FIG6_FRICTION, G1], ids=["fig6", "fig6_friction", "g1"])
+def test_cycles(case, tmp_path):
+    """Cycles of static stages to a factor 2.5, as docs/performance.md says."""
+    advice = advise(case, tmp_path)
+    _, code, errors = run(case, tmp_path)
+    assert code == 0, errors
+    with open(tmp_path / "out" / "summary.json", encoding="utf-8") as file:
+        stages = json.load(file)["stages"]
+    assert [stage["name"] for stage in stages] == list(advice.stages)
+    for stage in stages:
+        guess = advice.stages[stage["name"]]
+        assert guess["cycles"] / 2.5 < stage["cycles"] < 2.5 * guess["cycles"], stage["name"]
+        assert guess["least"] < stage["cycles"] < guess["most"]
+
+
+def test_trials(tmp_path):
+    """Cycles of a strength reduction to a factor 3, within the range."""
+    subprocess.run([sys.executable, "examples/guilhofrei_sliding/mesh.py", str(tmp_path / "model.h5")], cwd=ROOT, check=True,
+                   env=dict(os.environ, PYTHONPATH=str(ROOT / "tools")))  # fmt: skip
+    case = ("guilhofrei_sliding", None, ("-stages", "sw,swhp,swhpu,s1"))
+    advice = advise(case, tmp_path)
+    assert run(case, tmp_path)[1] == 0
+    with open(tmp_path / "out" / "summary.json", encoding="utf-8") as file:
+        for stage in json.load(file)["stages"]:
+            guess = advice.stages[stage["name"]]
+            assert guess["cycles"] / 3 < stage["cycles"] < 3 * guess["cycles"], stage["name"]
+            assert guess["least"] < stage["cycles"] < guess["most"]
+    condensed = advice.changes["bodies: condensed"]
+    assert max(condensed[3:]) < 0.1 and condensed[1] < 0.2 * advice.changes["the scene as it is"][1]
+    assert "joint forces within 1 %: bodies: condensed" in advice.text and "-materials_dam_condensed true" in advice.text
+
+
+def test_memory(tmp_path):
+    """To 20 %, on a mesh whose blocks count, not the program alone."""
+    case = ("fig6", lambda: triangle_dam(160, "M"), ("-stages_full_max_cycles", "50", "-stages_full_ramp", "0"))
+    command = command_of(case, tmp_path)
+    held = subprocess.run([sys.executable, "-c", HELD, *command], cwd=ROOT, capture_output=True, text=True).stdout.split()[-1]
+    (tmp_path / "out").rename(tmp_path / "done")
+    text, code, errors = run(case, tmp_path, "-advise", "0.01", "-materials_dam_condensed", "true")  # the same model, tried sooner
+    assert code == 0, errors
+    assert Advice(text).memory == pytest.approx(1024 * float(held), rel=0.2)
+
+
+def test_changes(tmp_path):
+    """What is said to change is what two runs differ by: displacements, and resultants of contacts."""
+    tight = (*G1[:2], ("-relaxation_method", "preconditioned"))
+    advice = advise(tight, tmp_path)
+
+    def answers(*options):
+        assert run(tight, tmp_path, *options)[1] == 0
+        stage = Results(str(tmp_path / "out")).stage("swhp")
+        return np.asarray(stage.displacement), np.asarray(stage.contacts.force).sum(axis=1)
+
+    u, force = answers()
+    for what, options in {"joints: pt": ("-joints_base_stress_model", "pt"), "blocks: reduced": ("-materials_dam_element", "reduced", "-materials_rock_element", "reduced"),
+                          "rigid: dam": ("-materials_dam_rigid", "true")}.items():  # fmt: skip
+        other, other_force = answers(*options)
+        moved = np.linalg.norm(other - u, axis=1).max() / np.linalg.norm(u, axis=1).max()
+        joints = np.linalg.norm(other_force - force, axis=1).sum() / np.linalg.norm(force, axis=1).sum()
+        assert advice.changes[what][3:] == pytest.approx([100 * moved, 100 * joints], rel=0.02), what
+    assert "displacements and joint forces within 1 %: " in advice.text
+
+
+def test_ranks(tmp_path):
+    one, two = advise(G1, tmp_path), advise(G1, tmp_path, ranks=2)
+    for name, stage in one.stages.items():
+        assert two.stages[name]["cycles"] == pytest.approx(stage["cycles"], rel=0.01)
+    for what, row in one.changes.items():
+        assert two.changes[what][3:] == pytest.approx(row[3:], rel=0.05, abs=1e-3), what
+
+
+def test_in_time(tmp_path):
+    """The steps of a dynamic stage are known."""
+    subprocess.run([sys.executable, "examples/motion/mesh.py", str(tmp_path / "model.h5"), "edge"], cwd=ROOT, check=True,
+                   env=dict(os.environ, PYTHONPATH=str(ROOT / "tools")))  # fmt: skip
+    case = ("motion", None, ("-stages_move_frames", "0", "-stages_move_duration", "0.02"))
+    text, code, errors = run(case, tmp_path, "-advise", "0.1")
+    assert code == 0, errors
+    steps = int(re.search(r"^move +1 +(\d+)", text, re.M)[1])
+    assert run(case, tmp_path)[1] == 0
+    with open(tmp_path / "out" / "summary.json", encoding="utf-8") as file:
+        assert abs(steps - json.load(file)["stages"][0]["cycles"]) <= 1
+
+
+def test_bad_accuracy(tmp_path):
+    _, code, errors = run(FIG6, tmp_path, "-advise", "2")
+    assert code == 2
+    assert errors.strip() == "quoin: error: command line: -advise: 2 is out of range: must be >= 0, < 1"
