@@ -250,6 +250,18 @@ PetscErrorCode NeighboursAt(Model *m, State *s, const PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* In a run that never verifies contacts they are those of the reference state. */
+static PetscErrorCode archive_verified(Archive *a, Model *m, State *s)
+{
+  PetscReal *reference = NULL;
+  PetscFunctionBeginUser;
+  if (!s->u_verified) PetscCall(PetscCalloc1(m->n_dof, &reference));
+  PetscCall(ArchiveDofs(a, m, "u_verified", reference ? reference : s->u_verified));
+  PetscCall(PetscFree(reference));
+  if (a->reading && s->u_verified) PetscCall(NeighboursAt(m, s, s->u_verified));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, Contacts *c)
 {
   PetscReal reals[] = {s->dt, s->alpha, s->beta, s->time, s->ramp, c->rate};
@@ -257,8 +269,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
   PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate", 6, reals));
-  PetscCall(ArchiveDofs(a, m, "u_verified", s->u_verified));
-  if (a->reading) PetscCall(NeighboursAt(m, s, s->u_verified));
+  PetscCall(archive_verified(a, m, s));
   PetscCall(ArchiveContacts(a, scene, m, "contacts", c));
   PetscCall(ArchiveApplied(a, m, "u", s->u));
   PetscCall(ArchiveDofs(a, m, "v", s->v));
@@ -268,7 +279,6 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveApplied(a, m, "f_target", s->f_target));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turn, 1, MPIU_INT, MPI_MAX, m->comm));
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
-  PetscCall(ArchiveVertices(a, m, "f_dead", s->f_dead + 3 * m->n_bodies));
   PetscCall(ArchiveDofs(a, m, "m", s->m));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   for (PetscInt l = 0; l < scene->n_loads; l++) {

@@ -100,7 +100,7 @@ static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, 
   PetscCall(PetscMalloc1(*n, dofs));
   *n = 0;
   for (PetscInt d = 2 * from; d < 2 * to; d++)
-    if (m->vertex_condensed[d / 2] == number && !(free_only && m->fixed[3 * m->n_bodies + d]))
+    if (m->vertex_condensed[d / 2] == number && !(free_only && Held(m, 3 * m->n_bodies + d)))
       (*dofs)[(*n)++] = d;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

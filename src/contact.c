@@ -210,10 +210,9 @@ static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < HOLDS * m->n_bodies_global; i++) hold[i] = -PETSC_INFINITY;
   for (PetscInt d = 0; d < ModelApplied(m); d++) {
-    if (!m->fixed[d]) continue;
+    if (!Held(m, d)) continue;
     const PetscInt rigid = 3 * m->n_bodies, i = d < rigid ? d % 3 : (d - rigid) % 2;
-    PetscReal *h = hold +
-                   HOLDS * root_of(parent, d < rigid ? m->dof_body[d] : m->vertex_body[(d - rigid) / 2]);
+    PetscReal *h = hold + HOLDS * root_of(parent, DofBody(m, d));
     const PetscReal *x = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2);
     if (i == 2) {
       h[4] = 1.;

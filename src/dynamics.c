@@ -138,7 +138,7 @@ static PetscBool moment_of_dof(const Model *m, const State *s, PetscInt d, int *
   const PetscInt at = 3 * m->n_bodies;
   *axis = (int)(d < at ? d % 3 : (d - at) % 2);
   if (*axis == 2) return PETSC_FALSE;
-  *moment = m->mass[d] * ((d < at ? m->body_X[2 * (d / 3) + *axis] : m->X[d - at]) + s->u[d]);
+  *moment = DofMass(m, d) * ((d < at ? m->body_X[2 * (d / 3) + *axis] : m->X[d - at]) + s->u[d]);
   return PETSC_TRUE;
 }
 
@@ -154,15 +154,15 @@ static PetscErrorCode mass_centres(const Model *m, const State *s, PetscReal *ce
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (moment_of_dof(m, s, d, &axis, &moment)) {
       top[0] = PetscMax(top[0], PetscAbsReal(moment));
-      top[1] = PetscMax(top[1], m->mass[d]);
+      top[1] = PetscMax(top[1], DofMass(m, d));
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
   const Bins moments = BinsFor(top[0]), masses = BinsFor(top[1]);
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (moment_of_dof(m, s, d, &axis, &moment)) {
-      PetscReal *body = sum + 6 * m->dof_body[d];
+      PetscReal *body = sum + 6 * DofBody(m, d);
       BinAdd(&moments, moment, body + 2 * axis);
-      if (axis == 0) BinAdd(&masses, m->mass[d], body + 4);
+      if (axis == 0) BinAdd(&masses, DofMass(m, d), body + 4);
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6 * nb, MPIU_REAL, MPI_SUM, m->comm));
   for (PetscInt i = 0; i < 2 * nb; i++) {
@@ -206,7 +206,7 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
       }
     }
   for (PetscInt d = 0; d < m->n_dof; d++)
-    if (m->fixed[d]) s->v[d] = 0.;
+    if (Held(m, d)) s->v[d] = 0.;
   PetscCall(PetscFree(centre));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -133,7 +133,7 @@ void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
     e->v_before[d] = s->v[d];
     e->outside += 0.5 * (s->f_ext[d] + e->f_ext_before[d]) * du;
     e->f_ext_before[d] = s->f_ext[d];
-    if (m->fixed[d]) e->supports += 0.5 * ((s->f[d] - s->f_ext[d]) + (s->f_old[d] - s->f_ext[d])) * du;
+    if (Held(m, d)) e->supports += 0.5 * ((s->f[d] - s->f_ext[d]) + (s->f_old[d] - s->f_ext[d])) * du;
   }
 }
 
@@ -141,7 +141,7 @@ void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
 {
   PetscReal kinetic = 0., damped = 0., half = 0.;
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    if (m->fixed[d]) continue;
+    if (Held(m, d)) continue;
     const PetscReal middle = 0.5 * (e->v_before[d] + s->v[d]);
     kinetic += 0.5 * s->m[d] * e->v_before[d] * s->v[d];
     damped += s->alpha * s->m[d] * middle * middle * s->dt;

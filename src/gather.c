@@ -65,7 +65,7 @@ static void block_rows(const Model *model, const Elements *e, int n_nodes, Petsc
     row[0] = e->file[i];
     row[1] = e->gid[i];
     row[2] = e->group[i];
-    row[3] = e->body[i];
+    row[3] = model->vertex_body[e->vertex[(i / BATCH * n_nodes) * BATCH + i % BATCH]];
     for (int k = 0; k < 4; k++) {
       row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]]
                                : -1;
@@ -138,7 +138,7 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
       const PetscInt dof = first + 2 * i + x;
       rows[VERTEX_WIDTH * i + x] = state->u[dof];
       if (i >= model->n_deformable && i < model->n_moving) continue;
-      if (model->fixed[dof]) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
+      if (Held(model, dof)) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
       rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
@@ -159,7 +159,7 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
     for (int x = 0; x < 3; x++) {
       const PetscInt dof = 3 * i + x;
       rows[BODY_WIDTH * i + x] = state->u[dof];
-      if (model->fixed[dof]) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
+      if (Held(model, dof)) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
       rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }

@@ -58,7 +58,7 @@ static void MoveRest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscRe
 
 KERNEL void Move_code(const Model *m, State *s, PetscInt from, PetscInt to, Sweep *w)
 {
-  const PetscReal *q = m->all_in_quotient ? NULL : m->in_quotient;
+  const PetscReal *q = m->in_quotient;
   PetscInt d = from;
   Sweep sums = *w; // in registers
   if (q)

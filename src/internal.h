@@ -52,6 +52,8 @@ double MemoryAvailable(void);
 double MemoryOfRank(PetscInt n_vertices, double n_contacts, PetscMPIInt size, PetscMPIInt rank);
 /* [byte] What the `local` ranks of this machine, the first among them, will take of a run on `size` ranks. */
 double MemoryNeeded(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt local);
+/* From now on memory that is freed goes back to the system. Once, after MPI has started. */
+void MemoryReturnFreed(void);
 
 /* ---- mesh.c */
 /* Collective; the file is read on rank 0. */
@@ -216,7 +218,22 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
                    PetscReal centroid[2], PetscReal *polar);
 
 /* ---- condense.c: condensed bodies. Vertex arrays throughout. */
-/* Entries of u, f_ext, fixed that belong to this rank, those of inner vertices included. */
+/* Entries of u, f_ext, support that belong to this rank, those of inner vertices included. */
+static inline PetscBool Held(const Model *m, PetscInt d)
+{
+  return (PetscBool)(m->support[d] >= 0);
+}
+/* Macroblock, and true mass [kg, kg m2], of a degree of freedom < n_dof. */
+static inline PetscInt DofBody(const Model *m, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  return d < at ? m->body_body[d / 3] : m->vertex_body[(d - at) / 2];
+}
+static inline PetscReal DofMass(const Model *m, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  return d < at ? m->body_mass[2 * (d / 3) + (d % 3 == 2)] : m->vertex_mass[(d - at) / 2];
+}
 static inline PetscInt ModelApplied(const Model *m)
 {
   return 3 * m->n_bodies + 2 * m->n_owned;
@@ -294,13 +311,11 @@ PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 
 /* ---- loads.c */
-/* Collective. Marks model->fixed from the scene's supports. */
+/* Collective. Writes model->support from the scene's supports. */
 PetscErrorCode SupportsApply(const Scene *scene, Model *model);
 /* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
- * face). */
+ * face); again after blocks have moved. */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
-/* The same after blocks have moved: only what presses on faces is taken anew. */
-PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Forces and present moments on rigid bodies, into the first 3 n_bodies entries of f, from the loads at their
    vertices behind them; no moment where the resultant stands at the mass centre however a body turns. Whether
    a body that may turn has a moment now or when turned. Local. */

@@ -23,8 +23,7 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
   for (int i = 0; i < 2; i++) {
     if (!s->fix[i]) continue;
     if (v < m->n_deformable || v >= m->n_moving) {
-      m->fixed[3 * m->n_bodies + 2 * v + i] = PETSC_TRUE;
-      m->support[3 * m->n_bodies + 2 * v + i] = s->row;
+      m->support[3 * m->n_bodies + 2 * v + i] = (int16_t)s->row;
     } else {
       BodyHold *h = body + RigidOfVertex(m, v);
       const PetscReal across = m->X[2 * v + 1 - i];
@@ -66,11 +65,11 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
     PetscBool turns = PETSC_TRUE, any = PETSC_FALSE;
     for (int i = 0; i < 2; i++) {
       if (!body[b].count[i]) continue;
-      any = m->fixed[3 * b + i] = PETSC_TRUE;
-      m->support[3 * b + i] = s->row;
+      any = PETSC_TRUE;
+      m->support[3 * b + i] = (int16_t)s->row;
       if (body[b].high[i] - body[b].low[i] > 1e-9 * m->diameter) turns = PETSC_FALSE;
     }
-    if (any && !turns) m->fixed[3 * b + 2] = PETSC_TRUE, m->support[3 * b + 2] = s->row;
+    if (any && !turns) m->support[3 * b + 2] = (int16_t)s->row;
     if (any && turns && !message[0])
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,
@@ -86,6 +85,7 @@ PetscErrorCode SupportsApply(const Scene *scene, Model *m)
 {
   BodyHold *body;
   PetscFunctionBeginUser;
+  PetscCheck(scene->n_supports <= INT16_MAX, m->comm, PETSC_ERR_SUP, "more than %d supports", INT16_MAX);
   PetscCall(PetscMalloc1(m->n_bodies, &body));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     PetscCall(PetscArrayzero(body, m->n_bodies));
@@ -177,6 +177,13 @@ static void face_load(const Scene *scene, const Load *load, const Model *m, cons
   }
 }
 
+static void point_force(const Load *load, const Model *m, PetscReal *f_vertex)
+{
+  const PetscInt v = m->point_vertex[find_name(m->n_points, m->point_names, load->target)];
+  for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
+    f_vertex[2 * v + i] += m->thickness * load->traction[i];
+}
+
 PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
 {
   const PetscReal *f_vertex = f + 3 * m->n_bodies;
@@ -192,49 +199,38 @@ PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
     }
     if (PetscAbsReal(across) + PetscAbsReal(along) <= CENTRED * size)
       f[3 * b + 2] = 0.;
-    else if (!m->fixed[3 * b + 2])
+    else if (!Held(m, 3 * b + 2))
       any = PETSC_TRUE;
   }
   return any;
 }
 
-PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stage, State *state)
-{
-  const PetscInt at = 3 * m->n_bodies;
-  PetscReal *f = state->f_target, *f_vertex = f + at;
-  PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(f, state->f_dead, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
-  for (PetscInt l = 0; l < stage->n_loads; l++) {
-    const Load *load = scene->loads + stage->loads[l];
-    if (load->kind == LOAD_UPLIFT)
-      UpliftForces(scene, load, state->uplift + stage->loads[l], m, state->u + at, f_vertex);
-    else if (load->kind == LOAD_RESERVOIR)
-      face_load(scene, load, m, state->u + at, f_vertex);
-  }
-  PetscCall(CondensedLoads(m, f_vertex));
-  state->loads_turn = LoadsTurn(m, state->u, f);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   const PetscInt at = 3 * m->n_bodies;
-  PetscReal *f_vertex = state->f_dead + at;
+  PetscReal *f = state->f_target, *f_vertex = f + at, *u_vertex = state->u + at;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(state->f_dead, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = scene->loads + stage->loads[l];
-    if (load->kind == LOAD_SELF_WEIGHT) {
+    switch (load->kind) {
+    case LOAD_SELF_WEIGHT:
       PetscCall(self_weight(scene, load, m, f_vertex));
-    } else if (load->kind == LOAD_POINT_FORCE) {
-      const PetscInt v = m->point_vertex[find_name(m->n_points, m->point_names, load->target)];
-      for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
-        f_vertex[2 * v + i] += m->thickness * load->traction[i];
-    } else if (load->kind == LOAD_TRACTION) {
-      face_load(scene, load, m, state->u + at, f_vertex);
+      break;
+    case LOAD_POINT_FORCE:
+      point_force(load, m, f_vertex);
+      break;
+    case LOAD_UPLIFT:
+      UpliftForces(scene, load, state->uplift + stage->loads[l], m, u_vertex, f_vertex);
+      break;
+    case LOAD_TRACTION:
+    case LOAD_RESERVOIR:
+      face_load(scene, load, m, u_vertex, f_vertex);
+      break;
     }
   }
-  PetscCall(LoadsFollow(scene, m, stage, state));
+  PetscCall(CondensedLoads(m, f_vertex));
+  state->loads_turn = LoadsTurn(m, state->u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,6 @@
 /* memory.c: whether a model fits into the memory of this machine, asked before it is read. Linux. */
 #include "internal.h"
+#include <malloc.h>
 #include <sys/resource.h>
 
 /* [byte] What an explicit run takes, measured on 1, 2 and 4 ranks with 17 000 to 360 000 vertices,
@@ -43,6 +44,16 @@ double MemoryAvailable(void)
     if (left < least) least = left;
   }
   return least;
+}
+
+/* Set-up and output take and free arrays larger than what a run keeps. MPI libraries tell the C library to
+   hold on to freed memory; arrays with pages of their own go back to the system. */
+void MemoryReturnFreed(void)
+{
+#ifdef __GLIBC__
+  (void)mallopt(M_MMAP_MAX, 65536);
+  (void)mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
 }
 
 double MemoryOfRank(PetscInt n_vertices, double n_contacts, PetscMPIInt size, PetscMPIInt rank)

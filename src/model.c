@@ -235,14 +235,14 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
-  PetscCall(PetscMalloc1(m->n_owned, &m->vertex_condensed));
+  if (m->n_condensed_global) PetscCall(PetscMalloc1(m->n_owned, &m->vertex_condensed));
   for (PetscInt v = b->v_start; v < b->v_end; v++) {
     if (b->owner[v] != m->rank) continue;
     const PetscInt i = b->index[v - b->v_start];
     PetscCall(PetscArraycpy(m->X + 2 * i, b->x + 2 * (v - b->v_start), 2));
     m->vertex_gid[i] = b->record[v].gid, m->vertex_file[i] = b->record[v].file;
     m->vertex_body[i] = b->record[v].body, m->vertex_rigid[i] = b->record[v].rigid;
-    m->vertex_condensed[i] = b->record[v].condensed;
+    if (m->vertex_condensed) m->vertex_condensed[i] = b->record[v].condensed;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,17 +273,18 @@ static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_node
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
   e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
-  PetscCall(PetscMalloc3(n, &e->file, n, &e->body, n, &e->owned));
+  PetscCall(PetscRealloc(n * sizeof(PetscInt), &e->gid));
+  PetscCall(PetscMalloc2(n, &e->file, n, &e->owned));
   for (PetscInt i = 0; i < n; i++) {
     const PointRecord *r = b->record + point[i];
     PetscInt lowest = PETSC_MAX_INT;
-    e->group[i] = r->group, e->file[i] = r->file, e->body[i] = r->body;
+    e->group[i] = r->group, e->file[i] = r->file;
     PetscCall(block_vertices(b->dm, point[i], v, &k_max));
     for (int k = 0; k < n_nodes; k++) {
       const PetscInt gid = b->record[v[k]].gid;
       e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH] = LocalVertex(
           m, gid, (PetscMPIInt)b->owner[v[k]], b->index[v[k] - b->v_start]);
-      if (gid < lowest) lowest = gid, e->owned[i] = (PetscBool)(b->owner[v[k]] == m->rank);
+      if (gid < lowest) lowest = gid, e->owned[i] = b->owner[v[k]] == m->rank;
     }
   }
   PetscCall(PetscFree(point));
@@ -357,8 +358,8 @@ static PetscErrorCode damping_groups(const Scene *scene, Model *m)
   const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  m->all_in_quotient = (PetscBool)(scene->n_damping_groups == 0);
-  for (PetscInt d = 0; d < m->n_dof; d++) m->in_quotient[d] = scene->n_damping_groups ? 0. : 1.;
+  if (!scene->n_damping_groups) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(m->n_dof, &m->in_quotient));
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
     for (int l = 0; l < 6; l++)
       for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
@@ -373,7 +374,7 @@ static PetscErrorCode damping_groups(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* True masses, macroblock and share in the damping quotient of every dof; supports come later (loads.c). */
+/* True masses and share in the damping quotient; supports come later (loads.c). */
 static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -381,21 +382,11 @@ static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
   PetscFunctionBeginUser;
   m->n_dof = at + 2 * m->n_deformable;
   const PetscInt n_held = at + 2 * m->n_owned;
-  PetscCall(PetscMalloc5(m->n_dof, &m->mass, n_held, &m->fixed, n_held, &m->support, m->n_dof,
-                         &m->in_quotient, m->n_dof, &m->dof_body));
-  PetscCall(PetscArrayzero(m->fixed, n_held));
+  PetscCall(PetscMalloc2(m->n_deformable, &m->vertex_mass, n_held, &m->support));
   for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
-  for (PetscInt b = 0; b < m->n_bodies; b++)
-    for (int i = 0; i < 3; i++) {
-      m->mass[3 * b + i] = m->body_mass[2 * b + (i == 2)];
-      m->dof_body[3 * b + i] = m->body_body[b];
-    }
-  for (PetscInt d = 0; d < 2 * m->n_deformable; d++) {
-    m->mass[at + d] = vertex_mass[d / 2];
-    m->dof_body[at + d] = m->vertex_body[d / 2];
-  }
+  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->n_deformable));
   PetscCall(PetscFree(vertex_mass));
   PetscCall(damping_groups(scene, m));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -479,7 +470,7 @@ static PetscErrorCode elements_destroy(Elements *e)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(e->gid));
   PetscCall(PetscFree2(e->vertex, e->group));
-  PetscCall(PetscFree3(e->file, e->body, e->owned));
+  PetscCall(PetscFree2(e->file, e->owned));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -488,7 +479,8 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
-  PetscCall(PetscFree5(m->mass, m->fixed, m->support, m->in_quotient, m->dof_body));
+  PetscCall(PetscFree2(m->vertex_mass, m->support));
+  PetscCall(PetscFree(m->in_quotient));
   PetscCall(PetscFree(m->chunk_done));
   PetscCall(PetscFree(m->hourglass));
   PetscCall(elements_destroy(&m->q4));

@@ -457,8 +457,8 @@ PetscErrorCode StateResize(const Model *m, State *s)
   const PetscInt old = s->capacity, new = 3 * m->n_bodies + 2 * m->vertex_capacity;
   PetscFunctionBeginUser;
   if (new <= old) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscReal **array[7] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target, &s->f_dead};
-  for (int i = 0; i < 7; i++) PetscCall(grow(sizeof(PetscReal), old, new, array[i]));
+  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
+  for (int i = 0; i < 6; i++) PetscCall(grow(sizeof(PetscReal), old, new, array[i]));
   s->capacity = new;
   // this rank's arrays may grow when another's do not: nothing collective here
   if (s->u_vec) {

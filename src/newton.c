@@ -209,7 +209,7 @@ static PetscErrorCode restore(const Problem *p)
   RigidMotion(p->m, state->u);
   PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
   PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
-  if (p->follow) PetscCall(LoadsFollow(p->scene, p->m, p->stage, state));
+  if (p->follow) PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -227,7 +227,7 @@ static PetscErrorCode evaluate(const Problem *p, PetscReal part, const PetscReal
   p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
   PetscCall(VecGetArrayWrite(p->newton->r, &r));
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    r[d] = m->fixed[d] ? 0. : state->f_ext[d] - state->f[d];
+    r[d] = Held(m, d) ? 0. : state->f_ext[d] - state->f[d];
     const PetscReal force = r[d] / DofLength(m, state, d);
     sum += force * force;
   }
@@ -339,7 +339,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     PetscCall(CheckpointStop(p->output->checkpoint, stop));
     if (*stop) break;
     if (p->follow) {
-      PetscCall(LoadsFollow(p->scene, p->m, p->stage, p->state));
+      PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
       LoadsApply(p->m, p->state, p->state->ramp);
     }
   }
@@ -432,7 +432,7 @@ PetscErrorCode NewtonLowestFrequency(const Model *m, const State *state, const N
     PetscCall(VecGetArrayWrite(n->r, &x));
     PetscCall(VecGetArrayRead(n->du, &y));
     for (PetscInt d = 0; d < m->n_dof; d++)
-      x[d] = m->fixed[d] ? 0. : state->m[d] * (from ? from[d] : size * y[d]);
+      x[d] = Held(m, d) ? 0. : state->m[d] * (from ? from[d] : size * y[d]);
     PetscCall(VecRestoreArrayRead(n->du, &y));
     PetscCall(VecRestoreArrayWrite(n->r, &x));
     PetscCall(PCApply(n->pc, n->r, n->du));

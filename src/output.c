@@ -223,6 +223,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   *memory = (Memory){model, output, 0, 0};
   PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
   if (!model->rank) PetscCall(open_files(scene, model, output, memory, resumed, message));
+  PetscCall(GatherMeshDestroy(&output->mesh)); // a few bytes a block that only output reads
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -276,9 +277,11 @@ PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *mode
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
   PetscFunctionBeginUser;
+  PetscCall(GatherMesh(model, &output->mesh));
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
   if (!model->rank) PetscCall(ResultsFileStage(&output->results, stage, frame, result, &fields, message));
   PetscCall(GatherStageDestroy(&fields));
+  PetscCall(GatherMeshDestroy(&output->mesh));
   PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -293,6 +296,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
   PetscFunctionBeginUser;
   PetscCall(update_probes(model, state, output, &u_max));
   PetscCall(StateChecksum(model, state, contacts, &checksum));
+  PetscCall(GatherMesh(model, &output->mesh));
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
   PetscCall(GatherMechanism(model, output->trials.mechanism, &fields));
   if (!model->rank) {
@@ -307,6 +311,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
     if (!message[0]) check_history(output, message);
   }
   PetscCall(GatherStageDestroy(&fields));
+  PetscCall(GatherMeshDestroy(&output->mesh));
   PetscCall(TrialsReset(&output->trials));
   PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -324,7 +329,6 @@ PetscErrorCode OutputClose(Output *output)
   PetscCall(PetscFree(output->stages));
   PetscCall(PetscFree(output->probes));
   PetscCall(ResultsFileDestroy(&output->results));
-  PetscCall(GatherMeshDestroy(&output->mesh));
   output->history = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

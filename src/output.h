@@ -158,8 +158,8 @@ typedef struct {
 /* Collective. Keeps what the trial just run has come to; label: its value in words, printed with the verdict.
  */
 PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *model, const State *state,
-                         const Contacts *contacts, const Stage *stage, const MeshFields *mesh,
-                         PetscReal value, const StageResult *result);
+                         const Contacts *contacts, const Stage *stage, PetscReal value,
+                         const StageResult *result);
 /* Collective. Takes the present motion as the mechanism. */
 PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *state,
                                const Relaxation *relax);
@@ -190,10 +190,10 @@ PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, c
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages; /* written so far */
-  char **stages;     /* rank 0: (n_stages,) their objects in summary.json */
-  PetscReal *probes; /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
-  MeshFields mesh;
+  PetscInt n_stages;   /* written so far */
+  char **stages;       /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes;   /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;     /* while a file is being written */
   ResultsFile results; /* rank 0 */
   FILE *history;       /* rank 0 */
   int lock;            /* rank 0: of the folder, -1: none */

@@ -98,6 +98,7 @@ int QuoinErrorExitCode(PetscErrorCode error)
 PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q)
 {
   PetscFunctionBeginUser;
+  MemoryReturnFreed();
   PetscCall(PetscNew(q));
   (*q)->comm = comm;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -163,7 +164,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
   PetscCall(CondensedCreate(&q->scene, &q->model));
   PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));
-  PetscCall(StateCreate(&q->model, &q->state));
+  PetscCall(StateCreate(&q->scene, &q->model, &q->state));
   PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
   PetscCall(PartEnd(PART_FIRST_CONTACTS));

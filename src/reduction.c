@@ -44,6 +44,7 @@ static PetscErrorCode snapshot_create(const Driver *d, Snapshot *s)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
                          d->scene->n_loads, &s->crack));
+  PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -60,7 +61,7 @@ static PetscErrorCode snapshot_take(Driver *d)
   Snapshot *s = &d->snapshot;
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(s->u, d->state->u, ModelApplied(d->m)));
-  PetscCall(PetscArraycpy(s->u_verified, d->state->u_verified, d->m->n_dof));
+  if (d->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, d->state->u_verified, d->m->n_dof));
   PetscCall(PetscArraycpy(s->f_ext, d->state->f_ext, ModelApplied(d->m)));
   PetscCall(ContactsDestroy(&s->contacts));
   PetscCall(ContactsCopy(d->contacts, &s->contacts));
@@ -161,8 +162,8 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
                        d->result));
   // far away but finite: it fell
   if (*verdict == VERDICT_DIVERGED && d->result->finite) *verdict = VERDICT_COLLAPSED;
-  PetscCall(TrialsAdd(&d->output->trials, &d->raised, d->m, d->state, d->contacts, &d->stage,
-                      &d->output->mesh, value, d->result));
+  PetscCall(
+      TrialsAdd(&d->output->trials, &d->raised, d->m, d->state, d->contacts, &d->stage, value, d->result));
   if (*verdict == VERDICT_CONVERGED) {
     d->stable = value;
     d->last_stable = *d->result;
@@ -281,12 +282,11 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   PetscCall(ArchiveDofs(a, d->m, "u_verified", s->u_verified));
   PetscCall(ArchiveApplied(a, d->m, "f_ext", s->f_ext));
   PetscCall(ArchiveReals(a, "crack", d->scene->n_loads, s->crack));
-  if (a->reading) {
-    RigidMotion(d->m, s->u);
-    PetscCall(NeighboursAt(d->m, d->state, s->u_verified));
-  }
+  const PetscBool moves = (PetscBool)(a->reading && d->state->u_verified);
+  if (a->reading) RigidMotion(d->m, s->u);
+  if (moves) PetscCall(NeighboursAt(d->m, d->state, s->u_verified));
   PetscCall(ArchiveContacts(a, d->scene, d->m, "contacts", &s->contacts));
-  if (a->reading) PetscCall(NeighboursAt(d->m, d->state, d->state->u_verified));
+  if (moves) PetscCall(NeighboursAt(d->m, d->state, d->state->u_verified));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -153,9 +153,8 @@ PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relax
     for (PetscInt d = 0; d < m->n_dof; d++) {
       // f belongs to the displacements before this cycle's step
       const PetscReal du = state->u[d] - state->v[d] * state->dt - r->u_0[d];
-      const PetscReal num = m->in_quotient[d] * du * (state->f[d] - r->f_0[d]),
-                      den = m->in_quotient[d] * state->m[d] * du * du;
-      if (m->fixed[d]) continue;
+      const PetscReal num = du * (state->f[d] - r->f_0[d]), den = state->m[d] * du * du;
+      if (Held(m, d) || (m->in_quotient && m->in_quotient[d] == 0.)) continue;
       if (pass) {
         BinAdd(&num_bins, num, sum);
         BinAdd(&den_bins, den, sum + 2);
@@ -220,11 +219,10 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   PetscCall(PetscCalloc1(4 * nb + 2, &sum));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal length = DofLength(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
-    PetscReal *s = sum + 4 * m->dof_body[d];
+    PetscReal *s = sum + 4 * DofBody(m, d);
     BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + 4 * nb);
-    if (!m->fixed[d]) BinAdd(&r_bins, r, s);
-    BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (m->fixed[d] ? r : 0.),
-           s + 2);
+    if (!Held(m, d)) BinAdd(&r_bins, r, s);
+    BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (Held(m, d) ? r : 0.), s + 2);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4 * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
   // a body that carries next to nothing is not judged by rounding noise

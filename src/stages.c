@@ -3,12 +3,16 @@
 #include "repartition.h"
 #include <unistd.h>
 
-PetscErrorCode StateCreate(const Model *m, State *s)
+PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
 {
+  PetscBool variable = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
   PetscCall(StateResize(m, s));
-  PetscCall(PetscCalloc4(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv, m->n_dof, &s->u_verified));
+  PetscCall(PetscCalloc3(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv));
+  for (PetscInt i = 0; i < scene->n_stages; i++)
+    variable = (PetscBool)(variable || scene->stages[i].variable);
+  if (variable) PetscCall(PetscCalloc1(m->n_dof, &s->u_verified));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
@@ -18,12 +22,13 @@ PetscErrorCode StateCreate(const Model *m, State *s)
 
 PetscErrorCode StateDestroy(State *s)
 {
-  PetscReal **array[7] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target, &s->f_dead};
+  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
   PetscFunctionBeginUser;
   PetscCall(VecDestroy(&s->u_vec));
   PetscCall(VecDestroy(&s->v_vec));
-  for (int i = 0; i < 7; i++) PetscCall(PetscFree(*array[i]));
-  PetscCall(PetscFree4(s->v, s->m, s->m_inv, s->u_verified));
+  for (int i = 0; i < 6; i++) PetscCall(PetscFree(*array[i]));
+  PetscCall(PetscFree3(s->v, s->m, s->m_inv));
+  PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -263,7 +268,8 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       LoadsApply(m, state,
                  stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - loop.ramp_start) / stage->ramp)
                              : 1.);
-      PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from the full load on
+      if (state->ramp >= 1.)
+        PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from here on
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? loop.contact_scale : NULL));
     result->cycles++, relax->effort.evaluations++;
@@ -285,7 +291,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       // faces may have vertices of other ranks: their displacements are those before this cycle's step
       PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
       PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
-      PetscCall(LoadsFollow(scene, m, stage, state));
+      PetscCall(LoadsTarget(scene, m, stage, state));
       LoadsApply(m, state, state->ramp);
     }
     PetscCall(RepartitionPoll(output->checkpoint, stage, state->cycle, result));

@@ -151,7 +151,7 @@ PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage
 PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
                         Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                         StageResult *result);
-PetscErrorCode StateCreate(const Model *model, State *state);
+PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
 
 /* ---- advise.c */

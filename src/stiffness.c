@@ -32,7 +32,7 @@ static PetscErrorCode number_rows(const Model *m, Stiffness *s)
     const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
                    dof = body < 0 ? at + 2 * v : 3 * body;
     for (int i = 0; i < (body < 0 ? 2 : 3); i++)
-      s->row[3 * v + i] = m->fixed[dof + i] ? -1 : s->first + dof + i;
+      s->row[3 * v + i] = Held(m, dof + i) ? -1 : s->first + dof + i;
     for (int i = 0; i < 2 && body >= 0; i++) s->centre[2 * v + i] = m->body_X[2 * body + i];
   }
   for (int part = 0; part < 3; part++) {
@@ -131,7 +131,7 @@ static PetscErrorCode add_bodies(const Model *m, const Stiffness *s, Mat matrix)
   for (PetscInt g = 0; g < m->n_groups; g++)
     if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->mu[g] * m->thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
-    PetscCall(MatSetValue(matrix, s->first + d, s->first + d, m->fixed[d] ? stiffest : 0., ADD_VALUES));
+    PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
   PetscCall(add_elements(m, &m->q4, 4, s, matrix));
   PetscCall(add_elements(m, &m->t3, 3, s, matrix));
   PetscCall(add_condensed(m, s, matrix));

@@ -66,10 +66,10 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
     PetscReal row[3];
     body_stiffness(m, b, k, row);
     for (int i = 0; i < 3; i++)
-      state->m[3 * b + i] = row[i] > 0. ? factor * row[i] : PetscMax(m->mass[3 * b + i], 1.);
+      state->m[3 * b + i] = row[i] > 0. ? factor * row[i] : PetscMax(DofMass(m, 3 * b + i), 1.);
   }
   for (PetscInt d = 0; d < 2 * m->n_deformable; d++) state->m[at + d] = factor * k[d / 2];
-  for (PetscInt d = 0; d < m->n_dof; d++) state->m_inv[d] = m->fixed[d] ? 0. : 1. / state->m[d];
+  for (PetscInt d = 0; d < m->n_dof; d++) state->m_inv[d] = Held(m, d) ? 0. : 1. / state->m[d];
   PetscCall(PetscFree(k));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -108,10 +108,10 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
     PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};
     if (d < at) body_stiffness(m, d / 3, k, row);
     const PetscReal stiffness = d < at ? row[d % 3] : row[0];
-    state->m[d] = m->mass[d];
-    state->m_inv[d] = m->fixed[d] ? 0. : 1. / m->mass[d];
-    if (m->fixed[d]) continue;
-    if (!(m->mass[d] > 0.) && !message[0]) {
+    state->m[d] = DofMass(m, d);
+    state->m_inv[d] = Held(m, d) ? 0. : 1. / DofMass(m, d);
+    if (Held(m, d)) continue;
+    if (!(DofMass(m, d) > 0.) && !message[0]) {
       const PetscInt v = d < at ? m->body_start[d / 3] : (d - at) / 2;
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                               "%s: stages.%s: vertex %" PetscInt_FMT
@@ -119,7 +119,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
                               "that is not held",
                               scene->file, stage->name, m->vertex_file[v]));
     }
-    if (stiffness > 0.) least = PetscMin(least, 2. * PetscSqrtReal(m->mass[d] / stiffness)); // (25), (32)
+    if (stiffness > 0.) least = PetscMin(least, 2. * PetscSqrtReal(DofMass(m, d) / stiffness)); // (25), (32)
   }
   PetscCall(PetscFree(k));
   PetscCall(CheckMessage(m->comm, message));

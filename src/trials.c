@@ -56,12 +56,13 @@ static PetscErrorCode write_trial(const Scene *scene, const Model *m, const Stat
 }
 
 PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *m, const State *state,
-                         const Contacts *contacts, const Stage *stage, const MeshFields *mesh,
-                         PetscReal value, const StageResult *result)
+                         const Contacts *contacts, const Stage *stage, PetscReal value,
+                         const StageResult *result)
 {
   static const char *const units[] = {" m", " degree", " of the strengths"};
   const char *unit = units[stage->kind == STAGE_FLOOD ? 0 : stage->what == REDUCE_FRICTION ? 1 : 2];
   StageFields fields = {0};
+  MeshFields mesh;
   PetscReal *probes;
   PetscFunctionBeginUser;
   PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycles, %.2f s\n",
@@ -69,7 +70,9 @@ PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *m, con
                         result->wall));
   PetscCall(PetscMalloc1(2 * m->n_points, &probes));
   PetscCall(find_probes(m, state, probes));
-  PetscCall(GatherContacts(m, state, contacts, stage, mesh, &fields));
+  PetscCall(GatherMesh(m, &mesh));
+  PetscCall(GatherContacts(m, state, contacts, stage, &mesh, &fields));
+  PetscCall(GatherMeshDestroy(&mesh));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     PetscCall(write_trial(scene, m, state, stage, &fields, probes, value, result, trials->json + trials->n));

@@ -14,6 +14,7 @@
 #include <petscsys.h>
 #include <petscvec.h>
 #include <petscsf.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #if defined(PETSC_USE_COMPLEX) || !defined(PETSC_USE_REAL_DOUBLE)
@@ -279,8 +280,7 @@ typedef struct {
   PetscInt *group;      /* (n_padded,) */
   PetscInt *gid;        /* (n,) block, ascending */
   PetscInt *file;       /* (n,) file id */
-  PetscInt *body;       /* (n,) macroblock */
-  PetscBool *owned;     /* (n,) this rank writes it (its lowest-gid vertex is owned) */
+  bool *owned;          /* (n,) this rank writes it (its lowest-gid vertex is owned) */
 } Elements;
 
 typedef struct {
@@ -312,7 +312,7 @@ typedef struct {
   PetscInt *vertex_file;      /* (n_vertices,) */
   PetscInt *vertex_body;      /* (n_vertices,) macroblock */
   PetscInt *vertex_rigid;     /* (n_vertices,) rigid body (global number), -1: deformable */
-  PetscInt *vertex_condensed; /* (n_owned,) condensed body (global number), -1: none */
+  PetscInt *vertex_condensed; /* (n_owned,) condensed body (global number), -1: none; NULL: no such bodies */
 
   /* rigid bodies owned here (all their vertices are owned here too) */
   PetscInt n_bodies;
@@ -323,13 +323,11 @@ typedef struct {
   PetscReal *body_mass; /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
   PetscInt *body_body;  /* (n_bodies,) macroblock */
 
-  PetscInt n_dof;            /* 3 n_bodies + 2 n_deformable */
-  PetscReal *mass;           /* [kg] (n_dof,) true lumped masses (26)-(27), (30) */
-  PetscBool *fixed;          /* (3 n_bodies + 2 n_owned,) held by a support; behind n_dof: inner vertices */
-  PetscInt *support;         /* (likewise) row of Scene.supports that holds it, -1: none */
-  PetscReal *in_quotient;    /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not */
-  PetscBool all_in_quotient; /* no dof is left out */
-  PetscInt *dof_body;        /* (n_dof,) macroblock */
+  PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
+  PetscReal *vertex_mass; /* [kg] (n_deformable,) true lumped masses (26)-(27) */
+  int16_t *support; /* (3 n_bodies + 2 n_owned,) row of Scene.supports that holds the dof, -1: it is free;
+                       behind n_dof: inner vertices */
+  PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all do */
 
   Elements t3, q4;
   PetscInt *chunk_done; /* (chunks of elements,) see element.c: so many deformable vertices, the first ones,
@@ -447,10 +445,10 @@ typedef struct {
   PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
                                     loads.c. f_target has those at vertices of rigid bodies behind its dofs */
   PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; loads.c */
-  PetscReal *f_dead;        /* [N] part of f_target at vertices that does not follow their motion; loads.c */
-  PetscReal time;           /* [s] of dynamic stages */
-  PetscReal *u_verified;    /* (n_dof,) u when contacts were last verified; contact_verify.c */
-  PetscReal ramp;           /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  PetscReal time;                /* [s] of dynamic stages */
+  PetscReal
+      *u_verified; /* (n_dof,) u when contacts were last verified; contact_verify.c; NULL: they never are */
+  PetscReal ramp;  /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
   struct _p_Uplift *uplift; /* (n_loads,) joint line, faces and open length of each uplift load; uplift.c */
 } State;
 

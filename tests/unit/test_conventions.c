@@ -176,8 +176,8 @@ static PetscErrorCode DofsOfBodiesComeFirst(void)
   const Model *m = f.model;
   ENSURE(m->n_bodies == 1 && m->n_deformable == 4 && m->n_dof == 3 + 8 && m->n_vertices == 8);
   for (int v = 4; v < 8; v++) ENSURE(DofOf(m, v) == 3 + 2 * VertexOf(m, v));
-  for (int i = 0; i < 3; i++) ENSURE(m->fixed[i]);
-  for (int i = 3; i < 11; i++) ENSURE(!m->fixed[i]);
+  for (int i = 0; i < 3; i++) ENSURE(Held(m, i));
+  for (int i = 3; i < 11; i++) ENSURE(!Held(m, i));
   f.state->u[2] = 0.5 * PETSC_PI;
   RigidMotion(m, f.state->u);
   const PetscInt v = VertexOf(m, 1); // (2, -1) about (1, -0.5): to (1.5, 0.5)

@@ -13,7 +13,7 @@ typedef struct {
   PetscReal X[2 * (MAX_VERTICES + DUMMY_VERTICES)], u[2 * (MAX_VERTICES + DUMMY_VERTICES)];
   PetscReal f[2 * (MAX_VERTICES + DUMMY_VERTICES)], lambda[2], mu[2], density[2], hourglass[6];
   PetscInt vertex[4 * MAX_ELEMENTS], group[MAX_ELEMENTS];
-  PetscBool owned[MAX_ELEMENTS];
+  bool owned[MAX_ELEMENTS];
 } Patch;
 
 static Elements *List(Patch *p)
@@ -38,7 +38,7 @@ static void PatchCreate(Patch *p, int n_vertices, const PetscReal (*X)[2], int n
   e->group = p->group;
   e->owned = p->owned;
   for (int k = 0; k < e->n_padded; k++) {
-    p->owned[k] = k < n ? PETSC_TRUE : PETSC_FALSE;
+    p->owned[k] = k < n;
     for (int i = 0; i < n_nodes; i++)
       p->vertex[(k / BATCH * n_nodes + i) * BATCH + k % BATCH] = k < n ? rows[k * n_nodes + i]
                                                                        : n_vertices + i;

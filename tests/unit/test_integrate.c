@@ -24,7 +24,7 @@ static PetscErrorCode OpenOneDof(double r, Fixture *f)
                         k / 2));
   for (PetscInt d = 0; d < f->model->n_dof; d++) {
     f->state->m[d] = k / (4 * r * r);
-    f->state->m_inv[d] = f->model->fixed[d] ? 0 : 1 / f->state->m[d];
+    f->state->m_inv[d] = Held(f->model, d) ? 0 : 1 / f->state->m[d];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,7 +153,7 @@ static PetscErrorCode EnergyIsConserved(int rigid, double size, double bound)
   const PetscInt n = f.model->n_dof;
   PetscCall(PetscMalloc2(n, &u_before, n, &v_before));
   for (PetscInt d = 0; d < n; d++) {
-    s->v[d] = f.model->fixed[d] ? 0 : size * Uniform(-1, 1);
+    s->v[d] = Held(f.model, d) ? 0 : size * Uniform(-1, 1);
     s->f_ext[d] *= rigid ? 0 : 1; // a body at work would turn out of the linear range
   }
   for (int step = 0; step < 5000; step++) {
@@ -162,7 +162,7 @@ static PetscErrorCode EnergyIsConserved(int rigid, double size, double bound)
     PetscCall(PetscArraycpy(u_before, s->u, n));
     PetscCall(OneStep(&f));
     for (PetscInt d = 0; d < n; d++)
-      if (!f.model->fixed[d])
+      if (!Held(f.model, d))
         energy += 0.5 * v_before[d] * s->m[d] * s->v[d] + 0.5 * u_before[d] * s->f[d] -
                   u_before[d] * s->f_ext[d];
     if (step == 0) first = energy;
@@ -211,7 +211,7 @@ static PetscErrorCode SpinningBlockStaysStressFree(void)
   const Model *m = f.model;
   s->dt = 2e-4;
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    s->m[d] = m->mass[d], s->m_inv[d] = 1 / m->mass[d];
+    s->m[d] = DofMass(m, d), s->m_inv[d] = 1 / DofMass(m, d);
     s->v[d] = (d % 2 ? 1 : -1) * spin * (m->X[d - d % 2 + 1 - d % 2] - 0.5 * L);
   }
   const int n_steps = (int)(0.5 * PETSC_PI / spin / s->dt); // a quarter turn

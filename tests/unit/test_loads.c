@@ -214,8 +214,8 @@ static PetscErrorCode EnsureHeld(int n_hard, const char *supports, int body_x, i
                   "%sloads: {weight: {type: self_weight}}\nstages: [a: {loads: [weight]}]\nsupports: {%s}\n",
                   materials, supports));
   const PetscInt at = 3 * f.model->n_bodies;
-  for (PetscInt d = 0; d < at; d++) held[d % 3] += f.model->fixed[d];
-  for (PetscInt d = at; d < f.model->n_dof; d++) held[3 + (d - at) % 2] += f.model->fixed[d];
+  for (PetscInt d = 0; d < at; d++) held[d % 3] += Held(f.model, d);
+  for (PetscInt d = at; d < f.model->n_dof; d++) held[3 + (d - at) % 2] += Held(f.model, d);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, 5, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   for (int i = 0; i < 5; i++) ENSURE(held[i] == expected[i]);
   PetscCall(FixtureClose(&f));

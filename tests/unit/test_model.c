@@ -99,8 +99,8 @@ static PetscErrorCode MassesSumToDensityTimesArea(void)
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
     const Model *m = f.model;
     for (PetscInt b = 0; b < m->n_bodies; b++)
-      for (int i = 0; i < 2; i++) mass[i] += m->mass[3 * b + i];
-    for (PetscInt d = 0; d < 2 * m->n_deformable; d++) mass[d % 2] += m->mass[3 * m->n_bodies + d];
+      for (int i = 0; i < 2; i++) mass[i] += DofMass(m, 3 * b + i);
+    for (PetscInt d = 0; d < 2 * m->n_deformable; d++) mass[d % 2] += DofMass(m, 3 * m->n_bodies + d);
     const double hard = kind == WALL_RIGID ? 1 : kind == WALL_MIXED || kind == WALL_SHARED ? 0.5 : 0;
     const double expected = ROWS * COLUMNS * 2 * THICKNESS * (hard * RIGID_DENSITY + (1 - hard) * DENSITY);
     for (int i = 0; i < 2; i++) ENSURE_NEAR(Total(mass[i]) / expected, 1, 1e-13);

@@ -42,7 +42,7 @@ static PetscErrorCode ChainCycles(Fixture *f, int n, int *cycles, double *oversh
     PetscCall(StageCycles(f, 0, 1));
     for (PetscInt d = 0; d < f->model->n_dof; d++) {
       const PetscReal rest = f->state->f_ext[d] - f->state->f[d];
-      if (f->model->fixed[d]) continue;
+      if (Held(f->model, d)) continue;
       r += rest * rest, load += f->state->f_ext[d] * f->state->f_ext[d];
     }
     if (r < 1e-12 * load) break; // the state before this cycle was it

@@ -46,7 +46,7 @@ static void Shake(const Model *m, double seed, double amount, PetscReal *value)
     for (int i = 0; i < 2; i++)
       value[3 * m->n_bodies + 2 * v + i] = amount * Wobble(m->vertex_gid[v], i, seed);
   for (PetscInt d = 0; d < m->n_dof; d++)
-    if (m->fixed[d]) value[d] = 0;
+    if (Held(m, d)) value[d] = 0;
 }
 
 /* Resisting forces at u + part w, from a history without slip. */
@@ -58,7 +58,7 @@ static PetscErrorCode ForcesAt(Fixture *f, const PetscReal *u, double part, cons
   for (PetscInt d = 0; d < f->model->n_dof; d++) f->state->u[d] = u[d] + part * w[d];
   RigidMotion(f->model, f->state->u);
   PetscCall(Forces(f->model, f->scene->stages[0].joints, f->contacts, f->state, NULL));
-  for (PetscInt d = 0; d < f->model->n_dof; d++) force[d] = f->model->fixed[d] ? 0 : f->state->f[d];
+  for (PetscInt d = 0; d < f->model->n_dof; d++) force[d] = Held(f->model, d) ? 0 : f->state->f[d];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,7 +89,7 @@ static PetscErrorCode TangentError(Fixture *f, const PetscReal *u, const PetscRe
   PetscCall(MatMult(s.tangent, x, y));
   PetscCall(VecGetArrayRead(y, &kw));
   for (PetscInt d = 0; d < n; d++) {
-    if (f->model->fixed[d]) continue;
+    if (Held(f->model, d)) continue;
     largest[0] = PetscMax(largest[0], fabs(kw[d] - (more[d] - less[d]) / (2 * h)));
     largest[1] = PetscMax(largest[1], fabs(kw[d]));
   }
