@@ -29,6 +29,7 @@ static PetscErrorCode allocate(Contacts *c)
   PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n,
                          &c->length, 2 * n, &c->state));
   PetscCall(PetscCalloc5(2 * n, &c->t, 4 * n, &c->gap, 2 * n, &c->rest, 2 * n, &c->slip, 2 * n, &c->broken));
+  PetscCall(PetscCalloc2(2 * n, &c->slip_0, 2 * n, &c->broken_0));
   PetscCall(PetscCalloc7(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->speed, 2 * n, &c->sigma, 2 * n, &c->tau,
                          2 * n, &c->F_n, 2 * n, &c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,11 +150,29 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscCall(PetscArraycpy(copy->length, c->length, n));
   PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
   PetscCall(PetscArraycpy(copy->gap, c->gap, 4 * n));
-  PetscReal *const to[] = {copy->t,     copy->rest,  copy->slip, copy->broken, copy->u_n, copy->u_s,
-                           copy->speed, copy->sigma, copy->tau,  copy->F_n,    copy->F_s},
-                   *const from[] = {c->t,     c->rest,  c->slip, c->broken, c->u_n, c->u_s,
-                                    c->speed, c->sigma, c->tau,  c->F_n,    c->F_s};
-  for (int i = 0; i < 11; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  PetscReal *const to[] = {copy->t,   copy->rest,   copy->slip,    copy->broken, copy->u_n,
+                           copy->u_s, copy->speed,  copy->sigma,   copy->tau,    copy->F_n,
+                           copy->F_s, copy->slip_0, copy->broken_0},
+                   *const from[] = {c->t,     c->rest, c->slip, c->broken, c->u_n,    c->u_s,     c->speed,
+                                    c->sigma, c->tau,  c->F_n,  c->F_s,    c->slip_0, c->broken_0};
+  for (int i = 0; i < 13; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsHold(Contacts *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(c->slip_0, c->slip, 2 * c->n_padded));
+  PetscCall(PetscArraycpy(c->broken_0, c->broken, 2 * c->n_padded));
+  c->held = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsGoBack(Contacts *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(c->slip, c->slip_0, 2 * c->n_padded));
+  PetscCall(PetscArraycpy(c->broken, c->broken_0, 2 * c->n_padded));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -162,6 +181,7 @@ PetscErrorCode ContactsDestroy(Contacts *c)
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
   PetscCall(PetscFree5(c->t, c->gap, c->rest, c->slip, c->broken));
+  PetscCall(PetscFree2(c->slip_0, c->broken_0));
   PetscCall(PetscFree7(c->u_n, c->u_s, c->speed, c->sigma, c->tau, c->F_n, c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

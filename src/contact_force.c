@@ -82,6 +82,7 @@ KERNEL void LanesForces(const Model *m, const Joint *joints, const LanesModel *m
   const PetscInt batch = first / BATCH, lane = first % BATCH, at = batch * 2 * BATCH + lane;
   const PetscInt *vertex = c->vertex + batch * 6 * BATCH + lane;
   const PetscReal *gap = c->gap + batch * 4 * BATCH + lane;
+  const PetscReal *slip = c->held ? c->slip_0 : c->slip, *broken = c->held ? c->broken_0 : c->broken;
   LanesContact now = {.length = LoadLanes(c->length + first)};
   LanesEnd end[2];
   LanesVector force[6];
@@ -90,9 +91,10 @@ KERNEL void LanesForces(const Model *m, const Joint *joints, const LanesModel *m
     const PetscInt i = at + k * BATCH;
     end[k] = Kinematics(m->X, u, vertex + 3 * k * BATCH, c->t + i, gap + 2 * k * BATCH, moving);
     now.u_n[k] = end[k].d_n - LoadLanes(c->rest + i), now.u_s[k] = end[k].d_s;
-    now.slip[k] = LoadLanes(c->slip + i), now.broken[k] = LoadLanes(c->broken + i);
+    now.slip[k] = LoadLanes(slip + i), now.broken[k] = LoadLanes(broken + i);
   }
-  if (RespondContacts(J, model, c->rate != 0., &now))
+  const int changed = RespondContacts(J, model, c->rate != 0., &now);
+  if (c->held ? keep : changed)
     for (int k = 0; k < 2; k++)
       StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
           StoreLanes(c->broken + at + k * BATCH, now.broken[k]);

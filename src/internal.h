@@ -280,6 +280,11 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, co
  * (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
+/* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
+   from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
+PetscErrorCode ContactsHold(Contacts *contacts);
+/* The present history is again the one held. */
+PetscErrorCode ContactsGoBack(Contacts *contacts);
 /* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
 PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);

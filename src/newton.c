@@ -37,8 +37,7 @@ struct _p_Newton {
   PetscInt last_solves;  /* that the last iteration took */
   Vec r, du;             /* unbalanced force, correction */
   PetscReal *u, *u_base; /* (n_dof,) at the last committed equilibrium; before the line search */
-  PetscReal *slip, *broken; /* (as in Contacts) history committed with u */
-  StageResult result;       /* committed with u, and so are effort and cycle */
+  StageResult result;    /* committed with u, and so are effort and cycle */
   Effort effort;
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
@@ -156,8 +155,7 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   PetscCall(StiffnessCreate(p->m, p->state, p->contacts, &n->stiffness));
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
   PetscCall(PetscMalloc3(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->contact_scale));
-  PetscCall(PetscMalloc4(2 * n_padded, &n->slip, 2 * n_padded, &n->broken, 6 * n_padded, &n->vertex,
-                         2 * n->n_joints, &n->k));
+  PetscCall(PetscMalloc2(6 * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
   PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, 6 * n_padded));
   for (PetscInt j = 0; j < n->n_joints; j++)
     n->k[2 * j] = p->stage->joints[j].k_n, n->k[2 * j + 1] = p->stage->joints[j].k_s;
@@ -175,36 +173,28 @@ PetscErrorCode NewtonDestroy(Newton **newton)
   PetscCall(VecDestroy(&n->r));
   PetscCall(VecDestroy(&n->du));
   PetscCall(PetscFree3(n->u, n->u_base, n->contact_scale));
-  PetscCall(PetscFree4(n->slip, n->broken, n->vertex, n->k));
+  PetscCall(PetscFree2(n->vertex, n->k));
   PetscCall(PetscFree(*newton));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- one iteration */
 
-static void commit(const Problem *p)
+static PetscErrorCode commit(const Problem *p)
 {
-  const PetscInt n = 2 * p->contacts->n_padded;
+  PetscFunctionBeginUser;
   p->newton->result = *p->result, p->newton->effort = p->relax->effort, p->newton->cycle = p->state->cycle;
-  memcpy(p->newton->u, p->state->u, p->m->n_dof * sizeof(PetscReal));
-  memcpy(p->newton->slip, p->contacts->slip, n * sizeof(PetscReal));
-  memcpy(p->newton->broken, p->contacts->broken, n * sizeof(PetscReal));
+  PetscCall(PetscArraycpy(p->newton->u, p->state->u, p->m->n_dof));
+  PetscCall(ContactsHold(p->contacts));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The history goes back to the last equilibrium. */
-static void restore_history(const Problem *p)
-{
-  const PetscInt n = 2 * p->contacts->n_padded;
-  memcpy(p->contacts->slip, p->newton->slip, n * sizeof(PetscReal));
-  memcpy(p->contacts->broken, p->newton->broken, n * sizeof(PetscReal));
-}
-
-/* So do the displacements, and the loads that follow them. */
+/* Displacements and history go back to the last equilibrium, and so do loads that follow them. */
 static PetscErrorCode restore(const Problem *p)
 {
   State *state = p->state;
   PetscFunctionBeginUser;
-  restore_history(p);
+  PetscCall(ContactsGoBack(p->contacts));
   PetscCall(PetscArraycpy(state->u, p->newton->u, p->m->n_dof));
   RigidMotion(p->m, state->u);
   PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
@@ -222,7 +212,6 @@ static PetscErrorCode evaluate(const Problem *p, PetscReal part, const PetscReal
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = p->newton->u_base[d] + part * du[d];
   RigidMotion(m, state->u);
-  restore_history(p);
   PetscCall(Forces(m, p->stage->joints, p->contacts, state, p->newton->contact_scale));
   p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
   PetscCall(VecGetArrayWrite(p->newton->r, &r));
@@ -329,7 +318,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     // as exact as the next residual can be expected to be, and as the stage asks for
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
-    if (i) StiffnessJoints(p->stage->joints, p->contacts, n->slip, n->broken, &n->stiffness);
+    if (i) StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
     PetscCall(solve(p, tolerance));
     if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
     PetscCall(VecGetArrayRead(n->du, &du));
@@ -359,7 +348,7 @@ static PetscErrorCode prepare(Problem *p)
     PetscCall(factorise_elastic(p));
   }
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
-  commit(p);
+  PetscCall(commit(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -395,14 +384,14 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
     if (found) {
       PetscCall(JudgeContacts(m, contacts, result));
       *reached = target;
-      commit(&p);
+      PetscCall(commit(&p));
       PetscCall(OutputHistory(output, scene, m, state, number, target, result));
     } else if (stop) {
       PetscCall(take_back(&p));
     } else {
       PetscCall(restore(&p));
       *step *= 0.5;
-      commit(&p);
+      PetscCall(commit(&p));
       if (!stage->ramp) break; // the loads are at once what they are
     }
     if (result->verdict != VERDICT_NONE) break;

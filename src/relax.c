@@ -13,9 +13,9 @@
    Friction flutter. Slip by a rule that is not associated makes the tangent stiffness unsymmetric: fast
    oscillations along a sliding joint grow by some 1e-3 a cycle and never let it rest, for mass-proportional
    damping hardly touches them, and they carry the joint along as shaking would. So adaptive damping has a
-   small part proportional to stiffness too, a force beta (f - f_old): 5 % of critical at the highest
-   frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods it is raised
-   tenfold and the secant left alone: only what moves on then is a collapse. */
+   part proportional to stiffness too where joints can slip, a force beta (f - f_old): a quarter of critical
+   at the highest frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods it
+   is doubled and the secant left alone: only what moves on then is a collapse. */
 #include "stages.h"
 #include "archive.h"
 #include "reproducible.h"
@@ -67,15 +67,15 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
 PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
 {
   QuotientSums *q = &r->sums;
-  PetscReal *const reals[] = {q->num,        q->num + 1,    q->den,         q->den + 1,        &q->num_max,
-                              &q->den_max,   &r->q_secant,  &r->best_ratio, &r->q_ray,         r->median,
-                              r->median + 1, r->median + 2, r->median + 3,  r->rate,           r->rate + 1,
-                              r->rate + 2,   r->rate + 3,   &r->alpha_sum,  &r->settled_alpha, &r->longest,
-                              &r->reached,   &r->step};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 7 };
+  PetscReal *const reals[] = {q->num,         q->num + 1,    q->den,         q->den + 1,        &q->num_max,
+                              &q->den_max,    &r->q_secant,  &r->best_ratio, &r->q_ray,         r->median,
+                              r->median + 1,  r->median + 2, r->median + 3,  r->rate,           r->rate + 1,
+                              r->rate + 2,    r->rate + 3,   &r->alpha_sum,  &r->settled_alpha, &r->longest,
+                              &r->half_ratio, &r->reached,   &r->step};
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 8 };
   PetscReal x[REALS];
   PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle,   r->n_ratios, r->steady,
-                          r->chunk_start,  r->chunk_length, r->n_alpha};
+                          r->chunk_start,  r->chunk_length, r->n_alpha,  r->half_cycle};
   PetscFunctionBeginUser;
   for (int i = 0; i < REALS; i++) x[i] = *reals[i];
   PetscCall(ArchiveReals(a, "reals", REALS, x));
@@ -84,7 +84,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
     for (int i = 0; i < REALS; i++) *reals[i] = x[i];
     r->tangent_only = (PetscBool)n[0], r->best_cycle = n[1];
     r->n_ratios = (PetscInt)PetscMin(n[2], r->max_ratios), r->steady = (PetscInt)n[3];
-    r->chunk_start = n[4], r->chunk_length = n[5], r->n_alpha = (PetscInt)n[6];
+    r->chunk_start = n[4], r->chunk_length = n[5], r->n_alpha = (PetscInt)n[6], r->half_cycle = n[7];
   }
   PetscCall(ArchiveReals(a, "ratios", r->n_ratios, r->ratios));
   PetscCall(ArchiveDofs(a, m, "u_0", r->u_0));
@@ -127,7 +127,8 @@ PetscErrorCode SecantStart(const Model *m, const Contacts *c, const State *state
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->longest, 1, MPIU_REAL, MPI_MAX, m->comm));
   r->tangent_only = PETSC_FALSE;
   r->best_ratio = PETSC_MAX_REAL;
-  r->best_cycle = state->cycle;
+  r->half_ratio = PETSC_MAX_REAL;
+  r->best_cycle = r->half_cycle = state->cycle;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,6 +138,16 @@ static void guard_secant(const State *state, PetscReal ratio, Relaxation *r)
 {
   if (state->ramp < 1. || ratio < 0.9 * r->best_ratio) r->best_ratio = ratio, r->best_cycle = state->cycle;
   if (state->cycle - r->best_cycle > STALL_CYCLES) r->tangent_only = PETSC_TRUE;
+}
+
+/* Friction that starts from the last equilibrium does no work on the way, and near a limit load the normal
+   force, by which it is not symmetric, feeds a slow oscillation that only slip as it comes takes energy from.
+   So it is left alone where the unbalanced ratio has not halved in half a period of the slowest mode. */
+PetscBool SlipStalls(const State *state, PetscReal ratio, Relaxation *r)
+{
+  const PetscReal wait = PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
+  if (state->ramp < 1. || ratio < 0.5 * r->half_ratio) r->half_ratio = ratio, r->half_cycle = state->cycle;
+  return (PetscBool)((PetscReal)(state->cycle - r->half_cycle) > wait);
 }
 
 PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relaxation *r)

@@ -87,7 +87,7 @@ static const Key Keys[] = {
       .choices = Dampings),
   KEY(RELAXATION, "alpha_dt", REAL, Scene, alpha_dt, "0.1", ">= 0, < 2", "-",
       "alpha times the time step, for damping: fixed"),
-  KEY(RELAXATION, "beta", REAL, Scene, beta, "0.05", ">= 0, <= 0.5", "-",
+  KEY(RELAXATION, "beta", REAL, Scene, beta, "0.25", ">= 0, <= 0.5", "-",
       "stiffness-proportional damping over the time step, for damping: adaptive; stills the flutter of friction"),
   KEY(RELAXATION, "groups", NAMES, Scene, damping_groups, "= all", NULL, "",
       "groups of blocks that the adaptive damping looks at", .count = offsetof(Scene, n_damping_groups)),

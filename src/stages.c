@@ -105,6 +105,7 @@ PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult
 static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
                              State *state, PetscBool now, StageResult *result)
 {
+  const PetscBool held = contacts->held;
   PetscBool need = now;
   PetscFunctionBeginUser;
   if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need, NULL));
@@ -112,6 +113,7 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   PetscCall(CondensedRecover(m, state)); // a contact may come anywhere
   PetscCall(ContactsVerify(scene, stage->joints, m, state, contacts, result));
+  if (held) PetscCall(ContactsHold(contacts)); // new contacts carry the slip there is
   PetscCall(CondensedCheckContacts(scene, m, contacts));
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -150,7 +152,7 @@ PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts 
 /* At equilibrium, and after each chunk of cycles without one, the open length of a cracked base is measured;
    when it has changed, the new pressure is ramped up and the stage goes on. */
 static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const Stage *stage,
-                                    const Contacts *contacts, State *state, const Relaxation *relax,
+                                    Contacts *contacts, State *state, const Relaxation *relax,
                                     StageResult *result, PetscInt64 *ramp_start)
 {
   const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->ramp >= 1. &&
@@ -160,6 +162,7 @@ static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const St
   if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(UpliftCrack(scene, m, stage, contacts, state, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
+  if (result->verdict == VERDICT_CONVERGED && contacts->held) PetscCall(ContactsHold(contacts));
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(LoadsTarget(scene, m, stage, state));
   result->verdict = VERDICT_NONE;
@@ -210,17 +213,31 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether a joint can slip: only then can friction feed an oscillation. */
+static PetscErrorCode can_slip(const Model *m, const Stage *stage, const Contacts *c, PetscBool *slips)
+{
+  PetscBool mine = stage->variable; // contacts of any joint may come
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded && !mine; i++)
+    mine = (PetscBool)(stage->joints[c->joint[i]].law != LAW_ELASTIC);
+  PetscCallMPI(MPI_Allreduce(&mine, slips, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Loads, contacts and masses at the start of a stage, or of a trial of one. */
 static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
                             State *state, StageResult *result)
 {
+  PetscBool slips;
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(UpliftStart(scene, stage, state));
   PetscCall(LoadsTarget(scene, m, stage, state));
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
-  state->beta = scene->damping == DAMPING_ADAPTIVE ? scene->beta : 0.;
+  PetscCall(can_slip(m, stage, contacts, &slips));
+  state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
+  PetscCall(ContactsHold(contacts));
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -241,6 +258,7 @@ static PetscErrorCode before_cycles(const Scene *scene, Model *m, const Stage *s
     state->ramp = 0.;
     PetscCall(
         Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
+    if (scene->damping != DAMPING_ADAPTIVE) contacts->held = PETSC_FALSE; // as in the paper
   }
   PetscCall(SecantStart(m, contacts, state, relax));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -278,6 +296,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;
     PetscCall(Judge(scene, stage, m, state, relax, result));
+    if (contacts->held && SlipStalls(state, result->ratio, relax)) contacts->held = PETSC_FALSE;
     if (relax->still) PetscCall(RelaxationStill(scene, m, stage->joints, contacts, state, relax));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));
     PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &loop.ramp_start));
@@ -300,6 +319,9 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscCall(CheckpointDetach(output->checkpoint));
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
+    PetscCall(PetscStrlcat(result->evidence, "; slip kept as it came", sizeof(result->evidence)));
+  contacts->held = PETSC_FALSE;
   state->beta = 0.;
   relax->effort.evaluations++;
   result->wall = MPI_Wtime() - loop.start;

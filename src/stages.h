@@ -16,8 +16,11 @@ typedef struct _p_Relaxation {
   PetscBool tangent_only; /* the secant damped too little in this stage */
   PetscReal best_ratio; /* [-] least unbalanced ratio of the stage that counted as progress, and its cycle */
   PetscInt64 best_cycle;
-  PetscReal q_ray; /* [1/s2] last positive Rayleigh quotient (37) */
-  MPI_Op reduce;   /* sums first, then maxima */
+  PetscReal
+      half_ratio; /* [-] the ratio has halved, and halved again, from the start of the stage down to this */
+  PetscInt64 half_cycle; /* and that cycle */
+  PetscReal q_ray;       /* [1/s2] last positive Rayleigh quotient (37) */
+  MPI_Op reduce;         /* sums first, then maxima */
   MPI_Datatype reduce_type;
   /* evidence for the verdict, per chunk of cycles */
   PetscReal *u_chunk,
@@ -49,6 +52,9 @@ PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const Sta
 /* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
+/* Whether the ratio has not halved in half a period of the slowest mode: friction that starts from the last
+   equilibrium then has to be let slip. */
+PetscBool SlipStalls(const State *state, PetscReal ratio, Relaxation *r);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
 PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joint *joints,
                                const Contacts *contacts, State *state, Relaxation *r);

@@ -169,15 +169,15 @@ void StiffnessJointsElastic(const Joint *joints, const Contacts *c, Stiffness *s
 
 /* Differences of the end forces of contact i, one column of D for each of u_n0, u_n1, u_s0, u_s1. */
 static void joint_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
-                          const PetscReal *slip, const PetscReal *broken, PetscReal D[16])
+                          PetscReal D[16])
 {
   ContactPoint base = {.in_time = (PetscBool)(c->rate != 0.)}, p;
   PetscReal size = 0.;
   for (int k = 0; k < 2; k++) {
     const PetscInt at = SUB(i, k);
     base.u_n[k] = c->u_n[at], base.u_s[k] = c->u_s[at];
-    base.slip[k] = slip[at], base.broken[k] = broken[at];
-    size = PetscMax(size, PetscMax(PetscAbsReal(c->u_n[at]), PetscAbsReal(c->u_s[at] - slip[at])));
+    base.slip[k] = c->slip_0[at], base.broken[k] = c->broken_0[at];
+    size = PetscMax(size, PetscMax(PetscAbsReal(c->u_n[at]), PetscAbsReal(c->u_s[at] - c->slip_0[at])));
   }
   const PetscReal step = PetscMax(1e-7 * size, 1e-18);
   p = base;
@@ -196,8 +196,7 @@ static void joint_tangent(const Joint *joint, StressModelKind model, const Conta
   }
 }
 
-void StiffnessJoints(const Joint *joints, const Contacts *c, const PetscReal *slip, const PetscReal *broken,
-                     Stiffness *s)
+void StiffnessJoints(const Joint *joints, const Contacts *c, Stiffness *s)
 {
   StiffnessJointsElastic(joints, c, s);
   for (int model = 0; model < STRESS_MODELS; model++)
@@ -206,11 +205,11 @@ void StiffnessJoints(const Joint *joints, const Contacts *c, const PetscReal *sl
       PetscReal sigma[2], tau[2], was[2];
       for (int k = 0; k < 2; k++) {
         const PetscInt at = SUB(i, k);
-        sigma[k] = joint->k_n * c->u_n[at], tau[k] = joint->k_s * (c->u_s[at] - slip[at]);
-        was[k] = broken[at];
+        sigma[k] = joint->k_n * c->u_n[at], tau[k] = joint->k_s * (c->u_s[at] - c->slip_0[at]);
+        was[k] = c->broken_0[at];
       }
       if (c->key[2 * i] < 0 || JointIsElastic(joint, sigma, tau, was)) continue;
-      joint_tangent(joint, (StressModelKind)model, c, i, slip, broken, s->joint + 16 * i);
+      joint_tangent(joint, (StressModelKind)model, c, i, s->joint + 16 * i);
     }
 }
 

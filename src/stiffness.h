@@ -30,10 +30,9 @@ PetscErrorCode StiffnessAdd(const Model *model, const Stiffness *s, Mat matrix, 
 /* Collective. s->bodies: of the blocks and the condensed bodies. */
 PetscErrorCode StiffnessBodies(const Model *model, Stiffness *s);
 /* s->joint: of elastic joints; or the tangents of the stress models at the openings and slips last evaluated,
-   from the history slip, broken (as in Contacts) those were evaluated with. */
+   from the history held. */
 void StiffnessJointsElastic(const Joint *joints, const Contacts *contacts, Stiffness *s);
-void StiffnessJoints(const Joint *joints, const Contacts *contacts, const PetscReal *slip,
-                     const PetscReal *broken, Stiffness *s);
+void StiffnessJoints(const Joint *joints, const Contacts *contacts, Stiffness *s);
 /* Collective. s->tangent from s->bodies and s->joint at displacements u. */
 PetscErrorCode StiffnessTangent(const Model *model, const Contacts *contacts, const PetscReal *u,
                                 Stiffness *s);

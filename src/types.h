@@ -410,7 +410,9 @@ typedef struct {
   PetscReal *slip;   /* [m] (.., 2, BATCH) plastic part of u_s */
   PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed (residual
                         strength) */
-  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
+  PetscBool held; /* every evaluation starts from slip_0, broken_0; if not, from where the last one ended */
+  PetscReal *slip_0, *broken_0; /* (as slip, broken) of the last equilibrium; ContactsHold */
+  PetscReal rate; /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */

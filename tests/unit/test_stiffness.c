@@ -67,19 +67,19 @@ static PetscErrorCode TangentError(Fixture *f, const PetscReal *u, const PetscRe
 {
   const PetscInt n = f->model->n_dof;
   const double h = 1e-5;
-  PetscReal *less, *more, *at, *zero, largest[2] = {0, 0};
+  PetscReal *less, *more, *at, largest[2] = {0, 0};
   const PetscReal *kw;
   Stiffness s;
   Vec x, y;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc4(n, &less, n, &more, n, &at, 2 * f->contacts->n_padded, &zero));
+  PetscCall(PetscCalloc3(n, &less, n, &more, n, &at));
   PetscCall(ForcesAt(f, u, -h, w, less));
   PetscCall(ForcesAt(f, u, h, w, more));
   PetscCall(ForcesAt(f, u, 0., w, at));
   PetscCall(StiffnessCreate(f->model, f->state, f->contacts, &s));
   PetscCall(StiffnessBodies(f->model, &s));
-  StiffnessJoints(f->scene->stages[0].joints, f->contacts, zero, zero, &s);
+  StiffnessJoints(f->scene->stages[0].joints, f->contacts, &s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
   PetscCall(MatCreateVecs(s.tangent, &x, &y));
   PetscReal *x_of;
@@ -99,7 +99,7 @@ static PetscErrorCode TangentError(Fixture *f, const PetscReal *u, const PetscRe
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
   PetscCall(StiffnessDestroy(&s));
-  PetscCall(PetscFree4(less, more, at, zero));
+  PetscCall(PetscFree3(less, more, at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -67,10 +67,10 @@ def guilhofrei_references(case):
 
 
 def explicit(case):
-    """Where the explicit loop makes no false slip, both have one answer. (tptm with opening: see history.)"""
+    """Both have one answer (see the case false_slip for more)."""
     fig6 = changed(load("fig6").SCENE, ("joints.default", MC45), ("relaxation.tolerance", 1e-9))
     mesh = from_reference(REFERENCE / "mesh_fig6_M_n8.json")
-    for model in MODELS[:-1]:
+    for model in MODELS:
         scene = changed(fig6, ("joints.default.stress_model", model))
         both = case.run_all([(mesh, scene), (mesh, changed(scene, NEWTON))])
         compare(case, f"Fig. 6, n = 8, friction, {model}", "full", both)
@@ -91,18 +91,14 @@ def compare(case, what, stage, both):
 
 
 def history(case):
-    """The state does not depend on the number of increments, and the explicit loop tends to it as its ramp gets longer."""
+    """The state does not depend on the number of increments."""
     guilhofrei = load("guilhofrei")
     mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
     scene = changed(guilhofrei.FRICTION, ("joints.base.friction", 30), ("strain", "large"))
     newton = [changed(scene, NEWTON, ("relaxation.increments", n)) for n in (1, 10)]
-    ramped = [changed(scene, ("relaxation.ramp", n)) for n in (1000, 20000)]
-    one, ten, short, long = (r.stage().contacts.tau for r in case.run_all([(mesh, s) for s in newton + ramped]))
+    one, ten = (r.stage().contacts.tau for r in case.run_all([(mesh, s) for s in newton]))
     scale = abs(one).max()
     case.check("G1, friction 30: tau with 1 and with 10 increments [Pa]", ten, one, absolute=1e-6 * scale)
-    case.check("... explicit, ramp of 20000 cycles [Pa]", long, one, absolute=2e-3 * scale)
-    case.report("... explicit, ramp of 1000 cycles [Pa]", short[-1], one[-1])
-    case.check("... error with a ramp 20 times as long, over that", abs(long - one).max() / abs(short - one).max() < 0.1, True)
 
 
 CONCRETE = {"density": 2400, "young": 20e9, "poisson": 0.2}
