@@ -10,6 +10,7 @@
    dashpots). */
 #include "stages.h"
 #include "archive.h"
+#include "lanes.h"
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
 {
@@ -126,30 +127,91 @@ void EnergyOfExchange(const Model *m, const State *s, EnergyAccount *e)
     e->work_before += 0.5 * (s->f[d] - e->f_before[d]) * s->v[d] * s->dt;
 }
 
+/* What a sweep over degrees of freedom adds up, in lanes. Held ones have no inverse of their mass. */
+typedef struct {
+  Lanes outside, supports; // work of loads, and of supports on what they hold
+  Lanes kinetic;           // m v- v+ / 2
+  Lanes damped, ahead;     // over alpha dt: damped work of the step, and of the half step beyond this time
+} Works;
+
+/* n <= LANES numbers, the others 0. */
+KERNEL Lanes LoadSome(const PetscReal *x, PetscInt n)
+{
+  PetscReal some[LANES] = {0.};
+  if (n == LANES) return LoadLanes(x);
+  for (PetscInt k = 0; k < n; k++) some[k] = x[k];
+  return LoadLanes(some);
+}
+
+KERNEL void StoreSome(PetscReal *x, Lanes value, PetscInt n)
+{
+  if (n == LANES)
+    StoreLanes(x, value);
+  else
+    for (PetscInt k = 0; k < n; k++) x[k] = value[k];
+}
+
+KERNEL void BeforeLanes(Works *w, const State *s, EnergyAccount *e, PetscInt d, PetscInt n)
+{
+  const Lanes v = LoadSome(s->v + d, n), load = LoadSome(s->f_ext + d, n), half = 0.5 * s->dt * v;
+  const Lanes held = (LoadSome(s->f + d, n) - load) + (LoadSome(s->f_old + d, n) - load);
+  w->outside += half * (load + LoadSome(e->f_ext_before + d, n));
+  w->supports += Keep(LoadSome(s->m_inv + d, n) == 0., half * held);
+  StoreSome(e->v_before + d, v, n);
+  StoreSome(e->f_ext_before + d, load, n);
+}
+
+KERNEL void AfterLanes(Works *w, const State *s, const EnergyAccount *e, PetscInt d, PetscInt n)
+{
+  const Lanes v = LoadSome(s->v + d, n), before = LoadSome(e->v_before + d, n), middle = 0.5 * (before + v);
+  const Lanes mass = Keep(LoadSome(s->m_inv + d, n) != 0., LoadSome(s->m + d, n));
+  w->kinetic += 0.5 * mass * before * v;
+  w->damped += mass * middle * middle;
+  w->ahead += 0.5 * mass * middle * v;
+}
+
+KERNEL void Before_code(PetscInt n_dof, const State *s, EnergyAccount *e, Works *works)
+{
+  Works w = {.outside = LanesOf(0.), .supports = LanesOf(0.)};
+  PetscInt d = 0;
+  for (; d + LANES <= n_dof; d += LANES) BeforeLanes(&w, s, e, d, LANES);
+  BeforeLanes(&w, s, e, d, n_dof - d);
+  *works = w;
+}
+
+VARIANTS(Before, (PetscInt n_dof, const State *s, EnergyAccount *e, Works *works), (n_dof, s, e, works))
+
+KERNEL void After_code(PetscInt n_dof, const State *s, const EnergyAccount *e, Works *works)
+{
+  Works w = {.kinetic = LanesOf(0.), .damped = LanesOf(0.), .ahead = LanesOf(0.)};
+  PetscInt d = 0;
+  for (; d + LANES <= n_dof; d += LANES) AfterLanes(&w, s, e, d, LANES);
+  AfterLanes(&w, s, e, d, n_dof - d);
+  *works = w;
+}
+
+VARIANTS(After, (PetscInt n_dof, const State *s, const EnergyAccount *e, Works *works), (n_dof, s, e, works))
+
+static PetscReal total(Lanes sum)
+{
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
 void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
 {
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal du = s->v[d] * s->dt;
-    e->v_before[d] = s->v[d];
-    e->outside += 0.5 * (s->f_ext[d] + e->f_ext_before[d]) * du;
-    e->f_ext_before[d] = s->f_ext[d];
-    if (Held(m, d)) e->supports += 0.5 * ((s->f[d] - s->f_ext[d]) + (s->f_old[d] - s->f_ext[d])) * du;
-  }
+  Works works;
+  Before(m->n_dof, s, e, &works);
+  e->outside += total(works.outside);
+  e->supports += total(works.supports);
 }
 
 void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
 {
-  PetscReal kinetic = 0., damped = 0., half = 0.;
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    if (Held(m, d)) continue;
-    const PetscReal middle = 0.5 * (e->v_before[d] + s->v[d]);
-    kinetic += 0.5 * s->m[d] * e->v_before[d] * s->v[d];
-    damped += s->alpha * s->m[d] * middle * middle * s->dt;
-    half += 0.5 * s->alpha * s->m[d] * middle * s->v[d] * s->dt; // the half step beyond this time
-  }
-  e->kinetic = kinetic;
-  e->damping += damped;
-  e->damping_ahead = half;
+  Works works;
+  After(m->n_dof, s, e, &works);
+  e->kinetic = total(works.kinetic);
+  e->damping += s->alpha * s->dt * total(works.damped);
+  e->damping_ahead = s->alpha * s->dt * total(works.ahead);
 }
 
 PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
