@@ -1,12 +1,20 @@
 # ranks: 2
 """Cantilever 10 m by 1 m in plane stress: how stiff the full Q4 and the T3 are in bending (V03)."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
-from driver import changed
+from driver import changed, load
+from quoin_tools.fig6 import triangle_dam
 from quoin_tools.stacks import cantilever
 
-WHAT = "bending of one row of Q4 and T3: deflection over the exact one (V03)"
-SOURCE = "pure bending: 1 / ([1/(1+nu)] [1/(1-nu) + r^2/2]), r = length/height of an element; tip load: implicit solution"
+sys.path.insert(0, str(Path(__file__).parent))
+import qm6  # noqa: E402
+
+WHAT = "bending of one row of Q4 and T3: deflection over the exact one (V03); blocks of one point on trapezoids (V14)"
+SOURCE = ("pure bending: 1 / ([1/(1+nu)] [1/(1-nu) + r^2/2]), r = length/height of an element; tip load: implicit solution; "
+          "qm6.py: independent incompatible modes")
 
 E, LENGTH, MOMENT, LOAD = 1e9, 10.0, 1e3, 1e2
 INERTIA = 1.0 / 12
@@ -61,3 +69,25 @@ def run(case):
     for (nx, ny, expected), result in zip(TIP_BENDING, results):
         deflection = np.mean([result.probe("tip", point)[1] for point in ("bottom_right", "top_right")])
         case.check(f"tip load, {nx} x {ny} Q4, element: bending", deflection / exact, expected, absolute=1e-4)
+    trapezoids(case)
+
+
+def trapezoids(case):
+    """The dam of Fig. 6. On trapezoids `bending` is not QM6: its toe is nearer to where finer meshes go, its crest farther; both
+    go to the same numbers."""
+    case.check("independent QM6, Fig. 6, n = 16: heel, toe [MPa], as published", qm6.dam(16)[:2], [1.643, -0.628], absolute=5e-4)
+    rows = [(n, element) for n in (16, 32) for element in ("full", "bending")]
+    scene = changed(load("fig6").SCENE, ("relaxation.method", "preconditioned"))
+    results = case.run_all([(triangle_dam(n, "M"), changed(scene, ("materials.dam.element", element))) for n, element in rows])
+    found = {}
+    for row, result in zip(rows, results):
+        base = result.stage_summary("full")["joints"]["base"]
+        found[row] = np.array([base["start"]["sigma"] * 1e-6, base["end"]["sigma"] * 1e-6, result.probe("full", "crest")[0] * 1e3])
+    for n in (16, 32):
+        case.check(f"Fig. 6, n = {n}, element: full: heel, toe [MPa], crest [mm]", found[n, "full"], qm6.dam(n, incompatible=False),
+                   relative=1e-4)
+        for i, what in enumerate(("heel [MPa]", "toe [MPa]", "crest [mm]")):
+            case.report(f"... element: bending, beside QM6: {what}", found[n, "bending"][i], qm6.dam(n)[i])
+    coarse, fine = (np.abs(found[n, "bending"] - found[n, "full"]) for n in (16, 32))
+    case.check("... from 16 to 32 blocks bending and full come nearer: part that is left of heel, toe, crest, at most",
+               bool(np.all(fine < 0.75 * coarse)), True)
