@@ -88,6 +88,7 @@ static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *
     const PetscInt to = SUB(at, k), of = SUB(from, k);
     c->t[to] = old->t[of], c->rest[to] = old->rest[of], c->slip[to] = old->slip[of];
     c->broken[to] = old->broken[of], c->u_n[to] = old->u_n[of], c->u_s[to] = old->u_s[of];
+    c->slip_0[to] = old->slip_0[of], c->broken_0[to] = old->broken_0[of];
     c->speed[to] = old->speed[of], c->sigma[to] = old->sigma[of], c->tau[to] = old->tau[of];
     c->F_n[to] = old->F_n[of], c->F_s[to] = old->F_s[of], c->state[to] = old->state[of];
   }

@@ -15,9 +15,22 @@
 #include "internal.h"
 #include "contact_find.h"
 
-static PetscReal elastic_slip(const Contacts *c, PetscInt at, int k)
+/* The present history and the one held (contact.c: ContactsHold) go the same way. */
+enum { NOW, HELD, HISTORIES };
+
+static PetscReal *slip_of(const Contacts *c, int history)
 {
-  return c->u_s[SUB(at, k)] - c->slip[SUB(at, k)];
+  return history == HELD ? c->slip_0 : c->slip;
+}
+
+static PetscReal *broken_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->broken_0 : c->broken;
+}
+
+static PetscReal elastic_slip(const Contacts *c, int history, PetscInt at, int k)
+{
+  return c->u_s[SUB(at, k)] - slip_of(c, history)[SUB(at, k)];
 }
 
 static PetscBool has_strength(const Joint *j)
@@ -50,18 +63,21 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
   const PetscReal span = s_old[1] - s_old[0], old = (PetscReal)(PetscAbsReal(span) > 1e-9 * length);
   for (int k = 0; k < 2; k++) {
     const PetscReal w = old > 0. ? PetscMax(-1., PetscMin(2., (s_new[k] - s_old[0]) / span)) : 0.5;
-    const PetscReal u_e = (1. - w) * elastic_slip(before, from, 0) + w * elastic_slip(before, from, 1);
-    c->slip[SUB(at, k)] = -u_e;
     c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(from, 0)] + w * before->speed[SUB(from, 1)];
     c->rest[SUB(at, k)] = PetscMin(0.,
                                    (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
     // broken up to where it was broken from this end, and wherever the contact did not reach before
     const PetscReal reach = k ? s_new[1] - s_old[1]
                               : s_old[0] - s_new[0]; // how far the contact has grown at this end
-    const PetscReal part = PetscMax(0., reach) + before->broken[SUB(from, k)] * before->length[from];
-    c->broken[SUB(at, k)] = has_strength(joint) && (part > 1e-6 * n->pair.length)
-                                ? PetscMin(1., part / n->pair.length)
-                                : 0.;
+    for (int h = 0; h < HISTORIES; h++) {
+      const PetscReal u_e = (1. - w) * elastic_slip(before, h, from, 0) +
+                            w * elastic_slip(before, h, from, 1);
+      const PetscReal part = PetscMax(0., reach) + broken_of(before, h)[SUB(from, k)] * before->length[from];
+      slip_of(c, h)[SUB(at, k)] = -u_e;
+      broken_of(c, h)[SUB(at, k)] = has_strength(joint) && (part > 1e-6 * n->pair.length)
+                                        ? PetscMin(1., part / n->pair.length)
+                                        : 0.;
+    }
   }
 }
 
@@ -70,19 +86,23 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
 static void first_history(const Joint *joint, const Candidate *n, PetscInt at, Contacts *c)
 {
   for (int k = 0; k < 2; k++) {
-    c->slip[SUB(at, k)] = 0.;
     c->rest[SUB(at, k)] = 0.; // what met in motion has no stress-free overlap
-    c->broken[SUB(at, k)] = !has_strength(joint) ? 0. : n->pair.klass == VERTEX_FACE ? 1. : 0.5;
+    for (int h = 0; h < HISTORIES; h++) {
+      slip_of(c, h)[SUB(at, k)] = 0.;
+      broken_of(c, h)[SUB(at, k)] = !has_strength(joint) ? 0. : n->pair.klass == VERTEX_FACE ? 1. : 0.5;
+    }
   }
 }
 
 static void same_vertex(const Contacts *before, PetscInt from, const Joint *joint, PetscInt at, Contacts *c)
 {
   c->length[at] = before->length[from];
-  c->slip[SUB(at, 0)] = -elastic_slip(before, from, 0);
   c->speed[SUB(at, 0)] = before->speed[SUB(from, 0)];
   c->rest[SUB(at, 0)] = 0.;
-  c->broken[SUB(at, 0)] = has_strength(joint) ? 1. : 0.;
+  for (int h = 0; h < HISTORIES; h++) {
+    slip_of(c, h)[SUB(at, 0)] = -elastic_slip(before, h, from, 0);
+    broken_of(c, h)[SUB(at, 0)] = has_strength(joint) ? 1. : 0.;
+  }
 }
 
 /* ---- what a new contact inherits from another */
@@ -91,7 +111,7 @@ typedef struct {
   PetscInt model, key[2]; /* of the new contact */
   PetscInt kind,
       source[2]; /* 0: faces that were in contact, 1: the vertex on another face; key of the old contact */
-  PetscReal length, u_e, speed; /* length 0: keeps its own */
+  PetscReal length, u_e[HISTORIES], speed; /* length 0: keeps its own */
 } Heir;
 
 static int heir_order(const void *a, const void *b)
@@ -111,7 +131,7 @@ static PetscInt push(Heir *heir, const Candidate *n, PetscInt kind, const Contac
                  kind,
                  {before->key[2 * from], before->key[2 * from + 1]},
                  length,
-                 elastic_slip(before, from, k),
+                 {elastic_slip(before, NOW, from, k), elastic_slip(before, HELD, from, k)},
                  before->speed[SUB(from, k)]};
   return 1;
 }
@@ -207,7 +227,7 @@ static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
 /* The first heir of a contact, NULL: none. */
 static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
 {
-  const Heir wanted = {(PetscInt)now->model, {now->key[0], now->key[1]}, -1, {0, 0}, 0., 0., 0.};
+  const Heir wanted = {(PetscInt)now->model, {now->key[0], now->key[1]}, -1, {0, 0}, 0., {0., 0.}, 0.};
   PetscInt low = 0, high = n;
   while (low < high) {
     const PetscInt middle = (low + high) / 2;
@@ -246,8 +266,10 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
       const Heir *heir = heir_of(n, heirs, now);
       first_history(joint, now, at, c);
       if (heir && heir->length > 0.) c->length[at] = heir->length;
-      for (int k = 0; heir && k < (now->pair.klass == VERTEX_FACE ? 1 : 2); k++)
-        c->slip[SUB(at, k)] = -heir->u_e, c->speed[SUB(at, k)] = heir->speed;
+      for (int k = 0; heir && k < (now->pair.klass == VERTEX_FACE ? 1 : 2); k++) {
+        for (int h = 0; h < HISTORIES; h++) slip_of(c, h)[SUB(at, k)] = -heir->u_e[h];
+        c->speed[SUB(at, k)] = heir->speed;
+      }
     }
     // in a dynamic stage the opening a step ago, from which the next evaluation has the speed
     for (int k = 0; k < 2; k++)

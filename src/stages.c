@@ -105,7 +105,6 @@ PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult
 static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
                              State *state, PetscBool now, StageResult *result)
 {
-  const PetscBool held = contacts->held;
   PetscBool need = now;
   PetscFunctionBeginUser;
   if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need, NULL));
@@ -113,7 +112,6 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   PetscCall(CondensedRecover(m, state)); // a contact may come anywhere
   PetscCall(ContactsVerify(scene, stage->joints, m, state, contacts, result));
-  if (held) PetscCall(ContactsHold(contacts)); // new contacts carry the slip there is
   PetscCall(CondensedCheckContacts(scene, m, contacts));
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
