@@ -5,7 +5,8 @@
 #   ./tools/setup.sh             once
 #   source tools/setup.sh        the same, and leaves the environment in this shell: venv, Open MPI, threads
 #
-# QUOIN_PRESET (release, test, ci) chooses the CMake preset; QUOIN_PACKAGES adds Debian packages.
+# QUOIN_PRESET (release, test, ci) chooses the CMake preset; QUOIN_PACKAGES adds Debian packages; QUOIN_PEERS=1 adds the
+# programs that tests/benchmark/peers.py compares with.
 
 QUOIN_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -19,7 +20,7 @@ quoin_packages=(
   python3 python3-venv
   libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxext6   # libraries the gmsh wheel loads
   libxft2 libfontconfig1 libxinerama1 libx11-6 libgomp1
-  ${QUOIN_PACKAGES:-}
+  ${QUOIN_PACKAGES:-} ${QUOIN_PEERS:+calculix-ccx}
 )
 
 # quoin_step <text> <command...>: one line with the time; output to the log, its tail on failure
@@ -122,6 +123,16 @@ quoin_venv_make() {
     "$2/bin/python" -c 'import gmsh, h5py, matplotlib, meshio, numpy, scipy, shapely, vtkmodules.all, yaml'
 }
 
+# other programs, in the same environment; CalculiX comes with the Debian packages
+quoin_peers() {
+  local venv=$QUOIN_ROOT/build/venv list=$QUOIN_ROOT/tools/requirements_peers.txt
+  if [ -z "${QUOIN_PEERS:-}" ] || cmp -s "$list" "$venv/peers"; then
+    return 0
+  fi
+  quoin_step "programs to compare with" "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps -r "$list" &&
+    cp "$list" "$venv/peers"
+}
+
 quoin_cores() {
   env -u OMP_NUM_THREADS nproc # nproc obeys OMP_NUM_THREADS
 }
@@ -176,6 +187,7 @@ quoin_setup() {
     quoin_tools_check || return 1
   fi
   quoin_venv || return 1
+  quoin_peers || return 1
   quoin_environment
   quoin_step "build/quoin (cmake, $(quoin_cores) cores)" quoin_in_subshell quoin_build
 }

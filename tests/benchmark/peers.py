@@ -1,0 +1,387 @@
+#!/usr/bin/env python3
+"""Other programs on the same work, side by side in one run: time and error of each.
+
+    PYTHONPATH=tools python tests/benchmark/peers.py --quoin build/quoin --python build/venv/bin/python
+
+static     The dam of Fig. 6 with its joint, elastic and with 45 degrees of friction: Quoin's preconditioned relaxation and,
+           at --paper blocks across, the paper's; CalculiX, OpenSees; one sparse Cholesky solve by CHOLMOD of the elastic
+           problem assembled in numpy, the bar for them all. Errors of crest displacement and toe stress (mean over the last
+           eighth of the base), the larger one: against an independent solver on the same mesh (peer_runs/plain.py), and
+           against its values extrapolated to no mesh.
+explicit   Total-Lagrangian quadrilaterals by central differences: Kratos and Quoin, the same block for the same time.
+wall       Rigid blocks in running bond: LMGC90 and Quoin.
+
+What each peer models stands at the top of its file in peer_runs/. Processor seconds (user and system) of one core, medians;
+wall seconds beside them. Of Quoin and CalculiX the whole process counts, reading and writing included; "solution" is Quoin's
+less the same run stopped after a cycle. OpenSees, Kratos and LMGC90 build their model in Python, which does not count.
+A peer that is not installed is left out with a line. QUOIN_PEERS=1 tools/setup.sh installs them. Writes docs/data/peers.json,
+docs/img/peers.png and the tables of docs/performance.md, or into --folder."""
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+from resource import RUSAGE_CHILDREN
+
+import matplotlib
+
+matplotlib.use("Agg")
+import numpy as np
+from matplotlib import pyplot
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+sys.path[:0] = [str(HERE / "peer_runs"), str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+
+from accuracy import SHORTEST, replace_between, toe_stress  # noqa: E402
+from driver import ENVIRONMENT, changed, dump, load  # noqa: E402
+from fig6_dam import DENSITY, FRICTION, K_N, K_S, POISSON, YOUNG, Clock  # noqa: E402
+from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.meshing import rectangle  # noqa: E402
+from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.walls import wall  # noqa: E402
+
+ELASTIC, FRICTIONAL = "elastic", "friction 45 degrees"
+LONG = 10.0  # [s] a run that takes longer is not repeated
+# peer: the module of Python that must be there
+MODULES = {"OpenSees": "openseespy", "Kratos": "KratosMultiphysics.StructuralMechanicsApplication", "LMGC90": "compas_lmgc90"}
+# name: (peer, script, options, laws)
+STATIC = {
+    "CHOLMOD, one solve": ("CHOLMOD", "plain.py", (), (ELASTIC,)),
+    "CalculiX, springs": ("CalculiX", "calculix.py", ("--joint", "springs"), (ELASTIC,)),
+    "CalculiX, face to face": ("CalculiX", "calculix.py", ("--joint", "face"), (ELASTIC, FRICTIONAL)),
+    "CalculiX, node to face": ("CalculiX", "calculix.py", ("--joint", "node"), (FRICTIONAL,)),
+    "OpenSees": ("OpenSees", "opensees.py", (), (ELASTIC, FRICTIONAL)),
+}
+QUOIN, PAPER = "Quoin", "Quoin, the paper's relaxation"
+NEWTON = {"method": "preconditioned", "tolerance": 1e-5, "velocity_tolerance": 1, "history_every": 10000}
+
+
+# ---- runs
+
+def installed(options):
+    """Whether each peer is there; a line for one that is not."""
+    there = {"CHOLMOD": True, "CalculiX": shutil.which(options.ccx) is not None}
+    for name, module in MODULES.items():
+        there[name] = not subprocess.run([options.python, "-c", f"import {module}"], capture_output=True).returncode
+    for name in there:
+        if not there[name]:
+            print(f"{name} is not installed ({MODULES.get(name, options.ccx)}): left out", flush=True)
+    return there
+
+
+def environment():
+    return ENVIRONMENT | dict(os.environ) | {"PYTHONPATH": str(ROOT / "tools")}
+
+
+def peer(python, script, *options):
+    """What a peer reports in its last line."""
+    done = subprocess.run([python, str(HERE / "peer_runs" / script), *map(str, options)], env=environment(), capture_output=True, text=True)
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    if done.returncode or not lines:
+        raise RuntimeError(f"{script} {options}: exit code {done.returncode} {done.stderr[-1000:]}")
+    return json.loads(lines[-1])
+
+
+def median(run, repeats):
+    """The run of the median processor time; one that takes long is not repeated."""
+    runs = [run()]
+    while len(runs) < repeats and runs[0]["cpu_s"] < LONG:
+        runs.append(run())
+    return sorted(runs, key=lambda one: one["cpu_s"])[(len(runs) - 1) // 2] | {"runs": len(runs)}
+
+
+def quoin(program, folder, scene, *changes):
+    """Cost of a run of the scene in the folder, and what the last stage and its results are."""
+    Path(folder, "scene.yaml").write_text(dump(changed(scene, *changes)), encoding="utf-8")
+    clock = Clock(RUSAGE_CHILDREN)
+    done = subprocess.run([program, "-options_file", "scene.yaml"], cwd=folder, env=environment(), capture_output=True, text=True)
+    cost = clock.read()
+    if done.returncode not in (0, 4):
+        raise RuntimeError(f"quoin: exit code {done.returncode} {done.stderr[-1000:]}")
+    results = Results(os.path.join(folder, "out"))
+    name = list(scene["stages"][-1])[0]
+    return cost | {"stage": results.stage_summary(name), "results": results}
+
+
+def stopped(cycles):
+    """Changes of a static scene that end it after so many cycles of the explicit loop."""
+    return (("relaxation.max_cycles", cycles), ("relaxation.check_every", cycles), ("relaxation.ramp", 0), ("relaxation.method", "explicit"))
+
+
+# ---- static
+
+def dam_run(program, folder, n, *changes):
+    """Quoin on the dam: crest and toe beside the cost."""
+    path = Path(folder, "model.h5")
+    if not path.exists():
+        write(str(path), triangle_dam(n, "M"))
+    scene = changed(load("fig6").SCENE, ("relaxation", NEWTON), ("joints.default", {"k_n": K_N, "k_s": K_S, "stress_model": "tptm"}))
+    run = quoin(program, folder, scene, *changes)
+    results, stage = run.pop("results"), run.pop("stage")
+    return run | {"crest": stage["probes"]["crest"]["u_x"], "toe": toe_stress(*results.joint_profile("full", "base")[:2]),
+                  "iterations": stage["cycles"]}  # fmt: skip
+
+
+def law_of(law):
+    friction = float(np.degrees(np.arctan(FRICTION)))
+    return (("joints.default.law", "elastic"),) if law == ELASTIC else (("joints.default.friction", friction),)
+
+
+def quoin_rows(program, n, law, repeats, paper, cap):
+    """Newton's method, and the paper's relaxation stopped after cap times its seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        start = median(partial(dam_run, program, folder, n, *law_of(law), *stopped(1)), repeats)
+        newton = median(partial(dam_run, program, folder, n, *law_of(law)), repeats)
+        newton["solution_s"] = max(newton["cpu_s"] - start["cpu_s"], SHORTEST)
+        yield QUOIN, newton
+        if law == FRICTIONAL and n == paper:
+            old = (*law_of(law), ("relaxation.method", "explicit"), ("relaxation.damping", "paper"))
+            probed = max(200, 2 * 10**7 // n**2)
+            cycle = max(dam_run(program, folder, n, *old, *stopped(probed))["cpu_s"] - start["cpu_s"], SHORTEST) / probed
+            run = dam_run(program, folder, n, *old, ("relaxation.max_cycles", 1 + int(cap * newton["solution_s"] / cycle)))
+            yield PAPER, run | {"solution_s": max(run["cpu_s"] - start["cpu_s"], SHORTEST), "runs": 1}
+
+
+def extrapolated(rows):
+    """Crest and toe for no mesh, from three meshes, each twice as fine: order from their differences."""
+    a, b, c = (np.array([row["crest"], row["toe"]]) for row in rows)
+    ratio = np.clip((b - a) / np.where(c == b, 1, c - b), 1.5, 16)
+    return c + (c - b) / (ratio - 1)
+
+
+def errors(row, same, limit):
+    """Larger of the relative errors of crest and toe, against the independent solver and against no mesh."""
+    found = np.array([row["crest"], row["toe"]])
+    return {"error_same_mesh": float(np.abs(found / [same["crest"], same["toe"]] - 1).max()),
+            "error": float(np.abs(found / limit - 1).max())}  # fmt: skip
+
+
+def static(options, there):
+    rows = []
+    for law in (ELASTIC, FRICTIONAL):
+        flag = ("--friction",) if law == FRICTIONAL else ()
+        exact = {n: peer(options.python, "plain.py", "--n", n, *flag) for n in {*options.limit, *options.sizes}}
+        limit = extrapolated([exact[n] for n in options.limit])
+        print(f"{law}: crest {1e3 * limit[0]:.5f} mm, toe {1e-6 * limit[1]:.5f} MPa, extrapolated by the independent solver", flush=True)
+        for n in options.sizes:
+            found = list(quoin_rows(options.quoin, n, law, options.repeats, options.paper, options.cap))
+            for name, (who, script, more, laws) in STATIC.items():
+                if law in laws and there[who]:
+                    more = (*more, "--program", options.ccx) if who == "CalculiX" else more
+                    found.append((name, median(partial(peer, options.python, script, "--n", n, *more, *flag), options.repeats)))
+            for name, run in found:
+                rows.append({"law": law, "solver": name, "elements": n * n, **run, **errors(run, exact[n], limit)})
+                show(rows[-1])
+    return rows
+
+
+def show(row):
+    words = [f"{key} {value:.4g}" if isinstance(value, float) else str(value) for key, value in row.items()]
+    print("  " + ", ".join(words), flush=True)
+
+
+# ---- explicit steps and the wall
+
+def steps_cost(program, folder, scene, duration, factor):
+    """Processor seconds of a step: of a dynamic stage of `factor` durations, less one of the duration; and the end of the latter."""
+    runs = [quoin(program, folder, scene, ("stages", [{"all": scene["stages"][0]["all"] | {"duration": t}}]))
+            for t in (duration, factor * duration)]  # fmt: skip
+    cpu, steps = np.diff([run["cpu_s"] for run in runs])[0], np.diff([run["stage"]["cycles"] for run in runs])[0]
+    return {"cpu_s": float(cpu / steps), "stage": runs[0]["stage"]}
+
+
+def block_scene():
+    return {"strain": "large", "materials": {"body": {"density": DENSITY, "young": YOUNG, "poisson": POISSON}},
+            "supports": {"bottom": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}},
+            "stages": [{"all": {"type": "dynamic", "loads": ["weight"], "duration": 1.0, "dt_factor": 0.5}}]}  # fmt: skip
+
+
+def explicit(options, there):
+    rows = []
+    for n in options.explicit:
+        steps = max(10, min(400, 4 * 10**6 // n**2))
+        other = median(partial(peer, options.python, "kratos.py", "--n", n, "--steps", steps), options.repeats) if there["Kratos"] else None
+        duration = other["time"] if other else 0.5 * 100 / n * steps / 3726
+        with tempfile.TemporaryDirectory() as folder:
+            write(os.path.join(folder, "model.h5"), rectangle(0.0, 0.0, 100.0, 100.0, n, n))
+            scene = block_scene()
+            factor = max(3, min(10**8 // n**2, 50000) // steps)
+            dynamic = median(partial(steps_cost, options.quoin, folder, scene, duration, factor), options.repeats)
+            relaxed = changed(scene, ("stages", [{"all": {"loads": ["weight"]}}]), ("relaxation", {"history_every": 10**9}))
+            many = max(100, min(10**8 // n**2, 50000))
+            ends = [median(partial(quoin, options.quoin, folder, relaxed, *stopped(k)), options.repeats)["cpu_s"] for k in (1, many)]
+        where = dynamic.pop("stage")["probes"]["top_left"]
+        rows.append({"solver": "Quoin, step in time", "elements": n * n, "ns": dynamic["cpu_s"] / n**2 * 1e9, "u_x": where["u_x"], "u_y": where["u_y"]})
+        rows.append({"solver": "Quoin, cycle of relaxation", "elements": n * n, "ns": (ends[1] - ends[0]) / (many - 1) / n**2 * 1e9})
+        if other:
+            rows.append({"solver": "Kratos", "elements": n * n, "ns": other["ns_per_element_step"], "u_x": other["u_x"], "u_y": other["u_y"]})
+        for row in rows[-3 if other else -2:]:
+            show(row)
+    return rows
+
+
+def rigid_wall(options, there):
+    rows = []
+    joints = {"k_n": 10e9, "k_s": 3e9, "friction": 45, "stress_model": "tptm"}
+    for n in options.walls:
+        mesh = wall(n, n, 1.0, 1.0)
+        scene = {"thickness": 0.5, "materials": {"base": {"density": 0}, "block": {"density": DENSITY}}, "joints": {"default": joints},
+                 "supports": {"base": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}},
+                 "stages": [{"all": {"type": "dynamic", "loads": ["weight"], "duration": 1.0, "dt_factor": 0.5}}]}  # fmt: skip
+        with tempfile.TemporaryDirectory() as folder:
+            write(os.path.join(folder, "model.h5"), mesh)
+            run = median(partial(steps_cost, options.quoin, folder, scene, 0.01, 100), options.repeats)
+            model = json.loads(Path(folder, "out", "summary.json").read_text(encoding="utf-8"))
+        found = [("Quoin", model["n_contacts"], run["cpu_s"], run["stage"]["dt"])]
+        if there["LMGC90"]:
+            other = median(partial(peer, options.python, "lmgc90.py", "--n", n), options.repeats)
+            found.append(("LMGC90", other["contacts"], other["cpu_s"] / other["steps"], other["dt"]))
+        for name, contacts, cost, dt in found:
+            rows.append({"solver": name, "blocks": n * n, "contacts": contacts, "us_per_step": 1e6 * cost, "ns_per_contact": 1e9 * cost / contacts,
+                         "dt_s": dt, "cpu_s_per_second": cost / dt})  # fmt: skip
+            show(rows[-1])
+    return rows
+
+
+PARTS = {"static": static, "explicit": explicit, "wall": rigid_wall}
+
+
+# ---- what is written
+
+COLOURS = {"Quoin": "#d55e00", "CHOLMOD": "#555555", "CalculiX": "#0072b2", "OpenSees": "#009e73", "Kratos": "#cc79a7", "LMGC90": "#e69f00"}
+MARKS = {"Quoin": "o", PAPER: "X", "CHOLMOD, one solve": "_", "CalculiX, springs": "v", "CalculiX, face to face": "s",
+         "CalculiX, node to face": "D", "OpenSees": "^"}  # fmt: skip
+
+
+def colour(solver):
+    return COLOURS[solver.split(",")[0]]
+
+
+def draw(data, path):
+    figure, panels = pyplot.subplots(1, 4, figsize=(19, 5), constrained_layout=True)
+    for axes, law in zip(panels, (ELASTIC, FRICTIONAL)):
+        for name in dict.fromkeys(row["solver"] for row in data["static"] if row["law"] == law):
+            mine = [row for row in data["static"] if (row["law"], row["solver"]) == (law, name)]
+            axes.plot([row["elements"] for row in mine], [row["cpu_s"] for row in mine], color=colour(name), marker=MARKS[name],
+                      linestyle=":" if name.startswith("CHOLMOD") else "-", linewidth=1.2, label=name)  # fmt: skip
+        bare = [row for row in data["static"] if (row["law"], row["solver"]) == (law, QUOIN)]
+        axes.plot([row["elements"] for row in bare], [row["solution_s"] for row in bare], color=colour(QUOIN), linestyle="--", linewidth=1,
+                  label="Quoin, solution only")  # fmt: skip
+        axes.set(xscale="log", yscale="log", xlabel="elements", ylabel="processor time [s]", title=f"Dam of Fig. 6, {law}")
+        axes.legend(fontsize=8)
+    axes = panels[2]
+    for row in (row for row in data["static"] if not row["solver"].startswith("CHOLMOD")):  # CHOLMOD solves for the reference
+        axes.plot(row["cpu_s"], max(row["error_same_mesh"], 1e-8), color=colour(row["solver"]), marker=MARKS[row["solver"]], linestyle="none",
+                  fillstyle="none" if row["law"] == ELASTIC else "full", markersize=5)  # fmt: skip
+    axes.axhline(1e-3, color="black", linewidth=0.7)
+    axes.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel="error against an independent solver, same mesh [-]",
+             title="hollow: elastic, full: friction; line: 0.1 %")  # fmt: skip
+    axes = panels[3]
+    bars = [(f"{row['solver']}\n{row['elements']} elements", row["ns"], row["solver"]) for row in data["explicit"]]
+    bars += [(f"{row['solver']}, wall of\n{row['blocks']} blocks, per contact", row["ns_per_contact"], row["solver"]) for row in data["wall"]]
+    axes.barh([bar[0] for bar in bars], [bar[1] for bar in bars], color=[colour(bar[2]) for bar in bars])
+    axes.set(xscale="log", xlabel="processor time per element or contact and step [ns]", title="Explicit steps; rigid wall")
+    axes.invert_yaxis()
+    axes.tick_params(axis="y", labelsize=6.5)
+    for axes in panels:
+        axes.grid(alpha=0.3, which="major")
+    figure.savefig(path, dpi=110)
+
+
+def percent(value):
+    return f"{100 * value:.2g} %" if value >= 1e-6 else "< 1e-4 %"
+
+
+def static_table(rows):
+    lines = ["| joint | elements | solver | processor [s] | wall [s] | of Quoin's time | error, same mesh | error, no mesh |", "|---|---|---|---|---|---|---|---|"]
+    for row in rows:
+        own = next(r for r in rows if (r["law"], r["elements"], r["solver"]) == (row["law"], row["elements"], QUOIN))
+        text = f"{row['cpu_s']:.3g}" + (f" (solution {row['solution_s']:.3g})" if "solution_s" in row else "")
+        lines.append(f"| {row['law']} | {row['elements']} | {row['solver']} | {text} | {row['wall_s']:.3g} | {row['cpu_s'] / own['cpu_s']:.2g} | "
+                     f"{percent(row['error_same_mesh'])} | {percent(row['error'])} |")  # fmt: skip
+    return lines
+
+
+def ratios(rows):
+    """What Quoin's times are to those of the others, size by size."""
+    lines = []
+    at = {(row["law"], row["elements"], row["solver"]): row for row in rows}
+    for size in dict.fromkeys(row["elements"] for row in rows):
+        own, bar, paper = at[FRICTIONAL, size, QUOIN], at[ELASTIC, size, "CHOLMOD, one solve"], at.get((FRICTIONAL, size, PAPER))
+        words = [f"{size} elements: frictional state, error {percent(own['error_same_mesh'])}: solution {own['solution_s'] / bar['cpu_s']:.2g}, "
+                 f"whole process {own['cpu_s'] / bar['cpu_s']:.2g} times one sparse Cholesky solve"]  # fmt: skip
+        for law in (ELASTIC, FRICTIONAL):
+            others = [row for row in rows if (row["law"], row["elements"]) == (law, size) and row["solver"].startswith("CalculiX")]
+            if others:
+                fastest = min(others, key=lambda row: row["cpu_s"])
+                words.append(f"{fastest['solver']}, {law}: {fastest['cpu_s'] / at[law, size, QUOIN]['cpu_s']:.2g} times as long")
+        if paper:
+            words.append(f"the paper's relaxation, stopped after {paper['solution_s'] / own['solution_s']:.0f} times as long: "
+                         f"error {percent(paper['error_same_mesh'])}")  # fmt: skip
+        lines.append("- " + "; ".join(words))
+    return lines
+
+
+def explicit_table(rows):
+    lines = ["| elements | Kratos [ns] | Quoin, step in time [ns] | ratio | Quoin, cycle of relaxation [ns] | ratio | u_y of the corner, Kratos and Quoin [mm] |",
+             "|---|---|---|---|---|---|---|"]  # fmt: skip
+    for size in dict.fromkeys(row["elements"] for row in rows):
+        at = {row["solver"]: row for row in rows if row["elements"] == size}
+        if "Kratos" in at:
+            other, step, cycle = (at[name] for name in ("Kratos", "Quoin, step in time", "Quoin, cycle of relaxation"))
+            lines.append(f"| {size} | {other['ns']:.0f} | {step['ns']:.1f} | {other['ns'] / step['ns']:.0f} | {cycle['ns']:.1f} | "
+                         f"{other['ns'] / cycle['ns']:.0f} | {1e3 * other['u_y']:.5f}, {1e3 * step['u_y']:.5f} |")  # fmt: skip
+    return lines
+
+
+def wall_table(rows):
+    lines = ["| blocks | solver | contacts | step [us] | per contact [ns] | time step [s] | processor seconds for a second |", "|---|---|---|---|---|---|---|"]
+    return lines + [f"| {row['blocks']} | {row['solver']} | {row['contacts']} | {row['us_per_step']:.3g} | {row['ns_per_contact']:.3g} | "
+                    f"{row['dt_s']:.2g} | {row['cpu_s_per_second']:.3g} |" for row in rows]  # fmt: skip
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
+    parser.add_argument("--python", default=sys.executable, help="that has the peers of Python")
+    parser.add_argument("--ccx", default="ccx", help="the program CalculiX")
+    parser.add_argument("--folder", help="for peers.json, peers.png, peers.md; the default is docs/")
+    parser.add_argument("--parts", nargs="*", choices=PARTS, default=list(PARTS), help="the others keep what peers.json holds")
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--sizes", type=int, nargs="*", default=[45, 100, 316], help="of the dam, blocks across")
+    parser.add_argument("--limit", type=int, nargs=3, default=[79, 158, 316], help="of the reference, each twice the one before")
+    parser.add_argument("--paper", type=int, default=316, help="size that the paper's relaxation runs too, 0: none")
+    parser.add_argument("--cap", type=float, default=25.0, help="... for so many times the seconds of Newton's method")
+    parser.add_argument("--explicit", type=int, nargs="*", default=[32, 100, 316], help="sides of the block")
+    parser.add_argument("--walls", type=int, nargs="*", default=[5, 10], help="blocks across and courses of the wall")
+    options = parser.parse_args()
+    options.quoin = os.path.abspath(options.quoin)
+    return options
+
+
+def main():
+    options = parse()
+    there = installed(options) if options.parts else {}
+    folder = Path(options.folder or ROOT / "docs")
+    data_folder, picture = (folder, folder / "peers.png") if options.folder else (folder / "data", folder / "img" / "peers.png")
+    data = json.loads((data_folder / "peers.json").read_text(encoding="utf-8")) if set(options.parts) < set(PARTS) else {}
+    data |= {part: PARTS[part](options, there) for part in options.parts}
+    text = "\n\n".join("\n".join(table) for table in (static_table(data["static"]), ratios(data["static"]), explicit_table(data["explicit"]), wall_table(data["wall"]))) + "\n"
+    (data_folder / "peers.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    draw(data, picture)
+    if options.folder:
+        (folder / "peers.md").write_text(text, encoding="utf-8")
+    else:
+        replace_between(folder / "performance.md", "peers", text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
