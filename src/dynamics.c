@@ -238,6 +238,7 @@ static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, Pe
     PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   }
   PetscCall(LoadsTarget(scene, m, stage, s)); // loads act in full from the first step
+  if (LoadsPress(scene, stage)) PetscCall(LoadsDead(scene, m, stage, s));
   LoadsApply(m, s, 1.);
   half_step(m, s, -1.);
   contacts->rate = 1. / s->dt;
@@ -306,23 +307,31 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Dead loads keep their direction: their moments about the centres of rigid bodies turn with these. */
-static void turn_loads(const Model *m, State *s)
+/* Applied forces at the displacements of the forces just evaluated. Water stays normal to its face, and as
+   deep as the face is; dead loads keep their direction, but their moments about the centres of rigid bodies
+   turn. */
+static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const Stage *stage, State *s)
 {
-  if (!s->loads_turn) return;
-  (void)LoadsTurn(m, s->u, s->f_target);
+  PetscFunctionBeginUser;
+  if (LoadsPress(scene, stage))
+    PetscCall(LoadsFollow(scene, m, stage, s));
+  else if (s->loads_turn)
+    (void)LoadsTurn(m, s->u, s->f_target);
+  else
+    PetscFunctionReturn(PETSC_SUCCESS);
   LoadsApply(m, s, 1.);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* On to the next time, by the forces just evaluated. */
-static PetscErrorCode advance(const Scene *scene, const Model *m, State *s, const Motion *motions,
-                              EnergyAccount *energy)
+static PetscErrorCode advance(const Scene *scene, const Model *m, const Stage *stage, State *s,
+                              const Motion *motions, EnergyAccount *energy)
 {
   const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
   QuotientSums sums;
   PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_INTEGRATION));
-  turn_loads(m, s);
+  PetscCall(follow_motion(scene, m, stage, s));
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
   EnergyAfterStep(m, s, energy);
@@ -443,7 +452,7 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
       PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++loop->frame, result));
     const PetscBool report = (PetscBool)(!i || (i + 1) % scene->history_every == 0 || i + 1 == steps);
     if (report) PetscCall(EnergyOfBlocks(m, s, energy));
-    PetscCall(advance(scene, m, s, motions, energy));
+    PetscCall(advance(scene, m, stage, s, motions, energy));
     result->cycles++;
     if (loop->fault < 0 && !(energy->kinetic < PETSC_MAX_REAL))
       loop->fault = FaultFind(m, s), loop->fault_step = i;
@@ -507,7 +516,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(CheckpointDetach(output->checkpoint));
   contacts->rate = -1.;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
-  turn_loads(m, s);
+  PetscCall(follow_motion(scene, m, stage, s));
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - loop.start;
   if (result->verdict == VERDICT_NONE) PetscCall(completed(m, stage, &energy, result));

@@ -53,9 +53,9 @@ PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum { BLOCK_ROW = 8 };
+enum { BLOCK_ROW = 9 };
 
-/* file id, gid, group, macroblock, and vertices of the owned elements of one list */
+/* file id, gid, group, macroblock, vertices and rank of the owned elements of one list */
 static void block_rows(const Model *model, const Elements *e, int n_nodes, PetscInt *n,
                        PetscInt (*rows)[BLOCK_ROW])
 {
@@ -70,6 +70,7 @@ static void block_rows(const Model *model, const Elements *e, int n_nodes, Petsc
       row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]]
                                : -1;
     }
+    row[8] = model->rank;
   }
 }
 
@@ -102,13 +103,14 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
   PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   PetscCall(PetscFree(rows));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc4(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all,
-                         &mesh->file));
+  PetscCall(PetscMalloc5(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all,
+                         &mesh->rank, n_all, &mesh->file));
   for (PetscInt i = 0; i < n_all; i++) {
     const PetscInt *row = all[i], b = row[0];
     mesh->file[row[1]] = b;
     mesh->group[b] = row[2];
     mesh->macroblock[b] = row[3];
+    mesh->rank[b] = row[8];
     PetscCall(PetscArraycpy(mesh->blocks + 4 * b, row + 4, 4));
   }
   PetscCall(PetscFree(all));
@@ -119,7 +121,7 @@ PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree(mesh->X));
-  PetscCall(PetscFree4(mesh->blocks, mesh->group, mesh->macroblock, mesh->file));
+  PetscCall(PetscFree5(mesh->blocks, mesh->group, mesh->macroblock, mesh->rank, mesh->file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

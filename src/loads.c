@@ -205,14 +205,29 @@ PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
   return any;
 }
 
-PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
+/* Whether water presses on faces that move. */
+static PetscBool presses(const Scene *scene, const Load *load)
 {
-  const PetscInt at = 3 * m->n_bodies;
-  PetscReal *f = state->f_target, *f_vertex = f + at, *u_vertex = state->u + at;
+  return (PetscBool)(scene->strain == STRAIN_LARGE &&
+                     (load->kind == LOAD_RESERVOIR || load->kind == LOAD_UPLIFT));
+}
+
+PetscBool LoadsPress(const Scene *scene, const Stage *stage)
+{
+  for (PetscInt l = 0; l < stage->n_loads; l++)
+    if (presses(scene, scene->loads + stage->loads[l])) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Adds the stage's loads at present displacements to f_vertex: dead ones, pressing ones, or both. */
+static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage *stage, const State *state,
+                                PetscBool dead, PetscBool pressing, PetscReal *f_vertex)
+{
+  const PetscReal *u_vertex = state->u + 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = scene->loads + stage->loads[l];
+    if (presses(scene, load) ? !pressing : !dead) continue;
     switch (load->kind) {
     case LOAD_SELF_WEIGHT:
       PetscCall(self_weight(scene, load, m, f_vertex));
@@ -229,8 +244,36 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
       break;
     }
   }
-  PetscCall(CondensedLoads(m, f_vertex));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscReal *f = state->f_target;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
+  PetscCall(CondensedLoads(m, f + at));
   state->loads_turn = LoadsTurn(m, state->u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LoadsDead(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(state->f_start, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_FALSE, state->f_start + at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(state->f_target, state->f_start, ModelApplied(m)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->f_target + 3 * m->n_bodies));
+  state->loads_turn = LoadsTurn(m, state->u, state->f_target);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

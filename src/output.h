@@ -10,6 +10,7 @@ typedef struct {
   PetscInt *blocks;     /* (n_blocks,4) file vertices, -1 in the last column of a triangle */
   PetscInt *group;      /* (n_blocks,) */
   PetscInt *macroblock; /* (n_blocks,) */
+  PetscInt *rank;       /* (n_blocks,) that writes the block, when the run starts */
   PetscInt *file;       /* (n_blocks,) file id of each block gid */
 } MeshFields;
 

@@ -125,6 +125,7 @@ static int write_mesh(hid_t file, const ResultsFile *results)
           write_ints(group, "blocks", mesh->n_blocks, 4, mesh->blocks) ||
           write_ints(group, "block_group", mesh->n_blocks, 0, mesh->group) ||
           write_ints(group, "macroblock", mesh->n_blocks, 0, mesh->macroblock) ||
+          write_ints(group, "rank", mesh->n_blocks, 0, mesh->rank) ||
           write_names(group, "group_names", model->n_groups, model->group_names) ||
           write_ints(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
           write_names(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);

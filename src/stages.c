@@ -37,12 +37,9 @@ PetscErrorCode StateDestroy(State *s)
    keep their direction, but their arms about the centroid of a rigid body turn with it. */
 static PetscBool loads_follow(const Scene *scene, const Model *m, const Stage *stage)
 {
-  PetscBool follow = PETSC_FALSE;
-  for (PetscInt l = 0; l < stage->n_loads; l++) {
-    const LoadKind kind = scene->loads[stage->loads[l]].kind;
-    if ((kind == LOAD_RESERVOIR || kind == LOAD_UPLIFT) && scene->strain == STRAIN_LARGE) follow = PETSC_TRUE;
-    if (kind != LOAD_SELF_WEIGHT && m->n_rigid_global > 0) follow = PETSC_TRUE;
-  }
+  PetscBool follow = LoadsPress(scene, stage);
+  for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
+    if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) follow = PETSC_TRUE;
   return follow;
 }
 

@@ -445,7 +445,8 @@ typedef struct {
   PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
   PetscInt64 cycle;              /* cycles since the start of the run */
   PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
-                                    loads.c. f_target has those at vertices of rigid bodies behind its dofs */
+                                    loads.c. f_target has those at vertices of rigid bodies behind its dofs;
+                                    in a dynamic stage f_start are the loads that do not follow the motion */
   PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; loads.c */
   PetscReal time;                /* [s] of dynamic stages */
   PetscReal

@@ -39,13 +39,13 @@ PetscErrorCode WrittenCreate(const Scene *scene, const MeshFields *all, Written 
   PetscCall(PetscFree2(block, vertex));
 
   PetscCall(PetscMalloc1(2 * some->n_vertices, &some->X));
-  PetscCall(PetscMalloc3(4 * some->n_blocks, &some->blocks, some->n_blocks, &some->group, some->n_blocks,
-                         &some->macroblock));
+  PetscCall(PetscMalloc4(4 * some->n_blocks, &some->blocks, some->n_blocks, &some->group, some->n_blocks,
+                         &some->macroblock, some->n_blocks, &some->rank));
   for (PetscInt i = 0; i < some->n_vertices; i++)
     PetscCall(PetscArraycpy(some->X + 2 * i, all->X + 2 * w->vertex[i], 2));
   for (PetscInt i = 0; i < some->n_blocks; i++) {
     const PetscInt b = w->block[i];
-    some->group[i] = all->group[b], some->macroblock[i] = all->macroblock[b];
+    some->group[i] = all->group[b], some->macroblock[i] = all->macroblock[b], some->rank[i] = all->rank[b];
     for (int k = 0; k < 4; k++) {
       const PetscInt v = all->blocks[4 * b + k];
       some->blocks[4 * i + k] = v < 0 ? -1 : w->vertex_row[v];
@@ -60,7 +60,7 @@ PetscErrorCode WrittenDestroy(Written *w)
   PetscFunctionBeginUser;
   if (!w->partly) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscFree(w->mesh.X));
-  PetscCall(PetscFree3(w->mesh.blocks, w->mesh.group, w->mesh.macroblock));
+  PetscCall(PetscFree4(w->mesh.blocks, w->mesh.group, w->mesh.macroblock, w->mesh.rank));
   PetscCall(PetscFree(w->block));
   PetscCall(PetscFree(w->block_row));
   PetscCall(PetscFree(w->vertex));

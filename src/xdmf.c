@@ -56,6 +56,8 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
   put_item(f, nb, "Int", 4, "/mesh/block_group");
   fprintf(f, "</Attribute>\n      <Attribute Name=\"macroblock\" AttributeType=\"Scalar\" Center=\"Cell\">");
   put_item(f, nb, "Int", 4, "/mesh/macroblock");
+  fprintf(f, "</Attribute>\n      <Attribute Name=\"rank\" AttributeType=\"Scalar\" Center=\"Cell\">");
+  put_item(f, nb, "Int", 4, "/mesh/rank");
   fprintf(f, "</Attribute>\n     </Grid>\n");
 }
 

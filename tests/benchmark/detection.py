@@ -2,6 +2,7 @@
 
     python tests/benchmark/detection.py --quoin build/quoin --sides 100 316 1000 --ranks 2 --json out.json
     python tests/benchmark/detection.py --instructions          # also counted by valgrind, at the first size
+    python tests/benchmark/detection.py --held 0.9              # what `upgradeable: false` saves, for nine tenths of the blocks
 
 The blocks are a square grid of single rigid blocks, each a macroblock: the most faces, near pairs and contacts that
 a number of blocks can have. Contacts are verified at the start of a stage of variable connectivity, so that stages of
@@ -32,9 +33,18 @@ SETUP = ("SetUpReading", "SetUpChecks", "SetUpOrder", "SetUpPartition", "SetUpDi
          "SetUpOutput")
 
 
-def scene():
+def grid(side, held):
+    """side by side blocks; the lower part `held` of them in a group of that name."""
+    mesh = block_grid(side, side, 1, 1)
+    mesh.group_names, mesh.group_rigid = ["block", "held"], mesh.group_rigid.repeat(2)
+    mesh.block_group[: round(held * side) * side] = 1
+    return mesh
+
+
+def scene(upgradeable=True):
+    material = {"density": 2400, "rigid": True}
     stage = {"loads": ["weight"], "variable": True, "max_cycles": 1, "ramp": 1}
-    return {"materials": {"block": {"density": 2400, "rigid": True}},
+    return {"materials": {"block": material, "held": material | {"upgradeable": upgradeable}},
             "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 35}},
             "supports": {"bottom": {"fix": "xy"}},
             "relaxation": {"check_every": 1, "allow_floating": True, "tolerance": 1e30, "velocity_tolerance": 1e30},
@@ -48,10 +58,10 @@ def run(command, folder):
         raise RuntimeError(f"{' '.join(command)}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
 
 
-def measure(quoin, folder, side, ranks):
+def measure(quoin, folder, side, ranks, held=0.0, upgradeable=True):
     """Seconds by part: of one verification, of the whole set-up and its parts."""
-    write(os.path.join(folder, "model.h5"), block_grid(side, side, 1, 1))
-    Path(folder, "scene.yaml").write_text(dump(scene()), encoding="utf-8")
+    write(os.path.join(folder, "model.h5"), grid(side, held))
+    Path(folder, "scene.yaml").write_text(dump(scene(upgradeable)), encoding="utf-8")
     run(["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", quoin, "-options_file", "scene.yaml",
          "-log_view", ":log.txt"], folder)
     log = Path(folder, "log.txt").read_text(encoding="utf-8")
@@ -91,15 +101,32 @@ def table(rows, ranks):
     return "\n".join(lines)
 
 
+def compare_held(quoin, side, ranks, held, count):
+    """Verification with and without upgradeable: false in `held` of the blocks: seconds, or instructions."""
+    cost = {}
+    for upgradeable in (True, False):
+        with tempfile.TemporaryDirectory() as folder:
+            seconds = measure(quoin, folder, side, ranks, held, upgradeable)["Verification"]
+            cost[upgradeable] = instructions(quoin, folder) if count else 1e9 * seconds
+    unit = "instructions" if count else "ns"
+    return (f"a verification of {side**2} blocks, {ranks} rank(s), {held:g} of them not upgradeable: {cost[True] / side**2:.0f} -> "
+            f"{cost[False] / side**2:.0f} {unit} per block, {cost[True] / cost[False]:.2f} times less")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
     parser.add_argument("--sides", type=int, nargs="+", default=[100, 316, 1000], help="blocks in a row of the grid")
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--instructions", action="store_true", help="count them with valgrind at the first size")
+    parser.add_argument("--held", type=float, help="this part of the blocks with and without upgradeable: false, at each size")
     parser.add_argument("--json", help="file for the figures")
     options = parser.parse_args()
     quoin, rows, counted = os.path.abspath(options.quoin), [], None
+    if options.held is not None:
+        for side in sorted(options.sides):
+            print(compare_held(quoin, side, options.ranks, options.held, options.instructions))
+        return
     for side in sorted(options.sides):
         with tempfile.TemporaryDirectory() as folder:
             seconds = measure(quoin, folder, side, options.ranks)

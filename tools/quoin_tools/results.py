@@ -61,6 +61,7 @@ class Mesh:
     joint_names: list
     block_file: np.ndarray  # number in model.h5 of each block and vertex: others than their rows when a
     vertex_file: np.ndarray  # group has output: false
+    rank: np.ndarray  # process that had the block when the run started
 
     def rings(self, vertices=None):
         """Corners (n_blocks, 4, 2), here or with vertices elsewhere; triangles repeat the first."""
@@ -150,6 +151,7 @@ class Results:
             name: np.array(mesh[name])
             for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")
         }
+        arrays["rank"] = np.array(mesh["rank"]) if "rank" in mesh else np.zeros(len(arrays["blocks"]), dtype=int)
         for name, rows in (("block_file", "blocks"), ("vertex_file", "vertices")):
             arrays[name] = np.array(mesh[name]) if name in mesh else np.arange(len(arrays[rows]))
         names = {name: [text(word) for word in mesh[name]] for name in ("group_names", "joint_names")}

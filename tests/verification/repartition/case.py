@@ -65,8 +65,8 @@ def energies(run):
 
 
 def run(case):
+    one = case.run(rows(), SCENE)
     folder = case.prepare(rows(), changed(SCENE, ("checkpoint", {"every": 700, "keep": 20})))
-    one = case.again(folder, "-output", "out")
     moved = one.probe("across", "first")[0]
     case.check("the upper rows have moved by a third of the lower one [m]", moved, SPEED * 0.5, relative=0.1)
     still = case.again(folder, "-repartition_when", "never", ranks=4)

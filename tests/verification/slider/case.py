@@ -1,7 +1,7 @@
 # ranks: 3
 """A block of 1 m slides over two fixed blocks of 1 m, from the first onto the second (V24): pushed, and by its weight.
 
-However three bodies are dealt to two ranks, one of the two contacts of the slider is between ranks; on three both are."""
+On two ranks, cut in stripes, the two fixed blocks belong to different ranks: the slider crosses their border."""
 
 import numpy as np
 from driver import changed
@@ -12,6 +12,7 @@ SOURCE = "N = sigma L = 1 MN and T = N tan(phi) all the way; the lengths of the 
 
 N, PHI, K_N = 1e6, 30.0, 10e9
 SCENE = {
+    "partition": "stripes", "repartition": {"when": "never"},
     "contact": {"connectivity": "variable", "tolerance": 0.002},
     "relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9},
     "materials": {"slider": {"density": 2400}, "left": {"density": 0}, "right": {"density": 0}},
@@ -60,9 +61,7 @@ def pushed(case, model):
     case.check(f"{name}: moved [m]", result.probe("cross", "corner")[0], 1.0, relative=1e-6)
     case.check(f"{name}: work of the support: T 1 m, nothing catches [J]", result.stage_summary("cross")["energy"]["supports"],
                N * np.tan(np.radians(PHI)), relative=0.005)
-    checksum = result.stage_summary("cross")["checksum"]
-    for ranks in (2, 3) if model == "tptm" else (2,):
-        case.check(f"{name}: same bits on {ranks} ranks", case.again(folder, ranks=ranks).stage_summary("cross")["checksum"], checksum)
+    across_ranks(case, name, folder, result, N, PHI, (2, 3) if model == "tptm" else (2,))
 
 
 def free(case, model):
@@ -90,8 +89,18 @@ def free(case, model):
     case.check(f"{name}: lost in friction: N tan(phi) 1 m [J]", energy["friction"], normal * np.tan(np.radians(phi)),
                relative=0.005)
     case.check(f"{name}: energy balance over the work of the weight", energy["balance"] / energy["outside"], 0.0, absolute=1e-4)
-    checksum = result.stage_summary("cross")["checksum"]
-    case.check(f"{name}: same bits on 2 ranks", case.again(folder, ranks=2).stage_summary("cross")["checksum"], checksum)
+    across_ranks(case, name, folder, result, normal, phi, (2,))
+
+
+def across_ranks(case, name, folder, one, normal, phi, all_ranks):
+    """The same run with the border of two ranks under the slider; `one`: on one rank."""
+    for ranks in all_ranks:
+        checksum = one.stage_summary("cross")["checksum"]  # before its folder is written over
+        result = case.again(folder, ranks=ranks)
+        owner = {result.mesh.group_names[g]: int(rank) for g, rank in zip(result.mesh.block_group, result.mesh.rank)}
+        case.check(f"{name}, {ranks} ranks: left and right block on different ranks", owner["left"] != owner["right"], True)
+        check_forces(case, f"{name}, {ranks} ranks", forces(result), normal, phi)
+        case.check(f"{name}: same bits on {ranks} ranks", result.stage_summary("cross")["checksum"], checksum)
 
 
 def check_forces(case, name, rows, normal, phi):
