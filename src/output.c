@@ -118,7 +118,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   Output *o = memory->output;
   Trials *t = &o->trials;
   if (!a->reading && !a->rank) settle_history(a, memory);
-  const PetscInt64 written = a->rank ? 0 : (PetscInt64)WrittenChecksum(&o->results.written);
+  const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
   PetscInt64 counts[] = {o->n_stages,           o->results.n_frames,      t->n,   t->mechanism != NULL,
                          memory->history_bytes, memory->history_checksum, written};
   PetscReal reals[] = {t->nominal, t->stable, t->failing};
@@ -140,6 +140,24 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscCall(archive_texts(a, "trial", t->n, &t->json));
   PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
   if (counts[3]) PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the mesh while a file is being written, and which of it is */
+
+static PetscErrorCode open_mesh(const Scene *scene, const Model *model, Output *o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(GatherMesh(model, &o->mesh));
+  if (!model->rank) PetscCall(WrittenCreate(scene, &o->mesh, &o->results.written));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode close_mesh(Output *o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(WrittenDestroy(&o->results.written));
+  PetscCall(GatherMeshDestroy(&o->mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,12 +223,11 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   output->lock = -1;
   PetscCall(PetscStrncpy(output->folder, scene->output, sizeof(output->folder)));
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
-  PetscCall(GatherMesh(model, &output->mesh));
+  output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
+  PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
-    output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
-    PetscCall(WrittenCreate(scene, &output->mesh, &output->results.written));
-    output->results.mesh = &output->results.written.mesh;
+    output->results.choice = WrittenChecksum(&output->results.written);
     (void)FolderMake(output->folder, message);
   }
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
@@ -223,7 +240,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   *memory = (Memory){model, output, 0, 0};
   PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
   if (!model->rank) PetscCall(open_files(scene, model, output, memory, resumed, message));
-  PetscCall(GatherMeshDestroy(&output->mesh)); // a few bytes a block that only output reads
+  PetscCall(close_mesh(output)); // a few bytes a block that only output reads
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -277,11 +294,11 @@ PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *mode
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
   PetscFunctionBeginUser;
-  PetscCall(GatherMesh(model, &output->mesh));
+  PetscCall(open_mesh(scene, model, output));
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
   if (!model->rank) PetscCall(ResultsFileStage(&output->results, stage, frame, result, &fields, message));
   PetscCall(GatherStageDestroy(&fields));
-  PetscCall(GatherMeshDestroy(&output->mesh));
+  PetscCall(close_mesh(output));
   PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -296,7 +313,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
   PetscFunctionBeginUser;
   PetscCall(update_probes(model, state, output, &u_max));
   PetscCall(StateChecksum(model, state, contacts, &checksum));
-  PetscCall(GatherMesh(model, &output->mesh));
+  PetscCall(open_mesh(scene, model, output));
   PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
   PetscCall(GatherMechanism(model, output->trials.mechanism, &fields));
   if (!model->rank) {
@@ -311,7 +328,7 @@ PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *mode
     if (!message[0]) check_history(output, message);
   }
   PetscCall(GatherStageDestroy(&fields));
-  PetscCall(GatherMeshDestroy(&output->mesh));
+  PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));
   PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -104,11 +104,11 @@ typedef struct {
   const char *folder;
   const Scene *scene;
   const Model *model; /* names only */
-  Written written;
-  const MeshFields *mesh; /* that of written */
-  char *xdmf;             /* grids of the stages written so far */
-  PetscInt n_frames;      /* of the stage that runs, each in a file of its own until the stage ends */
-  PetscBool has_part;     /* results.h5.part holds all so far, results.h5 less */
+  Written written;    /* while a file is being written */
+  uint64_t choice;    /* WrittenChecksum */
+  char *xdmf;         /* grids of the stages written so far */
+  PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
+  PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);

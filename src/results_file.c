@@ -115,7 +115,7 @@ static int write_mesh(hid_t file, const ResultsFile *results)
 {
   const Scene *scene = results->scene;
   const Model *model = results->model;
-  const MeshFields *mesh = results->mesh;
+  const MeshFields *mesh = &results->written.mesh;
   const hsize_t dims[2] = {mesh->n_vertices, 2};
   const hid_t group = H5Gcreate2(file, "mesh", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   char(*joints)[NAME_LENGTH] = calloc(scene->n_joints + 1, NAME_LENGTH);
@@ -372,7 +372,7 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt f
   int error = frame ? open_frame(part, &file, &stages) : open_part(results, part, stage, &file, &stages);
   if (!error) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
-          write_body_fields(group, results->mesh, &some) || write_contacts(group, &some) ||
+          write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||
           XdmfAddStage(results, stage, name, &some);
   PetscCall(WrittenStageDestroy(&results->written, &some));
   if (group >= 0) H5Gclose(group);
@@ -397,6 +397,5 @@ PetscErrorCode ResultsFileDestroy(ResultsFile *results)
   PetscFunctionBeginUser;
   free(results->xdmf);
   results->xdmf = NULL;
-  PetscCall(WrittenDestroy(&results->written));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

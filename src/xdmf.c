@@ -100,7 +100,7 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
           "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
           "Value=\"%.10g\"/>\n",
           results->xdmf ? results->xdmf : "", name, time);
-  put_blocks(f, results->mesh, fields, name);
+  put_blocks(f, &results->written.mesh, fields, name);
   put_contacts(f, fields->n_contacts, name);
   fprintf(f, "    </Grid>\n");
   const int error = fclose(f);
