@@ -3,6 +3,8 @@
 #include "repartition.h"
 #include <unistd.h>
 
+static const PetscReal PATH_RATIO = 0.002; /* unbalanced, with friction from the last equilibrium: is told */
+
 PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
 {
   PetscBool variable = PETSC_FALSE;
@@ -259,6 +261,37 @@ static PetscErrorCode before_cycles(const Scene *scene, Model *m, const Stage *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the forces at
+   these displacements with friction that starts from the last equilibrium do, when they are out of balance.
+ */
+static PetscErrorCode tell_path(const Model *m, const Stage *stage, Contacts *contacts, State *state,
+                                PetscReal *contact_scale)
+{
+  const PetscInt n = 2 * contacts->n_padded;
+  StageResult other = {.ratio = 0.};
+  PetscReal *slip, *broken;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(n, &slip, n, &broken));
+  PetscCall(PetscArraycpy(slip, contacts->slip, n));
+  PetscCall(PetscArraycpy(broken, contacts->broken, n));
+  contacts->held = PETSC_TRUE;
+  PetscCall(Forces(m, stage->joints, contacts, state, contact_scale));
+  PetscCall(Unbalanced(m, state, contact_scale, &other));
+  contacts->held = PETSC_FALSE;
+  PetscCall(PetscArraycpy(contacts->slip, slip, n));
+  PetscCall(PetscArraycpy(contacts->broken, broken, n));
+  PetscCall(PetscFree2(slip, broken));
+  if (m->rank == 0 && other.ratio > PATH_RATIO) {
+    fprintf(stderr,
+            "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
+            "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use damping: adaptive, "
+            "method: preconditioned, or a longer ramp\n",
+            stage->name, (double)other.ratio);
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
                           Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                           StageResult *result)
@@ -312,6 +345,9 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
   }
   PetscCall(CheckpointDetach(output->checkpoint));
+  if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held && !stage->variable &&
+      stage->kind == STAGE_STATIC)
+    PetscCall(tell_path(m, stage, contacts, state, loop.contact_scale));
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
