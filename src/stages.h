@@ -124,6 +124,18 @@ PetscErrorCode EnergyOfBlocks(const Model *model, const State *state, EnergyAcco
 PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Contacts *contacts,
                             EnergyAccount *e, PetscBool first, Energies *out);
 
+/* ---- support_motion.c */
+typedef struct {
+  PetscInt n;
+  PetscReal *t, *v; /* (n,), (n,2) [s], [m/s] */
+} SupportMotion;
+/* Collective. (n_supports,) motion of each support that has one; refuses a file that is none. */
+PetscErrorCode SupportMotionsRead(const Scene *scene, MPI_Comm comm, SupportMotion **motions);
+PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions);
+/* After Integrate: velocities and displacements of what moving supports hold, at half a step and a step on.
+ */
+void SupportsMove(const Scene *scene, const Model *model, const SupportMotion *motions, State *state);
+
 /* ---- dynamics.c */
 /* Collective. Runs a dynamic stage for its duration. */
 PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
