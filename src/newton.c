@@ -16,8 +16,9 @@
    has no equilibrium is judged there.
 
    Checkpoints are written at equilibria. What an increment starts from follows from the state alone: the
-   factor is that of the undeformed scene, the first tangent has elastic joints. So a restart takes the steps
-   of the straight run. A signal within an increment throws that increment away. */
+   factor is that of the undeformed scene, the first tangent that of the joints as they are, or when the
+   increment is tried again, halved, that of elastic joints. So a restart takes the steps of the straight run.
+   A signal within an increment throws that increment away. */
 #include "output.h"
 #include "checkpoint.h"
 #include "stiffness.h"
@@ -299,6 +300,7 @@ static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscRe
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->newton;
+  const PetscBool first_try = (PetscBool)(p->relax->step * (PetscReal)p->scene->increments > 0.75);
   PetscReal norm, before = 0., least = PETSC_MAX_REAL;
   PetscInt least_at = 0;
   PetscFunctionBeginUser;
@@ -318,7 +320,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     // as exact as the next residual can be expected to be, and as the stage asks for
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
-    if (i) StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
+    if (i || first_try) StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
     PetscCall(solve(p, tolerance));
     if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
     PetscCall(VecGetArrayRead(n->du, &du));
