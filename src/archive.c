@@ -47,7 +47,7 @@ PetscErrorCode ArchiveHasPart(const Archive *a, const char *part, PetscBool *has
   *has = PETSC_FALSE;
   for (PetscInt i = 0; i < a->n; i++)
     if (!strncmp(a->entries[i].name, part, n) && a->entries[i].name[n] == '/') *has = PETSC_TRUE;
-  PetscCallMPI(MPI_Bcast(has, 1, MPIU_BOOL, 0, a->comm));
+  PetscCallMPI(MPI_Bcast(has, 1, MPI_PETSC_BOOL, 0, a->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -182,7 +182,7 @@ static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const Pet
   }
   const ArchiveEntry *e = a->rank ? NULL : wanted(a, name, ARCHIVE_REAL, n_all, width);
   PetscBool there = (PetscBool)(e != NULL);
-  PetscCallMPI(MPI_Bcast(&there, 1, MPIU_BOOL, 0, a->comm));
+  PetscCallMPI(MPI_Bcast(&there, 1, MPI_PETSC_BOOL, 0, a->comm));
   if (!there) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1((size_t)n_all * width, &all));
   if (e) PetscCall(PetscMemcpy(all, e->data, (size_t)n_all * width * sizeof(PetscReal)));

@@ -395,7 +395,7 @@ PetscErrorCode CheckpointRestart(Checkpoint *c)
     if (found && !message[0]) PetscCall(check_mesh(c, message));
   }
   PetscCall(Refuse(c->comm, ERROR_CHECKPOINT, message));
-  PetscCallMPI(MPI_Bcast(&found, 1, MPIU_BOOL, 0, c->comm));
+  PetscCallMPI(MPI_Bcast(&found, 1, MPI_PETSC_BOOL, 0, c->comm));
   c->resuming = found;
   if (!found) PetscFunctionReturn(PETSC_SUCCESS);
   prepare_line(c);

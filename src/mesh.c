@@ -489,7 +489,7 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
       PetscCall(MeshBodies(mesh));
     }
   }
-  PetscCallMPI(MPI_Bcast(&fits, 1, MPIU_BOOL, 0, comm));
+  PetscCallMPI(MPI_Bcast(&fits, 1, MPI_PETSC_BOOL, 0, comm));
   PetscCall(Refuse(comm, fits ? PETSC_ERR_USER_INPUT : ERROR_MEMORY, message));
   PetscCall(ShareNames(comm, rank, mesh));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -267,7 +267,7 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
   *changed = (PetscBool)(m->n_ghosts != n_before || !m->ghost);
   for (PetscInt g = ne; g < m->n_ghosts && !*changed; g++)
     *changed = (PetscBool)(all[g].gid != m->ghosts[g].gid);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
   PetscCall(PetscFree(m->ghosts));
   m->ghosts = all;
   PetscFunctionReturn(PETSC_SUCCESS);

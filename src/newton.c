@@ -141,7 +141,7 @@ static PetscErrorCode is_current(const Problem *p, PetscBool *current)
     const Joint *joint = p->stage->joints + j;
     if (n->k[2 * j] != joint->k_n || n->k[2 * j + 1] != joint->k_s) same = PETSC_FALSE;
   }
-  PetscCallMPI(MPI_Allreduce(&same, current, 1, MPIU_BOOL, MPI_LAND, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(&same, current, 1, MPI_PETSC_BOOL, MPI_LAND, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

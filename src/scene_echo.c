@@ -102,7 +102,7 @@ PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry)
 PetscErrorCode EchoEnd(Reader *r, char **text)
 {
   PetscSegBuffer keys = r->echo;
-  size_t head, length;
+  SegmentCount head, length;
 
   PetscFunctionBeginUser;
   PetscCall(PetscSegBufferGetSize(keys, &length));

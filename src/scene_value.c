@@ -311,7 +311,8 @@ static size_t KeyDistance(const char *a, const char *b)
 // the known key nearest to that of an entry, as it would be written there; "" if none is near
 static PetscErrorCode NearestKey(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
 {
-  size_t n, best = 3 + strlen(e->key) / 16;
+  SegmentCount n;
+  size_t best = 3 + strlen(e->key) / 16;
   char *known;
 
   PetscFunctionBeginUser;

@@ -20,8 +20,19 @@
 #if defined(PETSC_USE_COMPLEX) || !defined(PETSC_USE_REAL_DOUBLE)
 #error "Quoin needs a PETSc with real double-precision scalars"
 #endif
+/* PETSc 3.18 and what has changed since */
 #if !defined(PETSC_SUCCESS) && PETSC_VERSION_LT(3, 19, 0)
 #define PETSC_SUCCESS 0
+#endif
+#if PETSC_VERSION_LT(3, 22, 0)
+typedef size_t SegmentCount; /* of a PetscSegBuffer */
+#else
+typedef PetscCount SegmentCount;
+#endif
+#if PETSC_VERSION_LT(3, 24, 0)
+#define MPI_PETSC_BOOL MPIU_BOOL
+#else
+#define MPI_PETSC_BOOL MPI_C_BOOL
 #endif
 
 enum {

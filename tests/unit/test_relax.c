@@ -62,11 +62,11 @@ static PetscErrorCode ChainNeedsTheCyclesOfTheOptimum(void)
 
   PetscFunctionBeginUser;
   for (int i = 0; i < 4; i++)
-    for (PetscBool own = 0; own < 2; own++) {
+    for (int own = 0; own < 2; own++) {
       Fixture f;
       int cycles;
       double overshoot;
-      PetscCall(OpenChain(table[i].n, table[i].safety, 0, own, &f));
+      PetscCall(OpenChain(table[i].n, table[i].safety, 0, (PetscBool)own, &f));
       PetscCall(ChainCycles(&f, table[i].n, &cycles, &overshoot));
       ENSURE_NEAR((double)cycles / table[i].cycles, 1, own ? 0.01 : 0.02);
       ENSURE(overshoot < 1.0001);
