@@ -23,11 +23,19 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <petscsys.h>
 
 #define ENSURE(condition) CheckTrue((condition) ? 1 : 0, #condition, __FILE__, __LINE__)
 #define ENSURE_NEAR(value, expected, tol) CheckNear((value), (expected), (tol), #value, __FILE__, __LINE__)
 #define RUN_TEST(test) _Generic((test), void (*)(void) : CheckRunVoid, default : CheckRunCode)(#test, test)
+
+/* How often a random test draws: n times, the twentieth part where each takes long (QUOIN_SLOW: under
+   valgrind and the sanitizers). */
+static inline int CheckDraws(int n)
+{
+  return getenv("QUOIN_SLOW") ? n / 20 : n;
+}
 
 enum { CHECK_PRINT_MAX = 20 }; /* failures printed per rank */
 static long check_count, check_failed;

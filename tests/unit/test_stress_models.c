@@ -200,7 +200,7 @@ static void TestElasticBits(void)
 {
   int n = 0;
 
-  for (int i = 0; i < 100000; i++) {
+  for (int i = 0; i < CheckDraws(100000); i++) {
     int model = i % STRESS_MODELS;
     Joint joint = RandomJoint();
     ContactPoint p = RandomPoint(PETSC_FALSE), q;
@@ -222,7 +222,7 @@ static void TestElasticBits(void)
     ENSURE(q.F_s[0] == L * (a * tau[0] + b * tau[1]) && q.F_s[1] == L * (b * tau[0] + a * tau[1]));
     ENSURE(!memcmp(q.slip, p.slip, sizeof p.slip) && q.state[0] == CONTACT_ELASTIC);
   }
-  ENSURE(n > 10000);
+  ENSURE(n > CheckDraws(10000));
 }
 
 /* the elastic row is the limit of the slow one: no jump where the law begins to be violated */
@@ -279,7 +279,7 @@ static PetscBool SamePoint(const ContactPoint *p, const ContactPoint *q)
 
 static void TestSymmetries(void)
 {
-  for (int i = 0; i < 200000; i++) {
+  for (int i = 0; i < CheckDraws(200000); i++) {
     int model = i % STRESS_MODELS;
     Joint joint = RandomJoint();
     ContactPoint p = RandomPoint((PetscBool)(i % 4 > 0)), q, r;
@@ -443,7 +443,7 @@ static double GivenBack(int model, const Joint *joint, PetscBool in_time, double
  */
 static void TestFrictionLoses(void)
 {
-  for (int i = 0; i < 200; i++) {
+  for (int i = 0; i < CheckDraws(200); i++) {
     Joint joint = MakeJoint(1, Random(0.1, 1), Random(10, 60), i % 2 ? Random(0, 0.3) : 0, 0);
     const int models[2] = {STRESS_PT, STRESS_TPTM};
     double lost;
