@@ -50,3 +50,15 @@ static inline void FuzzSetUp(const char *scene, const char *model)
   if (code && code != PETSC_ERR_USER_INPUT) abort();
   if (QuoinDestroy(&q)) abort();
 }
+
+/* From files to a model that is ready to run, when it has a block mesh that can be read: most have none, and
+   the scene, always the same, is read in vain. */
+static inline void FuzzMesh(const char *scene, const char *model)
+{
+  BlockMesh mesh;
+  const PetscErrorCode code = MeshRead(PETSC_COMM_SELF, model, &mesh);
+  if (code && code != PETSC_ERR_USER_INPUT) abort();
+  if (code) return;
+  if (MeshDestroy(&mesh)) abort();
+  FuzzSetUp(scene, model);
+}

@@ -21,6 +21,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
   char path[64];
   FuzzFile("h5", data, size, path);
-  FuzzSetUp(scene, path);
+  FuzzMesh(scene, path);
   return 0;
 }

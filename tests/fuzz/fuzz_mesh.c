@@ -180,7 +180,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
   void *buffer = image(&bytes, &length);
   FuzzFile("h5", buffer, length, path);
   free(buffer);
-  FuzzSetUp(scene, path);
+  FuzzMesh(scene, path);
   if (H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL) > 0) abort(); // the reader left something open
   return 0;
 }
