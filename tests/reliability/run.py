@@ -1,13 +1,15 @@
 """Kill runs and restart them, try faults, soak; write the table of docs/reliability.md.
 
-    python tests/reliability/run.py --quoin build/quoin                        # 5 kills and the faults, as CTest does
+    python tests/reliability/run.py --quoin build/quoin                        # 5 kills and the faults
     python tests/reliability/run.py --quoin build/quoin --kills 100 --soak 1000000 --table docs/reliability.md
 
-Exit code 0: nothing was lost; 1: something was. Faults that need a small disk of their own are left out where tmpfs
-cannot be mounted."""
+With --table the catalogue of bad input is tried too, on 1 and 2 ranks, and the figures of fuzzing are taken from
+build-fuzz/figures.json (tests/fuzz/run.py). Exit code 0: nothing was lost; 1: something was. Faults that need a small
+disk of their own are left out where tmpfs cannot be mounted."""
 
 import argparse
 import contextlib
+import itertools
 import json
 import os
 import random
@@ -17,7 +19,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Lock
 
 import yaml
 
@@ -98,14 +102,13 @@ class Bench:
     """Folders with scenes, and what their undisturbed runs come to."""
 
     def __init__(self, quoin, folder):
-        self.quoin, self.folder, self.n = str(Path(quoin).resolve()), Path(folder), 0
+        self.quoin, self.folder, self.numbers = str(Path(quoin).resolve()), Path(folder), itertools.count(1)
         self.known: dict = {}
         self.lengths: dict = {}
 
     def prepare(self, name, change=None):
         """A new folder with a scene and its mesh; change(scene): in place."""
-        self.n += 1
-        folder = self.folder / f"{self.n:03d}_{name}"
+        folder = self.folder / f"{next(self.numbers):03d}_{name}"
         folder.mkdir(parents=True)
         mesh, scene = scenes.ALL[name]()
         if change:
@@ -150,7 +153,7 @@ def outcome(folder, output="out"):
     summary = json.loads((folder / output / "summary.json").read_text(encoding="utf-8"))
     rows = (folder / output / "history.csv").read_text(encoding="utf-8").splitlines()[1:]
     stages = [[stage[key] for key in ("name", "verdict", "cycles", "checksum")] for stage in summary["stages"]]
-    return stages, [row.split(",")[:2] for row in rows]
+    return [stages, [row.split(",")[:2] for row in rows]]
 
 
 def stages_done(folder):
@@ -193,23 +196,48 @@ def kill_and_restart(bench, name, how, rng):
     return over, "goes on from" in out
 
 
-def kills(bench, n, seed):
-    rng = random.Random(seed)  # noqa: S311
-    names, ways = list(scenes.ALL), ("one rank", "all ranks", "mpirun")
-    counts = {way: [0, 0, 0] for way in ways}
-    for i in range(n):
-        name, how = names[i % len(names)], ways[i % len(ways)] if n > 5 else ways[i % 2]
-        over, resumed = kill_and_restart(bench, name, how, rng)
-        counts[how][0] += 1
-        counts[how][1] += over
-        counts[how][2] += resumed
+class Known:
+    """What has been done so far, in a JSON file when one is named: a call that was stopped goes on there."""
+
+    def __init__(self, path):
+        self.path, self.lock = path, Lock()
+        self.all = json.loads(path.read_text(encoding="utf-8")) if path and path.exists() else {}
+
+    def __call__(self, name, make):
+        """The result of that name; make(): unless it is known."""
+        if name not in self.all:
+            result = make()
+            with self.lock:
+                self.all[name] = result
+                if self.path:
+                    self.path.write_text(json.dumps(self.all, indent=1), encoding="utf-8")
+        return self.all[name]
+
+
+WAYS = ("one rank", "all ranks", "mpirun")
+
+
+def kills(bench, n, seed, known):
+    """n kills, two at a time: a run mostly waits for its messages. Rows of the table."""
+    names = list(scenes.ALL)
+
+    def kill(i):
+        name, how = names[i % len(names)], WAYS[i % len(WAYS)]
+        over, resumed = known(f"kill {i + 1}", lambda: kill_and_restart(bench, name, how, random.Random(1000 * seed + i)))  # noqa: S311
         print(f"kill {i + 1}: {name}, {how}: same checksum, {'from a checkpoint' if resumed else 'from the start'}", flush=True)
+        return how, over, resumed
+
+    for name in names[:n]:
+        bench.known[name] = known(f"reference {name}", lambda name=name: bench.reference(name))
+    with ThreadPoolExecutor(2) as pool:
+        done = list(pool.map(kill, range(n)))
     rows = []
-    for how, (times, over, resumed) in counts.items():
-        if times:
-            rows.append((f"SIGKILL of {how} at a random moment, restart on 1, 2 or 4 ranks", times, "-",
-                         f"nothing: final checksum and rows of history.csv of the undisturbed run ({resumed} went on from a "
-                         f"checkpoint, the others from the start; not counted: {over} runs that were over before the signal)"))
+    for way in WAYS:
+        mine = [(over, resumed) for how, over, resumed in done if how == way]
+        if mine:
+            rows.append((f"SIGKILL of {way} at a random moment, restart on 1, 2 or 4 ranks", len(mine), "-",
+                         f"nothing: final checksum and rows of history.csv of the undisturbed run ({sum(r for _, r in mine)} went on "
+                         f"from a checkpoint, the others from the start; not counted: {sum(o for o, _ in mine)} runs over before the signal)"))
     return rows
 
 
@@ -253,15 +281,38 @@ def soak(bench, cycles):
             f"{len(files)} checkpoints, all of them loaded and gone on from"]
 
 
-def table(path, rows, lines):
-    """Between the marks of the document."""
+def bad_input(quoin):
+    """The catalogue, on 1 and 2 ranks."""
+    command = [sys.executable, HERE.parent / "verification" / "bad_input" / "catalogue.py", "--quoin", quoin, "--write"]
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(scenes.ROOT / "tools")})
+    assert done.returncode == 0, done.stdout + done.stderr
+    return [f"{done.stdout.split()[0]} wrong scenes, options, meshes and files, each on 1 and 2 ranks: refused in one line, exit code 2"]
+
+
+def fuzzing(path):
+    """Figures that tests/fuzz/run.py has added up."""
+    if not path.exists():
+        return []
+    known = json.loads(path.read_text(encoding="utf-8"))
+    lines = [f"{name}: {total['executions']} executions in {total['seconds'] / 60:.0f} min, {total['findings']} findings"
+             for name, total in known["targets"].items()]  # fmt: skip
+    if known["lines"]:
+        some, every = (sum(counts[i] for counts in known["lines"].values()) for i in (0, 1))
+        parts = ", ".join(f"{name} {100 * a / b:.0f} %" for name, (a, b) in sorted(known["lines"].items()))
+        lines.append(f"lines of the readers that the inputs reach: {100 * some / every:.1f} % of {every} ({parts})")
+    return lines
+
+
+def table(path, rows, lists):
+    """Between the marks of the document; lists: {title: lines}."""
     text = path.read_text(encoding="utf-8")
     head, rest = text.split("<!-- table -->\n")
     tail = rest.split("<!-- end of table -->\n")[1]
     body = "| fault | times | exit code | what was lost |\n|---|---|---|---|\n"
     body += "".join(f"| {what} | {times} | {code} | {lost} |\n" for what, times, code, lost in rows)
-    if lines:
-        body += "\nSoak:\n\n" + "".join(f"- {line}\n" for line in lines)
+    for title, lines in lists.items():
+        if lines:
+            body += f"\n{title}:\n\n" + "".join(f"- {line}\n" for line in lines)
     path.write_text(f"{head}<!-- table -->\n{body}<!-- end of table -->\n{tail}", encoding="utf-8")
 
 
@@ -273,29 +324,30 @@ def main():
     parser.add_argument("--soak", type=int, default=0, metavar="CYCLES")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--table", type=Path)
-    parser.add_argument("--rows", type=Path, help="JSON file of rows: those of earlier calls are kept, new ones added")
+    parser.add_argument("--known", type=Path, help="JSON file: what a call that was stopped has done is not done again")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="quoin_reliability_"))
-    bench, rows, lines = Bench(options.quoin, folder), [], []
-    if options.rows and options.rows.exists():
-        rows, lines = json.loads(options.rows.read_text(encoding="utf-8"))
+    bench, lists, known = Bench(options.quoin, folder), {}, Known(options.known)
     try:
-        rows += kills(bench, options.kills, options.seed)
+        rows = kills(bench, options.kills, options.seed, known)
         if not options.no_faults:
-            rows += faults.all_of(bench)
+            rows += [row for row in (known(fault.__name__, lambda fault=fault: faults.tried(fault, bench)) for fault in faults.ALL) if row]
+        if options.table:
+            lists["Bad input"] = known("bad input", lambda: bad_input(bench.quoin))
         if options.soak:
-            lines = soak(bench, options.soak)
+            lists["Soak"] = known("soak", lambda: soak(bench, options.soak))
+        if options.table:
+            lists["Fuzzing, with the address and undefined-behaviour sanitizers"] = fuzzing(scenes.ROOT / "build-fuzz" / "figures.json")
     except AssertionError as error:
         print(f"LOST: {error}", file=sys.stderr)
         print(f"left for a look: {folder}", file=sys.stderr)
         return 1
     for what, times, code, lost in rows:
         print(f"{times:4d} x {what} [{code}]: {lost}")
-    print("\n".join(lines))
-    if options.rows:
-        options.rows.write_text(json.dumps([rows, lines]), encoding="utf-8")
+    for title, lines in lists.items():
+        print("\n  ".join([f"{title}:", *lines]))
     if options.table:
-        table(options.table, rows, lines)
+        table(options.table, rows, lists)
     shutil.rmtree(folder)
     return 0
 
