@@ -1,5 +1,6 @@
 /* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
 #include "internal.h"
+#include <stdlib.h>
 #include <string.h>
 
 static const char help[] = "Quoin: discrete elements for masonry gravity dams and their foundations.\n"
@@ -42,6 +43,19 @@ static PetscBool take_help(int *argc, char **argv)
   return found;
 }
 
+/* Without a launcher, Open MPI would start a daemon and look for networks: half of the start of one process
+   alone. What the user has set stays; other MPI libraries do not look at these variables. */
+static void start_alone(void)
+{
+  static const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK",  "PMI_RANK", "PMI_FD",
+                                         "SLURM_PROCID",         "PALS_RANKID"};
+  for (size_t i = 0; i < sizeof(launched) / sizeof(*launched); i++)
+    if (getenv(launched[i])) return;
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_pml", "ob1", 0);
+  setenv("OMPI_MCA_btl", "self", 0);
+}
+
 static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
 {
   Quoin q;
@@ -62,6 +76,7 @@ int main(int argc, char **argv)
   const PetscBool want_help = take_help(&argc, argv);
   int exit_code = QUOIN_OK;
 
+  start_alone();
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(QuoinErrorHandlerPush());
   if (want_help) {
