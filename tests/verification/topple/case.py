@@ -4,6 +4,7 @@
 import numpy as np
 from driver import changed
 from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.results import VERTEX_FACE
 from quoin_tools.stacks import block_on_plane
 
 WHAT = "a block on a slope stays, slides or topples (V13); a rocking block comes down as Housner's"
@@ -24,6 +25,31 @@ SCENE = {
 def run(case):
     slope_of_blocks(case)
     rocking(case)
+    for least in (0.05, 0.005):  # longer than N / sigma, and shorter
+        from_face_to_vertex(case, least)
+
+
+def from_face_to_vertex(case, least):
+    """A block tips over its corner: at 20 degrees its face contact becomes a vertex of length L = max(N / sigma, vertex_length)."""
+    k_n = 1e8
+    mesh = join([renamed(rectangle(-4, -1, 8, 1, group="base", rigid=True), {}),
+                 renamed(rectangle(0, 0, 1, 2, group="block", rigid=True), {}, {"mark": "bottom_right"})])
+    scene = changed(SCENE, ("gravity", 9.81), ("contact", {"connectivity": "variable", "vertex_length": least}), ("relaxation", {"history_every": 1}),
+                    ("materials.block", {"density": 2400, "spin": -4.0}),
+                    ("joints.default", {"k_n": k_n, "k_s": k_n, "friction": 60, "damping": 2e-2}),
+                    ("stages", [{"rest": {"loads": ["weight"]}},
+                                {"tip": {"type": "dynamic", "loads": ["weight"], "duration": 0.4, "dt_factor": 0.02, "frames": 600}}]))
+    result = case.run(mesh, scene)
+    frames = [result.stage(name) for name in result.frames("tip")]
+    at = next(i for i, frame in enumerate(frames) if frame.contacts.klass.tolist() == [VERTEX_FACE])
+    before, after = frames[at - 1].contacts, frames[at].contacts
+    delta, force = -before.opening.min(), -before.force[:, :, 0].sum()
+    case.check(f"vertex_length {least:g}: becomes a vertex at [degree]", np.degrees(np.nanmin(frames[at].rotation)), -20.0, absolute=0.05)
+    # N of the files is without the dashpot, whose force is handed on too
+    case.check("... of a length of N / sigma at least, and at least that asked for",
+               after.length[0] >= max(0.99 * force / (k_n * delta), least), True)
+    made = np.abs(np.diff(np.nan_to_num(result.history["detection_J"]))).max()
+    case.check("... which makes k_n L delta^2 / 2 - N delta / 3 [J]", made, 0.5 * k_n * after.length[0] * delta**2 - force * delta / 3, relative=0.01)
 
 
 def on_slope(height, slope, phi, joint):
