@@ -4,7 +4,6 @@
 What stood on its own rank stands on another's in the end; the run is dealt out anew on the way, in a dynamic stage and in
 a static one. Every frame has the same bits on 1 to 4 ranks, with and without, and after a restart on other ranks."""
 
-import json
 import re
 
 import numpy as np
