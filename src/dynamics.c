@@ -133,7 +133,7 @@ static PetscErrorCode evaluate(Model *m, const Stage *stage, Contacts *contacts,
   PetscReal *swap = s->f_old;
   PetscFunctionBeginUser;
   PartSample(s->cycle);
-  s->f_old = s->f;
+  s->f_old = s->f, s->f_old_clear = PETSC_FALSE;
   s->f = swap;
   PetscCall(Forces(m, stage->joints, contacts, s, NULL));
   EnergyOfContacts(m, contacts, energy);

@@ -18,17 +18,23 @@ typedef struct {
 
 KERNEL void BinAddLanes(const Bins *bins, Lanes x, Lanes sum[2])
 {
+#ifdef PLAIN_SUMS // for bench_plain_sums: what sums with the same bits in any order cost
+  (void)bins, sum[0] += x;
+  return;
+#endif
   const Lanes high = (x + bins->a[0]) - bins->a[0], rest = x - high;
   sum[0] += high;
   sum[1] += (rest + bins->a[1]) - bins->a[1];
 }
 
-/* LANES degrees of freedom. in_q: NULL when all enter the quotient. */
-KERNEL void MoveLanes(Sweep *w, const PetscReal *f_now, const PetscReal *f_old, const PetscReal *f_ext,
+/* LANES degrees of freedom. in_q: NULL when all enter the quotient. f_old has done its work then and is
+   cleared for the forces of the next cycle while it is in the cache. */
+KERNEL void MoveLanes(Sweep *w, const PetscReal *f_now, PetscReal *f_old, const PetscReal *f_ext,
                       const PetscReal *mass, const PetscReal *m_inv, const PetscReal *in_q, PetscReal *v_at,
                       PetscReal *u_at)
 {
   const Lanes f = LoadLanes(f_now), df = f - LoadLanes(f_old), v = LoadLanes(v_at);
+  StoreLanes(f_old, LanesOf(0.));
   // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see relax.c
   Lanes num = v * df, den = LoadLanes(mass) * v * v;
   if (in_q) num *= LoadLanes(in_q), den *= LoadLanes(in_q);
@@ -44,11 +50,13 @@ KERNEL void MoveLanes(Sweep *w, const PetscReal *f_now, const PetscReal *f_old, 
 }
 
 /* The last n < LANES of them, by way of copies filled up with zeros. */
-static void MoveRest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *v, PetscReal *u)
+static void MoveRest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *f_old, PetscReal *v,
+                     PetscReal *u)
 {
   PetscReal copy[8][LANES] = {{0.}};
   for (int i = 0; i < 6; i++)
     if (in[i]) memcpy(copy[i], in[i], n * sizeof(PetscReal));
+  memset(f_old, 0, n * sizeof(PetscReal));
   memcpy(copy[6], v, n * sizeof(PetscReal));
   memcpy(copy[7], u, n * sizeof(PetscReal));
   MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], in[5] ? copy[5] : NULL, copy[6], copy[7]);
@@ -72,7 +80,7 @@ KERNEL void Move_code(const Model *m, State *s, PetscInt from, PetscInt to, Swee
   if (d < to) {
     const PetscReal *const in[6] = {s->f + d, s->f_old + d, s->f_ext + d,
                                     s->m + d, s->m_inv + d, q ? q + d : NULL};
-    MoveRest(&sums, to - d, in, s->v + d, s->u + d);
+    MoveRest(&sums, to - d, in, s->f_old + d, s->v + d, s->u + d);
   }
   *w = sums;
 }
@@ -101,4 +109,5 @@ void Integrate(const Model *m, State *state, const QuotientSums *last, QuotientS
 {
   *sums = (QuotientSums){{0., 0.}, {0., 0.}, 0., 0.};
   IntegrateRange(m, state, last, 0, m->n_dof, sums);
+  state->f_old_clear = PETSC_TRUE;
 }

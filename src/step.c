@@ -112,19 +112,27 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
   }
 }
 
-/* The ghost exchange and the forces of contacts, which come first at every vertex. keep: the contacts' arrays
-   of the last evaluation are written as well. */
+/* f before forces are added to it; inner vertices of condensed bodies keep theirs. dofs: at degrees of
+   freedom too. */
+static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
+{
+  PetscReal *f_vertex = f + 3 * m->n_bodies;
+  if (dofs) memset(f, 0, m->n_dof * sizeof *f);
+  memset(f_vertex + 2 * m->n_deformable, 0, 2 * (m->n_moving - m->n_deformable) * sizeof *f);
+  memset(f_vertex + 2 * m->n_owned, 0, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES) * sizeof *f);
+}
+
+/* The ghost exchange and the forces of contacts, which come first at every vertex. clear: f is zero at
+   degrees of freedom; keep: the contacts' arrays of the last evaluation are written as well. */
 static PetscErrorCode contact_forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
-                                     PetscBool keep, PetscReal *contact_scale)
+                                     PetscBool clear, PetscBool keep, PetscReal *contact_scale)
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
   // what the other ranks' vertices did
   PetscCall(PartBegin(PART_EXCHANGE));
   PetscCall(GhostBegin(m, state->u + at));
-  PetscCall(PetscArrayzero(state->f, at + 2 * m->n_moving)); // inner vertices of condensed bodies: untouched
-  PetscCall(
-      PetscArrayzero(state->f + at + 2 * m->n_owned, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES)));
+  clear_forces(m, (PetscBool)!clear, state->f);
   PetscCall(GhostEnd(m, state->u + at));
   PetscCall(PartEnd(PART_EXCHANGE));
   PetscCall(PartBegin(PART_CONTACTS));
@@ -142,7 +150,7 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  PetscCall(contact_forces(m, joints, contacts, state, PETSC_TRUE, contact_scale));
+  PetscCall(contact_forces(m, joints, contacts, state, PETSC_FALSE, PETSC_TRUE, contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
   CondensedForces(m, state->u + at, state->f + at);
   PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
@@ -172,13 +180,16 @@ static void move_vertices(const Model *m, State *state, const QuotientSums *last
 PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts, State *state,
                     Relaxation *relax, PetscReal *contact_scale)
 {
+  const PetscBool clear = state->f_old_clear; // since the cycle before
   PetscReal *swap = state->f_old;
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
   PartSample(state->cycle);
   state->f_old = state->f;
   state->f = swap;
-  PetscCall(contact_forces(m, joints, contacts, state, (PetscBool)(contact_scale != NULL), contact_scale));
+  state->f_old_clear = PETSC_FALSE;
+  PetscCall(
+      contact_forces(m, joints, contacts, state, clear, (PetscBool)(contact_scale != NULL), contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
   CondensedForces(m, state->u + 3 * m->n_bodies, state->f + 3 * m->n_bodies);
   move_vertices(m, state, &relax->sums, &local);
@@ -186,7 +197,8 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   PetscCall(PartBegin(PART_RIGID));
   RigidForces(m, state->u, state->f);                                 // (15)
   IntegrateRange(m, state, &relax->sums, 0, 3 * m->n_bodies, &local); // (11)-(20)
-  RigidMotion(m, state->u);                                           // (21)-(22)
+  state->f_old_clear = PETSC_TRUE;
+  RigidMotion(m, state->u); // (21)-(22)
   PetscCall(PartEnd(PART_RIGID));
   PetscCall(PartBegin(PART_DAMPING));
   PetscCall(Damping(scene, m, state, relax, &local)); // (35)-(38), for the next cycle

@@ -441,9 +441,10 @@ typedef struct {
                        rigid.c, ghost.c */
   PetscReal *v;     /* [m/s, rad/s] velocity at the half step; integrate.c */
   PetscReal *f;     /* [N, N m] resisting force; element.c, contact_force.c, rigid.c */
-  PetscReal *f_old; /* [N, N m] that of the cycle before (the two pointers swap) */
-  PetscReal *f_ext; /* [N, N m] applied force, what acts inside condensed bodies passed on to their kept
-                       vertices; at inner vertices what acts there; loads.c, condense.c */
+  PetscReal *f_old; /* [N, N m] that of the cycle before (the two pointers swap); integrate.c clears it */
+  PetscBool f_old_clear; /* f_old is zero at all degrees of freedom */
+  PetscReal *f_ext;      /* [N, N m] applied force, what acts inside condensed bodies passed on to their kept
+                            vertices; at inner vertices what acts there; loads.c, condense.c */
   PetscReal
       *passed;  /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex itself;
                    NULL: no condensed bodies; written at the end of a stage or trial by condense.c */
