@@ -257,7 +257,7 @@ static PetscErrorCode RankBodies(const BlockMesh *mesh, const PetscInt *vertex_b
   BodyBoxes(mesh, vertex_body, box, all);
   const int across = all[2] - all[0] >= all[3] - all[1] ? 0 : 1; /* the sweep goes this way */
   for (PetscInt i = 0; i < n; i++) size[i] = box[4 * i + 2 + across] - box[4 * i + across];
-  PetscCall(PetscSortReal(n, size));
+  PetscCall(PetscRealSortSemiOrdered(n, size));
   const PetscReal thick = size[n / 2];
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal *b = box + 4 * i;

@@ -351,7 +351,7 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
   ChunkMotion motion = {0., 0., 0., 0.};
   PetscFunctionBeginUser;
   for (int i = 3; i > 0; i--) r->median[i] = r->median[i - 1], r->rate[i] = r->rate[i - 1];
-  PetscCall(PetscSortReal(r->n_ratios, r->ratios));
+  PetscCall(PetscRealSortSemiOrdered(r->n_ratios, r->ratios));
   r->median[0] = r->ratios[r->n_ratios / 2];
   PetscCall(chunk_motion(m, state, r, &motion));
   r->rate[0] = motion.norm / (state->cycle - r->chunk_start);

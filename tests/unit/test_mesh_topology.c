@@ -231,6 +231,30 @@ static PetscErrorCode TestBodiesAreNeighbours(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Many bodies of one size, in the order of the sweep already: the worst of a sort that divides by a value. */
+static PetscErrorCode TestReorderAlike(void)
+{
+  enum { N = 200000, ROW = 400 };
+  BlockMesh mesh;
+  PetscInt *blocks, moved = 0;
+  PetscReal *X;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(4 * N, &blocks, 8 * N, &X));
+  for (int i = 0; i < 4 * N; i++) {
+    const int block = i / 4, k = i % 4;
+    blocks[i] = i;
+    X[2 * i] = block / ROW + (k == 1 || k == 2), X[2 * i + 1] = block % ROW + (k >= 2);
+  }
+  PetscCall(BareMesh(4 * N, X, N, blocks, &mesh));
+  PetscCall(MeshReorder(&mesh));
+  for (PetscInt b = 0; b < N; b++) moved += mesh.block_file[b] != b;
+  ENSURE(moved == 0);
+  PetscCall(MeshDestroy(&mesh));
+  PetscCall(PetscFree2(blocks, X));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets and points keep naming the same faces and places. */
 static PetscErrorCode TestReorderSets(void)
 {
@@ -263,6 +287,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestOuterFaces);
   RUN_TEST(TestReorderWall);
   RUN_TEST(TestBodiesAreNeighbours);
+  RUN_TEST(TestReorderAlike);
   RUN_TEST(TestReorderSets);
   const int failed = CheckSummary();
   PetscCall(PetscFinalize());
