@@ -230,8 +230,8 @@ static PetscReal force_difference(const StageFields *a, const StageFields *b)
     for (int k = 0; k < 2 && ca && cb && !order; k++)
       order = (ca->face[k] > cb->face[k]) - (ca->face[k] < cb->face[k]);
     PetscReal Fa[2] = {0., 0.}, Fb[2] = {0., 0.};
-    if (order <= 0) resultant(ca, Fa), i++;
-    if (order >= 0) resultant(cb, Fb), j++;
+    if (ca && order <= 0) resultant(ca, Fa), i++;
+    if (cb && order >= 0) resultant(cb, Fb), j++;
     sum += PetscHypotReal(Fb[0], Fb[1]);
     apart += PetscHypotReal(Fa[0] - Fb[0], Fa[1] - Fb[1]);
   }

@@ -242,7 +242,9 @@ static inline PetscErrorCode EnsureRefused(const Sketch *s, const char *yaml, co
   Fixture f;
   PetscFunctionBeginUser;
   fixture_refusal = fragment;
+  LEAKS_ALLOWED();
   const PetscErrorCode code = FixtureOpen(PETSC_COMM_WORLD, s, &f, "%s", yaml);
+  LEAKS_COUNT();
   fixture_refusal = NULL;
   ENSURE(code == PETSC_ERR_USER_INPUT);
   ENSURE(strstr(fixture_message, fragment) != NULL);

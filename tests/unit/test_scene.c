@@ -289,7 +289,9 @@ static PetscErrorCode TestBadInput(void)
 
   for (size_t i = 0; i < sizeof bad_input / sizeof bad_input[0]; i++) {
     Change(bad_input[i].from, bad_input[i].to, text);
+    LEAKS_ALLOWED();
     PetscCall(Read(text, bad_input[i].options, &s));
+    LEAKS_COUNT();
     EnsureMessage(bad_input[i].expected, bad_input[i].to[0] ? bad_input[i].to : bad_input[i].options);
     PetscCall(SceneDestroy(&s));
   }
