@@ -123,7 +123,7 @@ def draw_size(rows):
                     value = np.array([float(r[key]) for r in own]) * 2**20
                     slope = np.diff(value)[-1] / np.diff(n)[-1]
                     axes[2].loglog(n, value / n, "o" + mark, color=colour,
-                                   label=f"{what}, {'in cycles' if mark == '-' else 'peak'}: {slope:.0f} B more a block")
+                                   label=f"{what}, {'median after set-up' if mark == '-' else 'peak'}: {slope:.0f} B more a block")
     axes[0].set(xlabel="blocks", ylabel="processor time of a cycle per rank [ms]", title="Cycle")
     axes[1].set(xlabel="blocks", ylabel="from reading to the first cycle [s]", title="Set-up")
     axes[1].axhline(30, color="grey", lw=0.8)
@@ -155,9 +155,9 @@ def draw_ranks(rows):
             ticks.append(f"{blocks}\n1 rank, 2 ranks")
         axis.axhline(0.5, color="grey", lw=0.8)
         axis.set_xticks(range(len(ticks)), ticks)
-        axis.set(xlabel="blocks", ylim=(0, 1.25), ylabel="time of a cycle over that of 1 rank [-]",
+        axis.set(xlabel="blocks", ylim=(0, 1.3), ylabel="time of a cycle over that of 1 rank [-]",
                  title={"block": "One body", "wall": "Single blocks with joints"}[scene])
-    axes[0].legend(fontsize=8, title="part of the cycle")
+    axes[0].legend(fontsize=8, ncol=len(CYCLE), loc="upper center")
     figure.savefig(IMAGES / "scaling_ranks.png", dpi=130)
 
 
