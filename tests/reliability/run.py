@@ -9,6 +9,7 @@ disk of their own are left out where tmpfs cannot be mounted."""
 
 import argparse
 import contextlib
+import copy
 import itertools
 import json
 import os
@@ -107,11 +108,12 @@ class Bench:
         self.lengths: dict = {}
 
     def prepare(self, name, change=None):
-        """A new folder with a scene and its mesh; change(scene): in place."""
+        """A new folder with a scene and its mesh; change(scene): in place, for this folder."""
         folder = self.folder / f"{next(self.numbers):03d}_{name}"
         folder.mkdir(parents=True)
         mesh, scene = scenes.ALL[name]()
         if change:
+            scene = copy.deepcopy(scene)  # scenes share their parts
             change(scene)
         write(str(folder / "model.h5"), mesh)
         (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
