@@ -217,7 +217,7 @@ static PetscErrorCode can_slip(const Model *m, const Stage *stage, const Contact
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded && !mine; i++)
     mine = (PetscBool)(stage->joints[c->joint[i]].law != LAW_ELASTIC);
-  PetscCallMPI(MPI_Allreduce(&mine, slips, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  PetscCallMPI(MPI_Allreduce(&mine, slips, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
