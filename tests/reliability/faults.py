@@ -191,9 +191,11 @@ def damaged(bench, flips=20):
             ensure(code == RESTART, f"{files[-1]}: exit code {code}: {error}")
             one_line(error, "damaged" if len(good) == files[-1].stat().st_size else "")
     files[-2].write_bytes(b"")
-    code, out, error = bench.run(folder, 2, "-restart", "auto")
+    code, out, error = bench.run(folder, 2, "-restart", "auto", "-checkpoint_keep", 2)
     ensure(code == OK and "goes on from" in out and error.count("is passed over") == 2, f"{folder}: {code} {error}")
     same(bench, folder, "static")
+    kept = sorted((folder / "out" / "checkpoints").glob("*"))
+    ensure(len(kept) == 2 and kept[-1].name > files[-1].name, f"{folder}: the newest two checkpoints stay, not {kept}")
     for path in (folder / "out" / "checkpoints").glob("*.h5"):
         path.write_bytes(path.read_bytes()[:-1])
     code, _, error = bench.run(folder, 1, "-restart", "out")
