@@ -164,6 +164,19 @@ PetscErrorCode CheckpointDetach(Checkpoint *c)
 
 /* ---- writing */
 
+/* Rank 0. A folder that somebody removes while the file is written is made again, once. */
+static PetscErrorCode write_file(const Checkpoint *c, const Archive *archive, const char *path,
+                                 char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  for (int attempt = 0; attempt < 2; attempt++) {
+    message[0] = '\0';
+    if (!FolderMake(c->folder, message)) PetscCall(ArchiveWriteFile(archive, path, message));
+    if (!message[0] || !access(c->folder, F_OK)) break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
 {
   Archive archive;
@@ -178,8 +191,8 @@ PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
     path_of(c->folder, ++c->number, path);
     if (archive.message[0])
       PetscCall(PetscStrncpy(message, archive.message, sizeof(message)));
-    else if (!FolderMake(c->folder, message))
-      PetscCall(ArchiveWriteFile(&archive, path, message));
+    else
+      PetscCall(write_file(c, &archive, path, message));
     if (!message[0]) {
       PetscCall(PetscStrncpy(c->last, path, sizeof(c->last)));
       rotate(c->folder, c->number, c->scene->checkpoint_keep);
