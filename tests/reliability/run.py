@@ -267,12 +267,15 @@ def soak(bench, cycles):
     job = bench.job(folder, 2, "-checkpoint_every", max(1, cycles // 50), "-checkpoint_keep", keep, "-checkpoint_minutes", 0)
     samples = []
     while job.process.poll() is None:
-        time.sleep(1.0)
+        time.sleep(0.1)
         samples.append(memory_of(job.ranks()))
     code, out, error = job.end()
     assert code == 0, error
-    samples = [kb for kb in samples if kb][5:]
-    early, late = samples[len(samples) // 10], max(samples[-len(samples) // 10:-1])
+    samples = [kb for kb in samples if kb][:-1]  # the last is of ranks that end
+    assert len(samples) >= 50, f"{folder}: memory looked at {len(samples)} times only: more cycles"
+    tenth = len(samples) // 10
+    early, late = samples[tenth], max(samples[-tenth:])
+    assert late < 1.05 * early, f"{folder}: memory grows from {early} to {late} kB"
     summary = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))["stages"][-1]
     files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
     for path in files:
@@ -285,7 +288,7 @@ def soak(bench, cycles):
 
 def bad_input(quoin):
     """The catalogue, on 1 and 2 ranks."""
-    command = [sys.executable, HERE.parent / "verification" / "bad_input" / "catalogue.py", "--quoin", quoin, "--write"]
+    command = [sys.executable, HERE.parent / "verification" / "bad_input" / "catalogue.py", "--quoin", quoin, "--ranks", "1", "2"]
     done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(scenes.ROOT / "tools")})
     assert done.returncode == 0, done.stdout + done.stderr
     return [f"{done.stdout.split()[0]} wrong scenes, options, meshes and files, each on 1 and 2 ranks: refused in one line, exit code 2"]

@@ -2,6 +2,7 @@
 """The catalogue of bad input: every wrong scene and block mesh of the tests, the message it gets and the exit code.
 
     tests/verification/bad_input/catalogue.py --quoin build/quoin                      check docs/bad_input.md on 1 rank
+    tests/verification/bad_input/catalogue.py --quoin build/quoin --ranks 1 2          on 1 and 2
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
 Scenes: one fault each in the good scene of tests/unit/test_scene.c, as listed in tests/unit/scene_faults.h. Meshes: one
@@ -234,7 +235,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", type=Path, default=ROOT / "build" / "quoin")
     parser.add_argument("--write", action="store_true", help="write docs/bad_input.md, tried on 1 and 2 ranks")
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1])
     arguments = parser.parse_args()
+    ranks_tried = (1, 2) if arguments.write else arguments.ranks
     quoin = str(arguments.quoin.resolve())
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
         entries = prepare(Path(folder))
@@ -242,7 +245,7 @@ def main():
         def tried(entry):
             _, what, place, options = entry
             try:
-                said = {message_of(quoin, place, options, ranks) for ranks in ((1, 2) if arguments.write else (1,))}
+                said = {message_of(quoin, place, options, ranks) for ranks in ranks_tried}
                 return said.pop() if len(said) == 1 else ValueError(f"ranks differ: {said}")
             except ValueError as error:
                 return ValueError(f"{what}: {error}")
