@@ -4,13 +4,13 @@
 #include "attempt.h"
 #include <sys/resource.h>
 
-enum { MOST_VARIANTS = 16, MOST_RIGID = 4, WORDS = 64, TEXT = 4096 };
+enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH };
 static const double PAYS = 1.2; /* times as fast, to be worth a word */
 
 /* The scene with something changed. */
 typedef struct {
   char what[128];
-  char options[TEXT]; /* "-key\nvalue\n" ... */
+  char *options; /* "-key\nvalue\n" ... */
   Attempt attempt;
   PetscReal difference[2]; /* of AttemptDifference, from the scene as it is; rank 0 */
 } Variant;
@@ -22,25 +22,32 @@ typedef struct {
   MethodKind method; /* as the scene has it */
   const Model *m;
   Attempt base;
+  PetscInt most_options; /* of a variant: each of OPTION bytes at most */
   PetscInt n;
-  Variant *variant;
+  Variant variant[MOST_VARIANTS];
 } Advisor;
 
 /* ---- what may be changed */
 
-static Variant *add_variant(Advisor *a, const char *what)
+static PetscErrorCode add_variant(Advisor *a, const char *what, Variant **variant)
 {
-  Variant *v = a->variant + a->n;
-  if (a->n < MOST_VARIANTS - 1) a->n++;
-  memset(v, 0, sizeof(*v));
-  snprintf(v->what, sizeof(v->what), "%s", what);
-  return v;
+  Variant *v = a->variant + a->n++;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(v, sizeof(*v)));
+  PetscCall(PetscStrncpy(v->what, what, sizeof(v->what)));
+  PetscCall(PetscCalloc1(a->most_options * OPTION, &v->options));
+  *variant = v;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode drop_variant(Advisor *a)
+{
+  return PetscFree(a->variant[--a->n].options);
 }
 
 static void add_option(Variant *v, const char *section, const char *name, const char *key, const char *value)
 {
-  const size_t n = strlen(v->options);
-  snprintf(v->options + n, TEXT - n, "-%s_%s_%s\n%s\n", section, name, key, value);
+  snprintf(v->options + strlen(v->options), OPTION, "-%s_%s_%s\n%s\n", section, name, key, value);
 }
 
 static PetscBool has_kind(const Scene *scene, PetscBool (*is)(const Stage *))
@@ -60,22 +67,23 @@ static PetscBool is_variable(const Stage *s)
 }
 
 /* Simpler distributions of stress along the contacts. */
-static void stress_variants(Advisor *a)
+static PetscErrorCode stress_variants(Advisor *a)
 {
   static const StressModelKind simpler[] = {STRESS_T2PT, STRESS_PT};
+  PetscFunctionBeginUser;
   for (size_t i = 0; i < sizeof(simpler) / sizeof(simpler[0]); i++) {
     char what[64];
-    PetscBool any = PETSC_FALSE;
+    Variant *v;
     snprintf(what, sizeof(what), "joints: %s", StressModels[simpler[i]]);
-    Variant *v = add_variant(a, what);
+    PetscCall(add_variant(a, what, &v));
     for (PetscInt j = 0; j < a->scene->n_joints; j++) {
       const Joint *joint = a->scene->joints + j;
       if (!joint->defined || joint->stress_model == simpler[i] || joint->stress_model == STRESS_PT) continue;
       add_option(v, "joints", joint->name, "stress_model", StressModels[simpler[i]]);
-      any = PETSC_TRUE;
     }
-    if (!any) a->n--;
+    if (!v->options[0]) PetscCall(drop_variant(a));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscBool is_plain(const Material *g)
@@ -84,62 +92,68 @@ static PetscBool is_plain(const Material *g)
 }
 
 /* Blocks of one point, condensed bodies, rigid groups. */
-static void material_variants(Advisor *a)
+static PetscErrorCode material_variants(Advisor *a)
 {
   const Scene *scene = a->scene;
   const char *const element[] = {"bending", "reduced"};
   PetscInt plain = 0, full = 0;
+  char what[128];
+  Variant *v;
+  PetscFunctionBeginUser;
   for (PetscInt g = 0; g < scene->n_materials; g++) {
     plain += is_plain(scene->materials + g);
     full += is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL;
   }
   for (int e = 0; e < 2 && full && a->m->q4.n_padded; e++) {
-    char what[64];
     snprintf(what, sizeof(what), "blocks: %s", element[e]);
-    Variant *v = add_variant(a, what);
+    PetscCall(add_variant(a, what, &v));
     for (PetscInt g = 0; g < scene->n_materials; g++)
       if (is_plain(scene->materials + g))
         add_option(v, "materials", scene->materials[g].name, "element", element[e]);
   }
   if (plain && !has_kind(scene, is_dynamic) && !has_kind(scene, is_variable)) {
-    Variant *v = add_variant(a, "bodies: condensed");
+    PetscCall(add_variant(a, "bodies: condensed", &v));
     for (PetscInt g = 0; g < scene->n_materials; g++)
       if (is_plain(scene->materials + g))
         add_option(v, "materials", scene->materials[g].name, "condensed", "true");
   }
   for (PetscInt g = 0; g < scene->n_materials && g < MOST_RIGID; g++) {
-    char what[128];
     if (scene->materials[g].rigid) continue;
     snprintf(what, sizeof(what), "rigid: %s", scene->materials[g].name);
-    Variant *v = add_variant(a, what);
+    PetscCall(add_variant(a, what, &v));
     add_option(v, "materials", scene->materials[g].name, "rigid", "true");
     if (scene->materials[g].condensed)
       add_option(v, "materials", scene->materials[g].name, "condensed", "false");
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void strain_variant(Advisor *a)
+static PetscErrorCode strain_variant(Advisor *a)
 {
+  Variant *v;
+  PetscFunctionBeginUser;
   if (a->scene->strain == STRAIN_SMALL || has_kind(a->scene, is_dynamic) || has_kind(a->scene, is_variable))
-    return;
-  snprintf(add_variant(a, "strain: small")->options, TEXT, "-strain\nsmall\n");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(add_variant(a, "strain: small", &v));
+  PetscCall(PetscStrncpy(v->options, "-strain\nsmall\n", OPTION));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Reads and tries a variant: argv of the run, then its options. */
 static PetscErrorCode try_variant(Advisor *a, const char *scene_file, int argc, char **argv, Variant *v)
 {
-  char text[TEXT], **words;
+  char *text, **words;
   int n = argc;
   PetscFunctionBeginUser;
-  PetscCall(PetscStrncpy(text, v->options, TEXT));
-  PetscCall(PetscMalloc1(argc + WORDS, &words));
+  PetscCall(PetscStrallocpy(v->options, &text));
+  PetscCall(PetscMalloc1(argc + 2 * a->most_options, &words));
   for (int i = 0; i < argc; i++) words[i] = argv[i];
-  for (char *word = strtok(text, "\n"); word && n < argc + WORDS; word = strtok(NULL, "\n"))
-    words[n++] = word;
+  for (char *word = strtok(text, "\n"); word; word = strtok(NULL, "\n")) words[n++] = word;
   PetscCall(AttemptRun(a->comm, scene_file, n, words, &v->attempt));
   if (!a->rank && !v->attempt.refused[0]) AttemptDifference(&v->attempt, &a->base, v->difference);
   PetscCallMPI(MPI_Bcast(v->difference, 2, MPIU_REAL, 0, a->comm));
   PetscCall(PetscFree(words));
+  PetscCall(PetscFree(text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,15 +306,15 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
   Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
+  a.most_options = 2 * scene->n_materials + scene->n_joints + 1;
   PetscCall(AttemptMeasure(q, &a.base));
   PetscCall(print_memory(&a));
   PetscCall(print_stages(&a));
   PetscCall(print_connectivity(&a));
-  PetscCall(PetscCalloc1(MOST_VARIANTS, &a.variant));
   if (a.base.solved) {
-    stress_variants(&a);
-    material_variants(&a);
-    strain_variant(&a);
+    PetscCall(stress_variants(&a));
+    PetscCall(material_variants(&a));
+    PetscCall(strain_variant(&a));
     PetscCall(
         PetscPrintf(a.comm,
                     "\nleft out, stages that are not dynamic; change: of displacements over the largest, of "
@@ -315,8 +329,10 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
     PetscCall(print_cheapest(&a, "displacements and joint forces", PETSC_TRUE));
     PetscCall(print_cheapest(&a, "joint forces alone", PETSC_FALSE));
   }
-  for (PetscInt i = 0; i < a.n; i++) PetscCall(AttemptDestroy(&a.variant[i].attempt));
+  for (PetscInt i = 0; i < a.n; i++) {
+    PetscCall(AttemptDestroy(&a.variant[i].attempt));
+    PetscCall(PetscFree(a.variant[i].options));
+  }
   PetscCall(AttemptDestroy(&a.base));
-  PetscCall(PetscFree(a.variant));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
@@ -19,6 +20,7 @@ from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.dam import dam_mesh  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.stacks import column  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
 
@@ -154,6 +156,40 @@ def test_in_time(tmp_path):
     assert run(case, tmp_path)[1] == 0
     with open(tmp_path / "out" / "summary.json", encoding="utf-8") as file:
         assert abs(steps - json.load(file)["stages"][0]["cycles"]) <= 1
+
+
+def test_many_groups(tmp_path):
+    """However many groups, the options of a change are whole: each block of a column of 40 is a group of its own."""
+    mesh, n = column(40, rigid=False), 40
+    block = mesh.group_names.index("block")
+    own = np.flatnonzero(mesh.block_group == block)
+    assert len(own) == n
+    mesh.group_names = [f"course_of_stones_{i}" for i in range(n)] + [name for name in mesh.group_names if name != "block"]
+    mesh.group_rigid = np.array([0] * n + [1], dtype=np.int32)
+    mesh.block_group[mesh.block_group != block] = n
+    mesh.block_group[own] = np.arange(n)[::-1]  # the lowest block, which alone is squeezed at its foot, comes last
+    write(str(tmp_path / "model.h5"), mesh)
+    stone = {"density": 2400, "young": 10e9, "poisson": 0.2}
+    scene = {"model": "model.h5", "materials": dict.fromkeys(mesh.group_names[:n], stone) | {"base": {"density": 0, "rigid": True}},
+             "joints": {"default": {"k_n": 1e12, "k_s": 1e12, "friction": 45}}, "supports": {"base": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight"}}, "stages": [{"weight": {"loads": ["weight"]}}]}  # fmt: skip
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    def run_here(*options):
+        done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-relaxation_method", "preconditioned", *options], cwd=tmp_path,
+                              capture_output=True, text=True)  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def moved(*options):
+        run_here("-output", "out", *options)
+        return np.asarray(Results(str(tmp_path / "out")).stage("weight").displacement)
+
+    reduced = [word for name in mesh.group_names[:n] for word in (f"-materials_{name}_element", "reduced")]
+    full, other = moved(), moved(*reduced)
+    change = np.linalg.norm(other - full, axis=1).max() / np.linalg.norm(full, axis=1).max()
+    half = moved(*reduced[: len(reduced) // 2])
+    assert np.linalg.norm(half - other, axis=1).max() > 0.1 * np.linalg.norm(other - full, axis=1).max()
+    assert Advice(run_here("-advise", "0.01")).changes["blocks: reduced"][3] == pytest.approx(100 * change, rel=0.02)
 
 
 def test_bad_accuracy(tmp_path):
