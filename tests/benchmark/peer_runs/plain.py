@@ -36,15 +36,15 @@ class Cholesky:
     """Supernodal factor of the lower half (scipy csc, sorted) of a symmetric positive definite matrix."""
 
     def __init__(self, lower):
-        self.library = ctypes.CDLL("libcholmod.so.3")
+        self.cholmod = ctypes.CDLL("libcholmod.so.3")
         for name in ("cholmod_analyze", "cholmod_solve"):
-            getattr(self.library, name).restype = ctypes.c_void_p
+            getattr(self.cholmod, name).restype = ctypes.c_void_p
         self.common = ctypes.create_string_buffer(16384)  # larger than cholmod_common
-        self.library.cholmod_start(self.common)
+        self.cholmod.cholmod_start(self.common)
         self.sparse = Sparse(*lower.shape, lower.nnz, lower.indptr.ctypes.data, lower.indices.ctypes.data, None,
                              lower.data.ctypes.data, None, -1, 0, 1, 0, 1, 1)  # fmt: skip
-        self.factor = ctypes.c_void_p(self.library.cholmod_analyze(ctypes.byref(self.sparse), self.common))
-        if not self.library.cholmod_factorize(ctypes.byref(self.sparse), self.factor, self.common):
+        self.factor = ctypes.c_void_p(self.cholmod.cholmod_analyze(ctypes.byref(self.sparse), self.common))
+        if not self.cholmod.cholmod_factorize(ctypes.byref(self.sparse), self.factor, self.common):
             raise RuntimeError("CHOLMOD: the factorisation failed")
 
     def solve(self, right):
@@ -52,10 +52,10 @@ class Cholesky:
         right = np.asfortranarray(right)
         columns = right.shape[1] if right.ndim == 2 else 1
         dense = Dense(len(right), columns, right.size, len(right), right.ctypes.data, None, 1, 0)
-        answer = ctypes.c_void_p(self.library.cholmod_solve(0, self.factor, ctypes.byref(dense), self.common))
+        answer = ctypes.c_void_p(self.cholmod.cholmod_solve(0, self.factor, ctypes.byref(dense), self.common))
         values = ctypes.cast(ctypes.cast(answer, ctypes.POINTER(Dense)).contents.x, ctypes.POINTER(ctypes.c_double))
         values = np.ctypeslib.as_array(values, (right.size,)).copy()
-        self.library.cholmod_free_dense(ctypes.byref(answer), self.common)
+        self.cholmod.cholmod_free_dense(ctypes.byref(answer), self.common)
         return values.reshape(right.shape, order="F")
 
 
