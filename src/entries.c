@@ -56,7 +56,7 @@ const char *NextItem(const char *list, char item[LABEL_LENGTH])
 }
 
 // a dot of the scene file is an underscore on the command line
-static PetscBool KeysAreEqual(const char *a, const char *b)
+static PetscBool keys_are_equal(const char *a, const char *b)
 {
   for (; *a && *b; a++, b++)
     if ((*a == '.' ? '_' : *a) != (*b == '.' ? '_' : *b)) return PETSC_FALSE;
@@ -66,11 +66,11 @@ static PetscBool KeysAreEqual(const char *a, const char *b)
 Entry *EntriesFind(const Entries *list, const char *key)
 {
   for (PetscInt i = 0; i < list->n; i++)
-    if (KeysAreEqual(list->entries[i].key, key)) return &list->entries[i];
+    if (keys_are_equal(list->entries[i].key, key)) return &list->entries[i];
   return NULL;
 }
 
-static PetscErrorCode EntriesAdd(Entries *list, const char *key, const char *value, EntryKind kind, int line)
+static PetscErrorCode entries_add(Entries *list, const char *key, const char *value, EntryKind kind, int line)
 {
   PetscFunctionBeginUser;
   if (list->n == list->capacity) {
@@ -121,9 +121,9 @@ typedef struct {
   char *message;
 } Walk;
 
-static PetscErrorCode WalkNode(Walk *w, int id, const char *key, int line, int depth);
+static PetscErrorCode walk_node(Walk *w, int id, const char *key, int line, int depth);
 
-static PetscErrorCode WalkPair(Walk *w, yaml_node_pair_t pair, const char *parent, int depth)
+static PetscErrorCode walk_pair(Walk *w, yaml_node_pair_t pair, const char *parent, int depth)
 {
   yaml_node_t *name = yaml_document_get_node(&w->document, pair.key);
   int line = (int)name->start_mark.line + 1;
@@ -142,22 +142,22 @@ static PetscErrorCode WalkPair(Walk *w, yaml_node_pair_t pair, const char *paren
   if (twin) Complain(w->message, w->file, line, key, "duplicate key, given in line %d already", twin->line);
   if (depth > DEEPEST) Complain(w->message, w->file, line, key, "nested too deeply");
   if (w->list->n > MOST_ENTRIES) Complain(w->message, w->file, line, key, "more than %d keys", MOST_ENTRIES);
-  if (!w->message[0]) PetscCall(WalkNode(w, pair.value, key, line, depth));
+  if (!w->message[0]) PetscCall(walk_node(w, pair.value, key, line, depth));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WalkMapping(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
+static PetscErrorCode walk_mapping(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
 {
   PetscFunctionBeginUser;
-  if (key[0]) PetscCall(EntriesAdd(w->list, key, "", ENTRY_SECTION, line));
+  if (key[0]) PetscCall(entries_add(w->list, key, "", ENTRY_SECTION, line));
   yaml_node_pair_t *pair = node->data.mapping.pairs.start;
   for (; pair < node->data.mapping.pairs.top && !w->message[0]; pair++)
-    PetscCall(WalkPair(w, *pair, key, depth + 1));
+    PetscCall(walk_pair(w, *pair, key, depth + 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 // a list of values, or a list of one-key mappings, which is an ordered section
-static PetscErrorCode WalkSequence(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
+static PetscErrorCode walk_sequence(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
 {
   yaml_node_item_t *first = node->data.sequence.items.start, *end = node->data.sequence.items.top;
   size_t length = 1;
@@ -175,38 +175,38 @@ static PetscErrorCode WalkSequence(Walk *w, yaml_node_t *node, const char *key, 
     Complain(w->message, w->file, line, key,
              "a list must hold plain values only, or items with one name each ('- name: {..}')");
   } else if (n_pairs) {
-    PetscCall(EntriesAdd(w->list, key, "", ENTRY_SECTION, line));
+    PetscCall(entries_add(w->list, key, "", ENTRY_SECTION, line));
     for (yaml_node_item_t *i = first; i < end && !w->message[0]; i++)
       PetscCall(
-          WalkPair(w, *yaml_document_get_node(&w->document, *i)->data.mapping.pairs.start, key, depth + 1));
+          walk_pair(w, *yaml_document_get_node(&w->document, *i)->data.mapping.pairs.start, key, depth + 1));
   } else {
     PetscCall(PetscCalloc1(length, &value));
     for (yaml_node_item_t *i = first; i < end; i++) {
       if (i > first) strcat(value, ",");
       strcat(value, (const char *)yaml_document_get_node(&w->document, *i)->data.scalar.value);
     }
-    PetscCall(EntriesAdd(w->list, key, value, ENTRY_LIST, line));
+    PetscCall(entries_add(w->list, key, value, ENTRY_LIST, line));
     PetscCall(PetscFree(value));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WalkNode(Walk *w, int id, const char *key, int line, int depth)
+static PetscErrorCode walk_node(Walk *w, int id, const char *key, int line, int depth)
 {
   yaml_node_t *node = yaml_document_get_node(&w->document, id);
 
   PetscFunctionBeginUser;
   if (node->type == YAML_SCALAR_NODE)
-    PetscCall(EntriesAdd(w->list, key, (const char *)node->data.scalar.value, ENTRY_VALUE, line));
+    PetscCall(entries_add(w->list, key, (const char *)node->data.scalar.value, ENTRY_VALUE, line));
   else if (node->type == YAML_MAPPING_NODE)
-    PetscCall(WalkMapping(w, node, key, line, depth));
+    PetscCall(walk_mapping(w, node, key, line, depth));
   else
-    PetscCall(WalkSequence(w, node, key, line, depth));
+    PetscCall(walk_sequence(w, node, key, line, depth));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 // what libyaml says, with the line; tabs are the usual cause
-static void ComplainSyntax(Walk *w, const yaml_parser_t *parser, const char *text, size_t length)
+static void complain_syntax(Walk *w, const yaml_parser_t *parser, const char *text, size_t length)
 {
   size_t line = parser->problem_mark.line, at = 0;
   for (size_t n = 0; at < length && n < line; at++) n += text[at] == '\n';
@@ -228,7 +228,7 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
   PetscCheck(yaml_parser_initialize(&parser), PETSC_COMM_SELF, PETSC_ERR_MEM, "libyaml cannot start");
   yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
   if (!yaml_parser_load(&parser, &w.document)) {
-    ComplainSyntax(&w, &parser, text, length);
+    complain_syntax(&w, &parser, text, length);
     yaml_parser_delete(&parser);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -238,7 +238,7 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
   else if (root->type != YAML_MAPPING_NODE)
     Complain(message, file, 1, "", "a scene is made of 'key: value' lines");
   else
-    PetscCall(WalkMapping(&w, root, "", 1, 0));
+    PetscCall(walk_mapping(&w, root, "", 1, 0));
   yaml_document_delete(&w.document);
 
   // nothing may follow the one document
@@ -247,7 +247,7 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
     if (root) Complain(message, file, (int)root->start_mark.line + 1, "", "a second YAML document");
     yaml_document_delete(&w.document);
   } else if (root)
-    ComplainSyntax(&w, &parser, text, length);
+    complain_syntax(&w, &parser, text, length);
   yaml_parser_delete(&parser);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -299,7 +299,7 @@ static const char *const PetscOwn[] = {"blas_",
                                        "viewer_",
                                        NULL};
 
-static PetscBool IsPetscOwn(const char *key)
+static PetscBool is_petsc_own(const char *key)
 {
   for (const char *const *own = PetscOwn; *own; own++) {
     size_t n = strlen(*own);
@@ -309,7 +309,7 @@ static PetscBool IsPetscOwn(const char *key)
 }
 
 // "-key" or "--key"; a negative number is no option
-static const char *OptionKey(const char *argument)
+static const char *option_key(const char *argument)
 {
   if (argument[0] != '-') return NULL;
   argument += argument[1] == '-' ? 2 : 1;
@@ -317,7 +317,7 @@ static const char *OptionKey(const char *argument)
 }
 
 // `-stages sw` leaves the stages of the file that it does not name unread
-static void DropOthers(Entries *list, const Entry *section)
+static void drop_others(Entries *list, const Entry *section)
 {
   size_t n = strlen(section->key);
   for (Entry *e = list->entries; e < list->entries + list->n; e++) {
@@ -339,22 +339,22 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
 
   PetscFunctionBeginUser;
   for (int i = 1; i < argc; i++) {
-    const char *option = argv[i], *key = OptionKey(option);
+    const char *option = argv[i], *key = option_key(option);
     if (!key) {
       Complain(message, "", 0, "", "'%.200s' is not an option; options are -key value", option);
       break;
     }
-    const char *value = i + 1 < argc && !OptionKey(argv[i + 1]) ? argv[++i] : "";
-    if (IsPetscOwn(key)) continue;
+    const char *value = i + 1 < argc && !option_key(argv[i + 1]) ? argv[++i] : "";
+    if (is_petsc_own(key)) continue;
     Entry *entry = EntriesFind(list, key);
     if (entry) {
       PetscCall(PetscFree(entry->value));
       PetscCall(PetscStrallocpy(value, &entry->value));
-      if (entry->kind == ENTRY_SECTION) DropOthers(list, entry);
+      if (entry->kind == ENTRY_SECTION) drop_others(list, entry);
       entry->kind = ENTRY_VALUE;
       entry->line = 0;
     } else
-      PetscCall(EntriesAdd(list, key, value, ENTRY_VALUE, 0));
+      PetscCall(entries_add(list, key, value, ENTRY_VALUE, 0));
     PetscCall(PetscOptionsHasName(NULL, NULL, option, &known_to_petsc)); // not left over
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -37,7 +37,7 @@ typedef struct {
   unsigned mask;
 } Grid;
 
-static int CompareReal(const void *a, const void *b)
+static int compare_real(const void *a, const void *b)
 {
   const PetscReal x = *(const PetscReal *)a, y = *(const PetscReal *)b;
   return (x > y) - (x < y);
@@ -45,7 +45,7 @@ static int CompareReal(const void *a, const void *b)
 
 /* Mean width or height of a sample in which the largest tenth counts as its 90 % quantile, so that neither a
    few huge boxes nor many of zero width (axis-parallel faces) decide alone. */
-static PetscReal TypicalExtent(PetscInt n, const PetscReal *box, int axis)
+static PetscReal typical_extent(PetscInt n, const PetscReal *box, int axis)
 {
   PetscReal extent[SAMPLE], sum = 0;
   const PetscInt count = PetscMin(n, SAMPLE);
@@ -55,13 +55,13 @@ static PetscReal TypicalExtent(PetscInt n, const PetscReal *box, int axis)
     const PetscReal *b = box + 4 * i;
     extent[s] = b[2 + axis] - b[axis];
   }
-  qsort(extent, (size_t)count, sizeof *extent, CompareReal);
+  qsort(extent, (size_t)count, sizeof *extent, compare_real);
   for (PetscInt s = 0; s < count; s++) sum += PetscMin(extent[s], extent[9 * (count - 1) / 10]);
   return sum / (PetscReal)count;
 }
 
 /* Origin and cells of all levels: proportions of the typical box, size of the finest from the domain. */
-static void SetCells(Grid *g)
+static void set_cells(Grid *g)
 {
   PetscReal base[2], low[2] = {PETSC_INFINITY, PETSC_INFINITY}, high[2] = {-PETSC_INFINITY, -PETSC_INFINITY};
   int exponent = 0;
@@ -71,7 +71,7 @@ static void SetCells(Grid *g)
       low[a] = PetscMin(low[a], g->box[4 * i + a]);
       high[a] = PetscMax(high[a], g->box[4 * i + 2 + a]);
     }
-  for (int a = 0; a < 2; a++) base[a] = TypicalExtent(g->n, g->box, a);
+  for (int a = 0; a < 2; a++) base[a] = typical_extent(g->n, g->box, a);
   const PetscReal largest = PetscMax(base[0], base[1]);
   /* 1.25: boxes a little larger than the typical one still share its level */
   for (int a = 0; a < 2; a++) base[a] = largest > 0 ? 1.25 * PetscMax(base[a], 0.01 * largest) : 1;
@@ -85,7 +85,7 @@ static void SetCells(Grid *g)
 
 /* Finest level whose cells are larger than the box. 1 % is kept back for rounding: a box must not reach a
  * third cell. */
-static PetscInt LevelOf(const Grid *g, const PetscReal *b)
+static PetscInt level_of(const Grid *g, const PetscReal *b)
 {
   const PetscReal ratio = PetscMax((b[2] - b[0]) * g->per_cell[0][0], (b[3] - b[1]) * g->per_cell[0][1]);
   int exponent;
@@ -94,19 +94,19 @@ static PetscInt LevelOf(const Grid *g, const PetscReal *b)
 }
 
 /* x is not left of the origin, so that cutting off is rounding down. */
-static inline PetscInt CellOf(const Grid *g, PetscInt level, int axis, PetscReal x)
+static inline PetscInt cell_of(const Grid *g, PetscInt level, int axis, PetscReal x)
 {
   return (PetscInt)((x - g->origin[axis]) * g->per_cell[level][axis]);
 }
 
-static inline uint64_t CellKey(PetscInt level, PetscInt column, PetscInt row)
+static inline uint64_t cell_key(PetscInt level, PetscInt column, PetscInt row)
 {
   return ((uint64_t)level << 58) | ((uint64_t)(unsigned)row << 29) | (uint64_t)(unsigned)column;
 }
 
 /* A tile lies in one piece, its cells shuffled by bits of its hash: boxes at like places of many tiles do not
    share a bucket. */
-static inline unsigned Bucket(const Grid *g, PetscInt level, PetscInt column, PetscInt row)
+static inline unsigned bucket_of(const Grid *g, PetscInt level, PetscInt column, PetscInt row)
 {
   const unsigned c = (unsigned)column, r = (unsigned)row, side = (1u << TILE_BITS) - 1u;
   const unsigned tile = ((c >> TILE_BITS) * 2654435769u) ^
@@ -116,7 +116,7 @@ static inline unsigned Bucket(const Grid *g, PetscInt level, PetscInt column, Pe
 }
 
 /* Counting sort of the boxes by bucket; within a bucket by number. */
-static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
+static PetscErrorCode grid_create(PetscInt n, const PetscReal *box, Grid *g)
 {
   PetscBool used[MAX_LEVELS] = {PETSC_FALSE};
   unsigned *bucket;
@@ -124,16 +124,16 @@ static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
 
   PetscFunctionBegin;
   *g = (Grid){.n = n, .box = box, .mask = 63};
-  SetCells(g);
+  set_cells(g);
   while (g->mask < (unsigned)n) g->mask = 2 * g->mask + 1;
   PetscCall(PetscMalloc2(n, &bucket, n, &level));
   PetscCall(PetscMalloc1(n, &g->entry));
   PetscCall(PetscCalloc1((size_t)g->mask + 3, &g->start));
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal *b = box + 4 * i;
-    level[i] = LevelOf(g, b);
+    level[i] = level_of(g, b);
     used[level[i]] = PETSC_TRUE;
-    bucket[i] = Bucket(g, level[i], CellOf(g, level[i], 0, b[0]), CellOf(g, level[i], 1, b[1]));
+    bucket[i] = bucket_of(g, level[i], cell_of(g, level[i], 0, b[0]), cell_of(g, level[i], 1, b[1]));
     g->start[bucket[i] + 2]++;
   }
   for (unsigned b = 0; b <= g->mask; b++) g->start[b + 2] += g->start[b + 1];
@@ -141,7 +141,7 @@ static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
     const PetscReal *b = box + 4 * i;
     const PetscInt l = level[i];
     g->entry[g->start[bucket[i] + 1]++] = (Entry){
-        {b[0], b[1], b[2], b[3]}, CellKey(l, CellOf(g, l, 0, b[0]), CellOf(g, l, 1, b[1])), i, l};
+        {b[0], b[1], b[2], b[3]}, cell_key(l, cell_of(g, l, 0, b[0]), cell_of(g, l, 1, b[1])), i, l};
   }
   for (PetscInt l = 0; l < MAX_LEVELS; l++)
     if (used[l]) g->levels[g->n_levels++] = l;
@@ -150,8 +150,8 @@ static PetscErrorCode GridCreate(PetscInt n, const PetscReal *box, Grid *g)
 }
 
 /* Visits the pairs of box a with the entries first .. end of a bucket that lie in one cell. */
-static inline PetscErrorCode VisitEntries(const Grid *g, const Entry *a, uint64_t cell, PetscInt first,
-                                          PetscInt end, GridVisitor visit, PetscBool *stop, void *context)
+static inline PetscErrorCode visit_entries(const Grid *g, const Entry *a, uint64_t cell, PetscInt first,
+                                           PetscInt end, GridVisitor visit, PetscBool *stop, void *context)
 {
   PetscFunctionBegin;
   for (PetscInt at = first; at < end && !*stop; at++) {
@@ -163,47 +163,47 @@ static inline PetscErrorCode VisitEntries(const Grid *g, const Entry *a, uint64_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode VisitCell(const Grid *g, const Entry *a, PetscInt level, PetscInt column,
-                                       PetscInt row, GridVisitor visit, PetscBool *stop, void *context)
+static inline PetscErrorCode visit_cell(const Grid *g, const Entry *a, PetscInt level, PetscInt column,
+                                        PetscInt row, GridVisitor visit, PetscBool *stop, void *context)
 {
   PetscFunctionBegin;
-  const unsigned b = Bucket(g, level, column, row);
+  const unsigned b = bucket_of(g, level, column, row);
   PetscCall(
-      VisitEntries(g, a, CellKey(level, column, row), g->start[b], g->start[b + 1], visit, stop, context));
+      visit_entries(g, a, cell_key(level, column, row), g->start[b], g->start[b + 1], visit, stop, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Boxes of the same level, each pair once, from the lower one: the rest of its own cell, the cell to the
    right, and three above, as far as box a reaches; boxes of the one above to the left may reach over to a. */
-static PetscErrorCode VisitOwnLevel(const Grid *g, PetscInt at, GridVisitor visit, PetscBool *stop,
-                                    void *context)
+static PetscErrorCode visit_own_level(const Grid *g, PetscInt at, GridVisitor visit, PetscBool *stop,
+                                      void *context)
 {
   const Entry *a = g->entry + at;
-  const PetscInt level = a->level, column = CellOf(g, level, 0, a->box[0]),
-                 row = CellOf(g, level, 1, a->box[1]);
-  const PetscInt right = CellOf(g, level, 0, a->box[2]), top = CellOf(g, level, 1, a->box[3]);
+  const PetscInt level = a->level, column = cell_of(g, level, 0, a->box[0]),
+                 row = cell_of(g, level, 1, a->box[1]);
+  const PetscInt right = cell_of(g, level, 0, a->box[2]), top = cell_of(g, level, 1, a->box[3]);
 
   PetscFunctionBegin;
-  PetscCall(
-      VisitEntries(g, a, a->cell, at + 1, g->start[Bucket(g, level, column, row) + 1], visit, stop, context));
-  if (right > column) PetscCall(VisitCell(g, a, level, column + 1, row, visit, stop, context));
+  PetscCall(visit_entries(g, a, a->cell, at + 1, g->start[bucket_of(g, level, column, row) + 1], visit, stop,
+                          context));
+  if (right > column) PetscCall(visit_cell(g, a, level, column + 1, row, visit, stop, context));
   for (PetscInt c = PetscMax(0, column - 1); top > row && c <= right; c++)
-    PetscCall(VisitCell(g, a, level, c, row + 1, visit, stop, context));
+    PetscCall(visit_cell(g, a, level, c, row + 1, visit, stop, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* All boxes of a coarser level: those filed one cell to the left or below may reach over. */
-static PetscErrorCode VisitCoarser(const Grid *g, const Entry *a, PetscInt level, GridVisitor visit,
-                                   PetscBool *stop, void *context)
+static PetscErrorCode visit_coarser(const Grid *g, const Entry *a, PetscInt level, GridVisitor visit,
+                                    PetscBool *stop, void *context)
 {
   PetscFunctionBegin;
-  const PetscInt column_0 = PetscMax(0, CellOf(g, level, 0, a->box[0]) - 1),
-                 column_1 = CellOf(g, level, 0, a->box[2]);
-  const PetscInt row_0 = PetscMax(0, CellOf(g, level, 1, a->box[1]) - 1),
-                 row_1 = CellOf(g, level, 1, a->box[3]);
+  const PetscInt column_0 = PetscMax(0, cell_of(g, level, 0, a->box[0]) - 1),
+                 column_1 = cell_of(g, level, 0, a->box[2]);
+  const PetscInt row_0 = PetscMax(0, cell_of(g, level, 1, a->box[1]) - 1),
+                 row_1 = cell_of(g, level, 1, a->box[3]);
   for (PetscInt row = row_0; row <= row_1; row++)
     for (PetscInt column = column_0; column <= column_1; column++)
-      PetscCall(VisitCell(g, a, level, column, row, visit, stop, context));
+      PetscCall(visit_cell(g, a, level, column, row, visit, stop, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -214,12 +214,12 @@ PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, vo
 
   PetscFunctionBegin;
   if (n < 2) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GridCreate(n, box, &grid));
+  PetscCall(grid_create(n, box, &grid));
   for (PetscInt at = 0; at < n && !stop; at++) {
-    PetscCall(VisitOwnLevel(&grid, at, visit, &stop, context));
+    PetscCall(visit_own_level(&grid, at, visit, &stop, context));
     for (PetscInt l = 0; l < grid.n_levels; l++)
       if (grid.levels[l] > grid.entry[at].level)
-        PetscCall(VisitCoarser(&grid, grid.entry + at, grid.levels[l], visit, &stop, context));
+        PetscCall(visit_coarser(&grid, grid.entry + at, grid.levels[l], visit, &stop, context));
   }
   PetscCall(PetscFree(grid.entry));
   PetscCall(PetscFree(grid.start));
@@ -235,7 +235,7 @@ typedef struct {
   const void *context;
 } PairList;
 
-static PetscErrorCode AddPair(PetscInt i, PetscInt j, PetscBool *stop, void *context)
+static PetscErrorCode add_pair(PetscInt i, PetscInt j, PetscBool *stop, void *context)
 {
   PairList *list = context;
   PetscFunctionBegin;
@@ -254,14 +254,14 @@ static PetscErrorCode AddPair(PetscInt i, PetscInt j, PetscBool *stop, void *con
 }
 
 /* start: ends of the rows, shifted by one: it becomes their starts as the rows fill. */
-static inline void AddToRow(PetscInt *start, PetscInt *near, PetscInt i, PetscInt j)
+static inline void add_to_row(PetscInt *start, PetscInt *near, PetscInt i, PetscInt j)
 {
   near[start[i + 1]++] = j;
 }
 
 /* Both directions of every pair in rows; to turn such a table over (row i names j: row j names i) gives the
    same table with ascending rows. */
-static PetscErrorCode PairsToRows(PetscInt n, PairList *list, PetscInt **start, PetscInt **near)
+static PetscErrorCode pairs_to_rows(PetscInt n, PairList *list, PetscInt **start, PetscInt **near)
 {
   PetscInt *unsorted, *ends, *rows;
 
@@ -273,13 +273,13 @@ static PetscErrorCode PairsToRows(PetscInt n, PairList *list, PetscInt **start, 
   PetscCall(PetscArraycpy(*start, ends, (size_t)n + 2));
   PetscCall(PetscMalloc1(2 * (size_t)list->n, &unsorted));
   for (PetscInt p = 0; p < list->n; p++) {
-    AddToRow(ends, unsorted, list->pair[2 * p], list->pair[2 * p + 1]);
-    AddToRow(ends, unsorted, list->pair[2 * p + 1], list->pair[2 * p]);
+    add_to_row(ends, unsorted, list->pair[2 * p], list->pair[2 * p + 1]);
+    add_to_row(ends, unsorted, list->pair[2 * p + 1], list->pair[2 * p]);
   }
   PetscCall(PetscFree(list->pair));
   PetscCall(PetscMalloc1(2 * (size_t)list->n, &rows));
   for (PetscInt i = 0; i < n; i++)
-    for (PetscInt p = ends[i]; p < ends[i + 1]; p++) AddToRow(*start, rows, unsorted[p], i);
+    for (PetscInt p = ends[i]; p < ends[i + 1]; p++) add_to_row(*start, rows, unsorted[p], i);
   PetscCall(PetscFree(unsorted));
   PetscCall(PetscFree(ends));
   *near = rows;
@@ -293,7 +293,7 @@ PetscErrorCode GridRows(PetscInt n, const PetscReal *box, GridFilter filter, con
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(2 * (size_t)list.capacity, &list.pair));
-  PetscCall(GridVisit(n, box, AddPair, &list));
-  PetscCall(PairsToRows(n, &list, start, near));
+  PetscCall(GridVisit(n, box, add_pair, &list));
+  PetscCall(pairs_to_rows(n, &list, start, near));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

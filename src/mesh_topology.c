@@ -4,7 +4,7 @@
 #include <petscmat.h>
 #include <stdlib.h>
 
-static inline PetscInt Corners(const PetscInt *block)
+static inline PetscInt corners_of(const PetscInt *block)
 {
   return block[3] < 0 ? 3 : 4;
 }
@@ -12,7 +12,7 @@ static inline PetscInt Corners(const PetscInt *block)
 /* ---- macroblocks */
 
 /* Of a tree of vertices that are known to be connected; halves the path on the way. */
-static PetscInt FindRoot(PetscInt *parent, PetscInt v)
+static PetscInt find_root(PetscInt *parent, PetscInt v)
 {
   for (; parent[v] != v; v = parent[v]) parent[v] = parent[parent[v]];
   return v;
@@ -41,11 +41,11 @@ PetscErrorCode MeshBodies(BlockMesh *mesh)
       if (mesh->body[b] < 0)
         mesh->body[b] = v;
       else
-        parent[FindRoot(parent, v)] = FindRoot(parent, mesh->body[b]);
+        parent[find_root(parent, v)] = find_root(parent, mesh->body[b]);
     }
   }
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscInt root = mesh->body[b] < 0 ? -1 : FindRoot(parent, mesh->body[b]);
+    const PetscInt root = mesh->body[b] < 0 ? -1 : find_root(parent, mesh->body[b]);
     if (root >= 0 && label[root] < 0) label[root] = mesh->n_bodies++;
     mesh->body[b] = root < 0 ? mesh->n_bodies++ : label[root];
   }
@@ -64,7 +64,7 @@ typedef struct {
 } EdgeTable;
 
 /* The edge a-b, a new one if need be; -(edge + 1) when it is there as b-a. */
-static PetscInt FindOrAddEdge(EdgeTable *table, PetscInt a, PetscInt b)
+static PetscInt find_or_add_edge(EdgeTable *table, PetscInt a, PetscInt b)
 {
   /* linear in the vertices, so that a mesh in good order walks through the table; the odd factor keeps fans
      and strips, where the two vertices depend on each other linearly, from one chain */
@@ -90,7 +90,7 @@ PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **ed
   size_t n_sides = 0;
 
   PetscFunctionBegin;
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) n_sides += (size_t)Corners(mesh->blocks + 4 * b);
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) n_sides += (size_t)corners_of(mesh->blocks + 4 * b);
   while (table.mask < n_sides / 2) table.mask = 2 * table.mask + 1; /* most edges have two sides */
   PetscCall(PetscMalloc2((size_t)table.mask + 1, &table.head, n_sides, &table.next));
   PetscCall(PetscMalloc1(2 * n_sides, &table.vertices));
@@ -98,10 +98,10 @@ PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **ed
   for (size_t i = 0; i <= table.mask; i++) table.head[i] = -1;
 
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscInt *v = mesh->blocks + 4 * b, corners = Corners(v);
+    const PetscInt *v = mesh->blocks + 4 * b, corners = corners_of(v);
     PetscInt *edges = *block_edges + 4 * b;
     edges[3] = PETSC_MIN_INT;
-    for (PetscInt k = 0; k < corners; k++) edges[k] = FindOrAddEdge(&table, v[k], v[(k + 1) % corners]);
+    for (PetscInt k = 0; k < corners; k++) edges[k] = find_or_add_edge(&table, v[k], v[(k + 1) % corners]);
   }
   PetscCall(PetscFree2(table.head, table.next));
   *n_edges = table.n;
@@ -135,13 +135,14 @@ PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **fac
   PetscCall(MeshEdges(mesh, &n_edges, &edge_vertices, &block_edges));
   PetscCall(PetscCalloc1(n_edges, &uses));
   for (PetscInt b = 0; b < mesh->n_blocks; b++)
-    for (PetscInt k = 0; k < Corners(mesh->blocks + 4 * b); k++) uses[EDGE_INDEX(block_edges[4 * b + k])]++;
+    for (PetscInt k = 0; k < corners_of(mesh->blocks + 4 * b); k++)
+      uses[EDGE_INDEX(block_edges[4 * b + k])]++;
   for (PetscInt e = 0; e < n_edges; e++) count += uses[e] == 1;
 
   PetscCall(PetscMalloc1(2 * (size_t)count, faces));
   *n = 0;
   for (PetscInt b = 0; b < mesh->n_blocks; b++)
-    for (PetscInt k = 0; k < Corners(mesh->blocks + 4 * b); k++)
+    for (PetscInt k = 0; k < corners_of(mesh->blocks + 4 * b); k++)
       if (uses[EDGE_INDEX(block_edges[4 * b + k])] == 1) {
         (*faces)[2 * *n] = b;
         (*faces)[2 * *n + 1] = k;
@@ -156,7 +157,7 @@ PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **fac
 /* ---- order */
 
 /* Compressed rows: each vertex with all vertices it shares a block with, itself included, ascending. */
-static PetscErrorCode VertexGraph(const BlockMesh *mesh, PetscInt **row_start, PetscInt **columns)
+static PetscErrorCode vertex_graph(const BlockMesh *mesh, PetscInt **row_start, PetscInt **columns)
 {
   PetscInt *start, *around, *seen, n = 0;
   size_t size = 0;
@@ -174,7 +175,7 @@ static PetscErrorCode VertexGraph(const BlockMesh *mesh, PetscInt **row_start, P
     seen[v] = v;
     (*columns)[n++] = v;
     for (PetscInt i = start[v]; i < start[v + 1]; i++) {
-      const PetscInt *block = mesh->blocks + 4 * around[i], corners = Corners(block);
+      const PetscInt *block = mesh->blocks + 4 * around[i], corners = corners_of(block);
       for (PetscInt k = 0; k < corners; k++)
         if (seen[block[k]] != v) {
           seen[block[k]] = v;
@@ -191,7 +192,7 @@ static PetscErrorCode VertexGraph(const BlockMesh *mesh, PetscInt **row_start, P
 }
 
 /* old: (n_vertices,) old number of each new vertex, by reverse Cuthill-McKee within each macroblock. */
-static PetscErrorCode OrderVertices(const BlockMesh *mesh, PetscInt *old)
+static PetscErrorCode order_vertices(const BlockMesh *mesh, PetscInt *old)
 {
   PetscInt *row_start, *columns;
   const PetscInt *order;
@@ -199,7 +200,7 @@ static PetscErrorCode OrderVertices(const BlockMesh *mesh, PetscInt *old)
   IS rows, cols;
 
   PetscFunctionBegin;
-  PetscCall(VertexGraph(mesh, &row_start, &columns));
+  PetscCall(vertex_graph(mesh, &row_start, &columns));
   PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, mesh->n_vertices, mesh->n_vertices, row_start, columns,
                                       NULL, &graph));
   PetscCall(MatSetOption(graph, MAT_STRUCTURALLY_SYMMETRIC, PETSC_TRUE)); /* spares PETSc a copy */
@@ -220,7 +221,7 @@ typedef struct {
   PetscInt body;
 } BodyKey;
 
-static int CompareBodyKeys(const void *a, const void *b)
+static int compare_body_keys(const void *a, const void *b)
 {
   const BodyKey *x = a, *y = b;
   if (x->strip != y->strip) return x->strip < y->strip ? -1 : 1;
@@ -229,7 +230,7 @@ static int CompareBodyKeys(const void *a, const void *b)
 }
 
 /* box: (n_bodies,4) low x, y and high x, y of each macroblock; all: of the mesh. */
-static void BodyBoxes(const BlockMesh *mesh, const PetscInt *vertex_body, PetscReal *box, PetscReal all[4])
+static void body_boxes(const BlockMesh *mesh, const PetscInt *vertex_body, PetscReal *box, PetscReal all[4])
 {
   for (PetscInt i = 0; i < 4 * mesh->n_bodies; i++) box[i] = i % 4 < 2 ? PETSC_INFINITY : PETSC_NINFINITY;
   for (int i = 0; i < 4; i++) all[i] = i < 2 ? PETSC_INFINITY : PETSC_NINFINITY;
@@ -246,7 +247,7 @@ static void BodyBoxes(const BlockMesh *mesh, const PetscInt *vertex_body, PetscR
    bodies that touch could stand far apart in memory. In a sweep the neighbours of a body are within two
    strips, and all arrays are walked through as a few streams, which the prefetcher follows; a space-filling
    curve jumps. */
-static PetscErrorCode RankBodies(const BlockMesh *mesh, const PetscInt *vertex_body, PetscInt *rank)
+static PetscErrorCode rank_bodies(const BlockMesh *mesh, const PetscInt *vertex_body, PetscInt *rank)
 {
   const PetscInt n = mesh->n_bodies;
   PetscReal *box, *size, all[4];
@@ -254,7 +255,7 @@ static PetscErrorCode RankBodies(const BlockMesh *mesh, const PetscInt *vertex_b
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc3(4 * (size_t)n, &box, n, &size, n, &key));
-  BodyBoxes(mesh, vertex_body, box, all);
+  body_boxes(mesh, vertex_body, box, all);
   const int across = all[2] - all[0] >= all[3] - all[1] ? 0 : 1; /* the sweep goes this way */
   for (PetscInt i = 0; i < n; i++) size[i] = box[4 * i + 2 + across] - box[4 * i + across];
   PetscCall(PetscRealSortSemiOrdered(n, size));
@@ -265,14 +266,14 @@ static PetscErrorCode RankBodies(const BlockMesh *mesh, const PetscInt *vertex_b
     key[i].along = 0.5 * (b[1 - across] + b[3 - across]);
     key[i].body = i;
   }
-  qsort(key, (size_t)n, sizeof *key, CompareBodyKeys);
+  qsort(key, (size_t)n, sizeof *key, compare_body_keys);
   for (PetscInt i = 0; i < n; i++) rank[key[i].body] = i;
   PetscCall(PetscFree3(box, size, key));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Puts the macroblocks one after the other; within each, the order of old stays. */
-static PetscErrorCode GroupByBody(const BlockMesh *mesh, PetscInt *old)
+static PetscErrorCode group_by_body(const BlockMesh *mesh, PetscInt *old)
 {
   const PetscInt n = mesh->n_vertices;
   PetscInt *vertex_body, *rank, *start, *grouped;
@@ -282,7 +283,7 @@ static PetscErrorCode GroupByBody(const BlockMesh *mesh, PetscInt *old)
   PetscCall(PetscCalloc1((size_t)mesh->n_bodies + 1, &start));
   for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
     if (mesh->blocks[i] >= 0) vertex_body[mesh->blocks[i]] = mesh->body[i / 4];
-  PetscCall(RankBodies(mesh, vertex_body, rank));
+  PetscCall(rank_bodies(mesh, vertex_body, rank));
   for (PetscInt v = 0; v < n; v++) start[rank[vertex_body[v]] + 1]++;
   for (PetscInt i = 0; i < mesh->n_bodies; i++) start[i + 1] += start[i];
   for (PetscInt v = 0; v < n; v++) grouped[start[rank[vertex_body[old[v]]]]++] = old[v];
@@ -297,7 +298,7 @@ typedef struct {
   PetscInt old;
 } BlockKey;
 
-static int CompareBlockKeys(const void *a, const void *b)
+static int compare_block_keys(const void *a, const void *b)
 {
   const BlockKey *x = a, *y = b;
   for (int i = 0; i < 4; i++)
@@ -307,7 +308,7 @@ static int CompareBlockKeys(const void *a, const void *b)
 
 /* old: (n_blocks,) old number of each new block: by lowest vertex, then the next ones, then the old number.
  */
-static PetscErrorCode OrderBlocks(const BlockMesh *mesh, PetscInt *old)
+static PetscErrorCode order_blocks(const BlockMesh *mesh, PetscInt *old)
 {
   BlockKey *key;
 
@@ -322,14 +323,14 @@ static PetscErrorCode OrderBlocks(const BlockMesh *mesh, PetscInt *old)
     }
     key[b].old = b;
   }
-  qsort(key, (size_t)mesh->n_blocks, sizeof *key, CompareBlockKeys);
+  qsort(key, (size_t)mesh->n_blocks, sizeof *key, compare_block_keys);
   for (PetscInt b = 0; b < mesh->n_blocks; b++) old[b] = key[b].old;
   PetscCall(PetscFree(key));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Moves row old[i] of a table of integers to row i. */
-static PetscErrorCode PermuteRows(PetscInt n, PetscInt width, const PetscInt *old, PetscInt **table)
+static PetscErrorCode permute_rows(PetscInt n, PetscInt width, const PetscInt *old, PetscInt **table)
 {
   PetscInt *moved;
 
@@ -342,7 +343,7 @@ static PetscErrorCode PermuteRows(PetscInt n, PetscInt width, const PetscInt *ol
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode RenumberVertices(BlockMesh *mesh)
+static PetscErrorCode renumber_vertices(BlockMesh *mesh)
 {
   const PetscInt n = mesh->n_vertices;
   PetscInt *old, *new;
@@ -350,8 +351,8 @@ static PetscErrorCode RenumberVertices(BlockMesh *mesh)
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(n, &old, n, &new));
-  PetscCall(OrderVertices(mesh, old));
-  PetscCall(GroupByBody(mesh, old));
+  PetscCall(order_vertices(mesh, old));
+  PetscCall(group_by_body(mesh, old));
   for (PetscInt v = 0; v < n; v++) new[old[v]] = v;
 
   PetscCall(PetscMalloc1(2 * (size_t)n, &X));
@@ -359,7 +360,7 @@ static PetscErrorCode RenumberVertices(BlockMesh *mesh)
     for (int a = 0; a < 2; a++) X[2 * v + a] = mesh->X[2 * old[v] + a];
   PetscCall(PetscFree(mesh->X));
   mesh->X = X;
-  PetscCall(PermuteRows(n, 1, old, &mesh->vertex_file));
+  PetscCall(permute_rows(n, 1, old, &mesh->vertex_file));
   for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
     if (mesh->blocks[i] >= 0) mesh->blocks[i] = new[mesh->blocks[i]];
   for (PetscInt p = 0; p < mesh->n_points; p++) mesh->point_vertex[p] = new[mesh->point_vertex[p]];
@@ -367,19 +368,19 @@ static PetscErrorCode RenumberVertices(BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode RenumberBlocks(BlockMesh *mesh)
+static PetscErrorCode renumber_blocks(BlockMesh *mesh)
 {
   const PetscInt n = mesh->n_blocks;
   PetscInt *old, *new;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(n, &old, n, &new));
-  PetscCall(OrderBlocks(mesh, old));
+  PetscCall(order_blocks(mesh, old));
   for (PetscInt b = 0; b < n; b++) new[old[b]] = b;
-  PetscCall(PermuteRows(n, 4, old, &mesh->blocks));
-  PetscCall(PermuteRows(n, 1, old, &mesh->block_group));
-  PetscCall(PermuteRows(n, 1, old, &mesh->block_file));
-  PetscCall(PermuteRows(n, 1, old, &mesh->body));
+  PetscCall(permute_rows(n, 4, old, &mesh->blocks));
+  PetscCall(permute_rows(n, 1, old, &mesh->block_group));
+  PetscCall(permute_rows(n, 1, old, &mesh->block_file));
+  PetscCall(permute_rows(n, 1, old, &mesh->body));
   for (PetscInt s = 0; s < mesh->n_face_sets; s++)
     for (PetscInt i = 0; i < mesh->face_sets[s].n; i++)
       mesh->face_sets[s].faces[2 * i] = new[mesh->face_sets[s].faces[2 * i]];
@@ -388,7 +389,7 @@ static PetscErrorCode RenumberBlocks(BlockMesh *mesh)
 }
 
 /* Macroblocks in order of first appearance. */
-static PetscErrorCode RenumberBodies(BlockMesh *mesh)
+static PetscErrorCode renumber_bodies(BlockMesh *mesh)
 {
   PetscInt *new, count = 0;
 
@@ -408,8 +409,8 @@ PetscErrorCode MeshReorder(BlockMesh *mesh)
 {
   PetscFunctionBegin;
   if (mesh->n_blocks == 0) PetscFunctionReturn(PETSC_SUCCESS); /* not rank 0 */
-  PetscCall(RenumberVertices(mesh));
-  PetscCall(RenumberBlocks(mesh));
-  PetscCall(RenumberBodies(mesh));
+  PetscCall(renumber_vertices(mesh));
+  PetscCall(renumber_blocks(mesh));
+  PetscCall(renumber_bodies(mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,7 +11,7 @@
 #include <string.h>
 
 // all keys of one section into the struct `base`; kind: of a load or stage, which is its first key
-static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, void *base, const void *kind)
+static PetscErrorCode read_section(Reader *r, Section section, const char *path, void *base, const void *kind)
 {
   const PetscBool is_stage = (PetscBool)(section == SECTION_STAGES);
   Entry *entry;
@@ -32,7 +32,7 @@ static PetscErrorCode ReadSection(Reader *r, Section section, const char *path, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
+static PetscErrorCode read_materials(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
   Name *names;
@@ -51,14 +51,14 @@ static PetscErrorCode ReadMaterials(Reader *r, Scene *scene)
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
     PetscCall(EchoSection(r, 2, m->name));
-    PetscCall(ReadSection(r, SECTION_MATERIALS, path, m, NULL));
+    PetscCall(read_section(r, SECTION_MATERIALS, path, m, NULL));
     PetscCall(CompleteStrengths(r, path, m));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadSupports(Reader *r, Scene *scene)
+static PetscErrorCode read_supports(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
   Name *names;
@@ -74,13 +74,13 @@ static PetscErrorCode ReadSupports(Reader *r, Scene *scene)
     s->line = names[i].line;
     PetscCall(AskSection(r, "supports", s->name, path));
     PetscCall(EchoSection(r, 2, s->name));
-    PetscCall(ReadSection(r, SECTION_SUPPORTS, path, s, NULL));
+    PetscCall(read_section(r, SECTION_SUPPORTS, path, s, NULL));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadLoads(Reader *r, Scene *scene)
+static PetscErrorCode read_loads(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
   Name *names;
@@ -96,7 +96,7 @@ static PetscErrorCode ReadLoads(Reader *r, Scene *scene)
     load->drain = load->gallery = load->tailwater = load->efficiency = NAN;
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
-    PetscCall(ReadSection(r, SECTION_LOADS, path, load, &load->kind));
+    PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
     if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
   }
   PetscCall(PetscFree(names));
@@ -107,8 +107,8 @@ static PetscErrorCode ReadLoads(Reader *r, Scene *scene)
 
 // given[j * KEYS + k]: where key k of joint j is given, NULL: nowhere. Entries below `path` replace what
 // stood there.
-static PetscErrorCode AskJoints(Reader *r, const char *path, PetscInt n, const Joint *joints,
-                                const Entry **given)
+static PetscErrorCode ask_joints(Reader *r, const char *path, PetscInt n, const Joint *joints,
+                                 const Entry **given)
 {
   char section[LABEL_LENGTH];
   Entry *entry;
@@ -127,7 +127,7 @@ static PetscErrorCode AskJoints(Reader *r, const char *path, PetscInt n, const J
 }
 
 // friction is needed for limited shear; strength can only be lost
-static void CompleteJoint(Reader *r, Joint *joint)
+static void complete_joint(Reader *r, Joint *joint)
 {
   PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
 
@@ -142,15 +142,15 @@ static void CompleteJoint(Reader *r, Joint *joint)
 }
 
 // a key not given for a joint is that of the default joint; NULL: nowhere
-static const Entry *JointSource(const Entry *const *given, PetscInt joint, PetscInt key)
+static const Entry *joint_source(const Entry *const *given, PetscInt joint, PetscInt key)
 {
   return given[joint * KEYS + key] ? given[joint * KEYS + key] : given[key];
 }
 
 /* The keys of all joints; before: where they were given in the stage before, NULL: this is the table of the
    scene. The echo has all keys of that one, and of a stage's those that come from elsewhere than before. */
-static PetscErrorCode EchoJoints(Reader *r, PetscInt n, const Joint *joints, const Entry *const *given,
-                                 const Entry *const *before)
+static PetscErrorCode echo_joints(Reader *r, PetscInt n, const Joint *joints, const Entry *const *given,
+                                  const Entry *const *before)
 {
   const int indent = before ? 4 : 0;
   PetscBool any = PETSC_FALSE;
@@ -159,8 +159,8 @@ static PetscErrorCode EchoJoints(Reader *r, PetscInt n, const Joint *joints, con
   for (PetscInt j = 0; j < n; j++) {
     PetscBool named = PETSC_FALSE;
     for (PetscInt k = 0; k < KEYS && joints[j].defined; k++) {
-      const Entry *source = JointSource(given, j, k);
-      if (Keys[k].section != SECTION_JOINTS || (before && source == JointSource(before, j, k))) continue;
+      const Entry *source = joint_source(given, j, k);
+      if (Keys[k].section != SECTION_JOINTS || (before && source == joint_source(before, j, k))) continue;
       if (!any) PetscCall(EchoSection(r, indent, "joints"));
       if (!named) PetscCall(EchoSection(r, indent + 2, joints[j].name));
       PetscCall(EchoKey(r, &Keys[k], source));
@@ -171,8 +171,8 @@ static PetscErrorCode EchoJoints(Reader *r, PetscInt n, const Joint *joints, con
 }
 
 // a key given nowhere is the one in the table
-static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Joint *joints,
-                                     const Entry **given)
+static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, Joint *joints,
+                                       const Entry **given)
 {
   char section[LABEL_LENGTH];
   Entry *entry;
@@ -183,7 +183,7 @@ static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Jo
     if (!joints[j].defined) continue;
     for (PetscInt k = 0; k < KEYS; k++) {
       if (Keys[k].section != SECTION_JOINTS) continue;
-      const Entry *source = JointSource(given, j, k);
+      const Entry *source = joint_source(given, j, k);
       PetscCall(AskSection(r, path, joints[j].name, section));
       PetscCall(Ask(r, section, Keys[k].name, &entry));
       if (source) {
@@ -193,7 +193,7 @@ static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Jo
       PetscCall(ReadKey(r, &Keys[k], source, &joints[j]));
     }
     PetscCall(AskSection(r, path, joints[j].name, section));
-    CompleteJoint(r, &joints[j]);
+    complete_joint(r, &joints[j]);
     JointPrepare(&joints[j]);
   }
   if (!joints[0].defined) joints[0].friction[0] = joints[0].friction[1] = 0;
@@ -201,7 +201,7 @@ static PetscErrorCode ReadJointTable(Reader *r, const char *path, PetscInt n, Jo
 }
 
 // row 0 is "default", given or not; free `given` with PetscFree
-static PetscErrorCode ReadJoints(Reader *r, Scene *scene, const Entry ***given)
+static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 {
   PetscInt n_names;
   Name *names;
@@ -219,9 +219,9 @@ static PetscErrorCode ReadJoints(Reader *r, Scene *scene, const Entry ***given)
   }
   PetscCall(PetscFree(names));
   PetscCall(PetscCalloc1(scene->n_joints * KEYS, given));
-  PetscCall(AskJoints(r, "joints", scene->n_joints, scene->joints, *given));
-  PetscCall(ReadJointTable(r, "joints", scene->n_joints, scene->joints, *given));
-  PetscCall(EchoJoints(r, scene->n_joints, scene->joints, *given, NULL));
+  PetscCall(ask_joints(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscCall(read_joint_table(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscCall(echo_joints(r, scene->n_joints, scene->joints, *given, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -229,8 +229,8 @@ static PetscErrorCode ReadJoints(Reader *r, Scene *scene, const Entry ***given)
 
 // the joints of a stage are those of the stage before with its own changes; they are read anew from what is
 // given
-static PetscErrorCode ReadStageJoints(Reader *r, const char *parent, const Scene *scene, Stage *stage,
-                                      const Entry **given)
+static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, Stage *stage,
+                                        const Entry **given)
 {
   char path[LABEL_LENGTH];
   const Entry **before;
@@ -241,14 +241,14 @@ static PetscErrorCode ReadStageJoints(Reader *r, const char *parent, const Scene
   PetscCall(PetscMalloc1(scene->n_joints, &stage->joints));
   PetscCall(PetscArraycpy(stage->joints, scene->joints, scene->n_joints));
   PetscCall(AskSection(r, parent, "joints", path));
-  PetscCall(AskJoints(r, path, scene->n_joints, scene->joints, given));
-  PetscCall(ReadJointTable(r, path, scene->n_joints, stage->joints, given));
-  PetscCall(EchoJoints(r, scene->n_joints, scene->joints, given, before));
+  PetscCall(ask_joints(r, path, scene->n_joints, scene->joints, given));
+  PetscCall(read_joint_table(r, path, scene->n_joints, stage->joints, given));
+  PetscCall(echo_joints(r, scene->n_joints, scene->joints, given, before));
   PetscCall(PetscFree(before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
+static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
 {
   char path[LABEL_LENGTH];
   Name *names;
@@ -267,8 +267,8 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
     stage->start = stage->step = stage->limit = stage->factor = NAN;
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
-    PetscCall(ReadSection(r, SECTION_STAGES, path, stage, &stage->kind));
-    PetscCall(ReadStageJoints(r, path, scene, stage, given));
+    PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
+    PetscCall(read_stage_joints(r, path, scene, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
   }
@@ -281,7 +281,7 @@ static PetscErrorCode ReadStages(Reader *r, Scene *scene, const Entry **given)
 enum { LARGEST_SCENE = 1 << 24 }; /* [byte] */
 
 // the text of the file on all ranks; NULL and a message if it cannot be read; free with PetscFree
-static PetscErrorCode ReadText(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
+static PetscErrorCode read_text(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
 {
   PetscMPIInt rank;
 
@@ -310,7 +310,7 @@ static PetscErrorCode ReadText(MPI_Comm comm, const char *path, char **text, Pet
 }
 
 // the model lies in the working directory or beside the scene
-static PetscErrorCode FindModel(MPI_Comm comm, Scene *scene)
+static PetscErrorCode find_model(MPI_Comm comm, Scene *scene)
 {
   char beside[PETSC_MAX_PATH_LEN];
   const char *slash = strrchr(scene->file, '/');
@@ -329,7 +329,7 @@ static PetscErrorCode FindModel(MPI_Comm comm, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadAll(Reader *r, Scene *scene)
+static PetscErrorCode read_all(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
   const Entry **given;
@@ -337,25 +337,25 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
   PetscFunctionBeginUser;
   PetscCall(PetscSegBufferCreate(1, 512 * LABEL_LENGTH, &r->asked));
   PetscCall(PetscSegBufferCreate(1, 4096, &r->echo));
-  PetscCall(ReadSection(r, SECTION_TOP, "", scene, NULL));
+  PetscCall(read_section(r, SECTION_TOP, "", scene, NULL));
   PetscCall(AskSection(r, "", "contact", path));
   PetscCall(EchoSection(r, 0, "contact"));
-  PetscCall(ReadSection(r, SECTION_CONTACT, path, scene, NULL));
+  PetscCall(read_section(r, SECTION_CONTACT, path, scene, NULL));
   PetscCall(AskSection(r, "", "relaxation", path));
   PetscCall(EchoSection(r, 0, "relaxation"));
-  PetscCall(ReadSection(r, SECTION_RELAXATION, path, scene, NULL));
-  PetscCall(ReadSection(r, SECTION_STAGE_DEFAULTS, path, &r->defaults, NULL));
+  PetscCall(read_section(r, SECTION_RELAXATION, path, scene, NULL));
+  PetscCall(read_section(r, SECTION_STAGE_DEFAULTS, path, &r->defaults, NULL));
   PetscCall(AskSection(r, "", "checkpoint", path));
   PetscCall(EchoSection(r, 0, "checkpoint"));
-  PetscCall(ReadSection(r, SECTION_CHECKPOINT, path, scene, NULL));
+  PetscCall(read_section(r, SECTION_CHECKPOINT, path, scene, NULL));
   PetscCall(AskSection(r, "", "repartition", path));
   PetscCall(EchoSection(r, 0, "repartition"));
-  PetscCall(ReadSection(r, SECTION_REPARTITION, path, scene, NULL));
-  PetscCall(ReadMaterials(r, scene));
-  PetscCall(ReadJoints(r, scene, &given));
-  PetscCall(ReadSupports(r, scene));
-  PetscCall(ReadLoads(r, scene));
-  PetscCall(ReadStages(r, scene, given));
+  PetscCall(read_section(r, SECTION_REPARTITION, path, scene, NULL));
+  PetscCall(read_materials(r, scene));
+  PetscCall(read_joints(r, scene, &given));
+  PetscCall(read_supports(r, scene));
+  PetscCall(read_loads(r, scene));
+  PetscCall(read_stages(r, scene, given));
   PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));
   PetscCall(PetscSegBufferDestroy(&r->asked));
@@ -364,7 +364,7 @@ static PetscErrorCode ReadAll(Reader *r, Scene *scene)
 
 /* After the options, a line for each file of motion with its checksum: a restart tells when it has changed.
  */
-static PetscErrorCode NoteMotions(Scene *scene)
+static PetscErrorCode note_motions(Scene *scene)
 {
   char *text = NULL;
   size_t size;
@@ -396,17 +396,17 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   memset(scene, 0, sizeof *scene);
   if (file) {
     snprintf(scene->file, sizeof scene->file, "%s", file);
-    PetscCall(ReadText(comm, file, &text, &length, r.message));
+    PetscCall(read_text(comm, file, &text, &length, r.message));
   }
   if (!r.message[0] && text) PetscCall(EntriesReadYAML(&r.entries, file, text, length, r.message));
   if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
-  if (!r.message[0]) PetscCall(ReadAll(&r, scene));
+  if (!r.message[0]) PetscCall(read_all(&r, scene));
   if (!r.message[0]) PetscCall(EntriesText(&r.entries, &scene->options));
-  if (!r.message[0]) PetscCall(NoteMotions(scene));
+  if (!r.message[0]) PetscCall(note_motions(scene));
   PetscCall(PetscFree(text));
   PetscCall(EntriesDestroy(&r.entries));
   PetscCall(CheckMessage(comm, r.message));
-  PetscCall(FindModel(comm, scene));
+  PetscCall(find_model(comm, scene));
   PetscCall(EchoEnd(&r, &scene->echo));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -435,7 +435,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
 /* -------------------------------------------------------------------------------------------- help */
 
 // what a value may be, in words
-static void DescribeValues(const Key *key, char text[256])
+static void describe_values(const Key *key, char text[256])
 {
   static const char *const words[] = {[TYPE_TITLE] = "text",
                                       [TYPE_PATH] = "path",
@@ -468,7 +468,7 @@ PetscErrorCode SceneHelp(MPI_Comm comm)
     if (key->preset && !preset[0]) preset = "empty";
     if (preset[0] == '=') preset += 2;
     snprintf(path, sizeof path, "`%s%s`", SectionPaths[key->section], key->name);
-    DescribeValues(key, values);
+    describe_values(key, values);
     PetscCall(PetscPrintf(comm, "| %-36s | %-29s | %-9s | %-26s | %s |\n", path, preset, key->unit, values,
                           key->help));
   }

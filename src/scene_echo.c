@@ -8,8 +8,8 @@
 #include <string.h>
 
 // adds printf-like text to the echo
-static PetscErrorCode Append(Reader *r, const char *format, ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
-static PetscErrorCode Append(Reader *r, const char *format, ...)
+static PetscErrorCode append(Reader *r, const char *format, ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+static PetscErrorCode append(Reader *r, const char *format, ...)
 {
   va_list arguments;
   char *text, *kept;
@@ -29,39 +29,39 @@ static PetscErrorCode Append(Reader *r, const char *format, ...)
 }
 
 // text between double quotes, as YAML wants it
-static PetscErrorCode AppendQuoted(Reader *r, const char *text)
+static PetscErrorCode append_quoted(Reader *r, const char *text)
 {
   PetscFunctionBeginUser;
-  PetscCall(Append(r, "\""));
+  PetscCall(append(r, "\""));
   for (const char *c = text; *c; c++) {
     if (iscntrl((unsigned char)*c))
-      PetscCall(Append(r, "\\x%02x", (unsigned char)*c));
+      PetscCall(append(r, "\\x%02x", (unsigned char)*c));
     else
-      PetscCall(Append(r, "%s%c", *c == '"' || *c == '\\' ? "\\" : "", *c));
+      PetscCall(append(r, "%s%c", *c == '"' || *c == '\\' ? "\\" : "", *c));
   }
-  PetscCall(Append(r, "\""));
+  PetscCall(append(r, "\""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode AppendValue(Reader *r, KeyType type, const char *text)
+static PetscErrorCode append_value(Reader *r, KeyType type, const char *text)
 {
   PetscFunctionBeginUser;
   switch (type) {
   case TYPE_TITLE:
   case TYPE_PATH:
-    PetscCall(AppendQuoted(r, text));
+    PetscCall(append_quoted(r, text));
     break;
   case TYPE_PAIR:
   case TYPE_NAMES:
   case TYPE_LOADS:
-    PetscCall(Append(r, "[%s]", text));
+    PetscCall(append(r, "[%s]", text));
     break;
   case TYPE_BOOL:
   case TYPE_TRISTATE:
-    PetscCall(Append(r, "%s", text[0] ? text : "true")); // a bare -key
+    PetscCall(append(r, "%s", text[0] ? text : "true")); // a bare -key
     break;
   default:
-    PetscCall(Append(r, "%s", text));
+    PetscCall(append(r, "%s", text));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -69,7 +69,7 @@ static PetscErrorCode AppendValue(Reader *r, KeyType type, const char *text)
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name)
 {
   PetscFunctionBeginUser;
-  PetscCall(Append(r, "%*s%s:\n", indent, "", name));
+  PetscCall(append(r, "%*s%s:\n", indent, "", name));
   r->echo_indent = indent + 2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -86,16 +86,16 @@ PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry)
   // required and missing: told elsewhere; where the model lies is known later, see EchoEnd; that a run was
   // a restart does not belong to its scene
   if (!text || is_apart) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Append(r, "%*s", r->echo_indent, ""));
+  PetscCall(append(r, "%*s", r->echo_indent, ""));
   if (!entry && (!text[0] || text[0] == '=')) {
-    PetscCall(Append(r, "# %s: %s\n", key->name, text[0] ? text + 2 : "none"));
+    PetscCall(append(r, "# %s: %s\n", key->name, text[0] ? text + 2 : "none"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(Append(r, "%s: ", key->name));
-  PetscCall(AppendValue(r, key->type, text));
+  PetscCall(append(r, "%s: ", key->name));
+  PetscCall(append_value(r, key->type, text));
   if (unit[0] || source[0])
-    PetscCall(Append(r, "  # %s%s%s", unit, unit[0] && source[0] ? ", " : "", source));
-  PetscCall(Append(r, "\n"));
+    PetscCall(append(r, "  # %s%s%s", unit, unit[0] && source[0] ? ", " : "", source));
+  PetscCall(append(r, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,12 +107,12 @@ PetscErrorCode EchoEnd(Reader *r, char **text)
   PetscFunctionBeginUser;
   PetscCall(PetscSegBufferGetSize(keys, &length));
   PetscCall(PetscSegBufferCreate(1, 4096, &r->echo));
-  PetscCall(Append(r, "# Quoin %s: the scene of a run, every key in force, from the file ", QUOIN_VERSION));
-  PetscCall(AppendQuoted(r, r->scene->file));
-  PetscCall(Append(r, " and the command line.\n# It is a scene again. \"default\", and keys in comments: "
+  PetscCall(append(r, "# Quoin %s: the scene of a run, every key in force, from the file ", QUOIN_VERSION));
+  PetscCall(append_quoted(r, r->scene->file));
+  PetscCall(append(r, " and the command line.\n# It is a scene again. \"default\", and keys in comments: "
                       "given by nobody.\nmodel: "));
-  PetscCall(AppendQuoted(r, r->scene->model));
-  PetscCall(Append(r, "\n"));
+  PetscCall(append_quoted(r, r->scene->model));
+  PetscCall(append(r, "\n"));
   PetscCall(PetscSegBufferGetSize(r->echo, &head));
   PetscCall(PetscMalloc1(head + length + 1, text));
   PetscCall(PetscSegBufferExtractTo(r->echo, *text));

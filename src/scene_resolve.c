@@ -8,30 +8,30 @@
 
 typedef char NameText[NAME_LENGTH];
 
-static PetscInt FindName(const char *name, PetscInt n, const NameText *names)
+static PetscInt find_name(const char *name, PetscInt n, const NameText *names)
 {
   for (PetscInt i = 0; i < n; i++)
     if (!strcmp(names[i], name)) return i;
   return -1;
 }
 
-static PetscInt FindGroup(const BlockMesh *mesh, const char *name)
+static PetscInt find_group(const BlockMesh *mesh, const char *name)
 {
-  return FindName(name, mesh->n_groups, (const NameText *)mesh->group_names);
+  return find_name(name, mesh->n_groups, (const NameText *)mesh->group_names);
 }
 
-static PetscInt FindFaceSet(const BlockMesh *mesh, const char *name)
+static PetscInt find_face_set(const BlockMesh *mesh, const char *name)
 {
-  return FindName(name, mesh->n_face_sets, (const NameText *)mesh->face_set_names);
+  return find_name(name, mesh->n_face_sets, (const NameText *)mesh->face_set_names);
 }
 
-static PetscInt FindPoint(const BlockMesh *mesh, const char *name)
+static PetscInt find_point(const BlockMesh *mesh, const char *name)
 {
-  return FindName(name, mesh->n_points, (const NameText *)mesh->point_names);
+  return find_name(name, mesh->n_points, (const NameText *)mesh->point_names);
 }
 
 // "; groups: a, b", as far as there is room
-static void AppendNames(char text[MESSAGE_LENGTH], const char *what, PetscInt n, const NameText *names)
+static void append_names(char text[MESSAGE_LENGTH], const char *what, PetscInt n, const NameText *names)
 {
   size_t used = strlen(text);
   used += snprintf(text + used, MESSAGE_LENGTH - used, "; %s: %s", what, n ? "" : "none");
@@ -45,15 +45,15 @@ static void AppendNames(char text[MESSAGE_LENGTH], const char *what, PetscInt n,
 enum { GROUPS = 1, FACE_SETS = 2, POINTS = 4 };
 
 // complains unless `name` is exactly one of the kinds of thing asked for
-static void CheckTarget(const Scene *scene, const BlockMesh *mesh, int kinds, const char *name, int line,
-                        const char *key, char *message)
+static void check_target(const Scene *scene, const BlockMesh *mesh, int kinds, const char *name, int line,
+                         const char *key, char *message)
 {
   static const char *const words[] = {
       "",      "group",          "face set",          "group or face set",
       "point", "group or point", "face set or point", "group, face set or point"};
-  int found = (kinds & GROUPS && FindGroup(mesh, name) >= 0) +
-              (kinds & FACE_SETS && FindFaceSet(mesh, name) >= 0) +
-              (kinds & POINTS && FindPoint(mesh, name) >= 0);
+  int found = (kinds & GROUPS && find_group(mesh, name) >= 0) +
+              (kinds & FACE_SETS && find_face_set(mesh, name) >= 0) +
+              (kinds & POINTS && find_point(mesh, name) >= 0);
   char text[MESSAGE_LENGTH];
 
   if (found == 1) return;
@@ -63,18 +63,18 @@ static void CheckTarget(const Scene *scene, const BlockMesh *mesh, int kinds, co
     return;
   }
   snprintf(text, sizeof text, "the mesh has no %s '%s'", words[kinds], name);
-  if (kinds & GROUPS) AppendNames(text, "groups", mesh->n_groups, (const NameText *)mesh->group_names);
+  if (kinds & GROUPS) append_names(text, "groups", mesh->n_groups, (const NameText *)mesh->group_names);
   if (kinds & FACE_SETS)
-    AppendNames(text, "face sets", mesh->n_face_sets, (const NameText *)mesh->face_set_names);
-  if (kinds & POINTS) AppendNames(text, "points", mesh->n_points, (const NameText *)mesh->point_names);
+    append_names(text, "face sets", mesh->n_face_sets, (const NameText *)mesh->face_set_names);
+  if (kinds & POINTS) append_names(text, "points", mesh->n_points, (const NameText *)mesh->point_names);
   Complain(message, scene->file, line, key, "%s", text);
 }
 
 /* ------------------------------------------------------------------------------------------------------ */
 
 // a deformable group needs elastic constants, a rigid one has none
-static void CompleteMaterial(const Scene *scene, const BlockMesh *mesh, PetscInt group, Material *m,
-                             char *message)
+static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscInt group, Material *m,
+                              char *message)
 {
   char key[LABEL_LENGTH];
 
@@ -95,7 +95,7 @@ static void CompleteMaterial(const Scene *scene, const BlockMesh *mesh, PetscInt
 }
 
 // materials in the order of the mesh's groups, one each
-static PetscErrorCode ResolveMaterials(Scene *scene, const BlockMesh *mesh, char *message)
+static PetscErrorCode resolve_materials(Scene *scene, const BlockMesh *mesh, char *message)
 {
   Material *ordered;
   char key[LABEL_LENGTH];
@@ -103,7 +103,7 @@ static PetscErrorCode ResolveMaterials(Scene *scene, const BlockMesh *mesh, char
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_materials; i++) {
     snprintf(key, sizeof key, "materials.%s", scene->materials[i].name);
-    CheckTarget(scene, mesh, GROUPS, scene->materials[i].name, scene->materials[i].line, key, message);
+    check_target(scene, mesh, GROUPS, scene->materials[i].name, scene->materials[i].line, key, message);
   }
   PetscCall(PetscCalloc1(mesh->n_groups, &ordered));
   for (PetscInt g = 0; g < mesh->n_groups; g++) {
@@ -112,7 +112,7 @@ static PetscErrorCode ResolveMaterials(Scene *scene, const BlockMesh *mesh, char
     while (i < scene->n_materials && strcmp(scene->materials[i].name, group)) i++;
     if (i < scene->n_materials) {
       ordered[g] = scene->materials[i];
-      CompleteMaterial(scene, mesh, g, &ordered[g], message);
+      complete_material(scene, mesh, g, &ordered[g], message);
     } else
       Complain(message, scene->file, -1, "materials", "no material for the group '%s' of the mesh", group);
   }
@@ -128,7 +128,7 @@ static PetscErrorCode ResolveMaterials(Scene *scene, const BlockMesh *mesh, char
 }
 
 // "default", a face set, or two groups joined by +
-static void CheckJoints(const Scene *scene, const BlockMesh *mesh, char *message)
+static void check_joints(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   char key[LABEL_LENGTH], reversed[2 * NAME_LENGTH];
 
@@ -138,12 +138,12 @@ static void CheckJoints(const Scene *scene, const BlockMesh *mesh, char *message
     snprintf(key, sizeof key, "joints.%s", joint->name);
     const char *plus = strchr(joint->name, '+');
     if (!plus) {
-      CheckTarget(scene, mesh, FACE_SETS, joint->name, joint->line, key, message);
+      check_target(scene, mesh, FACE_SETS, joint->name, joint->line, key, message);
       continue;
     }
     snprintf(first, sizeof first, "%.*s", (int)(plus - joint->name), joint->name);
-    CheckTarget(scene, mesh, GROUPS, first, joint->line, key, message);
-    CheckTarget(scene, mesh, GROUPS, plus + 1, joint->line, key, message);
+    check_target(scene, mesh, GROUPS, first, joint->line, key, message);
+    check_target(scene, mesh, GROUPS, plus + 1, joint->line, key, message);
     snprintf(reversed, sizeof reversed, "%s+%s", plus + 1, first);
     for (PetscInt i = 1; i < j; i++)
       if (!strcmp(scene->joints[i].name, reversed))
@@ -151,17 +151,17 @@ static void CheckJoints(const Scene *scene, const BlockMesh *mesh, char *message
   }
 }
 
-static void CheckSupports(const Scene *scene, const BlockMesh *mesh, char *message)
+static void check_supports(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   char key[LABEL_LENGTH];
 
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
     snprintf(key, sizeof key, "supports.%s", s->name);
-    CheckTarget(scene, mesh, GROUPS | FACE_SETS | POINTS, s->target, s->line, key, message);
+    check_target(scene, mesh, GROUPS | FACE_SETS | POINTS, s->target, s->line, key, message);
   }
 }
 
-static void CheckLoads(const Scene *scene, const BlockMesh *mesh, char *message)
+static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   static const int kinds[] = {[LOAD_RESERVOIR] = FACE_SETS,
                               [LOAD_TRACTION] = FACE_SETS,
@@ -172,14 +172,14 @@ static void CheckLoads(const Scene *scene, const BlockMesh *mesh, char *message)
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
     snprintf(key, sizeof key, "loads.%s", load->name);
     for (PetscInt g = 0; g < load->n_groups; g++)
-      CheckTarget(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
+      check_target(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
     if (load->kind != LOAD_SELF_WEIGHT)
-      CheckTarget(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
+      check_target(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
   }
 }
 
 // the results of frames are named <stage>_<k>: no stage may have such a name
-static void CheckFrames(const Scene *scene, char *message)
+static void check_frames(const Scene *scene, char *message)
 {
   char frame[NAME_LENGTH + 16], key[NAME_LENGTH + 16];
 
@@ -201,13 +201,13 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
   char message[MESSAGE_LENGTH] = "";
 
   PetscFunctionBeginUser;
-  PetscCall(ResolveMaterials(scene, mesh, message));
-  CheckJoints(scene, mesh, message);
-  CheckSupports(scene, mesh, message);
-  CheckLoads(scene, mesh, message);
+  PetscCall(resolve_materials(scene, mesh, message));
+  check_joints(scene, mesh, message);
+  check_supports(scene, mesh, message);
+  check_loads(scene, mesh, message);
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
-    CheckTarget(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
-  CheckFrames(scene, message);
+    check_target(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
+  check_frames(scene, message);
   for (PetscInt i = 0; i < scene->n_supports; i++) scene->supports[i].row = i;
   for (PetscInt i = 0; i < scene->n_stages && !message[0]; i++)
     if (scene->stages[i].variable && scene->strain == STRAIN_SMALL)

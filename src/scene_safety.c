@@ -6,7 +6,7 @@
 #include <string.h>
 
 // makes `name` the key that the next complaint is about; true: the user gave it
-static PetscErrorCode Given(Reader *r, const char *path, const char *name, PetscBool *given)
+static PetscErrorCode is_given(Reader *r, const char *path, const char *name, PetscBool *given)
 {
   Entry *entry;
 
@@ -21,9 +21,9 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
   PetscBool given = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  PetscCall(Given(r, path, "cohesion", &given));
+  PetscCall(is_given(r, path, "cohesion", &given));
   if (given && isnan(m->friction)) COMPLAIN(r, "the shear strength needs friction [degree] too");
-  PetscCall(Given(r, path, "friction", &given));
+  PetscCall(is_given(r, path, "friction", &given));
   if (given && isnan(m->cohesion)) COMPLAIN(r, "the shear strength needs cohesion [Pa] too");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -36,26 +36,26 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
 
   PetscFunctionBeginUser;
   load->drain_level = load->level;
-  PetscCall(Given(r, path, "gallery", &given));
+  PetscCall(is_given(r, path, "gallery", &given));
   if (given && isnan(load->drain)) COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
   if (given && fixed) COMPLAIN(r, "the rules npb and usbr know no gallery; usace and ferc do");
-  PetscCall(Given(r, path, "efficiency", &given));
+  PetscCall(is_given(r, path, "efficiency", &given));
   if (given && isnan(load->drain)) COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
   if (given && fixed) COMPLAIN(r, "the rules npb and usbr fix it at 2/3; usace and ferc take a value");
   if (fixed) load->efficiency = 2. / 3.;
   if (load->rule != UPLIFT_LINEAR && !isnan(load->drain) && isnan(load->efficiency))
     COMPLAIN_MISSING(r, "missing [-]: the rules usace and ferc need it");
-  PetscCall(Given(r, path, "drain", &given));
+  PetscCall(is_given(r, path, "drain", &given));
   if (given && load->rule == UPLIFT_LINEAR)
     COMPLAIN(r, "the rule linear knows no drain: choose npb, usbr, usace or ferc");
-  PetscCall(Given(r, path, "raise", &given));
+  PetscCall(is_given(r, path, "raise", &given));
   if (load->raise == RAISE_TO_DRAIN && isnan(load->drain))
     COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 // the joints named exist and have a strength
-static void CheckReduced(Reader *r, const Stage *stage)
+static void check_reduced(Reader *r, const Stage *stage)
 {
   for (PetscInt i = 0; i < stage->n_reduce; i++) {
     PetscInt j = 0;
@@ -75,23 +75,23 @@ PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
 
   PetscFunctionBeginUser;
   if (isnan(stage->limit)) stage->limit = 0;
-  PetscCall(Given(r, path, "reduce", &given));
-  CheckReduced(r, stage);
+  PetscCall(is_given(r, path, "reduce", &given));
+  check_reduced(r, stage);
   if (isnan(nominal) && !stage->n_reduce)
     COMPLAIN_MISSING(r, "all joints are elastic in this stage: there is no strength");
   if (isnan(nominal)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Given(r, path, "factor", &given));
+  PetscCall(is_given(r, path, "factor", &given));
   if (given && friction) COMPLAIN(r, "friction goes by degrees: give step, or choose what: strengths");
-  PetscCall(Given(r, path, "step", &step));
+  PetscCall(is_given(r, path, "step", &step));
   if (step && !friction) COMPLAIN(r, "strengths go by a factor, such as factor: 0.85");
-  PetscCall(Given(r, path, "start", &given));
+  PetscCall(is_given(r, path, "start", &given));
   if (given && stage->start > most)
     COMPLAIN(r, "%.6g is out of range: the joints have %.6g%s", (double)stage->start, (double)most,
              friction ? " [degree]" : "");
-  PetscCall(Given(r, path, "limit", &given));
+  PetscCall(is_given(r, path, "limit", &given));
   if (stage->limit < 0 || stage->limit >= (isnan(stage->start) ? most : stage->start))
     COMPLAIN(r, "%.6g is out of range: must be >= 0 and less than start", (double)stage->limit);
-  PetscCall(Given(r, path, "bracket", &given));
+  PetscCall(is_given(r, path, "bracket", &given));
   if (stage->bracket <= 0 && isnan(stage->step) && isnan(stage->factor))
     COMPLAIN_MISSING(r, "missing: give the width of the bracket, or a %s, or both",
                      friction ? "step" : "factor");
@@ -104,7 +104,7 @@ PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
   PetscBool given = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  PetscCall(Given(r, path, "loads", &given));
+  PetscCall(is_given(r, path, "loads", &given));
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = stage->loads[l] < 0 ? NULL : &r->scene->loads[stage->loads[l]];
     if (load && (load->kind == LOAD_RESERVOIR || load->kind == LOAD_UPLIFT))
@@ -112,12 +112,12 @@ PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
   }
   if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir or uplift");
   stage->start = level;
-  PetscCall(Given(r, path, "limit", &given));
+  PetscCall(is_given(r, path, "limit", &given));
   if (!given)
     COMPLAIN_MISSING(r, "missing [m]: the highest level");
   else if (stage->limit <= level)
     COMPLAIN(r, "%g is not above the level %g of the loads [m]", (double)stage->limit, (double)level);
-  PetscCall(Given(r, path, "bracket", &given));
+  PetscCall(is_given(r, path, "bracket", &given));
   if (stage->bracket <= 0 && isnan(stage->step))
     COMPLAIN_MISSING(r, "missing [m]: give the width of the bracket, or a step, or both");
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -37,7 +37,7 @@ PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void AddName(Reader *r, Name *names, PetscInt *n, const char *name, int line)
+static void add_name(Reader *r, Name *names, PetscInt *n, const char *name, int line)
 {
   r->line = line;
   if (!NameIsValid(name)) COMPLAIN(r, "'%.80s' is not a name", name);
@@ -60,12 +60,12 @@ PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **name
     for (const Entry *e = r->entries.entries; e < r->entries.entries + r->entries.n; e++) {
       size_t length = strlen(section);
       if (strncmp(e->key, section, length) || e->key[length] != '.') continue;
-      if (!strchr(e->key + length + 1, '.')) AddName(r, *names, n, e->key + length + 1, e->line);
+      if (!strchr(e->key + length + 1, '.')) add_name(r, *names, n, e->key + length + 1, e->line);
     }
   } else if (list && list->line == 0) {
     for (const char *rest = list->value; rest;) {
       rest = NextItem(rest, item);
-      AddName(r, *names, n, item, 0);
+      add_name(r, *names, n, item, 0);
     }
   } else if (list)
     COMPLAIN(r, "names with keys below them expected ({name: {key: value, ..}, ..})");
@@ -75,7 +75,7 @@ PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **name
 
 /* --------------------------------------------------------------------------------------- one value */
 
-static PetscBool InRange(const char *range, double x)
+static PetscBool in_range(const char *range, double x)
 {
   while (range && *range) {
     char side = *range++;
@@ -89,29 +89,29 @@ static PetscBool InRange(const char *range, double x)
 }
 
 // " [Pa]", to stand behind a message
-static void DescribeUnit(const Key *key, char text[32])
+static void describe_unit(const Key *key, char text[32])
 {
   PetscBool plain = (PetscBool)(!key->unit[0] || !strcmp(key->unit, "-"));
   snprintf(text, 32, "%s%s%s", plain ? "" : " [", plain ? "" : key->unit, plain ? "" : "]");
 }
 
-static double ConvertNumber(Reader *r, const Key *key, const char *text)
+static double convert_number(Reader *r, const Key *key, const char *text)
 {
   char *end, unit[32];
   double x = strtod(text, &end);
 
   if (key->type == TYPE_LIMIT && (!strcmp(text, "inf") || !strcmp(text, ".inf"))) return PETSC_INFINITY;
-  DescribeUnit(key, unit);
+  describe_unit(key, unit);
   if (end == text || *end || text[strspn(text, "0123456789+-.eE")])
     COMPLAIN(r, "'%.60s' is not a number%s", text, unit);
   if (!isfinite(x)) COMPLAIN(r, "%.60s is too large for a number", text);
   if (key->type == TYPE_INT && (x != rint(x) || fabs(x) > 1e9))
     COMPLAIN(r, "%.60s is not a whole number up to 1e9%s", text, unit);
-  if (!InRange(key->range, x)) COMPLAIN(r, "%.60s is out of range: must be %s%s", text, key->range, unit);
+  if (!in_range(key->range, x)) COMPLAIN(r, "%.60s is out of range: must be %s%s", text, key->range, unit);
   return x;
 }
 
-static PetscBool ConvertBool(Reader *r, const char *text)
+static PetscBool convert_bool(Reader *r, const char *text)
 {
   static const char *const words[] = {"false", "true", "no", "yes", "off", "on", "0", "1"};
   for (int i = 0; i < 8; i++)
@@ -128,7 +128,7 @@ void DescribeChoices(const char *const *choices, char text[256])
     used += snprintf(text + used, 256 - used, "%s%s", i ? ", " : "", choices[i]);
 }
 
-static int ConvertChoice(Reader *r, const char *const *choices, const char *text)
+static int convert_choice(Reader *r, const char *const *choices, const char *text)
 {
   char known[256];
   for (int i = 0; choices[i + 2]; i++)
@@ -138,7 +138,7 @@ static int ConvertChoice(Reader *r, const char *const *choices, const char *text
   return 0;
 }
 
-static void ConvertText(Reader *r, const Key *key, const char *text, char *value)
+static void convert_text(Reader *r, const Key *key, const char *text, char *value)
 {
   size_t size = key->type == TYPE_TITLE ? sizeof r->scene->title : PETSC_MAX_PATH_LEN;
   if (key->type == TYPE_NAME) size = NAME_LENGTH;
@@ -147,7 +147,7 @@ static void ConvertText(Reader *r, const Key *key, const char *text, char *value
   snprintf(value, size, "%s", text);
 }
 
-static void ConvertFix(Reader *r, const char *text, PetscBool fix[2])
+static void convert_fix(Reader *r, const char *text, PetscBool fix[2])
 {
   fix[0] = (PetscBool)(strchr(text, 'x') != NULL);
   fix[1] = (PetscBool)(strchr(text, 'y') != NULL);
@@ -155,19 +155,19 @@ static void ConvertFix(Reader *r, const char *text, PetscBool fix[2])
     COMPLAIN(r, "'%.60s' is not one of: x, y, xy", text);
 }
 
-static void ConvertPair(Reader *r, const Key *key, const char *text, PetscReal value[2])
+static void convert_pair(Reader *r, const Key *key, const char *text, PetscReal value[2])
 {
   char item[LABEL_LENGTH];
   int n = 0;
   for (const char *rest = text; rest; n++) {
     rest = NextItem(rest, item);
-    double x = ConvertNumber(r, key, item);
+    double x = convert_number(r, key, item);
     if (n < 2) value[n] = x;
   }
   if (n != 2) COMPLAIN(r, "two numbers expected: [x, y]");
 }
 
-static PetscErrorCode ConvertNames(Reader *r, const char *text, PetscInt *n, char (**names)[NAME_LENGTH])
+static PetscErrorCode convert_names(Reader *r, const char *text, PetscInt *n, char (**names)[NAME_LENGTH])
 {
   char item[LABEL_LENGTH];
   Name *found;
@@ -178,7 +178,7 @@ static PetscErrorCode ConvertNames(Reader *r, const char *text, PetscInt *n, cha
   if (!text[0]) COMPLAIN(r, "the list is empty");
   for (const char *rest = text; rest;) {
     rest = NextItem(rest, item);
-    AddName(r, found, n, item, r->line);
+    add_name(r, found, n, item, r->line);
   }
   PetscCall(PetscMalloc1(*n, names));
   for (PetscInt i = 0; i < *n; i++) memcpy((*names)[i], found[i].name, NAME_LENGTH);
@@ -186,7 +186,7 @@ static PetscErrorCode ConvertNames(Reader *r, const char *text, PetscInt *n, cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ConvertLoads(Reader *r, const char *text, PetscInt *n, PetscInt **loads)
+static PetscErrorCode convert_loads(Reader *r, const char *text, PetscInt *n, PetscInt **loads)
 {
   char(*names)[NAME_LENGTH], known[512] = "none";
   size_t used = 0;
@@ -195,7 +195,7 @@ static PetscErrorCode ConvertLoads(Reader *r, const char *text, PetscInt *n, Pet
   if (!text[0]) COMPLAIN(r, "a stage needs at least one load");
   for (PetscInt l = 0; l < r->scene->n_loads && used < sizeof known; l++)
     used += snprintf(known + used, sizeof known - used, "%s%s", l ? ", " : "", r->scene->loads[l].name);
-  PetscCall(ConvertNames(r, text, n, &names));
+  PetscCall(convert_names(r, text, n, &names));
   PetscCall(PetscMalloc1(*n, loads));
   for (PetscInt i = 0; i < *n; i++) {
     (*loads)[i] = -1;
@@ -208,7 +208,7 @@ static PetscErrorCode ConvertLoads(Reader *r, const char *text, PetscInt *n, Pet
 }
 
 // writes the value of one key into its field of `base`
-static PetscErrorCode Convert(Reader *r, const Key *key, const char *text, void *base)
+static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void *base)
 {
   void *field = (char *)base + key->offset, *count = (char *)base + key->count;
 
@@ -217,35 +217,35 @@ static PetscErrorCode Convert(Reader *r, const Key *key, const char *text, void 
   case TYPE_TITLE:
   case TYPE_PATH:
   case TYPE_NAME:
-    ConvertText(r, key, text, field);
+    convert_text(r, key, text, field);
     break;
   case TYPE_REAL:
   case TYPE_LIMIT:
-    *(PetscReal *)field = ConvertNumber(r, key, text);
+    *(PetscReal *)field = convert_number(r, key, text);
     break;
   case TYPE_INT:
-    *(PetscInt *)field = (PetscInt)PetscClipInterval(ConvertNumber(r, key, text), -1e9, 1e9);
+    *(PetscInt *)field = (PetscInt)PetscClipInterval(convert_number(r, key, text), -1e9, 1e9);
     break;
   case TYPE_BOOL:
-    *(PetscBool *)field = ConvertBool(r, text);
+    *(PetscBool *)field = convert_bool(r, text);
     break;
   case TYPE_TRISTATE:
-    *(PetscInt *)field = ConvertBool(r, text);
+    *(PetscInt *)field = convert_bool(r, text);
     break;
   case TYPE_CHOICE:
-    *(int *)field = ConvertChoice(r, key->choices, text);
+    *(int *)field = convert_choice(r, key->choices, text);
     break;
   case TYPE_FIX:
-    ConvertFix(r, text, field);
+    convert_fix(r, text, field);
     break;
   case TYPE_PAIR:
-    ConvertPair(r, key, text, field);
+    convert_pair(r, key, text, field);
     break;
   case TYPE_NAMES:
-    PetscCall(ConvertNames(r, text, count, field));
+    PetscCall(convert_names(r, text, count, field));
     break;
   case TYPE_LOADS:
-    PetscCall(ConvertLoads(r, text, count, field));
+    PetscCall(convert_loads(r, text, count, field));
     break;
   case TYPE_CHANGES:
     break;
@@ -264,7 +264,7 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
   char unit[32];
 
   PetscFunctionBeginUser;
-  DescribeUnit(key, unit);
+  describe_unit(key, unit);
   if (entry && !entry->line && (key->type == TYPE_BOOL || key->type == TYPE_TRISTATE))
     may_be_bare = PETSC_TRUE;
   if (entry && entry->kind == ENTRY_SECTION)
@@ -276,31 +276,31 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
   else if (entry && !text[0] && !may_be_bare)
     COMPLAIN(r, "no value given");
   else if (text[0] != '=' || entry)
-    PetscCall(Convert(r, key, text, base));
+    PetscCall(convert(r, key, text, base));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ------------------------------------------------------------------------------------ unknown keys */
 
-static char Plain(char c)
+static char plain_letter(char c)
 {
   return c == '.' ? '_' : c;
 }
 
 // number of letters to change, drop or add to make one key of the other; 0 also when b only ends in more
 // letters
-static size_t KeyDistance(const char *a, const char *b)
+static size_t key_distance(const char *a, const char *b)
 {
   size_t n = strlen(b), same = 0, row[LABEL_LENGTH + 1];
 
-  while (a[same] && Plain(a[same]) == Plain(b[same])) same++;
+  while (a[same] && plain_letter(a[same]) == plain_letter(b[same])) same++;
   if (!a[same] && !strchr(b + same, '.')) return 0;
   for (size_t j = 0; j <= n; j++) row[j] = j;
   for (size_t i = 1; a[i - 1]; i++) {
     size_t diagonal = row[0];
     row[0] = i;
     for (size_t j = 1; j <= n; j++) {
-      size_t change = diagonal + (Plain(a[i - 1]) != Plain(b[j - 1]));
+      size_t change = diagonal + (plain_letter(a[i - 1]) != plain_letter(b[j - 1]));
       diagonal = row[j];
       row[j] = PetscMin(change, PetscMin(row[j], row[j - 1]) + 1);
     }
@@ -309,7 +309,7 @@ static size_t KeyDistance(const char *a, const char *b)
 }
 
 // the known key nearest to that of an entry, as it would be written there; "" if none is near
-static PetscErrorCode NearestKey(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
+static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
 {
   SegmentCount n;
   size_t best = 3 + strlen(e->key) / 16;
@@ -321,12 +321,12 @@ static PetscErrorCode NearestKey(Reader *r, const Entry *e, char nearest[LABEL_L
   PetscCall(PetscSegBufferGetSize(r->asked, &n));
   PetscCall(PetscSegBufferExtractInPlace(r->asked, &known));
   for (char *k = known; k < known + n; k += LABEL_LENGTH) {
-    size_t distance = KeyDistance(e->key, k);
+    size_t distance = key_distance(e->key, k);
     if (distance >= best) continue;
     best = distance;
     snprintf(nearest, LABEL_LENGTH + 1, "%s%s", e->line ? "" : "-", k);
   }
-  for (char *c = nearest; !e->line && *c; c++) *c = Plain(*c);
+  for (char *c = nearest; !e->line && *c; c++) *c = plain_letter(*c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -338,7 +338,7 @@ PetscErrorCode ConcludeMessage(Reader *r)
   PetscFunctionBeginUser;
   while (e < end && e->used) e++;
   if (e < end) {
-    PetscCall(NearestKey(r, e, nearest));
+    PetscCall(nearest_key(r, e, nearest));
     Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
              nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");
   }

@@ -1,0 +1,186 @@
+/* scene.h: what the user asked for: read by scene.c from the YAML scene and the command line, constant
+   afterwards. Units and signs as in types.h. */
+#pragma once
+#include <petscsys.h>
+#include <stdbool.h>
+
+enum {
+  NAME_LENGTH = 64, /* of groups, sets, points, joints, loads, stages; 63 characters and the closing zero */
+  MESSAGE_LENGTH = 1024 /* of one error line */
+};
+
+typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
+typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
+typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
+typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
+typedef enum {
+  STRESS_PT,
+  STRESS_R2PT,
+  STRESS_R3PT,
+  STRESS_T2PT,
+  STRESS_T3PT,
+  STRESS_TPTM,
+  STRESS_MODELS
+} StressModelKind;
+typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE, LOAD_UPLIFT } LoadKind;
+typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC } UpliftRule;
+typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
+typedef enum { HEEL_START, HEEL_END } UpliftHeel;
+typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
+typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED } MethodKind;
+typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_NONE } DampingKind;
+typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
+typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
+typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
+typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
+typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
+typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
+typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
+
+typedef struct {
+  char name[NAME_LENGTH];   /* group of the mesh it belongs to */
+  PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
+  PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
+  Formulation element;      /* see element_kernels.h */
+  PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
+  PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
+  PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
+  PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */
+  PetscBool upgradeable;    /* its contacts are verified and searched for when connectivity is variable */
+  PetscBool output;         /* its blocks are written into results.h5 */
+  PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
+                                                         failure factors (39)-(41); NaN: not given */
+  int line; /* in the scene file, for messages, here and below; 0: command line */
+} Material;
+
+/* Properties of one joint; also of a pair of groups, or the default. Index [0]: peak, [1]: residual (after
+   the joint has failed in tension or shear at that place). */
+typedef struct {
+  char name[NAME_LENGTH]; /* face set of the mesh, or "groupA+groupB", or "default" */
+  JointLawKind law;
+  StressModelKind stress_model;
+  PetscReal k_n, k_s;    /* [Pa/m] */
+  PetscReal friction[2]; /* [degree] */
+  PetscReal tan_phi[2];  /* [-] of friction; JointPrepare in joint_law.h writes it */
+  PetscReal cohesion[2]; /* [Pa] */
+  PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
+  PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
+  PetscReal damping;     /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
+  PetscBool defined;     /* false only for row 0 when the scene gives no "default": all else is 0 then */
+  int line;
+} Joint;
+
+typedef struct {
+  char name[NAME_LENGTH];
+  char target[NAME_LENGTH]; /* face set, group or point of the mesh; the name of the support itself by default
+                             */
+  PetscBool fix[2];         /* x, y */
+  char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": does not move */
+  PetscInt row;                    /* of this support in Scene.supports */
+  MotionQuantity quantity;         /* what x, y are: [m/s] or [m/s2] */
+  int line;
+} Support;
+
+typedef struct {
+  char name[NAME_LENGTH];
+  LoadKind kind;
+  PetscInt n_groups; /* self_weight: groups it acts on; 0: all */
+  char (*groups)[NAME_LENGTH];
+  char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
+  PetscReal level;          /* [m] reservoir: elevation of the water surface */
+  PetscReal density;        /* [kg/m3] reservoir: of water */
+  PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  /* uplift: level, density and target as the reservoir's; see uplift.c */
+  UpliftRule rule;
+  UpliftComponent component;
+  UpliftHeel heel;           /* which end of the joint is upstream */
+  UpliftRaise raise;         /* what a flood stage raises: all, or nothing beyond the drain */
+  PetscBool cracked;         /* full head along the open part of the joint */
+  PetscReal crack_tolerance; /* [m] of the iteration for the open length */
+  PetscReal tailwater;       /* [m] elevation downstream, NaN: none */
+  PetscReal drain;           /* [m] from the heel along the joint, NaN: none */
+  PetscReal gallery;         /* [m] elevation where the drain opens, NaN: none */
+  PetscReal efficiency;      /* [-] of the drain, NaN until the rule has set it */
+  PetscReal drain_level;     /* [m] level that the pressure at the drain belongs to (level, but for floods) */
+  int line;
+} Load;
+
+typedef struct {
+  char name[NAME_LENGTH];
+  StageKind kind;
+  PetscInt
+      n_loads; /* loads acting at the end of the stage; loads of the stage before that are not named leave */
+  PetscInt *loads;     /* (n_loads,) rows of Scene.loads */
+  PetscInt ramp;       /* [cycles] over which loads go linearly from what acted before to this stage's */
+  PetscInt max_cycles; /* [cycles] then the verdict is "undecided" */
+  PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
+  PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement,
+                                   likewise */
+  PetscInt variable;   /* 1: connectivity is variable in this stage, 0: fixed, -1: as Scene.connectivity */
+  PetscReal duration;  /* [s] of a dynamic stage */
+  PetscReal dt_factor; /* [-] dynamic: time step over the stability bound */
+  PetscReal alpha;     /* [1/s] dynamic: mass-proportional damping */
+  PetscInt frames;     /* dynamic: results written on the way, at equal intervals */
+  Joint *joints;       /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far; a
+                          strength reduction leaves the strengths of its last stable trial here */
+  /* strength_reduction, flood: trials from start towards limit, see reduction.c */
+  ReductionKind what;
+  PetscInt n_reduce; /* joints reduced; 0: all */
+  char (*reduce)[NAME_LENGTH];
+  PetscReal start, step, limit; /* [degree], [-] or [m]; NaN: not given */
+  PetscReal factor;  /* [-] strengths: each trial leaves this part of the strengths of the one before */
+  PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
+  int line;
+} Stage;
+
+typedef struct {
+  char file[PETSC_MAX_PATH_LEN];   /* the YAML file, for messages; "" when there is none */
+  char model[PETSC_MAX_PATH_LEN];  /* path of model.h5 */
+  char output[PETSC_MAX_PATH_LEN]; /* folder for results */
+  char title[256];
+  PetscReal advise; /* [-] accuracy for which advise.c says what could be left out, 0: the scene is run */
+  PlaneState plane;
+  StrainMeasure strain;
+  PartitionKind partition;
+  InstructionSet isa;  /* asked for; instruction_set of lanes.h is what runs */
+  PetscReal thickness; /* [m] */
+  PetscReal gravity;   /* [m/s2] acts in -y */
+  /* contacts */
+  PetscReal contact_tolerance; /* [m] activation tolerance on the opening of both sub-contacts */
+  PetscBool contact_relative;  /* contact_tolerance is a fraction of the smaller face instead */
+  Connectivity connectivity;   /* of stages that do not say */
+  PetscReal verify_after;  /* [-] verification when a vertex has moved this part of the contact tolerance */
+  PetscReal vertex_length; /* [-] least influence length of a vertex on a face, over the shorter face */
+  PetscReal overlap_tolerance; /* [m] two macroblocks may overlap this deep in the mesh */
+  /* relaxation */
+  MethodKind method;   /* of static stages */
+  PetscInt increments; /* preconditioned: steps in which loads that are ramped are applied */
+  DampingKind damping;
+  PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */
+  PetscReal beta;            /* [-] adaptive damping: State.beta */
+  PetscInt n_damping_groups; /* groups that enter the Rayleigh quotient; 0: all */
+  char (*damping_groups)[NAME_LENGTH];
+  PetscReal safety;         /* [-] of the time step: masses are those of a step 1/safety times longer */
+  PetscBool allow_floating; /* accept bodies without support */
+  PetscInt check_every;     /* [cycles] between tests of convergence */
+  PetscInt history_every;   /* [cycles] between rows of history.csv */
+  RepartitionKind repartition;
+  PetscInt repartition_every; /* [cycles] between looks for a better partition */
+  PetscReal repartition_gain; /* [-] part of the busiest rank's work that it must save */
+  /* checkpoints */
+  char restart[PETSC_MAX_PATH_LEN]; /* file, folder or "auto"; "": a run from the start */
+  PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */
+  PetscInt checkpoint_every;        /* [cycles] between checkpoints, 0: none by cycles */
+  PetscInt checkpoint_keep;         /* newest files kept */
+  PetscReal wall_limit;             /* [min] of wall time, 0: none */
+  char *options;                    /* "key value" lines: all that the scene and the command line say */
+  /* tables */
+  PetscInt n_materials, n_joints, n_supports, n_loads, n_stages;
+  Material *materials;
+  Joint *joints; /* row 0 is "default" */
+  Support *supports;
+  Load *loads;
+  Stage *stages;
+  char *echo; /* every key in force, as YAML: scene_echo.yaml */
+} Scene;
