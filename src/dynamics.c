@@ -204,7 +204,7 @@ static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const St
 
 /* On to the next time, by the forces just evaluated. */
 static PetscErrorCode advance(const Scene *scene, const Model *m, const Stage *stage, State *s,
-                              const SupportMotion *motions, EnergyAccount *energy)
+                              SupportMotion *motions, EnergyAccount *energy)
 {
   const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
   QuotientSums sums;
@@ -313,8 +313,7 @@ static PetscErrorCode name_fault(const Model *m, const State *s, Loop *loop)
 
 /* The steps of a stage; frames are written where forces and displacements are of one time. */
 static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                          Contacts *contacts, State *s, const SupportMotion *motions, Loop *loop,
-                          Output *output)
+                          Contacts *contacts, State *s, SupportMotion *motions, Loop *loop, Output *output)
 {
   const PetscInt64 steps = (PetscInt64)rint(stage->duration / s->dt);
   EnergyAccount *energy = loop->energy;

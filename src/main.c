@@ -52,6 +52,8 @@ static void start_alone(void)
   for (size_t i = 0; i < sizeof(launched) / sizeof(*launched); i++)
     if (getenv(launched[i])) return;
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_orte_create_session_dirs", "0",
+         0); // one folder for all such runs: the first to end removes it
   setenv("OMPI_MCA_pml", "ob1", 0);
   setenv("OMPI_MCA_btl", "self", 0);
 }

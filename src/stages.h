@@ -128,13 +128,14 @@ PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Conta
 typedef struct {
   PetscInt n;
   PetscReal *t, *v; /* (n,), (n,2) [s], [m/s] */
+  PetscReal now[3]; /* velocity in this step, along x and y; none about the centre */
 } SupportMotion;
 /* Collective. (n_supports,) motion of each support that has one; refuses a file that is none. */
 PetscErrorCode SupportMotionsRead(const Scene *scene, MPI_Comm comm, SupportMotion **motions);
 PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions);
 /* After Integrate: velocities and displacements of what moving supports hold, at half a step and a step on.
  */
-void SupportsMove(const Scene *scene, const Model *model, const SupportMotion *motions, State *state);
+void SupportsMove(const Scene *scene, const Model *model, SupportMotion *motions, State *state);
 
 /* ---- dynamics.c */
 /* Collective. Runs a dynamic stage for its duration. */

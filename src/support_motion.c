@@ -1,14 +1,19 @@
 /* support_motion.c: supports that move in time by a file of velocities or accelerations. */
 #include "stages.h"
 
+/* 1: a row; 0: the end; -1: neither. */
 static int read_row(FILE *file, double row[3])
 {
-  char line[512];
-  while (fgets(line, sizeof(line), file)) {
+  char *line = NULL;
+  size_t size = 0;
+  int status = 0;
+  while (!status && getline(&line, &size, file) >= 0) {
     if (line[0] == '#' || line[strspn(line, " \t\r\n")] == 0) continue;
-    return sscanf(line, " %lf , %lf , %lf", row, row + 1, row + 2) == 3 ? 1 : -1;
+    const int n = sscanf(line, " %lf , %lf , %lf", row, row + 1, row + 2);
+    status = n == 3 && isfinite(row[0]) && isfinite(row[1]) && isfinite(row[2]) ? 1 : -1;
   }
-  return 0;
+  free(line);
+  return status;
 }
 
 /* Reads t, x, y rows on rank 0; an acceleration is integrated by the trapezoidal rule. */
@@ -18,7 +23,7 @@ static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm
   PetscMPIInt rank;
   double row[3];
   PetscInt capacity = 0;
-  int status = 1, line = 0;
+  int status = 1;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   motion->n = 0, motion->t = motion->v = NULL;
@@ -27,7 +32,6 @@ static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: supports.%s.motion: %s: no such file", scene->file,
                             s->name, s->motion));
   while (file && (status = read_row(file, row)) > 0) {
-    line++;
     if (motion->n && row[0] <= motion->t[motion->n - 1]) status = -1;
     if (status < 0) break;
     if (motion->n == capacity) {
@@ -40,10 +44,10 @@ static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm
   }
   if (file) fclose(file);
   if (!rank && !message[0] && (status < 0 || motion->n < 2))
-    PetscCall(PetscSNPrintf(
-        message, MESSAGE_LENGTH,
-        "%s: supports.%s.motion: %s: row %d: expected at least two rows t, x, y with t ascending",
-        scene->file, s->name, s->motion, line + 1));
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: supports.%s.motion: %s: row %" PetscInt_FMT
+                            ": expected t, x, y, numbers with t ascending, in two rows or more",
+                            scene->file, s->name, s->motion, motion->n + 1));
   PetscCall(CheckMessage(comm, message));
   PetscCallMPI(MPI_Bcast(&motion->n, 1, MPIU_INT, 0, comm));
   if (rank) {
@@ -102,15 +106,16 @@ static PetscReal motion_at(const SupportMotion *motion, PetscReal t, int k)
   return (1. - w) * motion->v[2 * low + k] + w * motion->v[2 * high + k];
 }
 
-void SupportsMove(const Scene *scene, const Model *m, const SupportMotion *motions, State *s)
+void SupportsMove(const Scene *scene, const Model *m, SupportMotion *motions, State *s)
 {
   const PetscReal t = s->time + 0.5 * s->dt;
+  for (PetscInt i = 0; i < scene->n_supports; i++)
+    for (int k = 0; k < 2 && motions[i].n; k++) motions[i].now[k] = motion_at(motions + i, t, k);
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscInt support = m->support[d];
-    if (support < 0 || !scene->supports[support].motion[0]) continue;
+    if (support < 0 || !motions[support].n) continue;
     const PetscInt axis = d < 3 * m->n_bodies ? d % 3 : (d - 3 * m->n_bodies) % 2;
-    const PetscReal v = axis < 2 ? motion_at(motions + support, t, (int)axis) : 0.;
-    s->u[d] += (v - s->v[d]) * s->dt; // integrate.c has moved it by its own v
-    s->v[d] = v;
+    s->u[d] += (motions[support].now[axis] - s->v[d]) * s->dt; // integrate.c has moved it by its own v
+    s->v[d] = motions[support].now[axis];
   }
 }

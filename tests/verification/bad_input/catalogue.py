@@ -174,6 +174,15 @@ def file_faults():
             ("cut off in the middle", lambda data: data[:len(data) // 2]), ("cut off after the header", lambda data: data[:96])]  # fmt: skip
 
 
+def motion_faults():
+    """(what, content or None for no file) of a file of support motion."""
+    return [("no such file", None), ("an empty file", b""), ("one row", b"0, 0, 0\n"), ("a row of two numbers", b"0, 0, 0\n1, 0\n"),
+            ("times that go back", b"0, 0, 0\n1, 0, 0\n0.5, 0, 0\n"), ("a time twice", b"0, 0, 0\n0, 0, 0\n"), ("words", b"t, x, y\n0, 0, 0\n1, 0, 0\n"),
+            ("a velocity that is not a number", b"0, 0, 0\n1, nan, 0\n"), ("an infinite time", b"0, 0, 0\ninf, 0, 0\n"),
+            ("a velocity of 1e400", b"0, 0, 0\n1, 1e400, 0\n"), ("rows with semicolons", b"0; 0; 0\n1; 0; 0\n"),
+            ("bytes", bytes(range(256)))]  # fmt: skip
+
+
 def prepare(folder):
     """A folder for each entry; (section, what, folder, options)."""
     entries = []
@@ -199,6 +208,11 @@ def prepare(folder):
         path.unlink()
         if data is not None:
             path.write_bytes(data)
+    for what, data in motion_faults():
+        path = new("Files of support motion", what, good_scene(), ["-supports_foot_motion", "motion.csv"])
+        write(str(path), good_mesh())
+        if data is not None:
+            path.with_name("motion.csv").write_bytes(data)
     return entries
 
 
