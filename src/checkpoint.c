@@ -287,8 +287,8 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 /* Options that change no number of the results. */
 static PetscBool is_idle(const char *line)
 {
-  static const char *const idle[] = {"title ", "output ",    "restart ",     "advise ", "checkpoint_",
-                                     "model ", "partition ", "repartition_", "isa ",    NULL};
+  static const char *const idle[] = {"title ", "output ",    "restart ",  "advise ",      "checkpoint_",
+                                     "model ", "partition ", "exchange ", "repartition_", "isa ", NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;

@@ -312,6 +312,9 @@ PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const 
                                   PetscReal *far);
 
 /* ---- ghost.c: owned vertices' displacements to the ranks that read them. Collective. u: vertex array. */
+/* Prepares the exchange for the present model->ghosts. */
+PetscErrorCode GhostConnect(Model *model);
+PetscErrorCode GhostDestroy(Model *model);
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 
@@ -389,6 +392,15 @@ typedef struct {
   PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
   PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
 } QuotientSums;
+/* What two ranks, or more, have together; `lower` comes from the lower ranks, so that all get the same even
+   where something is not a number. */
+static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const QuotientSums *higher)
+{
+  return (QuotientSums){{lower->num[0] + higher->num[0], lower->num[1] + higher->num[1]},
+                        {lower->den[0] + higher->den[0], lower->den[1] + higher->den[1]},
+                        PetscMax(lower->num_max, higher->num_max),
+                        PetscMax(lower->den_max, higher->den_max)};
+}
 /* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way.
  */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);

@@ -2,6 +2,7 @@
    numbers; then the other vertices and outer faces of blocks at owned vertices; then the arrays. What
    contacts need from other ranks comes from neighbours.c. */
 #include "internal.h"
+#include "shared.h"
 #include <petscdmplex.h>
 
 typedef struct {
@@ -401,6 +402,7 @@ static PetscErrorCode describe_mesh(MPI_Comm comm, const Scene *scene, const Blo
   m->comm = comm;
   PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
   PetscCallMPI(MPI_Comm_size(comm, &m->size));
+  if (scene->exchange == EXCHANGE_AUTO) PetscCall(SharedPossible(comm, &m->one_machine));
   MeshMeasures(mesh, &longest, &measure[0]);
   measure[1] = scene->contact_tolerance * (scene->contact_relative ? longest : 1.);
   PetscCallMPI(MPI_Bcast(measure, 2, MPIU_REAL, 0, comm));
@@ -496,7 +498,6 @@ PetscErrorCode ModelDestroy(Model *m)
                        m->group_upgradeable));
   PetscCall(PetscFree2(m->face_set_names, m->point_names));
   PetscCall(PetscFree3(m->face_set_start, m->face_set_faces, m->point_vertex));
-  PetscCall(PetscSFDestroy(&m->ghost));
-  PetscCallMPI(MPI_Type_free(&m->pair));
+  PetscCall(GhostDestroy(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,4 @@
-/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read, and the
-   exchange that brings them. Called at set-up and whenever contacts are looked for again; faces of other
+/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read. Called at set-up and whenever contacts are looked for again; faces of other
    bodies within the contact margin are neighbours. */
 #include "internal.h"
 #include "contact_find.h"
@@ -363,32 +362,6 @@ PetscErrorCode FacesDestroy(Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Leaves: ghost vertices; roots: owned vertices of their owners. */
-static PetscErrorCode connect(Model *m)
-{
-  PetscInt *leaves;
-  PetscSFNode *roots;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_ghosts, &leaves));
-  PetscCall(PetscMalloc1(m->n_ghosts, &roots));
-  for (PetscInt g = 0; g < m->n_ghosts; g++) {
-    leaves[g] = m->n_owned + g;
-    roots[g].rank = m->ghosts[g].owner;
-    roots[g].index = m->ghosts[g].index;
-  }
-  if (m->ghost) {
-    PetscCall(PetscSFReset(m->ghost));
-  } else {
-    PetscCall(PetscSFCreate(m->comm, &m->ghost));
-    PetscCallMPI(MPI_Type_contiguous(2, MPIU_REAL, &m->pair));
-    PetscCallMPI(MPI_Type_commit(&m->pair));
-  }
-  PetscCall(PetscSFSetGraph(m->ghost, m->n_owned, m->n_ghosts, leaves, PETSC_OWN_POINTER, roots,
-                            PETSC_OWN_POINTER));
-  PetscCall(PetscSFSetUp(m->ghost));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode NeighboursUpdate(Model *m, State *state)
 {
   FaceRecord *far = NULL;
@@ -400,7 +373,7 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscCall(contact_ghosts(m, n, far, &changed));
   PetscCall(append_ghosts(m));
   PetscCall(fill_faces(m, m->n_faces_local, n, far));
-  if (changed) PetscCall(connect(m)); // the exchange stands as long as no rank reads other vertices
+  if (changed) PetscCall(GhostConnect(m)); // the exchange stands as long as no rank reads other vertices
   PetscCall(PetscFree(far));
   if (state) {
     PetscCall(StateResize(m, state));

@@ -27,26 +27,11 @@ static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
 enum { STALL_CYCLES = 2500 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
 
-/* Sums add, maxima take the larger: one reduction a cycle. */
-static void MPIAPI reduce_sums(void *in, void *inout, PetscMPIInt *n, MPI_Datatype *type)
-{
-  const QuotientSums *a = in;
-  QuotientSums *b = inout;
-  (void)type;
-  for (PetscMPIInt i = 0; i < *n; i++) {
-    for (int k = 0; k < 2; k++) b[i].num[k] += a[i].num[k], b[i].den[k] += a[i].den[k];
-    b[i].num_max = PetscMax(a[i].num_max, b[i].num_max);
-    b[i].den_max = PetscMax(a[i].den_max, b[i].den_max);
-  }
-}
-
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(r, sizeof(*r)));
-  PetscCallMPI(MPI_Op_create(reduce_sums, 1, &r->reduce));
-  PetscCallMPI(MPI_Type_contiguous(sizeof(QuotientSums) / sizeof(PetscReal), MPIU_REAL, &r->reduce_type));
-  PetscCallMPI(MPI_Type_commit(&r->reduce_type));
+  PetscCall(SumsCreate(m, &r->over_ranks));
   r->max_ratios = CHUNK_MAX / scene->check_every + 2;
   PetscCall(PetscCalloc2(m->n_dof, &r->u_0, m->n_dof, &r->f_0));
   PetscCall(PetscCalloc3(m->n_dof, &r->u_chunk, m->n_dof, &r->du_chunk, r->max_ratios, &r->ratios));
@@ -57,8 +42,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
 {
   PetscFunctionBeginUser;
   PetscCall(NewtonDestroy(&r->newton));
-  PetscCallMPI(MPI_Op_free(&r->reduce));
-  PetscCallMPI(MPI_Type_free(&r->reduce_type));
+  PetscCall(SumsDestroy(&r->over_ranks));
   PetscCall(PetscFree3(r->u_chunk, r->du_chunk, r->ratios));
   PetscCall(PetscFree2(r->u_0, r->f_0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -104,7 +88,7 @@ PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxat
     state->alpha = scene->alpha_dt / state->dt;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, r->reduce_type, r->reduce, m->comm));
+  PetscCall(SumsOver(m, r->over_ranks, &total));
   const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
   r->fault = (PetscBool) !(PetscAbsReal(num) + den < PETSC_MAX_REAL);
   const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max &&

@@ -33,6 +33,7 @@ typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOO
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
 typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
+typedef enum { EXCHANGE_AUTO, EXCHANGE_MESSAGES } ExchangeKind;
 typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
@@ -143,6 +144,7 @@ typedef struct {
   PlaneState plane;
   StrainMeasure strain;
   PartitionKind partition;
+  ExchangeKind exchange;
   InstructionSet isa;  /* asked for; instruction_set of lanes.h is what runs */
   PetscReal thickness; /* [m] */
   PetscReal gravity;   /* [m/s2] acts in -y */

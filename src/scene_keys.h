@@ -12,6 +12,7 @@ static const char *const SectionPaths[SECTIONS] = {
 
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
 static const char *const Partitions[] = {"metis", "stripes", "PartitionKind", "PARTITION_", NULL};
+static const char *const Exchanges[] = {"auto", "messages", "ExchangeKind", "EXCHANGE_", NULL};
 static const char *const Repartitions[] = {"auto", "never", "RepartitionKind", "REPARTITION_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
 static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
@@ -60,6 +61,9 @@ static const Key Keys[] = {
   KEY(TOP, "partition", CHOICE, Scene, partition, "metis", NULL, "",
       "which rank owns which block. metis: least cut; stripes: from left to right, known beforehand; same results",
       .choices = Partitions),
+  KEY(TOP, "exchange", CHOICE, Scene, exchange, "auto", NULL, "",
+      "how ranks tell each other what moved. auto: on one machine through memory they share, else by messages; same results",
+      .choices = Exchanges),
   KEY(TOP, "thickness", REAL, Scene, thickness, "1", "> 0", "m", "of the slice"),
   KEY(TOP, "gravity", REAL, Scene, gravity, "9.81", ">= 0", "m/s2", "acts downwards (-y)"),
 

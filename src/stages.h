@@ -6,6 +6,14 @@
 struct _p_Archive;
 struct _p_Output;
 
+/* ---- sums.c: the sums of the damping, over all ranks */
+typedef struct _p_Sums Sums;
+/* Collective. */
+PetscErrorCode SumsCreate(const Model *model, Sums **sums);
+PetscErrorCode SumsDestroy(Sums **sums);
+/* Collective. x: what this rank has; what all have together. */
+PetscErrorCode SumsOver(const Model *model, Sums *sums, QuotientSums *x);
+
 /* ---- relax.c */
 typedef struct _p_Newton Newton;
 typedef struct _p_Relaxation {
@@ -20,8 +28,7 @@ typedef struct _p_Relaxation {
       half_ratio; /* [-] the ratio has halved, and halved again, from the start of the stage down to this */
   PetscInt64 half_cycle; /* and that cycle */
   PetscReal q_ray;       /* [1/s2] last positive Rayleigh quotient (37) */
-  MPI_Op reduce;         /* sums first, then maxima */
-  MPI_Datatype reduce_type;
+  Sums *over_ranks;      /* the reduction of a cycle */
   /* evidence for the verdict, per chunk of cycles */
   PetscReal *u_chunk,
       *du_chunk;     /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */

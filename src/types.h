@@ -196,8 +196,8 @@ typedef struct {
   PetscInt *face_set_faces; /* rows of `faces` (local blocks only), ascending gid within a set */
   PetscInt *point_vertex;   /* (n_points,) local vertex, -1: not on this rank */
 
-  PetscSF ghost;     /* leaves: ghost vertices; roots: owned vertices of their owners */
-  MPI_Datatype pair; /* its unit: 2 doubles */
+  PetscBool one_machine;  /* ranks tell each other through the memory they share */
+  struct _p_Ghost *ghost; /* the exchange of a cycle, NULL: one rank; ghost.c */
 } Model;
 
 /* ------------------------------------------------------------------------------------------- Contacts
