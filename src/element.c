@@ -57,11 +57,19 @@ PetscInt ElementChunks(const Model *model)
   return ChunksOf(&model->q4) + ChunksOf(&model->t3);
 }
 
+/* Forces are arithmetic, the motion behind them is memory: what that will read comes into the cache
+   meanwhile, of each array as much with every LANES blocks as so many vertices have, a line of 64 bytes. */
+KERNEL void Fetch(const Ahead *ahead, PetscInt block)
+{
+  for (int i = 0; i < AHEAD_ARRAYS; i++) __builtin_prefetch(ahead->array[i] + 2 * block);
+}
+
 KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elements *e, int n_nodes,
-                      int large, PetscInt from, PetscInt to, const PetscReal *restrict u,
+                      int large, PetscInt from, PetscInt to, const Ahead *ahead, const PetscReal *restrict u,
                       PetscReal *restrict f)
 {
   for (PetscInt first = from; first < PetscMin(to, e->n_padded); first += LANES) {
+    if (ahead) Fetch(ahead, first - from);
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
     const LanesMaterial material = LoadMaterialOf(model, hourglass, e->group + first);
     LanesVector X[4], U[4], F[4];
@@ -74,43 +82,45 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
 
 /* shape, formulation and strain measure as constants */
 KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
-                             PetscInt to, const PetscReal *u, PetscReal *f)
+                             PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
   if (n_nodes == 4 && model->hourglass)
-    ForceLoop(model, model->hourglass, e, 4, large, from, to, u, f);
+    ForceLoop(model, model->hourglass, e, 4, large, from, to, ahead, u, f);
   else if (n_nodes == 4 && large)
-    ForceLoop(model, NULL, e, 4, 1, from, to, u, f);
+    ForceLoop(model, NULL, e, 4, 1, from, to, ahead, u, f);
   else if (n_nodes == 4)
-    ForceLoop(model, NULL, e, 4, 0, from, to, u, f);
+    ForceLoop(model, NULL, e, 4, 0, from, to, ahead, u, f);
   else if (large)
-    ForceLoop(model, NULL, e, 3, 1, from, to, u, f);
+    ForceLoop(model, NULL, e, 3, 1, from, to, ahead, u, f);
   else
-    ForceLoop(model, NULL, e, 3, 0, from, to, u, f);
+    ForceLoop(model, NULL, e, 3, 0, from, to, ahead, u, f);
 }
 
 VARIANTS(RangeForces,
          (const Model *model, const Elements *e, int n_nodes, int large, PetscInt from, PetscInt to,
-          const PetscReal *u, PetscReal *f),
-         (model, e, n_nodes, large, from, to, u, f))
+          const Ahead *ahead, const PetscReal *u, PetscReal *f),
+         (model, e, n_nodes, large, from, to, ahead, u, f))
 
-void ElementForcesOfChunk(const Model *model, PetscInt chunk, const PetscReal *u, PetscReal *f)
+void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
+                          PetscReal *f)
 {
   const PetscInt n_q4 = ChunksOf(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
   RangeForces(model, chunk < n_q4 ? &model->q4 : &model->t3, chunk < n_q4 ? 4 : 3,
-              model->strain == STRAIN_LARGE, local * CHUNK, (local + 1) * CHUNK, u, f);
+              model->strain == STRAIN_LARGE, local * CHUNK, (local + 1) * CHUNK, ahead, u, f);
 }
 
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
 {
   PetscFunctionBeginUser;
-  for (PetscInt chunk = 0; chunk < ElementChunks(model); chunk++) ElementForcesOfChunk(model, chunk, u, f);
+  for (PetscInt chunk = 0; chunk < ElementChunks(model); chunk++)
+    ElementForcesOfChunk(model, chunk, NULL, u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f)
 {
-  RangeForces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, u, f);
-  RangeForces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, u, f);
+  RangeForces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, NULL, u, f);
+  RangeForces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
 }
 
 /* From the last chunk back: the lowest vertex that it or a later one touches. */

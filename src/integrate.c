@@ -87,6 +87,11 @@ KERNEL void Move_code(const Model *m, State *s, PetscInt from, PetscInt to, Swee
 
 VARIANTS(Move, (const Model *m, State *s, PetscInt from, PetscInt to, Sweep *w), (m, s, from, to, w))
 
+Ahead IntegrateAhead(const State *s, PetscInt from)
+{
+  return (Ahead){{s->v + from, s->f_old + from, s->f_ext + from, s->m + from, s->m_inv + from}};
+}
+
 void IntegrateRange(const Model *m, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums)
 {

@@ -188,10 +188,17 @@ void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f
 /* Reference stiffness [N/m] of four elements from `first` (a multiple of 4) on: entry (i,j) of element
    first + l is K[l][i * 2 n_nodes + j], rows x, y of vertex 0, x, y of vertex 1, ... */
 void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, PetscReal K[][64]);
+/* What is to be in the cache soon. */
+enum { AHEAD_ARRAYS = 5 };
+typedef struct {
+  const PetscReal *array[AHEAD_ARRAYS];
+} Ahead;
 /* The same, one chunk of elements after the other, so that vertices can be moved as soon as
-   model->chunk_done[chunk] says that their forces are complete. */
+   model->chunk_done[chunk] says that their forces are complete. ahead: what will be read then, NULL:
+   nothing. */
 PetscInt ElementChunks(const Model *model);
-void ElementForcesOfChunk(const Model *model, PetscInt chunk, const PetscReal *u, PetscReal *f);
+void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
+                          PetscReal *f);
 /* Set-up: writes model->chunk_done. */
 PetscErrorCode ElementChunksDone(Model *model);
 /* Stiffness [Pa] of a one-point block against its hourglass modes, see element_kernels.h: Q4OnePointForce;
@@ -404,6 +411,8 @@ static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const Quoti
 /* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way.
  */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
+/* What IntegrateRange reads there, less u and f. */
+Ahead IntegrateAhead(const State *state, PetscInt from);
 /* The same for the degrees of freedom `from` to `to` - 1; their terms are added to sums. */
 void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums);

@@ -118,7 +118,7 @@ typedef PetscReal Pair __attribute__((vector_size(2 * sizeof(PetscReal)), aligne
 KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
 {
   Pair p[LANES];
-  for (int lane = 0; lane < LANES; lane++) p[lane] = *(const Pair *)(x + 2 * vertex[lane]);
+  for (int lane = 0; lane < LANES; lane++) p[lane] = *(const Pair *)(x + 2 * (ptrdiff_t)vertex[lane]);
   const Lanes even = __builtin_shufflevector(p[0], p[2], 0, 1, 2, 3);
   const Lanes odd = __builtin_shufflevector(p[1], p[3], 0, 1, 2, 3);
   return (LanesVector){__builtin_shufflevector(even, odd, 0, 4, 2, 6),
@@ -145,7 +145,7 @@ KERNEL void ScatterAdd(int n, const LanesVector *p, const PetscInt *vertex, Pets
     pair[3][i] = __builtin_shufflevector(odd, odd, 2, 3);
   }
   for (int lane = 0; lane < LANES; lane++)
-    for (int i = 0; i < n; i++) *(Pair *)(f + 2 * vertex[i * BATCH + lane]) += pair[lane][i];
+    for (int i = 0; i < n; i++) *(Pair *)(f + 2 * (ptrdiff_t)vertex[i * BATCH + lane]) += pair[lane][i];
 }
 
 /* ---- one copy of a hot loop per instruction set; key isa picks one (isa.c).

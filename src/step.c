@@ -169,9 +169,10 @@ static void move_vertices(const Model *m, State *state, const QuotientSums *last
   const PetscInt at = 3 * m->n_bodies;
   PetscInt moved = 0;
   for (PetscInt chunk = 0; chunk < ElementChunks(m); chunk++) {
-    const PetscInt done = m->chunk_done[chunk] / 2 * 2;
-    ElementForcesOfChunk(m, chunk, state->u + at, state->f + at);        // (10)
-    IntegrateRange(m, state, last, at + 2 * moved, at + 2 * done, sums); // (11)-(20)
+    const PetscInt done = m->chunk_done[chunk] / 2 * 2, from = at + 2 * moved, to = at + 2 * done;
+    const Ahead ahead = IntegrateAhead(state, from);
+    ElementForcesOfChunk(m, chunk, &ahead, state->u + at, state->f + at); // (10)
+    IntegrateRange(m, state, last, from, to, sums);                       // (11)-(20)
     moved = done;
   }
   IntegrateRange(m, state, last, at + 2 * moved, at + 2 * m->n_deformable, sums);
