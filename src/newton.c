@@ -153,7 +153,7 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   PetscCall(PetscNew(newton));
   n = *newton;
   n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
-  PetscCall(StiffnessCreate(p->m, p->state, p->contacts, &n->stiffness));
+  PetscCall(StiffnessCreate(p->m, p->contacts, &n->stiffness));
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
   PetscCall(PetscMalloc3(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->contact_scale));
   PetscCall(PetscMalloc2(6 * n_padded, &n->vertex, 2 * n->n_joints, &n->k));

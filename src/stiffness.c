@@ -271,9 +271,8 @@ PetscErrorCode StiffnessTangent(const Model *m, const Contacts *c, const PetscRe
 
 /* ---- life */
 
-PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contacts *c, Stiffness *s)
+PetscErrorCode StiffnessCreate(const Model *m, const Contacts *c, Stiffness *s)
 {
-  Mat pattern;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
   s->n_vertices = m->n_vertices;
@@ -283,19 +282,10 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contact
                          &s->centre, 16 * c->n_padded, &s->joint));
   PetscCall(PetscArrayzero(s->joint, 16 * c->n_padded));
   PetscCall(number_rows(m, s));
-  PetscCall(MatCreate(m->comm, &pattern));
-  PetscCall(MatSetSizes(pattern, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
-  PetscCall(MatSetType(pattern, MATPREALLOCATOR));
-  PetscCall(MatSetUp(pattern));
-  PetscCall(add_bodies(m, s, pattern));
-  PetscCall(add_joints(m, c, state->u + 3 * m->n_bodies, s, pattern));
-  PetscCall(MatAssemblyBegin(pattern, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(pattern, MAT_FINAL_ASSEMBLY));
   PetscCall(MatCreate(m->comm, &s->bodies));
   PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(s->bodies, MATAIJ));
-  PetscCall(MatPreallocatorPreallocate(pattern, PETSC_TRUE, s->bodies));
-  PetscCall(MatDestroy(&pattern));
+  PetscCall(StiffnessPattern(m, c, s, s->bodies));
   PetscCall(MatDuplicate(s->bodies, MAT_DO_NOT_COPY_VALUES, &s->tangent));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,6 @@
 /* Stiffness: the assembled tangent is the change of the forces of blocks and joints, elastic, slipping and
    open, with rigid bodies, for every stress model; elastic it is symmetric and no rigid motion costs
-   anything. ranks: 1 2 4 */
+   anything; its pattern has no entry too many. ranks: 1 2 4 */
 #include "scene_fixture.h"
 #include "stiffness.h"
 
@@ -77,7 +77,7 @@ static PetscErrorCode TangentError(Fixture *f, const PetscReal *u, const PetscRe
   PetscCall(ForcesAt(f, u, -h, w, less));
   PetscCall(ForcesAt(f, u, h, w, more));
   PetscCall(ForcesAt(f, u, 0., w, at));
-  PetscCall(StiffnessCreate(f->model, f->state, f->contacts, &s));
+  PetscCall(StiffnessCreate(f->model, f->contacts, &s));
   PetscCall(StiffnessBodies(f->model, &s));
   StiffnessJoints(f->scene->stages[0].joints, f->contacts, &s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
@@ -152,7 +152,7 @@ static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
   PetscFunctionBeginUser;
   PetscCall(OpenTower("large", "t3pt", "elastic", PETSC_FALSE, &f));
   const Model *m = f.model;
-  PetscCall(StiffnessCreate(m, f.state, f.contacts, &s));
+  PetscCall(StiffnessCreate(m, f.contacts, &s));
   PetscCall(StiffnessBodies(m, &s));
   StiffnessJointsElastic(f.scene->stages[0].joints, f.contacts, &s);
   PetscCall(StiffnessTangent(m, f.contacts, f.state->u, &s));
@@ -180,11 +180,59 @@ static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Marks in a dense table which rows n vertices couple. */
+static void Meet(const Stiffness *s, int n, const PetscInt *vertex, PetscInt size, int *table)
+{
+  for (int i = 0; i < 9 * n * n; i++) {
+    const PetscInt row = s->row[3 * vertex[(i / (9 * n)) * BATCH] + i / (3 * n) % 3],
+                   column = s->row[3 * vertex[(i / 3 % n) * BATCH] + i % 3];
+    if (row >= 0 && column >= 0) table[row * size + column] = 1;
+  }
+}
+
+/* Neither an entry too few, which PETSc refuses, nor one too many: counted in a dense table of all ranks. */
+static PetscErrorCode PatternIsExact(void)
+{
+  Fixture f;
+  Stiffness s;
+  MatInfo info;
+  PetscInt size, count = 0;
+  int *table;
+
+  PetscFunctionBeginUser;
+  PetscCall(OpenTower("large", "tptm", "mohr_coulomb", PETSC_TRUE, &f));
+  const Model *m = f.model;
+  PetscCall(StiffnessCreate(m, f.contacts, &s));
+  PetscCall(StiffnessBodies(m, &s));
+  StiffnessJointsElastic(f.scene->stages[0].joints, f.contacts, &s);
+  PetscCall(StiffnessTangent(m, f.contacts, f.state->u, &s));
+  PetscCall(MatGetSize(s.tangent, &size, NULL));
+  PetscCall(PetscCalloc1(size * size, &table));
+  for (PetscInt d = 0; d < m->n_dof; d++) table[(s.first + d) * (size + 1)] = 1;
+  for (PetscInt e = 0; e < m->q4.n; e++)
+    Meet(&s, 4, m->q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, size, table);
+  for (PetscInt e = 0; e < m->t3.n; e++)
+    Meet(&s, 3, m->t3.vertex + (e / BATCH) * 3 * BATCH + e % BATCH, size, table);
+  for (PetscInt i = 0; i < f.contacts->n_padded; i++)
+    if (f.contacts->key[2 * i] >= 0)
+      Meet(&s, 6, f.contacts->vertex + (i / BATCH) * 6 * BATCH + i % BATCH, size, table);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, table, (PetscMPIInt)(size * size), MPI_INT, MPI_MAX, m->comm));
+  for (PetscInt i = 0; i < size * size; i++) count += table[i];
+  PetscCall(MatGetInfo(s.tangent, MAT_GLOBAL_SUM, &info));
+  ENSURE(count > 20 * 9 && count < size * size);
+  ENSURE(info.nz_used == (double)count && info.nz_allocated == (double)count && info.mallocs == 0);
+  PetscCall(PetscFree(table));
+  PetscCall(StiffnessDestroy(&s));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TangentIsTheChangeOfTheForces);
   RUN_TEST(ElasticIsSymmetricAndFreeOfRigidMotions);
+  RUN_TEST(PatternIsExact);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
