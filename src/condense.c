@@ -141,7 +141,7 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
     for (v = 0; m->vertex_condensed[v] != c->number;) v++;
     PetscCall(PetscSNPrintf(
         message, MESSAGE_LENGTH,
-        "%s: materials: a condensed body at x = %g m, y = %g m touches nothing and is not held: "
+        "%s: materials: a condensed body at x = %.6g m, y = %.6g m touches nothing and is not held: "
         "its group cannot be condensed",
         scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
   }

@@ -17,7 +17,7 @@ PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const 
       if (v < m->n_moving || v >= m->n_owned) continue;
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,
-          "%s: materials: a contact has come to x = %g m, y = %g m, on a face that its condensed "
+          "%s: materials: a contact has come to x = %.6g m, y = %.6g m, on a face that its condensed "
           "body does not keep: name the face in a set of a joint, or do not condense its group",
           scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
     }

@@ -296,7 +296,7 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     if (e < m->n_owned)
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                               "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
-                              ", x = %g m, y = %g m) %s; add a support, or set relaxation.allow_floating",
+                              ", x = %.6g m, y = %.6g m) %s; add a support, or set relaxation.allow_floating",
                               scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1],
                               problem));
   }

@@ -151,7 +151,7 @@ static PetscErrorCode run_over(const Model *m, const State *s, PetscReal moved, 
   result->verdict = VERDICT_DIVERGED;
   PetscCall(
       PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                    "t = %g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
+                    "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
                     "passed through others: the step is too large (lower dt_factor)",
                     (double)s->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -178,10 +178,11 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscCall(EnergyContactsChanged(scene, contacts, energy));
   if (result->deepest > PRESSED_THROUGH) {
     result->verdict = VERDICT_DIVERGED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "t = %g s: a contact is pressed in by %.2g of its length: the step is too large "
-                            "(lower dt_factor) or k_n too low",
-                            (double)s->time, (double)result->deepest));
+    PetscCall(
+        PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                      "t = %.6g s: a contact is pressed in by %.2g of its length: the step is too large "
+                      "(lower dt_factor) or k_n too low",
+                      (double)s->time, (double)result->deepest));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -241,7 +242,7 @@ static PetscErrorCode look(const Model *m, const Stage *stage, const State *s, c
   if (!result->finite || top[0] > 1e3 * m->diameter) {
     result->verdict = VERDICT_DIVERGED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "t = %g s: displacements are %s: the step is too large (lower dt_factor)",
+                            "t = %.6g s: displacements are %s: the step is too large (lower dt_factor)",
                             (double)s->time, result->finite ? "a thousand times the model" : "not finite"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -305,7 +306,7 @@ static PetscErrorCode name_fault(const Model *m, const State *s, Loop *loop)
   PetscCall(FaultName(m, loop->fault_step == first ? loop->fault : FAULT_NONE, where));
   PetscCall(
       PetscSNPrintf(loop->result->evidence, sizeof(loop->result->evidence),
-                    "t = %g s: a force or displacement is not a finite number, first in %s: the step is "
+                    "t = %.6g s: a force or displacement is not a finite number, first in %s: the step is "
                     "too large (lower dt_factor)",
                     (double)s->time, where));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -346,6 +347,15 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found anew,
+ * joints that gave. */
+static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
+{
+  if (balance >= PetscMax(detection, given)) return "lower dt_factor";
+  if (given >= detection) return "change the stress model to pt or tptm, or lower dt_factor";
+  return "lower contact.vertex_length (docs/theory.md, v)";
+}
+
 /* Energy from nothing is told: the balance, what finding contacts anew made, what joints gave rather than
  * lost. */
 static PetscErrorCode completed(const Model *m, const Stage *stage, const EnergyAccount *energy,
@@ -353,20 +363,19 @@ static PetscErrorCode completed(const Model *m, const Stage *stage, const Energy
 {
   const PetscReal moved = PetscAbsReal(r->energy.outside) + PetscAbsReal(r->energy.supports) +
                           energy->kinetic_0 + energy->strain_0 + energy->joints_0;
-  const PetscReal out = PetscAbsReal(r->energy.balance) + PetscAbsReal(r->energy.detection) +
-                        PetscMax(0., -r->energy.friction);
+  const PetscReal balance = PetscAbsReal(r->energy.balance), detection = PetscAbsReal(r->energy.detection),
+                  given = PetscMax(0., -r->energy.friction), out = balance + detection + given;
   PetscFunctionBeginUser;
   if (out > UNBALANCED * moved)
-    PetscCall(
-        PetscPrintf(m->comm,
-                    "warning: stage %s: the energy account is out by %.2g of the %.3g J moved (balance %.2g "
-                    "J, finding contacts anew %.2g J, loss in joints %.2g J): lower dt_factor, or change the "
-                    "stress model to pt or tptm\n",
-                    stage->name, (double)(out / moved), (double)moved, (double)r->energy.balance,
-                    (double)r->energy.detection, (double)r->energy.friction));
+    PetscCall(PetscPrintf(
+        m->comm,
+        "warning: stage %s: the energy account is out by %.2g of the %.3g J moved (balance %.2g "
+        "J, finding contacts anew %.2g J, loss in joints %.2g J): %s\n",
+        stage->name, (double)(out / moved), (double)moved, (double)r->energy.balance,
+        (double)r->energy.detection, (double)r->energy.friction, remedy(balance, detection, given)));
   r->verdict = VERDICT_COMPLETED;
   PetscCall(PetscSNPrintf(r->evidence, sizeof(r->evidence),
-                          "%g s in %" PetscInt64_FMT
+                          "%.6g s in %" PetscInt64_FMT
                           " steps; energy balance %.2g J of %.3g J moved; contacts verified %" PetscInt64_FMT
                           " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT " lost",
                           (double)stage->duration, r->cycles, (double)r->energy.balance, (double)moved,
@@ -391,6 +400,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
     PetscCall(EnergyContactsChanged(scene, contacts, &energy));
   }
   PetscCall(warn_models(scene, m, stage, contacts));
+  if (!resumed) PetscCall(SupportMotionsWarn(scene, m->comm, motions, s->time, s->time + stage->duration));
   PetscCall(run(scene, m, stage, number, contacts, s, motions, &loop, output));
   PetscCall(CheckpointDetach(output->checkpoint));
   contacts->rate = -1.;

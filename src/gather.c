@@ -125,7 +125,7 @@ PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Displacement, reaction of supports and applied force of the owned vertices. */
+/* Displacement, reaction of supports, applied force and supports of the owned vertices. */
 static PetscErrorCode gather_motion(const Model *model, const State *state, StageFields *s)
 {
   const PetscInt n = model->n_owned, first = 3 * model->n_bodies;
@@ -139,8 +139,10 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
     for (int x = 0; x < 2; x++) {
       const PetscInt dof = first + 2 * i + x;
       rows[VERTEX_WIDTH * i + x] = state->u[dof];
+      rows[VERTEX_WIDTH * i + 6 + x] = -1.;
       if (i >= model->n_deformable && i < model->n_moving) continue;
       if (Held(model, dof)) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
+      rows[VERTEX_WIDTH * i + 6 + x] = model->support[dof];
       rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
@@ -162,6 +164,7 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
       const PetscInt dof = 3 * i + x;
       rows[BODY_WIDTH * i + x] = state->u[dof];
       if (Held(model, dof)) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
+      if (x < 2) rows[BODY_WIDTH * i + 9 + x] = model->support[dof];
       rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
@@ -275,6 +278,17 @@ static void contact_end_place(const Model *model, const PetscReal *u, const Cont
   end->normal[1] = -along[0] / length;
 }
 
+/* Whether a closed end bears all the shear it can. The law's own word is for the evaluation just done: a slip
+   that has been committed since leaves tau at the limit, or a rounding error below. */
+static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k)
+{
+  const ContactEnd *end = &row->end[k];
+  const int residual = end->broken > 0. || row->end[1 - k].broken >= 1.;
+  const PetscReal limit = joint->cohesion[residual] - end->sigma * joint->tan_phi[residual];
+  return (PetscBool)(joint->law != LAW_ELASTIC && !(end->state & CONTACT_OPEN) &&
+                     PetscAbsReal(end->tau) > (1. - 1e-6) * PetscMax(limit, 0.));
+}
+
 /* A vertex on a face: all its force is at end 0, with half the length that the point model gives two ends. */
 static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
 {
@@ -303,6 +317,8 @@ static void contact_row(const Model *model, const State *state, const Contacts *
     end->tau = c->tau[j];
     end->state = c->state[j];
   }
+  for (int k = 0; k < 2; k++)
+    if (at_shear_limit(&joints[c->joint[i]], row, k)) row->end[k].state |= CONTACT_SLIPPING;
   contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, row);
   if (row->klass == VERTEX_FACE) one_end(model, c, i, row);
 }

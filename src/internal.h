@@ -26,6 +26,11 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
 PetscErrorCode QuoinErrorHandlerPush(void);
 extern const char *const VerdictNames[];
+/* What follows a noun after a count of n. */
+static inline const char *Plural(PetscInt64 n)
+{
+  return n == 1 ? "" : "s";
+}
 /* The insides of a Quoin, for the project's own tests and benchmarks. */
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);

@@ -112,7 +112,7 @@ static PetscBool fits_memory(FileReader *r, const BlockMesh *mesh, PetscMPIInt s
               "%" PetscInt_FMT " vertices and %" PetscInt_FMT
               " blocks on %d rank%s need about %.3g GB of memory, "
               "%.3g GB are available",
-              mesh->n_vertices, mesh->n_blocks, size, size == 1 ? "" : "s", 1e-9 * needed, 1e-9 * available);
+              mesh->n_vertices, mesh->n_blocks, size, Plural(size), 1e-9 * needed, 1e-9 * available);
   return PETSC_FALSE;
 }
 

@@ -15,9 +15,10 @@ typedef struct {
 } MeshFields;
 
 enum {
-  VERTEX_WIDTH =
-      6, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid vertices: 0 */
-  BODY_WIDTH = 9,  /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise */
+  VERTEX_WIDTH = 8, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid
+                       vertices: 0; row of the support that holds x, y, -1: none */
+  BODY_WIDTH = 11, /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise; rows of the
+                      supports of x, y */
   BLOCK_WIDTH = 20 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
                       (4,3) [Pa]; NaN where the kind of block has none */
 };

@@ -125,7 +125,7 @@ static void warn_slender(const BlockMesh *mesh)
           "quoin: warning: %" PetscInt_FMT
           " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
           ", %.3g: expect many cycles and stresses of little worth there\n",
-          n, n == 1 ? "" : "s", worst, (double)ratio);
+          n, Plural(n), worst, (double)ratio);
   fflush(stderr);
 }
 
@@ -233,14 +233,14 @@ PetscErrorCode QuoinView(Quoin q)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, q->comm));
   PetscCall(PetscPrintf(q->comm,
                         "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT
-                        " macroblocks, %" PetscInt_FMT " rigid bodies, %" PetscInt_FMT
-                        " contacts, %" PetscInt_FMT " degrees of freedom on %d rank%s, x86-64 %s code\n",
+                        " macroblock%s, %" PetscInt_FMT " of them rigid, %" PetscInt_FMT
+                        " contact%s, %" PetscInt_FMT " degrees of freedom on %d rank%s, x86-64 %s code\n",
                         QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global,
-                        q->model.n_rigid_global, n[1], n[0], q->model.size, q->model.size == 1 ? "" : "s",
-                        IsaName()));
+                        Plural(q->model.n_bodies_global), q->model.n_rigid_global, n[1], Plural(n[1]), n[0],
+                        q->model.size, Plural(q->model.size), IsaName()));
   if (q->model.n_condensed_global)
     PetscCall(PetscPrintf(q->comm,
-                          "condensed, small strain: %" PetscInt_FMT " bodies, %" PetscInt_FMT
+                          "condensed bodies, small strain: %" PetscInt_FMT ", %" PetscInt_FMT
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
                           q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
                           q->model.condensed_wall));

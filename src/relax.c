@@ -318,7 +318,8 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far what moves would still get [m] if it went on slowing down as it did over the last three chunks. */
+/* How far what moves would still get [m] if it went on slowing down as it did over the last three chunks;
+   infinite where it does not slow down. */
 static PetscReal way_to_go(const Relaxation *r, const ChunkMotion *motion)
 {
   const PetscReal decay = PetscLogReal(r->rate[2] / r->rate[0]) / 2.; // per chunk
@@ -348,13 +349,16 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[2] && r->rate[0] > 0.95 * r->rate[2]);
-  if (r->steady >= CHUNKS_TO_COLLAPSE && holds && way_to_go(r, &motion) > OUTGROWN * r->longest) {
+  const PetscReal to_go = way_to_go(r, &motion);
+  if (r->steady >= CHUNKS_TO_COLLAPSE && holds && to_go > OUTGROWN * r->longest) {
+    char end[32] = "no end";
+    if (to_go < 1e3 * m->diameter) PetscCall(PetscSNPrintf(end, sizeof(end), "%.3g m to go", (double)to_go));
     result->verdict = VERDICT_COLLAPSED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
-                            "motion from %.3g to %.3g m a cycle, cosine %.4f, %.3g m to go",
+                            "motion from %.3g to %.3g m a cycle, cosine %.4f, %s",
                             r->chunk_length, (double)r->median[2], (double)r->median[0], (double)r->rate[2],
-                            (double)r->rate[0], (double)motion.cosine, (double)way_to_go(r, &motion)));
+                            (double)r->rate[0], (double)motion.cosine, end));
   }
   start_chunk(m, state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -371,7 +375,7 @@ PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, con
     PetscCall(FaultName(m, FaultFind(m, state), where));
     if (result->finite)
       PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                              "displacement %g m is a thousand times the model",
+                              "displacement %.6g m is a thousand times the model",
                               (double)result->displacement));
     else
       PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),

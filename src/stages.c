@@ -87,14 +87,15 @@ PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult
 {
   PetscFunctionBeginUser;
   if (!m->rank && on_terminal()) printf("\r%100s\r", "");
-  PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycles, %.2f s: %s\n", stage->name,
-                        VerdictNames[r->verdict], r->cycles, r->wall, r->evidence));
+  PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
+                        stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
+                        r->evidence));
   if (r->effort.preconditioned)
     PetscCall(PetscPrintf(m->comm,
                           "  %s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT
                           " solves, %" PetscInt64_FMT " factorisation%s\n",
                           EffortMethod(&r->effort), r->effort.evaluations, r->effort.solves,
-                          r->effort.factorisations, r->effort.factorisations == 1 ? "" : "s"));
+                          r->effort.factorisations, Plural(r->effort.factorisations)));
   PetscCall(PartReport(m->comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -140,6 +140,11 @@ typedef struct {
 /* Collective. (n_supports,) motion of each support that has one; refuses a file that is none. */
 PetscErrorCode SupportMotionsRead(const Scene *scene, MPI_Comm comm, SupportMotion **motions);
 PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions);
+/* Collective. Warns of supports whose file ends in motion before t_end [s], the end of the stage: they stop
+   at once there, which is a blow; an accelerogram without base line correction does so. t: start of the
+   stage. */
+PetscErrorCode SupportMotionsWarn(const Scene *scene, MPI_Comm comm, const SupportMotion *motions,
+                                  PetscReal t, PetscReal t_end);
 /* After Integrate: velocities and displacements of what moving supports hold, at half a step and a step on.
  */
 void SupportsMove(const Scene *scene, const Model *model, SupportMotion *motions, State *state);

@@ -58,6 +58,35 @@ static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const 
   JsonNumber(f, "y", sum[1], "},\n");
 }
 
+/* The part of the reaction that each support adds. */
+static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
+{
+  PetscReal *sum; // (n_supports,2) [N]
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * scene->n_supports, &sum));
+  for (int x = 0; x < 2; x++) {
+    for (PetscInt i = 0; i < mesh->n_vertices; i++) {
+      const PetscReal *row = s->vertex + VERTEX_WIDTH * i;
+      if (row[6 + x] >= 0.) sum[2 * (PetscInt)row[6 + x] + x] += row[2 + x];
+    }
+    for (PetscInt i = 0; i < s->n_bodies; i++) {
+      const PetscReal *row = s->body + BODY_WIDTH * i;
+      if (row[9 + x] >= 0.) sum[2 * (PetscInt)row[9 + x] + x] += row[3 + x];
+    }
+  }
+  fprintf(f, "      \"supports\": {");
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    fprintf(f, "%s\n        ", i ? "," : "");
+    put_text(f, scene->supports[i].name);
+    fprintf(f, ": {");
+    JsonNumber(f, "x", sum[2 * i], ", ");
+    JsonNumber(f, "y", sum[2 * i + 1], "}");
+  }
+  fprintf(f, "\n      },\n");
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
 {
   PetscReal strain = 0, joints = 0;
@@ -210,6 +239,7 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);
+  PetscCall(put_supports(f, scene, mesh, fields));
   if (scene->stages[stage].kind == STAGE_DYNAMIC)
     put_account(f, &result->energy);
   else

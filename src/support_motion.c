@@ -90,6 +90,32 @@ PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SupportMotionsWarn(const Scene *scene, MPI_Comm comm, const SupportMotion *motions,
+                                  PetscReal t, PetscReal t_end)
+{
+  const PetscReal rounding = 1e-9 * t_end, negligible = 0.01; // of the largest velocity
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    const SupportMotion *motion = motions + i;
+    PetscReal most = 0., last = 0.;
+    if (!motion->n || motion->t[motion->n - 1] < t - rounding || motion->t[motion->n - 1] > t_end - rounding)
+      continue;
+    for (PetscInt j = 0; j < motion->n; j++)
+      for (int k = 0; k < 2; k++) {
+        if (!scene->supports[i].fix[k]) continue;
+        if (j == motion->n - 1) last = PetscMax(last, PetscAbsReal(motion->v[2 * j + k]));
+        most = PetscMax(most, PetscAbsReal(motion->v[2 * j + k]));
+      }
+    if (last > negligible * most)
+      PetscCall(PetscPrintf(comm,
+                            "warning: supports.%s.motion: %s ends at %.6g s with %.3g m/s: the support stops "
+                            "there at once; end it at rest, or let it go on past the stage\n",
+                            scene->supports[i].name, scene->supports[i].motion,
+                            (double)motion->t[motion->n - 1], (double)last));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Velocity at time t: linear between rows, at rest before the first and after the last. */
 static PetscReal motion_at(const SupportMotion *motion, PetscReal t, int k)
 {

@@ -65,9 +65,9 @@ PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *m, con
   MeshFields mesh;
   PetscReal *probes;
   PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycles, %.2f s\n",
+  PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s\n",
                         stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
-                        result->wall));
+                        Plural(result->cycles), result->wall));
   PetscCall(PetscMalloc1(2 * m->n_points, &probes));
   PetscCall(find_probes(m, state, probes));
   PetscCall(GatherMesh(m, &mesh));

@@ -17,7 +17,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report, scene  # noqa: E402
+from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report, results, scene  # noqa: E402
 from quoin_tools.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 
@@ -162,6 +162,18 @@ def test_echo_of_the_scene_runs_to_the_same_bits(flood, tmp_path):
 def test_paths_that_fail_are_said(run):
     found, complaints = assess(run, "--path", "short=0,10,5,10")
     assert ("swhp", "short") not in found and "does not cut" in complaints["swhp"][0]
+    stages, line = assessment.gathered(complaints)[0]
+    assert stages == "Stages hp, sw, swhp" and line.startswith("Path short: the path does not cut")  # said once
+
+
+@solver
+def test_bent_path_and_large_factors_are_said(run):
+    found, _ = assess(run, "--path", "bent=-9,15,5,18,30,15", "--strength-on", "bent=45,0")
+    assert "The path is bent" in found["swhp", "bent"].notes[0] and not found["swhp", "base"].notes
+    found["swhp", "base"].block["peak"] = 1.5e7  # no shear but rounding
+    rows = {r.quantity: r for r in assessment.lines(found["swhp", "base"])}
+    assert rows["sliding factor, peak"].block == np.inf and assessment.cell(rows["sliding factor, peak"].block, 3) == "∞"
+    assert [results.sliding(value) for value in (2.0, 1.5e7, None)] == ["2.000", "> 1000", "-"]
 
 
 @solver
@@ -246,6 +258,18 @@ def test_limits_count_the_worse_number(run):
     others, _ = assess(run, *USACE, *UPLIFT, "--condition", "sw=extreme", "--condition", "swhp=unusual")
     assert (others["sw", "base"].condition, others["swhp", "base"].condition) == ("extreme", "unusual")
     assert others["swhp", "base"].limits[0].verdict == "pass"  # 1.87 against 1.7
+
+
+@solver
+def test_default_stage_is_static(copy):
+    """Without --condition the last static stage is judged: a strength reduction ends at the brink."""
+    case = assessment.load_case(str(copy), options_from(parser("assessment", "").parse_args([str(copy)])))
+    assert case.conditions == {"swhp": "usual"}
+    case.scene.stages["swhp"]["type"] = "strength_reduction"
+    assert case.conditions == {"sw": "usual"} and not assessment.stage_complaints(case, "swhp")
+    case.options.conditions = {"swhp": "extreme"}
+    assert case.conditions == {"swhp": "extreme"}
+    assert "lowered strengths" in assessment.stage_complaints(case, "swhp")[0]
 
 
 @solver
@@ -379,6 +403,22 @@ def test_no_browser_says_how(copy, capsys, monkeypatch):
 
 
 # ---- comparison, export
+
+
+def test_compared_numbers():
+    """Brackets and factors of trials count, each by itself: a factor without shear must not hide the others."""
+    a = {"strength_reduction": {"stable": 28.1, "failing": 28.0, "safety_factor_stable": 1.87, "unit": "degree"}, "supports": {"left": {"x": 5e3, "y": 0.0}},
+         "safety": {"dam": {"value": 2.2, "x": 3.0, "mode": "shear"}}, "probes": {"toe": {"x": 3.0, "u_x": 1e-3}},
+         "joints": {"base": {"sliding_factor_peak": 1.5e7, "start": {"x": 3.0, "sigma": 1e5}}, "seam": {"sliding_factor_peak": 1.3, "T": 4e3}}}  # fmt: skip
+    b = json.loads(json.dumps(a))
+    b["joints"]["base"]["sliding_factor_peak"], b["joints"]["seam"]["sliding_factor_peak"] = 3e9, 1.2
+    b["strength_reduction"]["stable"], b["supports"]["left"]["x"] = 27.6, 4e3
+    rows = {row[0]: row[3] for row in compare.compare_stage(a, b)}
+    assert set(rows) == {"strength_reduction.stable", "strength_reduction.failing", "strength_reduction.safety_factor_stable", "supports.left.x",
+                         "supports.left.y", "safety.dam.value", "probes.toe.u_x", "joints.base.sliding_factor_peak",
+                         "joints.base.start.sigma", "joints.seam.sliding_factor_peak", "joints.seam.T"}  # fmt: skip
+    assert rows["joints.base.sliding_factor_peak"] == 0.0 and rows["joints.seam.sliding_factor_peak"] == pytest.approx(0.1 / 1.3)
+    assert rows["strength_reduction.stable"] == pytest.approx(0.5 / 28.1) and rows["supports.left.x"] == pytest.approx(0.2)
 
 
 @solver

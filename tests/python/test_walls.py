@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from scipy.optimize import linprog
 
 HERE = os.path.dirname(__file__)
 ROOT = os.path.join(HERE, "..", "..")
@@ -181,3 +182,65 @@ def test_stands(held, mesh, friction, tmp_path):
 def test_falls(held, mesh, friction, tmp_path):
     """An arch thinner than 0.107 of its mean radius; columns with less than the 38.15 degrees of Goodman and Bray."""
     assert relax(tmp_path, mesh, held, friction)[0] in (3, 6)
+
+
+def least_thrust(radius=10.0, thickness=1.5, voussoirs=21, unit_weight=2500 * 9.81):
+    """[N] The least horizontal thrust with which a line of thrust stays within an arch that stands (Heyman), and its weight."""
+    angles = np.linspace(0, np.pi, voussoirs + 1)
+    ray = np.column_stack([np.cos(angles), np.sin(angles)])
+    inside, outside = radius * ray, (radius + thickness) * ray
+    area = 0.5 * np.sin(np.pi / voussoirs) * ((radius + thickness) ** 2 - radius**2)
+    # centroid of each voussoir, from those of the two triangles of which it is the difference
+    middle = (angles[1:] + angles[:-1]) / 2
+    reach = 2 / 3 * np.cos(np.pi / voussoirs / 2) * ((radius + thickness) ** 3 - radius**3) / ((radius + thickness) ** 2 - radius**2)
+    weights, arms = unit_weight * area * np.ones(voussoirs), reach * np.cos(middle)
+    above, moment = np.append(0, np.cumsum(weights)), np.append(0, np.cumsum(weights * arms))
+    # unknown H, V and the moment about the centre of the force on the first joint; at every joint it passes within
+    rows, bounds = [], []
+    for point, sign in ((inside, -1), (outside, 1)):
+        rows.append(sign * np.column_stack([-point[:, 1], -point[:, 0], np.ones(voussoirs + 1)]))
+        bounds.append(sign * (moment - point[:, 0] * above))
+    found = linprog([1, 0, 0], np.concatenate(rows), np.concatenate(bounds), bounds=[(0, None), (None, None), (None, None)])
+    assert found.status == 0
+    return found.x[0], weights.sum()
+
+
+@pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
+def test_arch_that_spreads(tmp_path):
+    """One abutment gives way by 40 mm: hinges form, and each support bears half the weight and the least thrust, within what the
+    finite stiffness of the joints adds. A file of motion that ends in motion is told."""
+    mesh = walls.arch()
+    assert [len(mesh.face_sets[name]) for name in ("bottom", "bottom_left", "bottom_right")] == [2, 1, 1]
+    write(str(tmp_path / "model.h5"), mesh)
+    (tmp_path / "spread.csv").write_text("0, 0, 0\n0.2, -0.05, 0\n0.8, -0.05, 0\n1.0, 0, 0\n")
+    (tmp_path / "sudden.csv").write_text("0, 0, 0\n0.01, -0.05, 0\n")
+    scene = {"model": "model.h5", "contact": {"connectivity": "variable", "tolerance": 0.002},
+             "materials": {"voussoir": {"density": 2500}, "abutment": {"density": 2500}},
+             "joints": {"default": {"k_n": 20e9, "k_s": 10e9, "friction": 40, "damping": 1e-4}},
+             "supports": {"right": {"fix": "xy", "target": "bottom_right"},
+                          "left": {"fix": "xy", "target": "bottom_left", "motion": "spread.csv"}},
+             "loads": {"weight": {"type": "self_weight", "groups": ["voussoir"]}},
+             "stages": [{"built": {"loads": ["weight"]}},
+                        {"spread": {"type": "dynamic", "loads": ["weight"], "duration": 1.2, "alpha": 20, "dt_factor": 0.1}},
+                        {"after": {"loads": ["weight"]}}]}  # fmt: skip
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
+
+    def run(*options):
+        done = subprocess.run([QUOIN, "-options_file", "scene.yaml", *options], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert "supports.left.motion" not in run()
+    built, _, after = json.loads((tmp_path / "out" / "summary.json").read_text())["stages"]
+    thrust, weight = least_thrust()
+    for stage in (built, after):
+        left, right = stage["supports"]["left"], stage["supports"]["right"]
+        assert left["x"] == pytest.approx(-right["x"], rel=1e-4) and left["x"] > 0  # inwards
+        assert left["y"] == pytest.approx(weight / 2, rel=1e-4) and right["y"] == pytest.approx(weight / 2, rel=1e-4)
+        for x in "xy":
+            assert left[x] + right[x] == pytest.approx(stage["reaction"][x], abs=1e-6 * weight)
+    assert 1.0 < after["supports"]["left"]["x"] / thrust < 1.04 < built["supports"]["left"]["x"] / thrust
+    told = run("-supports_left_motion", "sudden.csv", "-stages", "built,spread", "-stages_spread_duration", "0.02")
+    assert "warning: supports.left.motion: sudden.csv ends at 0.01 s with 0.05 m/s: the support stops there at once" in told
+    assert "supports.left.motion" not in run("-supports_left_motion", "sudden.csv", "-stages", "built,spread",
+                                              "-stages_spread_duration", "0.01")

@@ -15,11 +15,13 @@ from quoin_tools import blockmesh, cut, guidelines, scene, uplift
 from quoin_tools.assessment_options import Options, options_from, parser
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.joint_uplift import uplift_loads
-from quoin_tools.results import OPEN, Results, ResultsError, table
+from quoin_tools.results import NO_SHEAR, OPEN, Results, ResultsError, table
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
+BENT = 0.02  # [-] of its chord: a path that goes farther from it is no plane
 ALIKE = 0.01  # applied forces of run and scene may differ by this
+WHOLE_WAY = "; --path names a way through several joints"
 ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
           guidelines.GuidelineError)  # fmt: skip
 
@@ -48,11 +50,13 @@ class Assessment:
     name: str
     kind: str  # joint or path
     base: Base
+    path: np.ndarray  # [m] corners, from base.start to base.end
     block: dict | None
     hand: Hand
     strength: dict
     with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
     water: Uplift | None = None  # what governs: of the options, else of the scene
+    other_water: bool = False  # uplift of the scene elsewhere on the part, such as along a bent path
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -74,6 +78,15 @@ class Case:
     options: Options
     body: object = None
     parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
+
+    @property
+    def conditions(self):
+        """Stages that are judged, and as what: those named with --condition, else the last static one as usual.
+
+        The stages of trials end at the brink, with strengths or water that are not those of the dam."""
+        kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
+        static = [name for name, kind in kinds.items() if kind == "static"]
+        return self.options.conditions or {(static or self.results.stages)[-1]: "usual"}
 
     def part(self, name, path):
         if name not in self.parts:
@@ -213,11 +226,11 @@ def assess_base(case, stage, name, path, kind, strength):
         block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
     else:
         block = block_on_path(case, stage, path, base, strength)
-    found = Assessment(stage, name, kind, base, block, hand, strength)
+    found = Assessment(stage, name, kind, base, path, block, hand, strength)
     asked = uplift_under(case, stage, name, base)
     if asked:
         found.with_uplift = hand_method(base, dry, asked)
-    found.water = asked or water
+    found.water, found.other_water = asked or water, bool(others.any()) and not asked
     if found.water:
         rest = dry if asked else dry + others
         found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest)
@@ -225,6 +238,8 @@ def assess_base(case, stage, name, path, kind, strength):
         if answer and answer.refused:
             found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
         found.notes += [f"Gravity method{which}: {note}." for note in answer.notes] if answer else []
+    if np.abs((path - base.start) @ base.normal).max() > BENT * base.length:
+        found.notes.append("The path is bent: resultants and sliding factor are those of its chord, as if it slid along it.")
     if left_out:
         found.complete = False
         found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
@@ -324,6 +339,8 @@ def stage_complaints(case, stage):
     if facts["verdict"] != "converged":
         found.append(f"The stage ended {facts['verdict']}: the block model's numbers are not those of an equilibrium.")
     kind = case.scene.stages.get(stage, {}).get("type", "static")
+    if kind == "strength_reduction" and stage in case.conditions:
+        found.append("The stage is a strength reduction: joints have the lowered strengths of its last stable trial.")
     if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
@@ -368,10 +385,10 @@ def least_favourable(found, strength, facts):
 def judge(case, found):
     """Limits of the guideline of the options, in the stages that are to be judged."""
     o, stage = case.options, found.stage
-    found.condition = o.condition_of(stage, case.results.stages)
+    found.condition = case.conditions.get(stage)
     if not o.guideline or not found.condition:
         return
-    if water_levels(case, stage, found.base)[0] is not None and found.water is None:
+    if water_levels(case, stage, found.base)[0] is not None and found.water is None and not found.other_water:
         found.complete = False
         found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
     guideline = guidelines.read()
@@ -391,6 +408,7 @@ def assess(case):
         said = complaints[stage] = stage_complaints(case, stage)
         flawed = bool(said)
         joints = case.results.stage_summary(stage)["joints"]
+        failed = {}
         rows = chains({name: facts for name, facts in joints.items() if facts["line"]})
         bases = [("+".join(names), "joint" if len(names) == 1 else "joints", names) for names in rows]
         said += [f"Joint {name} is no line: the gravity method needs a plane." for name in joints if not joints[name]["line"]]
@@ -403,12 +421,22 @@ def assess(case):
                 strength = case.options.strengths.get(name) or strength_of(case, stage, names, joints)
                 found = assess_base(case, stage, name, path, kind, strength)
             except GravityError as error:
-                said.append(f"{kind.capitalize()} {name}: {error}.")
+                failed.setdefault((kind, str(error)), []).append(name)
                 continue
             found.complete &= not flawed
             judge(case, found)
             all_found.append(found)
+        said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind == 'joint' else ''}." for (kind, why), names in failed.items()]
     return all_found, complaints
+
+
+def gathered(complaints):
+    """Lines (stages, text) about what could not be done: what is said of several stages, once."""
+    stages = {}
+    for stage, said in complaints.items():
+        for line in said:
+            stages.setdefault(line, []).append(stage)
+    return [("Stage" + "s" * (len(names) > 1) + " " + ", ".join(names), line) for line, names in stages.items()]
 
 
 def lines(found):
@@ -431,6 +459,8 @@ def lines(found):
     result = []
     for words, unit, key, factor, digits in rows:
         values = [None if s.get(key) is None else factor * s[key] for s in sources]
+        if key in ("peak", "residual"):
+            values = [np.inf if value is not None and value > NO_SHEAR else value for value in values]
         if any(value is not None for value in values):
             result.append(Line(words, unit, digits, *values))
     return result
@@ -467,9 +497,8 @@ def main(arguments=None):
         return 2
     for assessment in found:
         print("\n".join(text_of(assessment)))
-    for stage, said in complaints.items():
-        for line in said:
-            print(f"  {stage}: {line}")
+    for stages, line in gathered(complaints):
+        print(f"  {stages}: {line}")
     return 0
 
 

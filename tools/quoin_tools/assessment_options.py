@@ -25,12 +25,6 @@ class Options:
     paths: dict = field(default_factory=dict)  # name: [[x, y], ...]
     strengths: dict = field(default_factory=dict)  # of paths and joints: friction, cohesion and residual ones
 
-    def condition_of(self, stage, stages):
-        """Stages named with --condition are judged; the last one as usual when none is named."""
-        if self.conditions:
-            return self.conditions.get(stage)
-        return "usual" if stage == stages[-1] else None
-
 
 def named(text, what):
     name, equals, value = text.partition("=")
@@ -76,7 +70,7 @@ def parser(program, description):
     add("folder", help="output folder of a run")
     add("--guideline", metavar="NAME", help="of guidelines.yaml: " + ", ".join(guidelines.read()))
     add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
-        help="judge this stage as usual, unusual or extreme (again for more); default: the last stage, usual")  # fmt: skip
+        help="judge this stage as usual, unusual or extreme (again for more); default: the last static stage, usual")  # fmt: skip
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
         help="strength of a path, or another one of a joint: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip

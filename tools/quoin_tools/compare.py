@@ -3,31 +3,32 @@
     python -m quoin_tools.compare A B [--tolerance 1e-3] [--all]
 
 Prints the numbers of summary.json that differ (--all: every one). Exit code 0: the same stages and verdicts, and every number within the
-tolerance (relative; to the largest of its kind in the stage for forces and displacements); 1: not; 2: a folder cannot be read.
+tolerance (relative to the largest of its kind in the stage; factors and brackets of trials to themselves); 1: not; 2: a folder cannot be read.
 """
 
 import argparse
+import re
 import sys
 
-from quoin_tools.results import Results, ResultsError, table
+from quoin_tools.results import NO_SHEAR, Results, ResultsError, table
 
-KINDS = (  # words, unit, factor, key that ends the path of the number
-    ("displacement", "mm", 1e3, ("u_x", "u_y")),
-    ("force", "kN", 1e-3, ("applied.x", "applied.y", "reaction.x", "reaction.y", ".N", ".T")),
-    ("moment", "kN m", 1e-3, (".M",)),
-    ("stress", "MPa", 1e-6, ("sigma_linear_start", "sigma_linear_end", "s1_max.value", "s2_min.value", ".sigma")),
-    ("length", "m", 1.0, ("open_length", "slipping_length", "crushing_length", ".length")),
-    ("factor", "", 1.0, ("sliding_factor_peak", "sliding_factor_residual")),
-    ("angle", "deg", 1.0, ("friction_needed",)),
+KINDS = (  # words, unit, factor, pattern of the path of the number
+    ("displacement", "mm", 1e3, r"\.u_[xy]$"),
+    ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$"),
+    ("moment", "kN m", 1e-3, r"\.M$"),
+    ("stress", "MPa", 1e-6, r"\.sigma_linear_(start|end)$|\bs[12]_(max|min)\.value$|\.sigma$"),
+    ("length", "m", 1.0, r"[._]length$"),
+    ("factor", "", 1.0, r"\.(sliding|safety)_factor_[a-z]+$|^safety\..*\.value$"),
+    ("angle", "deg", 1.0, r"\.friction_needed$"),
+    ("bracket", "", 1.0, r"^(strength_reduction|flood)\.(stable|failing)$"),
 )
-TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6}
+ALONE = ("factor", "bracket")  # kinds of which each number is held against itself: one large one would hide the others
+TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6, "bracket": 1e-9}
 
 
 def kind_of(path):
-    for words, unit, factor, endings in KINDS:
-        if path.endswith(endings):
-            return words, unit, factor
-    return None
+    """Words, unit and factor; None for a number that is not compared."""
+    return next((kind[:3] for kind in KINDS if re.search(kind[3], path)), None)
 
 
 def numbers(stage, path=""):
@@ -38,7 +39,7 @@ def numbers(stage, path=""):
         if isinstance(value, dict):
             found |= numbers(value, here)
         elif isinstance(value, (int, float)) and not isinstance(value, bool) and kind_of(here):
-            found[here] = float(value)
+            found[here] = min(float(value), NO_SHEAR) if "sliding_factor" in key else float(value)
     return found
 
 
@@ -52,7 +53,8 @@ def compare_stage(a, b):
     rows = []
     for path in dict.fromkeys([*left, *right]):
         pair, kind = (left.get(path), right.get(path)), kind_of(path)
-        relative = float("inf") if None in pair else abs(pair[1] - pair[0]) / sizes[kind[0]]
+        size = max(TINY[kind[0]], *(abs(x) for x in pair if x is not None)) if kind[0] in ALONE else sizes[kind[0]]
+        relative = float("inf") if None in pair else abs(pair[1] - pair[0]) / size
         rows.append((path, *pair, relative, kind))
     return rows
 

@@ -79,7 +79,7 @@ def cut(mesh, path, whole=None):
         shapely.prepare(region)
         is_left = shapely.contains(region, left).any()
         if is_left and shapely.contains(region, right).any():
-            raise GravityError("the path does not cut the body: the two sides hang together")
+            raise GravityError("the path does not cut the body right through, from surface to surface: the two sides hang together")
         if is_left:
             chosen.append(region)
     if not chosen:

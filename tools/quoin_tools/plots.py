@@ -19,7 +19,7 @@ import sys
 import matplotlib
 import numpy as np
 
-from quoin_tools.results import Results, ResultsError
+from quoin_tools.results import Results, ResultsError, sliding
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 from matplotlib import pyplot  # noqa: E402
@@ -35,6 +35,7 @@ LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Ok
 TENSION, COMPRESSION, GREY = "#d55e00", "#0072b2", "#5a5a5a"
 MANY = 30_000  # blocks beyond which their outlines would only blacken the picture
 DOMINANT = 2.0  # a group this many times larger than all others together is left out of the view
+NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
 CROSSES = 26  # along the longer side of the view
 STYLE = {
     "font.size": 10,
@@ -291,7 +292,9 @@ def plot_joint(results, stage, joint, path):
         f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m "
         f"to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
     )
-    for axes in (above, below):
+    for axes, values in ((above, sigma), (below, tau)):
+        if np.abs(values).max() < NOTHING:
+            axes.set_ylim(-1.0, 1.0)  # an open joint: no scale of rounding
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
     figure.suptitle(f"Joint {joint}, stage {stage}: {joint_facts(facts)}", fontsize=11)
     save(figure, path)
@@ -301,7 +304,7 @@ def plot_joint(results, stage, joint, path):
 def joint_facts(facts):
     words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
     if facts["sliding_factor_peak"] is not None:
-        words.append(f"sliding factor {facts['sliding_factor_peak']:.2f}")
+        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)}")
     words += [
         f"{word} {facts[word + '_length']:.2f} m"
         for word in ("open", "slipping")

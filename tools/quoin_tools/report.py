@@ -16,7 +16,7 @@ import tempfile
 
 import quoin_tools
 from quoin_tools import browser, guidelines, plots, scene, section, uplift
-from quoin_tools.assessment import ERRORS, assess, cell, lines, load_case
+from quoin_tools.assessment import ERRORS, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.mechanism import plot_mechanisms
 from quoin_tools.results import fixed
@@ -104,7 +104,7 @@ def verdict_box(case, found, complaints):
         names = ", ".join(guidelines.read())
         return f'<div class="verdict open"><b>Not judged</b><br><span>No guideline was named (--guideline: {esc(names)}).</span></div>'
     judged = [a for a in found if a.condition]
-    named = set(o.conditions) or {case.results.stages[-1]}
+    named = set(case.conditions)
     missing = not judged or not named <= {a.stage for a in judged}
     rows = [limit for a in judged for limit in a.limits]
     word = guidelines.overall(rows, not missing and all(a.complete for a in judged))
@@ -118,7 +118,7 @@ def verdict_box(case, found, complaints):
         text += f" Limits not judged for want of a number: {open_ones}."
     if any(limit.check for limit in rows):
         text += " Limits marked “check” were written from memory and must be held against the document."
-    flaws = [f"Stage {stage}: {line}" for stage in complaints if stage in named for line in complaints[stage]]
+    flaws = [f"{stages}: {line}" for stages, line in gathered({s: said for s, said in complaints.items() if s in named})]
     flaws += [f"Stage {a.stage}, {a.name}: {note}" for a in judged for note in a.notes]
     return f'<div class="verdict {verdict_class(word)}"><b>{esc(word)}</b><br><span>{esc(text)}</span></div>' + notes(flaws)
 
@@ -224,6 +224,8 @@ def inputs_part(case):
 
 
 def words(value):
+    if isinstance(value, bool):
+        return "true" if value else "false"
     return " ".join(map(words, value)) if isinstance(value, list) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -266,7 +268,7 @@ def assessments_part(case, found, complaints):
              "with the mesh; the gravity method's is that of a straight line.</small></p>")  # fmt: skip
     ordered = sorted(found, key=lambda a: a.condition is None)  # stable: judged stages first
     part += "".join(assessment_part(a) for a in ordered)
-    said = [f"Stage {stage}: {line}" for stage, texts in complaints.items() for line in texts]
+    said = [f"{stages}: {line}" for stages, line in gathered(complaints)]
     return part + (("<h3>Reservations</h3>" + notes(said)) if said else "")
 
 
@@ -300,7 +302,7 @@ def figures_part(pictures):
 
 
 def sections_part(case, found):
-    stages = [stage for stage in case.results.stages if case.options.condition_of(stage, case.results.stages)]
+    stages = [stage for stage in case.results.stages if stage in case.conditions]
     part = "<h2>Section and loads</h2>"
     for stage in stages:
         mine = [a for a in found if a.stage == stage]

@@ -22,6 +22,7 @@ import numpy as np
 FORMAT, VERSION = "quoin-results", 1
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
 VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
+NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
 SOME_STAGES = ("safety_factor", "safety_mode", "mechanism")  # fields that not every stage has: None there
@@ -265,6 +266,11 @@ def fixed(value, scale=1.0, digits=3):
     return "-" if value is None else f"{round(value * scale, digits) + 0.0:.{digits}f}"
 
 
+def sliding(value, digits=3):
+    """A sliding factor for people."""
+    return f"> {NO_SHEAR:.0f}" if value is not None and value > NO_SHEAR else fixed(value, 1.0, digits)
+
+
 def place(end):
     return "-" if end is None else f"({end['x']:.2f}, {end['y']:.2f})"
 
@@ -279,12 +285,18 @@ def probe_rows(s):
     return [(name, fixed(p["u_x"], 1e3), fixed(p["u_y"], 1e3)) for name, p in s["probes"].items()]
 
 
+def support_rows(s):
+    """Where there are several: the sum stands with the stage."""
+    rows = [(name, fixed(force["x"], 1e-3, 1), fixed(force["y"], 1e-3, 1)) for name, force in s.get("supports", {}).items()]
+    return rows if len(rows) > 1 else []
+
+
 def joint_rows(s):
     rows = []
     for name, j in s["joints"].items():
         ends = [fixed(j[end]["sigma"] if j["line"] else None, 1e-6) for end in ("start", "end")]
         forces = (fixed(j["N"], 1e-3, 1), fixed(j["T"], 1e-3, 1), fixed(j["friction_needed"], 1, 2))
-        factors = (fixed(j["sliding_factor_peak"]), fixed(j["sliding_factor_residual"]))
+        factors = (sliding(j["sliding_factor_peak"]), sliding(j["sliding_factor_residual"]))
         lengths = (fixed(j["length"]), fixed(j["open_length"]), fixed(j["slipping_length"]))
         rows.append((name, *forces, *factors, *lengths, *ends))
     return rows
@@ -310,6 +322,7 @@ def energy_rows(s):
 
 SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
+    ("What each support adds", "support|x kN|y kN", support_rows),
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak|residual|length m|open m|slipping m|"
                "sigma start MPa|sigma end MPa", joint_rows),

@@ -10,6 +10,7 @@ from quoin_tools.uplift import head_line
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
 REACH = 0.15  # largest pressure, drawn, over the size of the view
+LEVEL = 1e-3  # horizontal part of a direction: water on faces flatter than this has no side
 LABEL = {"fontsize": 9, "bbox": {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.2}}
 
 
@@ -35,23 +36,24 @@ def draw_pressure(axes, segments, pressures, scale, fill, edge):
 
 
 def draw_water(axes, case, name, load, force, box):
-    """Pressure on the faces, level, resultant."""
+    """Pressure on the faces in view, level, resultant."""
     segments = cut.wet_segments(case.mesh, load)
     level = float(load["level"])
     pressures = np.maximum(level - segments[..., 1], 0.0)
-    if pressures.max(initial=0.0) <= 0:
+    shown = (pressures.max(axis=1) > 0) & plots.inside(segments.mean(axis=1), box)
+    if not shown.any():
         return
-    segments, pressures = (array[pressures.max(axis=1) > 0] for array in (segments, pressures))
+    segments, pressures = segments[shown], pressures[shown]
     size = max(box[1] - box[0], box[3] - box[2])
     draw_pressure(axes, segments, pressures, REACH * size / pressures.max(), WATER_FILL, WATER)
-    top = segments.reshape(-1, 2)[segments[..., 1].argmax()]
-    side = box[0] if force[0] > 0 else box[1]
-    axes.plot([side, top[0]], [level, level], color=WATER, lw=1.4)
-    axes.text(0.97 * side + 0.03 * top[0], level, f"{level:.2f} m", color=WATER, va="bottom", ha="left" if force[0] > 0 else "right",
-              fontsize=9)  # fmt: skip
-    x = segments[..., 0].mean()
-    y = (x * force[1] - force[2]) / force[0] if force[0] else segments[..., 1].mean()
     direction = force[:2] / np.hypot(*force[:2])
+    x, y = segments[..., 0].mean(), segments[..., 1].mean()
+    if abs(direction[0]) > LEVEL:
+        y = (x * force[1] - force[2]) / force[0]
+        side, top = box[0] if force[0] > 0 else box[1], segments.reshape(-1, 2)[segments[..., 1].argmax()]
+        axes.plot([side, top[0]], [level, level], color=WATER, lw=1.4)
+        axes.text(0.97 * side + 0.03 * top[0], level, f"{level:.2f} m", color=WATER, va="bottom",
+                  ha="left" if force[0] > 0 else "right", fontsize=9)  # fmt: skip
     arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), WATER)
     axes.text(*(np.array([x, y]) - 0.55 * REACH * size * direction + [0, 0.02 * size]), force_text(name, force), color=WATER, ha="center",
               va="bottom", zorder=7, **LABEL)  # fmt: skip
@@ -99,7 +101,7 @@ def draw_bases(axes, assessed, size):
     """Joints and paths that are assessed, their resultants and their cracks by the gravity method."""
     for found in assessed:
         base, hand = found.base, found.governing
-        axes.plot(*base.ends().T, color=LOAD if found.kind.startswith("joint") else "#009e73", lw=2.0, zorder=5)
+        axes.plot(*found.path.T, color=LOAD if found.kind.startswith("joint") else "#009e73", lw=2.0, zorder=5)
         axes.text(*(base.end + [0.015 * size, 0.012 * size]), found.name, color=LOAD if found.kind.startswith("joint") else "#007a5a", zorder=7, **LABEL)
         if hand.crack:
             tip = base.at(hand.crack) if hand.crack_at == "start" else base.at(base.length - hand.crack)

@@ -110,8 +110,8 @@ def arch(voussoirs=21, radius=10.0, thickness=1.5, span_angle=180.0, divide=(1, 
     Voussoirs are numbered from the right springing; divide: blocks along the arch and through it of each.
 
     Face sets joint (between voussoirs), joint_springing (both sides), intrados, extrados, bottom (backs of the
-    abutments); points springing_left, springing_right on the intrados, crown_intrados, crown_extrados (the vertex
-    next to the crown)."""
+    abutments), bottom_left and bottom_right (of one, for a support that gives way); points springing_left,
+    springing_right on the intrados, crown_intrados, crown_extrados (the vertex next to the crown)."""
     require(voussoirs >= 2 and min(divide) >= 1 and 0 < span_angle <= 270 and span_angle / voussoirs < 90,
             "at least two voussoirs, of less than 90 degrees each, an arch of at most 270 degrees")
     require(min(radius, thickness) > 0, "a positive radius and thickness")
@@ -120,7 +120,8 @@ def arch(voussoirs=21, radius=10.0, thickness=1.5, span_angle=180.0, divide=(1, 
     rays = np.column_stack([np.cos(angles), np.sin(angles)])
     rays[np.abs(rays) < 1e-15] = 0.0
     inside, outside = radius * rays, (radius + thickness) * rays
-    bodies = [abutment(inside[k], outside[k], sign * thickness) for k, sign in ((0, 1), (voussoirs, -1))]
+    bodies = [abutment(inside[k], outside[k], sign * thickness, side)
+              for k, sign, side in ((0, 1, "right"), (voussoirs, -1, "left"))]
     for i in range(voussoirs):
         body = quad_patch(inside[i + 1], inside[i], outside[i], outside[i + 1], *divide, "voussoir", rigid)
         sets = body.face_sets
@@ -138,14 +139,15 @@ def arch(voussoirs=21, radius=10.0, thickness=1.5, span_angle=180.0, divide=(1, 
     return mesh
 
 
-def abutment(inner, outer, depth):
-    """A rigid block behind the springing line; a positive depth goes on clockwise."""
+def abutment(inner, outer, depth, side):
+    """A rigid block behind the springing line; a positive depth goes on clockwise. side: left or right."""
     ray = (outer - inner) / np.hypot(*(outer - inner))
     back = depth * np.array([ray[1], -ray[0]])
     corners = (inner + back, outer + back, outer, inner)
     if depth < 0:
         corners = (outer + back, inner + back, inner, outer)
-    return renamed(quad_patch(*corners, 1, 1, "abutment", True), {"bottom": "bottom", "joint_springing": "top"})
+    return renamed(quad_patch(*corners, 1, 1, "abutment", True),
+                   {"bottom": "bottom", f"bottom_{side}": "bottom", "joint_springing": "top"})
 
 
 def nearest(mesh, x, y):
