@@ -383,8 +383,7 @@ static PetscErrorCode TestBadNames(void)
 static char *ReadDocs(void)
 {
   char path[PETSC_MAX_PATH_LEN];
-  snprintf(path, sizeof path, "%.*s../../docs/scene.md", (int)(strlen(__FILE__) - strlen("test_scene.c")),
-           __FILE__);
+  snprintf(path, sizeof path, "%s/docs/scene.md", QUOIN_SOURCE);
   FILE *file = fopen(path, "r");
   char *text = calloc(1, 1 << 16);
   ENSURE(file != NULL);
