@@ -7,7 +7,14 @@
 #include <string.h>
 #include <yaml.h>
 
-enum { MOST_ENTRIES = 20000, DEEPEST = 6 }; /* YAML aliases can blow a small text up, or form a circle */
+enum {
+  MOST_ENTRIES = 20000, /* YAML aliases can blow a small text up, or form a circle */
+  MOST_SCALARS = 2 * MOST_ENTRIES,
+  DEEPEST = 6,               /* keys below each other */
+  DEEPEST_TEXT = 4 * DEEPEST /* brackets in each other: libyaml needs time with their square */
+};
+
+#define CONTROL "a value holds the control character U+%04X; one line of text expected"
 
 void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
 {
@@ -35,6 +42,18 @@ void Complain(char *message, const char *file, int line, const char *key, const 
   va_end(arguments);
   for (char *c = message; *c; c++)
     if (iscntrl((unsigned char)*c)) *c = ' ';
+}
+
+// the first control character of a text that a terminal or a report will show (ASCII, or U+0080 to U+009F);
+// -1
+static int control(const char *text, size_t length)
+{
+  const unsigned char *c = (const unsigned char *)text;
+  for (size_t i = 0; i < length; i++) {
+    if (c[i] < 0x20 || c[i] == 0x7f) return c[i];
+    if (c[i] == 0xc2 && i + 1 < length && c[i + 1] < 0xa0) return c[i + 1];
+  }
+  return -1;
 }
 
 PetscBool NameIsValid(const char *name)
@@ -181,9 +200,10 @@ static PetscErrorCode walk_sequence(Walk *w, yaml_node_t *node, const char *key,
           walk_pair(w, *yaml_document_get_node(&w->document, *i)->data.mapping.pairs.start, key, depth + 1));
   } else {
     PetscCall(PetscCalloc1(length, &value));
+    char *at = value;
     for (yaml_node_item_t *i = first; i < end; i++) {
-      if (i > first) strcat(value, ",");
-      strcat(value, (const char *)yaml_document_get_node(&w->document, *i)->data.scalar.value);
+      if (i > first) *at++ = ',';
+      at = stpcpy(at, (const char *)yaml_document_get_node(&w->document, *i)->data.scalar.value);
     }
     PetscCall(entries_add(w->list, key, value, ENTRY_LIST, line));
     PetscCall(PetscFree(value));
@@ -218,6 +238,58 @@ static void complain_syntax(Walk *w, const yaml_parser_t *parser, const char *te
            tab ? " (this line is indented by a tab; use spaces)" : "");
 }
 
+// what no scene holds, whatever its keys: a complaint, or how deep the text stands after this event
+static void check_event(Walk *w, const yaml_event_t *event, PetscInt *depth, PetscInt *n)
+{
+  const int line = (int)event->start_mark.line + 1;
+  switch (event->type) {
+  case YAML_DOCUMENT_START_EVENT:
+    if (*n > 0) Complain(w->message, w->file, line, "", "a second YAML document");
+    break;
+  case YAML_MAPPING_START_EVENT:
+  case YAML_SEQUENCE_START_EVENT:
+    if (++*depth > DEEPEST_TEXT) Complain(w->message, w->file, line, "", "nested too deeply");
+    break;
+  case YAML_MAPPING_END_EVENT:
+  case YAML_SEQUENCE_END_EVENT:
+    --*depth;
+    break;
+  case YAML_SCALAR_EVENT: {
+    const int c = control((const char *)event->data.scalar.value, event->data.scalar.length);
+    if (c >= 0) Complain(w->message, w->file, line, "", CONTROL, c);
+  }
+  // fall through
+  case YAML_ALIAS_EVENT:
+    if (++*n > MOST_SCALARS) Complain(w->message, w->file, line, "", "more than %d values", MOST_SCALARS);
+    break;
+  default:
+    break;
+  }
+}
+
+// the text event by event, before a tree is made of it: in time and memory proportional to it
+static PetscErrorCode check_text(Walk *w, const char *text, size_t length)
+{
+  yaml_parser_t parser;
+  yaml_event_t event;
+  PetscInt depth = 0, n = 0;
+  PetscBool ended = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  PetscCheck(yaml_parser_initialize(&parser), PETSC_COMM_SELF, PETSC_ERR_MEM, "libyaml cannot start");
+  yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
+  while (!ended && !w->message[0]) {
+    if (!yaml_parser_parse(&parser, &event)) {
+      complain_syntax(w, &parser, text, length);
+      break;
+    }
+    check_event(w, &event, &depth, &n);
+    ended = (PetscBool)(event.type == YAML_STREAM_END_EVENT);
+    yaml_event_delete(&event);
+  }
+  yaml_parser_delete(&parser);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
                                char *message)
 {
@@ -225,9 +297,11 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
   yaml_parser_t parser;
 
   PetscFunctionBeginUser;
+  PetscCall(check_text(&w, text, length));
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(yaml_parser_initialize(&parser), PETSC_COMM_SELF, PETSC_ERR_MEM, "libyaml cannot start");
   yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
-  if (!yaml_parser_load(&parser, &w.document)) {
+  if (!yaml_parser_load(&parser, &w.document)) { // an alias of nothing
     complain_syntax(&w, &parser, text, length);
     yaml_parser_delete(&parser);
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,14 +314,6 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
   else
     PetscCall(walk_mapping(&w, root, "", 1, 0));
   yaml_document_delete(&w.document);
-
-  // nothing may follow the one document
-  if (root && yaml_parser_load(&parser, &w.document)) {
-    root = yaml_document_get_root_node(&w.document);
-    if (root) Complain(message, file, (int)root->start_mark.line + 1, "", "a second YAML document");
-    yaml_document_delete(&w.document);
-  } else if (root)
-    complain_syntax(&w, &parser, text, length);
   yaml_parser_delete(&parser);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -346,6 +412,8 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
     }
     const char *value = i + 1 < argc && !option_key(argv[i + 1]) ? argv[++i] : "";
     if (is_petsc_own(key)) continue;
+    const int c = control(value, strlen(value));
+    if (c >= 0) Complain(message, "", 0, key, CONTROL, c);
     Entry *entry = EntriesFind(list, key);
     if (entry) {
       PetscCall(PetscFree(entry->value));

@@ -298,7 +298,9 @@ static PetscErrorCode read_text(MPI_Comm comm, const char *path, char **text, Pe
       PetscCall(PetscMalloc1(size + 1, text));
       if (fread(*text, 1, size, file) == (size_t)size) *length = (PetscInt)size;
     }
-    if (*length < 0)
+    if (size >= LARGEST_SCENE)
+      Complain(message, path, -1, "", "cannot read the scene: not a file of up to %d bytes", LARGEST_SCENE);
+    else if (*length < 0)
       Complain(message, path, -1, "", "cannot read the scene: %s", errno ? strerror(errno) : "no file");
     if (file) fclose(file);
   }

@@ -107,11 +107,11 @@ class Bench:
         self.known: dict = {}
         self.lengths: dict = {}
 
-    def prepare(self, name, change=None):
-        """A new folder with a scene and its mesh; change(scene): in place, for this folder."""
+    def prepare(self, name, change=None, made=None):
+        """A new folder with a scene and its mesh, those of that name unless made; change(scene): in place, for this folder."""
         folder = self.folder / f"{next(self.numbers):03d}_{name}"
         folder.mkdir(parents=True)
-        mesh, scene = scenes.ALL[name]()
+        mesh, scene = made or scenes.ALL[name]()
         if change:
             scene = copy.deepcopy(scene)  # scenes share their parts
             change(scene)
@@ -255,16 +255,8 @@ def memory_of(pids):
     return most
 
 
-def soak(bench, cycles):
-    """Blocks that rock on a shaken base: memory, balance, every checkpoint."""
-    duration = 1.01 * cycles * scenes.STEP
-
-    def change(scene):
-        scenes.shake(scene, duration)
-    folder = bench.prepare("dynamic", change)
-    (folder / "motion.csv").write_text(scenes.motion(duration), encoding="utf-8")
-    keep = 1000
-    job = bench.job(folder, 2, "-checkpoint_every", max(1, cycles // 50), "-checkpoint_keep", keep, "-checkpoint_minutes", 0)
+def watched(job, folder):
+    """What the run says, and the memory of its largest rank [kB], looked at every 0.1 s."""
     samples = []
     while job.process.poll() is None:
         time.sleep(0.1)
@@ -273,15 +265,39 @@ def soak(bench, cycles):
     assert code == 0, error
     samples = [kb for kb in samples if kb][:-1]  # the last is of ranks that end
     assert len(samples) >= 50, f"{folder}: memory looked at {len(samples)} times only: more cycles"
+    return out, samples
+
+
+def account(energy, dt_factor, out):
+    """Of a stage in time: the balance is the error of the trapezoidal rule for works, (omega dt)^2/12 of what was turned over,
+    with omega dt <= 2 dt_factor for every frequency; the program has nothing to warn of (1 %); friction has only taken."""
+    turned = energy["friction"] + sum(abs(energy[name]) for name in ("kinetic", "strain", "joints"))
+    bound = (2 * dt_factor) ** 2 / 12 * turned
+    assert abs(energy["balance"]) <= bound, f"energy balance {energy['balance']} J, by theory at most {bound} J"
+    assert "energy account is out" not in out, out
+    return (f"energy balance {energy['balance']:.2g} J of {turned:.3g} J turned over (theory: at most {bound:.2g} J); finding contacts "
+            f"anew made {energy['detection']:.2g} J; supports and loads gave {energy['supports'] + energy['outside']:.3g} J, "
+            f"friction and dashpots took {energy['friction']:.3g} J")
+
+
+def soak(bench, cycles):
+    """Blocks that slide in a shaken tray: memory, balance, every checkpoint."""
+    duration, keep = 1.01 * cycles * scenes.SOAK_STEP, 1000
+    folder = bench.prepare("tray", made=scenes.tray(duration))
+    (folder / "motion.csv").write_text(scenes.motion(duration, amplitude=1.0, frequency=1.0), encoding="utf-8")
+    job = bench.job(folder, 2, "-checkpoint_every", max(1, cycles // 50), "-checkpoint_keep", keep, "-checkpoint_minutes", 0)
+    out, samples = watched(job, folder)
     tenth = len(samples) // 10
     early, late = samples[tenth], max(samples[-tenth:])
     assert late < 1.05 * early, f"{folder}: memory grows from {early} to {late} kB"
     summary = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))["stages"][-1]
+    assert summary["cycles"] >= cycles and "contacts verified" in summary["evidence"], summary
     files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
     for path in files:
         code, text, error = bench.run(folder, 1, "-restart", path, "-output", "again", "-checkpoint_wall_limit", "1e-9")
         assert code in (0, 5) and "goes on from" in text, f"{path}: {code} {error}"
-    return [f"{summary['cycles']} cycles on 2 ranks, {summary['evidence']}",
+    return [f"{summary['cycles']} cycles on 2 ranks: contacts {summary['evidence'].split('contacts ')[1]}",
+            account(summary["energy"], 0.05, out),
             f"largest resident memory of a rank: {early / 1024:.1f} MB after a tenth of the run, {late / 1024:.1f} MB at its end",
             f"{len(files)} checkpoints, all of them loaded and gone on from"]
 

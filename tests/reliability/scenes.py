@@ -102,9 +102,6 @@ ALL = {"static": static, "newton": newton, "reduction": reduction, "variable": v
        "condensed": condensed, "cracked": cracked, "flood": flood}
 ROUNDED = ("newton",)  # on several ranks MUMPS adds up in another order each time: the last digits of each run differ
 
-STEP = 1.82e-5  # s, about, of the dynamic scene
-
-
 def shake(scene, duration):
     """The base of the dynamic scene moves to and fro for the whole stage."""
     scene["supports"]["base"]["motion"] = "motion.csv"
@@ -119,3 +116,20 @@ def motion(duration, amplitude=0.15, frequency=1.5):
     n = max(2, int(duration * 50))
     times = [duration * i / n for i in range(n + 1)]
     return "".join(f"{t:.6f}, {amplitude * sin(2 * pi * frequency * t):.6f}, 0\n" for t in times)
+
+
+SOAK_STEP = 1.633e-5  # s, about, of the tray
+
+
+def tray(duration):
+    """A tray moves to and fro: a row of deformable blocks and stones on it slide and hit each other and its sides, for ever.
+    Friction takes what the supports bring; contacts come and go; no block leaves."""
+    bodies = [rectangle(-1, -1, 6.1, 1, group="base", rigid=True)]
+    bodies += [rectangle(x, 0, 1, 2, group="base", rigid=True) for x in (-1, 4.1)]
+    bodies += [rectangle(0.05 + i, 0, 1, 0.5, 2, 1, group="wall") for i in range(4)]
+    bodies += [rectangle(0.3 + 1.3 * i, 0.5, 0.8, 0.4, group="block", rigid=True) for i in range(3)]
+    mesh = join([renamed(body, {}, {}) for body in bodies])
+    scene = dynamic()[1]
+    shake(scene, duration)
+    scene["joints"]["default"]["friction"] = 15
+    return mesh, scene

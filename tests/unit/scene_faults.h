@@ -141,7 +141,7 @@ static const struct {
    "scene.yaml:27: YAML syntax: while scanning a quoted scalar: found unexpected end of stream"},
   {"title: Wall", "<<: Wall", "",
    "scene.yaml:1: '<<' is not a name: a letter, then letters, digits, _ + -, 63 at most"},
-  {"  - sw", "---\n  - sw", "", "scene.yaml:24: a second YAML document"},
+  {"  - sw", "---\n  - sw", "", "scene.yaml:23: a second YAML document"},
   {"title", "title", "-materials_dam_densty 3",
    "command line: -materials_dam_densty: unknown option; did you mean -materials_dam_density?"},
   {"title", "title", "-materials_damm_density 3",

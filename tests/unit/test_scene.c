@@ -312,6 +312,13 @@ static PetscErrorCode TestBadFiles(void)
   PetscCall(Read("a: &a {b: *a}\n", "", &s));
   EnsureMessage("scene.yaml:1: a.b.b.b.b.b.b: nested too deeply", "circle");
   PetscCall(SceneDestroy(&s));
+  PetscCall(Read("a:\n  [[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[", "", &s));
+  EnsureMessage("scene.yaml:2: nested too deeply", "brackets");
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Read("title: \"a\\e[31mb\"\n", "", &s));
+  EnsureMessage("scene.yaml:1: a value holds the control character U+001B; one line of text expected",
+                "escape");
+  PetscCall(SceneDestroy(&s));
   WritePath("none.yaml", path);
   ENSURE(SceneRead(PETSC_COMM_WORLD, path, 1, argv, &s) == PETSC_ERR_USER_INPUT);
   EnsureMessage("none.yaml: cannot read the scene: No such file or directory", "no file");

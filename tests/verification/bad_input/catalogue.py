@@ -5,8 +5,8 @@
     tests/verification/bad_input/catalogue.py --quoin build/quoin --ranks 1 2          on 1 and 2
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
-Scenes: one fault each in the good scene of tests/unit/test_scene.c, as listed in tests/unit/scene_faults.h. Meshes: one
-fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
+Scenes: one fault each in the good scene of tests/unit/test_scene.c, as listed in tests/unit/scene_faults.h, and texts made to
+do harm. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
 one line on stderr, when ranks do not agree on that line, or when the document says another one."""
 
 import argparse
@@ -168,6 +168,31 @@ def mesh_faults():
     ]
 
 
+def text_faults():
+    """(what, bytes) of scenes that are wrong as a text, whatever their keys."""
+    good, laugh = good_scene(), "".join(f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefghijk", "bcdefghijkl"))
+    texts = [
+        ("no text", ""), ("a comment alone", "# a dam\n"), ("a list", "- a\n- b\n"), ("one word", "dam\n"),
+        ("aliases of aliases: 9^12 values", "a: &a [x]\n" + laugh + good), ("an alias of itself", "a: &a {b: *a}\n" + good),
+        ("an alias of nothing", good + "output: *elsewhere\n"), ("a merge key", good.replace("{density: 2400", "{<<: {density: 1}, density: 2400")),
+        ("100000 brackets in each other", good + "plane: " + "[" * 100000 + "]" * 100000 + "\n"),
+        ("1000000 brackets, none closed", good + "plane: " + "[" * 1000000), ("50000 keys below each other", good + "plane: " + "{a: " * 50000),
+        ("a list of 300000 names", good.replace("groups: [dam]", "groups: [" + "dam," * 300000 + "dam]")),
+        ("100000 stages", good + "".join(f"  - s{i}: {{loads: [weight]}}\n" for i in range(100000))),
+        ("a title of 10 MB", good.replace("title: Wall", "title: " + "W" * 10**7)), ("a number of 5 MB", good.replace("2400", "1" + "0" * 5 * 10**6)),
+        ("a name of 10 MB", good + "? " + "W" * 10**7 + "\n: 1\n"), ("a scene of 17 MB", good + "# " + "W" * 17 * 10**6 + "\n"),
+        ("title that colours a terminal", good.replace("title: Wall", 'title: "\\e[31mWall"')),
+        ("title of two lines", good.replace("title: Wall", 'title: "Wall\\nquoin: done"')),
+        ("title with a C1 control character", good.replace("title: Wall", 'title: "\\x9b31mWall"')),
+        ("name that colours a terminal", good + '"\\e[31mred": 1\n'), ("a number with a zero byte behind it", good.replace("2400", '"2400\\0kg"')),
+        ("output folder with a line feed", good + 'output: "o\\nut"\n'), ("%YAML 9.9", "%YAML 9.9\n---\n" + good),
+        ("tags of Python objects", good.replace("gravity: 9.81", "gravity: !!python/object/apply:os.system [ls]")),
+    ]
+    coded = [("a zero byte", good.encode() + b"# \0\n"), ("Latin-1", good.replace("Wall", "Staumäuerchen").encode("latin-1")),
+             ("UTF-8 that is too long", good.encode().replace(b"Wall", b"W\xc0\xafll")), ("UTF-16 without a mark", good.encode("utf-16-le"))]
+    return [(what, text.encode()) for what, text in texts] + coded
+
+
 def file_faults():
     """(what, function of the bytes of a good file -> bytes, or None for no file)."""
     return [("no such file", lambda data: None), ("not an HDF5 file", lambda data: b"vertices: none"), ("an empty file", lambda data: b""),
@@ -190,26 +215,28 @@ def prepare(folder):
     def new(section, what, scene, options=()):
         place = folder / f"{len(entries):03d}"
         place.mkdir()
-        (place / "scene.yaml").write_text(scene, encoding="utf-8")
+        (place / "scene.yaml").write_bytes(scene)
         entries.append((section, what, place, list(options)))
         return place / "model.h5"
 
     for what, scene, options in scene_faults():
-        write(str(new("Scenes", what, scene, options)), good_mesh())
+        write(str(new("Scenes", what, scene.encode(), options)), good_mesh())
+    for what, scene in text_faults():
+        write(str(new("Scenes as texts", what, scene)), good_mesh())
     for what, change in mesh_faults():
-        path = new("Block meshes", what, good_scene())
+        path = new("Block meshes", what, good_scene().encode())
         write(str(path), good_mesh())
         with h5py.File(path, "r+") as file:
             change(file)
     for what, change in file_faults():
-        path = new("Files", what, good_scene())
+        path = new("Files", what, good_scene().encode())
         write(str(path), good_mesh())
         data = change(path.read_bytes())
         path.unlink()
         if data is not None:
             path.write_bytes(data)
     for what, data in motion_faults():
-        path = new("Files of support motion", what, good_scene(), ["-supports_foot_motion", "motion.csv"])
+        path = new("Files of support motion", what, good_scene().encode(), ["-supports_foot_motion", "motion.csv"])
         write(str(path), good_mesh())
         if data is not None:
             path.with_name("motion.csv").write_bytes(data)
