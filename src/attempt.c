@@ -9,6 +9,8 @@
 #include "checkpoint.h"
 
 static const PetscReal LOOSE = 4., RANGE = 2.5;
+static const PetscReal CREEP =
+    10.; /* times the cost of an equilibrium: a trial that fails, by Newton's method */
 static const PetscReal AFFORDABLE = 5e7; /* blocks, and contacts four times, of explicit cycles after Newton's
                                             method has failed: some seconds */
 static const double TIMED =
@@ -97,9 +99,9 @@ static Cost trials(const Scene *scene, const Attempt *a, const Stage *s)
   const PetscReal least = 2. + bisections, most = 1. + PetscCeilReal(steps) + bisections;
   const PetscReal times[3] = {0.5 * (least + most), least, most};
   Cost cost = relaxations(a, s, s->kind == STAGE_FLOOD ? (PetscReal)s->ramp : 0., times);
-  // trials that stand take a solution without a new factor, those that fail are judged by the explicit loop
-  const PetscReal fail = 1. + 0.5 * bisections, cycles = cost.cycles / cost.trials;
-  if (a->solved) cost.seconds = (cost.trials - fail) * a->last + fail * cycles * a->cycle;
+  // trials that stand take a solution without a new factor, those that fail the steps of creep
+  const PetscReal fail = 1. + 0.5 * bisections;
+  if (a->solved) cost.seconds = (cost.trials - fail) * a->last + fail * CREEP * a->last;
   return cost;
 }
 

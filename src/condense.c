@@ -185,7 +185,7 @@ static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const
     for (PetscInt e = 0, n_nodes = 4 - l; e < list[l]->n; e++) {
       PetscReal K_e[4][64];
       PetscInt rows[8];
-      if (e % 4 == 0) ElementMatrices(m, list[l], (int)n_nodes, e, K_e);
+      if (e % 4 == 0) ElementMatrices(m, list[l], (int)n_nodes, e, NULL, K_e);
       for (PetscInt k = 0; k < 2 * n_nodes; k++)
         rows[k] = row[2 * list[l]->vertex[((e / BATCH) * n_nodes + k / 2) * BATCH + e % BATCH] + k % 2];
       const PetscInt v = list[l]->vertex[(e / BATCH) * n_nodes * BATCH + e % BATCH];

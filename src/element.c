@@ -46,6 +46,7 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
 /* Elements are taken in chunks of CHUNK of one shape, quadrilaterals first: after each of them some vertices
    have all their forces and can move at once, while they are still in the cache. */
 enum { CHUNK = 512 };
+static const PetscReal STEP = 1e-5; /* of a side, for central differences */
 
 static PetscInt ChunksOf(const Elements *e)
 {
@@ -144,25 +145,33 @@ PetscErrorCode ElementChunksDone(Model *model)
 /* ------------------------------------------------------------------------- row sums (28) and masses (27) */
 
 /* Column (j, direction) of the reference stiffness is the small-strain force of a unit displacement there, so
-   K is by construction the tangent of the force kernel. */
-void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, PetscReal K[][64])
+   K is by construction the tangent of the force kernel. In large strain forces are cubic in u, and central
+   differences leave STEP^2 and the rounding of forces over STEP, 1e-10 of K. */
+void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, const PetscReal *u,
+                     PetscReal K[][64])
 {
   const PetscInt *vertex = LaneVertices(e, n_nodes, first);
   const LanesMaterial material = LoadMaterial(model, e->group + first);
-  LanesVector X[4];
+  LanesVector X[4], U[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[2][4] = {{{{0}, {0}}}};
   Gather(n_nodes, model->X, vertex, X);
+  if (u) Gather(n_nodes, u, vertex, U);
+  const LanesVector side = VectorSubtract(X[1], X[0]);
+  const Lanes h = u ? STEP * SquareRoot(VectorDot(side, side)) : LanesOf(1.), width = u ? h + h : h;
   for (int column = 0; column < 2 * n_nodes; column++) {
-    LanesVector unit[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[4];
-    if (column % 2 == 0)
-      unit[column / 2].x += 1.0;
-    else
-      unit[column / 2].y += 1.0;
-    ElementForce(n_nodes, X, unit, &material, model->thickness, 0, F);
-    for (int i = 0; i < n_nodes; i++)
+    for (int k = 0; k < (u ? 2 : 1); k++) {
+      LanesVector moved[4];
+      memcpy(moved, U, sizeof moved);
+      Lanes *x = column % 2 ? &moved[column / 2].y : &moved[column / 2].x;
+      *x = k ? *x - h : *x + h;
+      ElementForce(n_nodes, X, moved, &material, model->thickness, u != NULL, F[k]);
+    }
+    for (int i = 0; i < n_nodes; i++) {
+      const LanesVector d = VectorSubtract(F[0][i], F[1][i]);
       for (int lane = 0; lane < LANES; lane++) {
-        K[lane][(2 * i) * 2 * n_nodes + column] = F[i].x[lane];
-        K[lane][(2 * i + 1) * 2 * n_nodes + column] = F[i].y[lane];
+        K[lane][(2 * i) * 2 * n_nodes + column] = d.x[lane] / width[lane];
+        K[lane][(2 * i + 1) * 2 * n_nodes + column] = d.y[lane] / width[lane];
       }
+    }
   }
 }
 
@@ -176,7 +185,7 @@ static void StiffnessLoop(const Model *model, const Elements *e, int n_nodes, Pe
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
     const int n = 2 * n_nodes;
     PetscReal K[LANES][64];
-    ElementMatrices(model, e, n_nodes, first, K);
+    ElementMatrices(model, e, n_nodes, first, NULL, K);
     for (int lane = 0; lane < LANES; lane++)
       for (int i = 0; i < n_nodes; i++) {
         PetscReal row[2] = {0., 0.};

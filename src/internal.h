@@ -190,9 +190,11 @@ PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* The same of condensed ones, small strain. */
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f);
-/* Reference stiffness [N/m] of four elements from `first` (a multiple of 4) on: entry (i,j) of element
-   first + l is K[l][i * 2 n_nodes + j], rows x, y of vertex 0, x, y of vertex 1, ... */
-void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, PetscReal K[][64]);
+/* Stiffness [N/m] of four elements from `first` (a multiple of 4) on: entry (i,j) of element first + l is
+   K[l][i * 2 n_nodes + j], rows x, y of vertex 0, x, y of vertex 1, ... u: vertex array [m]: the tangent
+   there in large strain; NULL: that of the reference state. */
+void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, const PetscReal *u,
+                     PetscReal K[][64]);
 /* What is to be in the cache soon. */
 enum { AHEAD_ARRAYS = 5 };
 typedef struct {

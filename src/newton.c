@@ -11,57 +11,23 @@
    f(tau committed, u - u committed); only an equilibrium is committed. With the history advanced at every
    evaluation the iteration would converge to a wrong slip.
 
-   Guards. The step is bounded. A load increment that does not converge is halved; when that does not help, or
-   the factor fails (a body that nothing holds), the explicit loop takes over from the last equilibrium: what
-   has no equilibrium is judged there.
+   Guards. The step is bounded. A load increment that does not converge is given to creep (creep.c), from the
+   last equilibrium: it finds the equilibrium, or the mechanism that moves on for ever. When it finds neither,
+   or the factor fails (a body that nothing holds), the explicit loop takes over.
 
    Checkpoints are written at equilibria. What an increment starts from follows from the state alone: the
-   factor is that of the undeformed scene, the first tangent that of the joints as they are, or when the
-   increment is tried again, halved, that of elastic joints. So a restart takes the steps of the straight run.
-   A signal within an increment throws that increment away. */
-#include "output.h"
+   factor is that of the undeformed scene, the first tangent that of the joints as they are. So a restart
+   takes the steps of the straight run. A signal within an increment throws that increment away. */
+#include "newton.h"
 #include "checkpoint.h"
-#include "stiffness.h"
 
 enum { MOST_ITERATIONS = 40, MOST_HALVINGS = 6, STALL_ITERATIONS = 8 };
 enum { MOST_SOLVES = 60, MANY_SOLVES = 20 }; /* in one iteration; more than many: the factor is worn out */
 static const PetscReal LARGEST_STEP = 0.01;  /* of the model's diameter, in one iteration */
-static const PetscReal LARGEST_RISE = 10.;   /* of the unbalanced force, in one iteration */
-static const PetscReal SMALLEST_INCREMENT = 1. / 4.; /* of those asked for */
-static const PetscReal LOOSEST = 0.3;                /* relative residual a linear solve may leave */
-static const PetscReal WORST_FACTOR = 1e-4;          /* relative error of a solution */
-
-struct _p_Newton {
-  Stiffness stiffness;
-  KSP elastic, worn;     /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
-  PC pc;                 /* of elastic */
-  PetscInt last_solves;  /* that the last iteration took */
-  Vec r, du;             /* unbalanced force, correction */
-  PetscReal *u, *u_base; /* (n_dof,) at the last committed equilibrium; before the line search */
-  StageResult result;    /* committed with u, and so are effort and cycle */
-  Effort effort;
-  PetscInt64 cycle;
-  PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
-  PetscBool fails;          /* K0 has no factor */
-  /* what the factor belongs to */
-  PetscInt n_padded, n_joints;
-  PetscInt *vertex; /* (6 n_padded,) of the contacts */
-  PetscReal *k;     /* (n_joints, 2) k_n, k_s */
-};
-
-/* Everything an iteration reads. */
-typedef struct {
-  const Scene *scene;
-  const Model *m;
-  const Stage *stage;
-  PetscBool follow;
-  Contacts *contacts;
-  State *state;
-  Relaxation *relax;
-  Newton *newton;
-  StageResult *result;
-  Output *output;
-} Problem;
+static const PetscReal LARGEST_RISE = 10.,
+                       LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
+static const PetscReal LOOSEST = 0.3;          /* relative residual a linear solve may leave */
+static const PetscReal WORST_FACTOR = 1e-4;    /* relative error of a solution */
 
 /* ---- the factor */
 
@@ -118,7 +84,7 @@ static PetscErrorCode factorise_elastic(const Problem *p)
   PetscReal *undeformed;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
-  PetscCall(StiffnessBodies(p->m, &n->stiffness));
+  PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
   StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
   PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
   PetscCall(PetscFree(undeformed));
@@ -155,7 +121,8 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
   PetscCall(StiffnessCreate(p->m, p->contacts, &n->stiffness));
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
-  PetscCall(PetscMalloc3(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->contact_scale));
+  PetscCall(VecDuplicate(n->r, &n->dragged));
+  PetscCall(PetscMalloc4(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->u_creep, n_dof, &n->contact_scale));
   PetscCall(PetscMalloc2(6 * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
   PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, 6 * n_padded));
   for (PetscInt j = 0; j < n->n_joints; j++)
@@ -173,7 +140,8 @@ PetscErrorCode NewtonDestroy(Newton **newton)
   PetscCall(KSPDestroy(&n->worn));
   PetscCall(VecDestroy(&n->r));
   PetscCall(VecDestroy(&n->du));
-  PetscCall(PetscFree3(n->u, n->u_base, n->contact_scale));
+  PetscCall(VecDestroy(&n->dragged));
+  PetscCall(PetscFree4(n->u, n->u_base, n->u_creep, n->contact_scale));
   PetscCall(PetscFree2(n->vertex, n->k));
   PetscCall(PetscFree(*newton));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -190,40 +158,61 @@ static PetscErrorCode commit(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Displacements and history go back to the last equilibrium, and so do loads that follow them. */
-static PetscErrorCode restore(const Problem *p)
+PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u)
 {
   State *state = p->state;
   PetscFunctionBeginUser;
-  PetscCall(ContactsGoBack(p->contacts));
-  PetscCall(PetscArraycpy(state->u, p->newton->u, p->m->n_dof));
+  PetscCall(PetscArraycpy(state->u, u, p->m->n_dof));
   RigidMotion(p->m, state->u);
   PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
   PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
-  if (p->follow) PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forces at u_base + part du from the committed history, the unbalanced force r, and its norm [N]. */
-static PetscErrorCode evaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
+/* Displacements and history go back to the last equilibrium, and so do loads that follow them. */
+static PetscErrorCode restore(const Problem *p)
 {
+  PetscFunctionBeginUser;
+  PetscCall(ContactsGoBack(p->contacts));
+  PetscCall(NewtonMove(p, p->newton->u));
+  if (p->follow) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
+{
+  const Newton *n = p->newton;
   const Model *m = p->m;
   State *state = p->state;
   PetscReal *r, sum = 0.;
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = p->newton->u_base[d] + part * du[d];
+  for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = n->u_base[d] + part * du[d];
   RigidMotion(m, state->u);
-  PetscCall(Forces(m, p->stage->joints, p->contacts, state, p->newton->contact_scale));
+  PetscCall(Forces(m, p->stage->joints, p->contacts, state, n->contact_scale));
   p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
-  PetscCall(VecGetArrayWrite(p->newton->r, &r));
+  PetscCall(VecGetArrayWrite(n->r, &r));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     r[d] = Held(m, d) ? 0. : state->f_ext[d] - state->f[d];
+    if (n->drag > 0. && !Held(m, d)) r[d] -= n->drag * state->m[d] * (state->u[d] - n->u_creep[d]);
     const PetscReal force = r[d] / DofLength(m, state, d);
     sum += force * force;
   }
-  PetscCall(VecRestoreArrayWrite(p->newton->r, &r));
+  PetscCall(VecRestoreArrayWrite(n->r, &r));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, m->comm));
   *norm = PetscSqrtReal(sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Drag of a creep step, on the diagonal of the tangent. */
+static PetscErrorCode add_drag(const Problem *p)
+{
+  Newton *n = p->newton;
+  PetscReal *drag;
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayWrite(n->dragged, &drag));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) drag[d] = n->drag * p->state->m[d];
+  PetscCall(VecRestoreArrayWrite(n->dragged, &drag));
+  PetscCall(MatDiagonalSet(n->stiffness.tangent, n->dragged, ADD_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -233,7 +222,11 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   Newton *n = p->newton;
   PetscBool fails = PETSC_FALSE;
   PetscFunctionBeginUser;
+  StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
+  if (n->drag > 0. && (p->m->strain == STRAIN_LARGE || p->m->n_rigid_global > 0))
+    PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  if (n->drag > 0.) PetscCall(add_drag(p));
   if (n->last_solves > MANY_SOLVES) PetscCall(factorise(p, PCLU, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
   KSP ksp = n->worn ? n->worn : n->elastic;
@@ -244,21 +237,32 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The elastic answer du to r tells the explicit loop, should it have to judge, the period of the slowest
-   motion: omega^2 = du.K0 du / du.m du = du.r / du.m du, alpha = 2 omega (38). */
-static PetscErrorCode remember_period(const Problem *p)
+PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
 {
   const PetscReal *r, *du;
   PetscReal sum[2] = {0., 0.};
   PetscFunctionBeginUser;
+  *omega_2 = 0.;
+  PetscCall(PCApply(p->newton->pc, p->newton->r, p->newton->du));
+  p->relax->effort.solves++;
   PetscCall(VecGetArrayRead(p->newton->r, &r));
   PetscCall(VecGetArrayRead(p->newton->du, &du));
   for (PetscInt d = 0; d < p->m->n_dof; d++) sum[0] += du[d] * r[d], sum[1] += p->state->m[d] * du[d] * du[d];
   PetscCall(VecRestoreArrayRead(p->newton->du, &du));
   PetscCall(VecRestoreArrayRead(p->newton->r, &r));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, p->m->comm));
-  if (sum[0] > 0. && sum[1] > 0.)
-    p->relax->settled_alpha = 2. * PetscSqrtReal((1. + 2. * p->state->beta) * sum[0] / sum[1]);
+  if (sum[0] > 0. && sum[1] > 0.) *omega_2 = sum[0] / sum[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells the explicit loop, should it have to judge, the period of the slowest motion: alpha = 2 omega (38).
+ */
+static PetscErrorCode remember_period(const Problem *p)
+{
+  PetscReal omega_2;
+  PetscFunctionBeginUser;
+  PetscCall(NewtonElasticFrequency(p, &omega_2));
+  p->relax->settled_alpha = 2. * PetscSqrtReal((1. + 2. * p->state->beta) * omega_2);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -280,16 +284,47 @@ static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *
 
 /* Goes along du: the whole of it, or half as often as it takes for |r| not to explode. That |r| falls is not
    asked for: while a joint opens farther, forces at the size of a block rise and say nothing about the error,
-   and steps cut short to keep them down took twice the solves. */
+   and steps cut short to keep them down took twice the solves. The rise allowed in creep is larger: a step
+   may press corners together as a body turns, but not lift it off, which the next step does not repair. */
 static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscReal *norm)
 {
+  const PetscReal most = *norm * (p->newton->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
   PetscReal part = 0., trial = PETSC_MAX_REAL;
   PetscFunctionBeginUser;
   PetscCall(bounded(p, du, &part));
   PetscCall(PetscArraycpy(p->newton->u_base, p->state->u, p->m->n_dof));
-  for (int i = 0; i <= MOST_HALVINGS && !(trial < LARGEST_RISE * *norm); i++, part *= 0.5)
-    PetscCall(evaluate(p, part, du, &trial));
+  for (int i = 0; i <= MOST_HALVINGS && !(trial < most); i++, part *= 0.5)
+    PetscCall(NewtonEvaluate(p, part, du, &trial));
   *norm = trial;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm)
+{
+  Newton *n = p->newton;
+  const PetscReal *du;
+  PetscFunctionBeginUser;
+  PetscCall(solve(p, tolerance));
+  PetscCall(VecGetArrayRead(n->du, &du));
+  PetscCall(line_search(p, du, norm));
+  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonFresh(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(KSPDestroy(&p->newton->worn));
+  p->newton->last_solves = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonLoads(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  if (!p->follow) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+  LoadsApply(p->m, p->state, p->state->ramp);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -300,18 +335,16 @@ static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscRe
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->newton;
-  const PetscBool first_try = (PetscBool)(p->relax->step * (PetscReal)p->scene->increments > 0.75);
   PetscReal norm, before = 0., least = PETSC_MAX_REAL;
   PetscInt least_at = 0;
   PetscFunctionBeginUser;
   *found = *stop = PETSC_FALSE;
   p->result->increment = 0.;
-  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
-  PetscCall(KSPDestroy(&n->worn));
-  n->last_solves = 0;
-  PetscCall(evaluate(p, 0., NULL, &norm));
+  PetscCall(NewtonFresh(p));
+  PetscCall(NewtonEvaluate(p, 0., NULL, &norm));
+  if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
   for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS; i++) {
-    const PetscReal *du, step = p->result->increment;
+    const PetscReal step = p->result->increment;
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
     p->result->increment = step / PetscMax(p->result->displacement, PETSC_MIN_REAL);
     *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance);
@@ -320,19 +353,11 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     // as exact as the next residual can be expected to be, and as the stage asks for
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
-    if (i || first_try) StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
-    PetscCall(solve(p, tolerance));
-    if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
-    PetscCall(VecGetArrayRead(n->du, &du));
     before = norm;
-    PetscCall(line_search(p, du, &norm));
-    PetscCall(VecRestoreArrayRead(n->du, &du));
+    PetscCall(NewtonIterate(p, tolerance, &norm));
     PetscCall(CheckpointStop(p->output->checkpoint, stop));
     if (*stop) break;
-    if (p->follow) {
-      PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
-      LoadsApply(p->m, p->state, p->state->ramp);
-    }
+    PetscCall(NewtonLoads(p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -370,32 +395,37 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
                            struct _p_Output *output, StageResult *result)
 {
   Problem p = {scene, m, stage, follow, contacts, state, relax, NULL, result, output};
-  const PetscReal whole = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
   PetscReal *const reached = &relax->reached, *const step = &relax->step;
+  char creep[128]; // of the last increment, if it took any
   PetscFunctionBeginUser;
-  if (!(*step > 0.)) *reached = 0., *step = whole;
+  if (!(*step > 0.)) *reached = 0., *step = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
   relax->effort.preconditioned = PETSC_TRUE;
   PetscCall(prepare(&p));
-  while (!p.newton->fails && *reached < 1. && *step >= SMALLEST_INCREMENT * whole) {
+  while (!p.newton->fails && *reached < 1.) {
     const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
     PetscBool found, stop;
     PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
     if (result->verdict != VERDICT_NONE) break;
     LoadsApply(m, state, target);
+    result->evidence[0] = 0;
     PetscCall(equilibrium(&p, &found, &stop));
-    if (found) {
-      PetscCall(JudgeContacts(m, contacts, result));
-      *reached = target;
-      PetscCall(commit(&p));
-      PetscCall(OutputHistory(output, scene, m, state, number, target, result));
-    } else if (stop) {
-      PetscCall(take_back(&p));
-    } else {
+    if (found) PetscCall(JudgeContacts(m, contacts, result));
+    if (!found && !stop) {
       PetscCall(restore(&p));
-      *step *= 0.5;
-      PetscCall(commit(&p));
-      if (!stage->ramp) break; // the loads are at once what they are
+      LoadsApply(m, state, target);
+      PetscCall(NewtonCreep(&p, &found, &stop));
     }
+    if (stop) {
+      PetscCall(take_back(&p));
+      continue;
+    }
+    if (!found && result->verdict == VERDICT_NONE) {
+      PetscCall(restore(&p));
+      break;
+    }
+    *reached = target;
+    PetscCall(commit(&p));
+    PetscCall(OutputHistory(output, scene, m, state, number, target, result));
     if (result->verdict != VERDICT_NONE) break;
   }
   *step = 0.;
@@ -403,8 +433,9 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
   LoadsApply(m, state, *reached);
   if (*reached < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_CONVERGED;
-  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g",
-                          (double)result->ratio, (double)stage->tolerance));
+  PetscCall(PetscStrncpy(creep, result->evidence, sizeof(creep)));
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g%s",
+                          (double)result->ratio, (double)stage->tolerance, creep));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

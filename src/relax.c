@@ -419,14 +419,14 @@ static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
   return shorter;
 }
 
-PetscErrorCode JudgeContacts(const Model *m, const Contacts *c, StageResult *result)
+PetscErrorCode ContactsParted(const Model *m, const Contacts *c, PetscReal *fraction, PetscReal place[2])
 {
   struct {
     double moved;
     int rank;
   } worst = {0., m->rank};
-  PetscReal place[2] = {0., 0.};
   PetscFunctionBeginUser;
+  place[0] = place[1] = 0.;
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++) {
       const PetscReal moved = PetscMax(PetscAbsReal(c->u_s[SUB(i, k)]), c->u_n[SUB(i, k)]) /
@@ -436,11 +436,20 @@ PetscErrorCode JudgeContacts(const Model *m, const Contacts *c, StageResult *res
       worst.moved = moved, place[0] = P[0], place[1] = P[1];
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
-  if (!(worst.moved > OUTGROWN)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
+  *fraction = worst.moved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JudgeContacts(const Model *m, const Contacts *c, StageResult *result)
+{
+  PetscReal moved, place[2];
+  PetscFunctionBeginUser;
+  PetscCall(ContactsParted(m, c, &moved, place));
+  if (!(moved > OUTGROWN)) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_COLLAPSED;
   PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                           "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length",
-                          (double)place[0], (double)place[1], worst.moved));
+                          (double)place[0], (double)place[1], (double)moved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -76,6 +76,10 @@ PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscRea
 PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state,
                      Relaxation *r, StageResult *result);
 
+/* Collective. Farthest that two faces in contact have parted or slid, over the length of the contact (of the
+   shorter face, where they are staggered), and where [m]. */
+PetscErrorCode ContactsParted(const Model *model, const Contacts *contacts, PetscReal *fraction,
+                              PetscReal place[2]);
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */
 PetscErrorCode JudgeContacts(const Model *model, const Contacts *contacts, StageResult *result);

@@ -8,8 +8,16 @@
    stiffness is B' D B with D = d(F_n0, F_n1, F_s0, F_s1)/d(u_n0, u_n1, u_s0, u_s1), 4 by 4, of the stress
    model. D is unsymmetric where a joint slips by friction. D comes by differences of the stress model, so
    that no model brings a tangent of its own. At a kink (a place that is just about to slip or to open) the
-   step goes where the joint gives way: on with the slip, and open. That n and s turn with the faces is left
-   out: a part u_n/L of the stiffness.
+   step goes where the joint gives way: on with the slip, and open.
+
+   That bodies and faces turn under the forces they carry is a part u/L of the stiffness, and left out, but
+   for a mechanism, which has no other: then blocks are those of large strain at u, and joints have
+
+     d2 u_n = -(s.dd) a' - (s.dd') a - d_n a a' - d_s a'',   d2 u_s = (n.dd) a' + (n.dd') a - d_s a a' + d_n
+   a''
+
+   times F_n and F_s, and B with  du_n = n.dd - d_s a,  du_s = s.dd + d_n a;  d = P - (1-t) A - t B, e = B -
+   A, a = n.de/|e| (by which n and s turn), a'' = -((s.de)(n.de') + (n.de)(s.de'))/|e|^2.
 
    Rigid bodies: a vertex moves with the centre by T = [1 0 -r_y; 0 1 r_x], the stiffness is T' k T. */
 #include "stiffness.h"
@@ -18,8 +26,26 @@ enum { MOST = 6 }; /* vertices of a contact; an element has four */
 
 /* ---- rows */
 
-/* Three exchanges of pairs of numbers (exact as reals) tell ghosts their rows and the centre of their body.
+/* Arms of vertices of rigid bodies at displacements u, NULL: undeformed. An exchange tells ghosts the centre.
  */
+static PetscErrorCode set_arms(const Model *m, const PetscReal *u, Stiffness *s)
+{
+  PetscReal *arm = s->arm;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(arm, 2 * (m->n_vertices + DUMMY_VERTICES)));
+  for (PetscInt v = m->n_deformable; v < m->n_moving; v++)
+    for (int x = 0; x < 2; x++) {
+      const PetscInt body = RigidOfVertex(m, v);
+      arm[2 * v + x] = m->body_X[2 * body + x] + (u ? u[3 * body + x] : 0.);
+    }
+  PetscCall(GhostBegin(m, arm));
+  PetscCall(GhostEnd(m, arm));
+  for (PetscInt i = 0; i < 2 * m->n_vertices; i++)
+    arm[i] = m->vertex_rigid[i / 2] < 0 ? 0. : m->X[i] + (u ? u[3 * m->n_bodies + i] : 0.) - arm[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Two exchanges of pairs of numbers (exact as reals) tell ghosts their rows. */
 static PetscErrorCode number_rows(const Model *m, Stiffness *s)
 {
   const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES;
@@ -27,26 +53,22 @@ static PetscErrorCode number_rows(const Model *m, Stiffness *s)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * n, &pair));
   for (PetscInt i = 0; i < 3 * n; i++) s->row[i] = -1;
-  PetscCall(PetscArrayzero(s->centre, 2 * n));
   for (PetscInt v = 0; v < m->n_moving; v++) { // inner vertices of condensed bodies have none
     const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
                    dof = body < 0 ? at + 2 * v : 3 * body;
     for (int i = 0; i < (body < 0 ? 2 : 3); i++)
       s->row[3 * v + i] = Held(m, dof + i) ? -1 : s->first + dof + i;
-    for (int i = 0; i < 2 && body >= 0; i++) s->centre[2 * v + i] = m->body_X[2 * body + i];
   }
-  for (int part = 0; part < 3; part++) {
+  for (int part = 0; part < 2; part++) {
     for (PetscInt v = 0; v < n; v++) {
       const PetscInt *row = s->row + 3 * v;
-      pair[2 * v] = part == 0 ? (PetscReal)row[0] : part == 1 ? (PetscReal)row[2] : s->centre[2 * v];
-      pair[2 * v + 1] = part == 0 ? (PetscReal)row[1] : part == 1 ? 0. : s->centre[2 * v + 1];
+      pair[2 * v] = (PetscReal)row[part ? 2 : 0], pair[2 * v + 1] = (PetscReal)row[1];
     }
     PetscCall(GhostBegin(m, pair));
     PetscCall(GhostEnd(m, pair));
     for (PetscInt v = m->n_owned; v < m->n_vertices; v++) {
       if (part == 0) s->row[3 * v] = (PetscInt)pair[2 * v], s->row[3 * v + 1] = (PetscInt)pair[2 * v + 1];
       if (part == 1) s->row[3 * v + 2] = (PetscInt)pair[2 * v];
-      if (part == 2) s->centre[2 * v] = pair[2 * v], s->centre[2 * v + 1] = pair[2 * v + 1];
     }
   }
   PetscCall(PetscFree(pair));
@@ -67,8 +89,7 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
       for (int e = 0; e < 2; e++) {
         const PetscInt v = vertices[e ? j : i];
         if (v >= m->n_vertices || m->vertex_rigid[v] < 0) continue;
-        arm[e][0] = -(m->X[2 * v + 1] - s->centre[2 * v + 1]);
-        arm[e][1] = m->X[2 * v] - s->centre[2 * v];
+        arm[e][0] = -s->arm[2 * v + 1], arm[e][1] = s->arm[2 * v];
       }
       for (int a = 0; a < 2; a++)
         for (int b = 0; b < 2; b++) {
@@ -87,13 +108,13 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
 
 /* ---- blocks */
 
-static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const Stiffness *s,
-                                   Mat matrix)
+static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const PetscReal *u_vertex,
+                                   const Stiffness *s, Mat matrix)
 {
   PetscReal k[4][64];
   PetscFunctionBeginUser;
   for (PetscInt first = 0; first < e->n; first += 4) {
-    ElementMatrices(m, e, n_nodes, first, k);
+    ElementMatrices(m, e, n_nodes, first, u_vertex, k);
     for (PetscInt i = first; i < PetscMin(first + 4, e->n); i++) {
       PetscInt vertices[4];
       if (!e->owned[i]) continue; // another rank adds it
@@ -124,7 +145,7 @@ static PetscErrorCode add_condensed(const Model *m, const Stiffness *s, Mat matr
 }
 
 /* Blocks, and a diagonal of about their size where a dof is held. */
-static PetscErrorCode add_bodies(const Model *m, const Stiffness *s, Mat matrix)
+static PetscErrorCode add_bodies(const Model *m, const PetscReal *u_vertex, const Stiffness *s, Mat matrix)
 {
   PetscReal stiffest = 1.;
   PetscFunctionBeginUser;
@@ -132,17 +153,19 @@ static PetscErrorCode add_bodies(const Model *m, const Stiffness *s, Mat matrix)
     if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->mu[g] * m->thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
-  PetscCall(add_elements(m, &m->q4, 4, s, matrix));
-  PetscCall(add_elements(m, &m->t3, 3, s, matrix));
+  PetscCall(add_elements(m, &m->q4, 4, u_vertex, s, matrix));
+  PetscCall(add_elements(m, &m->t3, 3, u_vertex, s, matrix));
   PetscCall(add_condensed(m, s, matrix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessBodies(const Model *m, Stiffness *s)
+PetscErrorCode StiffnessBodies(const Model *m, const PetscReal *u, Stiffness *s)
 {
   PetscFunctionBeginUser;
+  s->turns = (PetscBool)(u != NULL);
+  PetscCall(set_arms(m, u, s));
   PetscCall(MatZeroEntries(s->bodies));
-  PetscCall(add_bodies(m, s, s->bodies));
+  PetscCall(add_bodies(m, u && m->strain == STRAIN_LARGE ? u + 3 * m->n_bodies : NULL, s, s->bodies));
   PetscCall(MatAssemblyBegin(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -213,12 +236,36 @@ void StiffnessJoints(const Joint *joints, const Contacts *c, Stiffness *s)
     }
 }
 
-/* B' D B of contact i: 12 by 12 on its six vertices P0 A0 B0 P1 A1 B1. */
+/* What comes of the turning of the destination edge of one end (head of this file): to its rows of B, n.dd
+   and s.dd so far, and to k, 6 by 6 on P A B in rows of 2 MOST. inverse: 1/|e|. */
+static void add_turning(const Model *m, const Contacts *c, PetscInt at, const PetscReal n[2],
+                        const PetscReal s[2], PetscReal inverse, PetscReal B_n[6], PetscReal B_s[6],
+                        PetscReal *k)
+{
+  const PetscReal d_n = c->u_n[at] + c->rest[at], d_s = c->u_s[at], F_n = m->thickness * c->F_n[at],
+                  F_s = m->thickness * c->F_s[at];
+  PetscReal a[6] = {0.}, stretch[6] = {0.}; // n.de/|e|, s.de/|e|
+  for (int x = 0; x < 2; x++) {
+    a[2 + x] = -n[x] * inverse, a[4 + x] = n[x] * inverse;
+    stretch[2 + x] = -s[x] * inverse, stretch[4 + x] = s[x] * inverse;
+  }
+  for (int p = 0; p < 6; p++)
+    for (int q = 0; q < 6; q++) {
+      const PetscReal aa = a[p] * a[q], twist = -(stretch[p] * a[q] + a[p] * stretch[q]);
+      k[2 * MOST * p + q] += F_n * (-B_s[p] * a[q] - B_s[q] * a[p] - d_n * aa - d_s * twist) +
+                             F_s * (B_n[p] * a[q] + B_n[q] * a[p] - d_s * aa + d_n * twist);
+    }
+  for (int p = 0; p < 6; p++) B_n[p] -= d_s * a[p], B_s[p] += d_n * a[p];
+}
+
+/* B' D B of contact i: 12 by 12 on its six vertices P0 A0 B0 P1 A1 B1; force: on them [N]. */
 static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, const PetscReal *u_vertex,
-                              const PetscReal D[16], PetscInt vertices[MOST], PetscReal k[4 * MOST * MOST])
+                              PetscBool turns, const PetscReal D[16], PetscInt vertices[MOST],
+                              PetscReal force[2 * MOST], PetscReal k[4 * MOST * MOST])
 {
   const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
   PetscReal B[4][2 * MOST] = {{0.}}; // rows u_n0, u_n1, u_s0, u_s1
+  PetscArrayzero(k, 4 * MOST * MOST);
   for (int e = 0; e < 2; e++) {
     const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * e) * BATCH + i % BATCH;
     const PetscInt P = v[BATCH], Q = v[2 * BATCH]; // of the destination edge
@@ -235,14 +282,21 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
         B[2 + e][2 * (3 * e + a) + x] = b[a] * along[x];
       }
     }
+    if (turns)
+      add_turning(m, c, SUB(i, e), normal, along, inverse, B[e] + 6 * e, B[2 + e] + 6 * e,
+                  k + 6 * e * (2 * MOST + 1));
   }
-  for (int p = 0; p < 2 * MOST; p++)
+  for (int p = 0; p < 2 * MOST; p++) {
+    force[p] = 0.;
+    for (int e = 0; e < 2; e++)
+      force[p] += m->thickness * (B[e][p] * c->F_n[SUB(i, e)] + B[2 + e][p] * c->F_s[SUB(i, e)]);
     for (int q = 0; q < 2 * MOST; q++) {
       PetscReal sum = 0.;
       for (int row = 0; row < 4; row++)
         for (int column = 0; column < 4; column++) sum += B[row][p] * D[4 * row + column] * B[column][q];
-      k[2 * MOST * p + q] = m->thickness * sum;
+      k[2 * MOST * p + q] += m->thickness * sum;
     }
+  }
 }
 
 static PetscErrorCode add_joints(const Model *m, const Contacts *c, const PetscReal *u_vertex,
@@ -251,10 +305,17 @@ static PetscErrorCode add_joints(const Model *m, const Contacts *c, const PetscR
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     PetscInt vertices[MOST];
-    PetscReal k[4 * MOST * MOST];
+    PetscReal force[2 * MOST], k[4 * MOST * MOST];
     if (c->key[2 * i] < 0 || !c->owned[i]) continue; // padding; another rank adds it
-    contact_stiffness(m, c, i, u_vertex, s->joint + 16 * i, vertices, k);
+    contact_stiffness(m, c, i, u_vertex, (PetscBool)(s->turns && m->strain == STRAIN_LARGE),
+                      s->joint + 16 * i, vertices, force, k);
     PetscCall(StiffnessAdd(m, s, matrix, MOST, vertices, k));
+    for (int a = 0; a < MOST && s->turns; a++) { // arms of rigid bodies turn, too
+      const PetscReal *arm = s->arm + 2 * vertices[a];
+      const PetscInt row = s->row[3 * vertices[a] + 2];
+      PetscCall(
+          MatSetValue(matrix, row, row, -force[2 * a] * arm[0] - force[2 * a + 1] * arm[1], ADD_VALUES));
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -279,9 +340,10 @@ PetscErrorCode StiffnessCreate(const Model *m, const Contacts *c, Stiffness *s)
   PetscCallMPI(MPI_Exscan(&m->n_dof, &s->first, 1, MPIU_INT, MPI_SUM, m->comm));
   if (m->rank == 0) s->first = 0;
   PetscCall(PetscMalloc3(3 * (m->n_vertices + DUMMY_VERTICES), &s->row, 2 * (m->n_vertices + DUMMY_VERTICES),
-                         &s->centre, 16 * c->n_padded, &s->joint));
+                         &s->arm, 16 * c->n_padded, &s->joint));
   PetscCall(PetscArrayzero(s->joint, 16 * c->n_padded));
   PetscCall(number_rows(m, s));
+  PetscCall(set_arms(m, NULL, s));
   PetscCall(MatCreate(m->comm, &s->bodies));
   PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(s->bodies, MATAIJ));
@@ -293,7 +355,7 @@ PetscErrorCode StiffnessCreate(const Model *m, const Contacts *c, Stiffness *s)
 PetscErrorCode StiffnessDestroy(Stiffness *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree3(s->row, s->centre, s->joint));
+  PetscCall(PetscFree3(s->row, s->arm, s->joint));
   PetscCall(MatDestroy(&s->bodies));
   PetscCall(MatDestroy(&s->tangent));
   PetscFunctionReturn(PETSC_SUCCESS);

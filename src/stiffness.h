@@ -10,12 +10,12 @@ typedef struct _p_Stiffness {
   PetscInt n_vertices; /* the rows are those of this many local vertices */
   PetscInt first;      /* global row of this rank's first dof */
   PetscInt *row;       /* (n_vertices + dummies, 3) global rows, -1: held, or none */
-  PetscReal
-      *centre;      /* [m] (n_vertices + dummies, 2) centre of the rigid body, undeformed, the vertex is on */
-  Mat bodies;       /* [N/m] blocks (and what else is linear), with the pattern of the joints */
-  Mat tangent;      /* bodies and the present tangent of the joints; same pattern */
-  PetscReal *joint; /* (n_contacts padded, 16) end forces (F_n0 F_n1 F_s0 F_s1) [N/m] per opening and slip
-                       (u_n0 u_n1 u_s0 u_s1) [m], row after row */
+  PetscReal *arm;      /* [m] (n_vertices + dummies, 2) from the centre of the rigid body the vertex is on */
+  PetscBool turns;     /* the matrices are those of turned bodies and faces under the forces they carry */
+  Mat bodies;          /* [N/m] blocks (and what else is linear), with the pattern of the joints */
+  Mat tangent;         /* bodies and the present tangent of the joints; same pattern */
+  PetscReal *joint;    /* (n_contacts padded, 16) end forces (F_n0 F_n1 F_s0 F_s1) [N/m] per opening and slip
+                          (u_n0 u_n1 u_s0 u_s1) [m], row after row */
 } Stiffness;
 
 /* ---- stiffness_pattern.c */
@@ -31,8 +31,10 @@ PetscErrorCode StiffnessDestroy(Stiffness *s);
    vertices: the one way into the matrix. Not collective; StiffnessBodies ends the assembly. */
 PetscErrorCode StiffnessAdd(const Model *model, const Stiffness *s, Mat matrix, PetscInt n,
                             const PetscInt *vertices, const PetscReal *k);
-/* Collective. s->bodies: of the blocks and the condensed bodies. */
-PetscErrorCode StiffnessBodies(const Model *model, Stiffness *s);
+/* Collective. s->bodies: of the blocks and the condensed bodies, in their reference state (u NULL) or, in
+   large strain, at displacements u (as in State). With u the tangent of the joints, too, has what comes of
+   their turning. */
+PetscErrorCode StiffnessBodies(const Model *model, const PetscReal *u, Stiffness *s);
 /* s->joint: of elastic joints; or the tangents of the stress models at the openings and slips last evaluated,
    from the history held. */
 void StiffnessJointsElastic(const Joint *joints, const Contacts *contacts, Stiffness *s);

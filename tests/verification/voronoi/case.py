@@ -104,5 +104,14 @@ def friction_at_failure(case):
     case.check("friction only: verdict of the last stage, three seeds", json.dumps([result.verdict for result in results]),
                json.dumps(["collapsed"] * 3))
     failed = [float(result.stages[-1].removeprefix("phi_")) / 10 for result in results]
+    newton = case.run_all([(voronoi_mesh(options=Options(seed=seed)), changed(scene, ("relaxation.method", "preconditioned")))
+                           for seed in SEEDS])
+    case.check("... by Newton's method with creep: the stages that fail", json.dumps([r.stages[-1] for r in newton]),
+               json.dumps([r.stages[-1] for r in results]))
+    stages = [r.stage_summary(stage) for r in newton for stage in r.stages]
+    case.check("... ones that it leaves to the explicit loop", sum(stage["method"] != "preconditioned" for stage in stages), 0)
+    case.report("... force evaluations of all stages, of the three seeds; explicit cycles before",
+                sum(stage["force_evaluations"] for stage in stages),
+                sum(r.stage_summary(stage)["cycles"] for r in results for stage in r.stages))
     for seed, ours, paper in zip(SEEDS, failed, (18.0, 17.0, 15.0)):
         case.report(f"... angle of friction at failure, seed {seed}; the paper's model {'ABC'[seed - 1]} [degrees]", ours, paper)

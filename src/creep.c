@@ -1,0 +1,205 @@
+/* creep.c: where Newton's method finds no equilibrium: overdamped motion, in implicit steps that grow.
+
+   The explicit loop, its inertia left out, is creep alpha m du/dt = r(u). A step of backward Euler over tau,
+
+     drag m (u - u_creep) = r(u),   drag = alpha/tau,
+
+   is an equilibrium with springs to where the step began, and Newton's method finds it: the springs hold what
+   slips and is open, and a step that is not found is taken again, shorter. tau grows fourfold with each step
+   that is easy. So creep ends in one of two ways (for monotone r: proximal point iteration, Rockafellar
+   1976). Where there is an equilibrium, tau soon is that of Newton's method, which it becomes. Where there is
+   none, the motion goes on for ever, r tends to a constant (Pazy 1971), and steps as long as one likes follow
+   the mechanism until its faces have parted or slid too far (JudgeContacts): the verdict of the explicit
+   loop, on its path.
+
+   Evidence. An equilibrium that is farther away than half of that, and a mechanism that turns back, prove
+   neither: water that follows its face and a plane that rises hold a dam again, some centimetres beyond the
+   limit of its shape; then the explicit loop judges. Along every step r.du = drag du.m du > 0, to the
+   accuracy asked for (STEP_ERROR): what the loads do along the mechanism exceeds what friction takes and
+   blocks store. A step carries no face by more than half of what makes the verdict, so it is seen from
+   several states, not from one that an iteration was thrown to. Friction starts from the last equilibrium, as
+   everywhere in newton.c.
+
+   A mechanism has no stiffness but that of bodies and faces that turn under their forces: the tangent has it
+   here (stiffness.c). Loads that follow the motion are those of where the step began. */
+#include "newton.h"
+#include "checkpoint.h"
+
+enum {
+  MOST_STEPS = 200,
+  MOST_ITERATIONS = 12,
+  STALL_ITERATIONS = 6,
+  FEW_ITERATIONS = 4,
+  SOME_ITERATIONS = 8
+};
+static const PetscReal STEP_ERROR = 0.03; /* of the unbalanced force at its start: how exact a step is */
+static const PetscReal LOOSEST = 0.1, TIGHTEST = 1e-3; /* relative residual of a linear solve */
+static const PetscReal SHORTER = 8.;                   /* the drag of a step that is taken again */
+static const PetscReal MOST_PARTED = 0.05;             /* of a face, in one step, and of an equilibrium */
+static const PetscReal MOST_DRAG = 1e6;                /* over the first: gives up */
+static const PetscReal SEEN = 0.01;                    /* of a face: from there on the mechanism is */
+
+/* A state on the way, for the evidence. */
+typedef struct {
+  PetscReal parted; /* [-] farthest that two faces have moved, over their length: ContactsParted */
+  PetscReal ratio;  /* [-] unbalanced */
+  PetscReal pace;   /* [m/cycle] of what moves most */
+} Sight;
+
+/* The way so far. */
+typedef struct {
+  PetscReal omega;           /* [1/cycle] of the elastic answer at the start: alpha is twice that */
+  PetscReal parted;          /* [-] at the start */
+  Sight seen, now;           /* where the mechanism could be seen; after the last step */
+  PetscReal way, way_before; /* [m] farthest that something went in the last step, in the one before */
+  PetscInt steps;
+} Course;
+
+/* One step from u_creep, where the unbalanced force is `force`: its iterations, and whether it was found. */
+static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *iterations, PetscBool *found)
+{
+  PetscReal norm = force, before = force, least = force;
+  PetscInt i, least_at = 0;
+  PetscFunctionBeginUser;
+  for (i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !(norm <= STEP_ERROR * force); i++) {
+    const PetscReal tolerance = PetscMax(TIGHTEST, 0.5 * PetscPowReal(norm / before, 1.5));
+    before = norm;
+    PetscCall(NewtonIterate(p, PetscMin(LOOSEST, tolerance), &norm));
+    if (norm < 0.5 * least) least = norm, least_at = i;
+  }
+  *iterations = i, *found = (PetscBool)(norm <= STEP_ERROR * force);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Motion since the step began, kept in relax->du_chunk: farthest that something has gone [m]; along: > 0 when
+   it goes on as in the step before. */
+static PetscErrorCode motion(const Problem *p, PetscReal *way, PetscReal *along)
+{
+  PetscReal *before = p->relax->du_chunk;
+  PetscFunctionBeginUser;
+  *way = *along = 0.;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal du = p->state->u[d] - p->newton->u_creep[d];
+    *way = PetscMax(*way, PetscAbsReal(du) * DofLength(p->m, p->state, d));
+    *along += p->state->m[d] * du * before[d];
+    before[d] = du;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, along, 1, MPIU_REAL, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The verdict has its place; the mechanism is the last step's motion. */
+static PetscErrorCode collapsed(const Problem *p, const Course *c)
+{
+  char more[128];
+  PetscFunctionBeginUser;
+  p->relax->chunk_start = p->state->cycle;
+  PetscCall(PetscSNPrintf(more, sizeof(more),
+                          "; %" PetscInt_FMT
+                          " steps of creep, since %.2g of it ratio %.3g to %.3g, %.3g to %.3g m a cycle",
+                          c->steps, (double)c->seen.parted, (double)c->seen.ratio, (double)c->now.ratio,
+                          (double)c->seen.pace, (double)c->now.pace));
+  PetscCall(PetscStrlcat(p->result->evidence, more, sizeof(p->result->evidence)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step was found: the verdict, if it carried something that far; or it was too long (again), or has turned
+   back (lost). */
+static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, PetscBool *lost)
+{
+  const PetscReal start = c->parted;
+  Sight now = {0., 0., 0.};
+  PetscReal place[2], way, along;
+  PetscFunctionBeginUser;
+  PetscCall(motion(p, &way, &along));
+  PetscCall(Unbalanced(p->m, p->state, p->newton->contact_scale, p->result));
+  PetscCall(ContactsParted(p->m, p->contacts, &now.parted, place));
+  now.ratio = p->result->ratio, now.pace = way * p->newton->drag / (2. * c->omega);
+  *lost = (PetscBool)(c->now.parted > start + SEEN && along < 0.);
+  *again = (PetscBool)(now.parted > c->now.parted + MOST_PARTED);
+  if (*again || *lost) PetscFunctionReturn(PETSC_SUCCESS);
+  c->way_before = c->way > 0. ? c->way : PETSC_MAX_REAL;
+  c->way = way, c->now = now, c->steps++;
+  if (now.parted <= start + SEEN || c->steps == 1) c->seen = now;
+  PetscCall(JudgeContacts(p->m, p->contacts, p->result));
+  if (p->result->verdict != VERDICT_NONE) PetscCall(collapsed(p, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Equilibrium where a step begins: the way fell as it would not if steps only grew. Near enough: found. */
+static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *found, PetscBool *lost)
+{
+  const PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance && c->way < c->way_before);
+  PetscFunctionBeginUser;
+  *found = (PetscBool)(rest && c->now.parted < c->parted + MOST_PARTED);
+  *lost = (PetscBool)(!p->result->finite || (rest && !*found));
+  if (*found)
+    PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                            "; %" PetscInt_FMT " steps of creep, joints moved by up to %.2g of a face",
+                            c->steps, (double)c->now.parted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Drag of the next step: the more work this one was the less it falls, and no less than gain, how far faces
+   have parted in it over the most that they may, tells. */
+static PetscReal next_drag(PetscReal drag, PetscInt iterations, PetscReal gain)
+{
+  const PetscReal factor = iterations <= FEW_ITERATIONS ? 0.25 : iterations <= SOME_ITERATIONS ? 0.5 : 1.;
+  return drag * PetscMax(factor, gain);
+}
+
+/* Steps, until one of them has an answer. */
+static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, PetscBool *stop)
+{
+  Newton *n = p->newton;
+  PetscReal drag = c->omega * c->omega, least = 0., force;
+  const PetscReal most = MOST_DRAG * drag;
+  PetscBool lost = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < MOST_STEPS && drag < most && !*stop; i++) {
+    PetscInt iterations = 0;
+    PetscBool good = PETSC_FALSE, again = PETSC_FALSE;
+    PetscCall(PetscArraycpy(n->u_creep, p->state->u, p->m->n_dof));
+    PetscCall(NewtonLoads(p));
+    n->drag = 0.;
+    PetscCall(NewtonEvaluate(p, 0., NULL, &force));
+    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+    PetscCall(at_rest(p, c, found, &lost));
+    if (*found || lost) break;
+    n->drag = drag;
+    PetscCall(creep_step(p, force, &iterations, &good));
+    if (good) {
+      const PetscReal parted = c->now.parted;
+      PetscCall(judge_step(p, c, &again, &lost));
+      if (lost || p->result->verdict != VERDICT_NONE) break;
+      drag = next_drag(drag, iterations, (c->now.parted - parted) / (0.9 * MOST_PARTED));
+    }
+    if (!good || again) {
+      PetscCall(NewtonMove(p, n->u_creep));
+      least = 2. * n->drag, drag = SHORTER * n->drag;
+    }
+    drag = PetscMax(drag, least);
+    if (good && !again) least *= 0.5;
+    PetscCall(CheckpointStop(p->output->checkpoint, stop));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
+{
+  Course c = {.way_before = PETSC_MAX_REAL};
+  PetscReal force, omega_2, place[2];
+  PetscFunctionBeginUser;
+  *found = *stop = PETSC_FALSE;
+  PetscCall(NewtonFresh(p));
+  PetscCall(PetscArrayzero(p->relax->du_chunk, p->m->n_dof));
+  PetscCall(NewtonEvaluate(p, 0., NULL, &force));
+  PetscCall(NewtonElasticFrequency(p, &omega_2));
+  PetscCall(ContactsParted(p->m, p->contacts, &c.parted, place));
+  c.omega = PetscSqrtReal(omega_2), c.now.parted = c.parted;
+  if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
+  p->newton->drag = 0.;
+  if (p->newton->stiffness.turns) PetscCall(StiffnessBodies(p->m, NULL, &p->newton->stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,61 @@
+/* newton.h: what newton.c and creep.c share: the state of Newton's method and one iteration of it. */
+#pragma once
+#include "output.h"
+#include "stiffness.h"
+
+struct _p_Newton {
+  Stiffness stiffness;
+  KSP elastic, worn;     /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
+  PC pc;                 /* of elastic */
+  PetscInt last_solves;  /* that the last iteration took */
+  Vec r, du;             /* unbalanced force, correction */
+  Vec dragged;           /* drag times masses */
+  PetscReal *u, *u_base; /* (n_dof,) at the last committed equilibrium; before the line search */
+  PetscReal *u_creep;    /* (n_dof,) where the step of creep began */
+  PetscReal drag;        /* [1/cycle^2] of that step, the force is drag m (u - u_creep); 0: none, no creep */
+  StageResult result;    /* committed with u, and so are effort and cycle */
+  Effort effort;
+  PetscInt64 cycle;
+  PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
+  PetscBool fails;          /* K0 has no factor */
+  /* what the factor belongs to */
+  PetscInt n_padded, n_joints;
+  PetscInt *vertex; /* (6 n_padded,) of the contacts */
+  PetscReal *k;     /* (n_joints, 2) k_n, k_s */
+};
+
+/* Everything an iteration reads. */
+typedef struct {
+  const Scene *scene;
+  const Model *m;
+  const Stage *stage;
+  PetscBool follow;
+  Contacts *contacts;
+  State *state;
+  Relaxation *relax;
+  Newton *newton;
+  StageResult *result;
+  Output *output;
+} Problem;
+
+/* ---- newton.c. Collective, all of them. */
+/* Displacements u (n_dof,) become the present ones, on all ranks that read them. */
+PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u);
+/* Loads that follow the motion, at the present displacements. */
+PetscErrorCode NewtonLoads(const Problem *p);
+/* Forces at u_base + part du (du NULL: at the present u) from the committed history; newton->r: the
+   unbalanced force less the drag, and its norm [N]. */
+PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm);
+/* One iteration: the correction from the present tangent, to a relative residual `tolerance`, and the way
+   along it. norm: of newton->r, before and after. */
+PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm);
+/* Forgets the factor of a later tangent. */
+PetscErrorCode NewtonFresh(const Problem *p);
+/* omega^2 [1/cycle^2] of the elastic answer du to newton->r: du.K0 du / du.m du = du.r / du.m du; 0: r is. */
+PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2);
+
+/* ---- creep.c */
+/* Collective. From the last equilibrium, under the loads applied, to an equilibrium (found) or to the verdict
+   "collapsed"; neither: nothing is known, and displacements are somewhere on the way. stop: as in newton.c.
+ */
+PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop);
