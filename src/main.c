@@ -79,6 +79,8 @@ int main(int argc, char **argv)
   int exit_code = QUOIN_OK;
 
   start_alone();
+  PetscCall(PetscOptionsSetValue(NULL, "-skip_petscrc",
+                                 "true")); // a file beside a model writes no file, starts no program
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(QuoinErrorHandlerPush());
   if (want_help) {

@@ -134,6 +134,16 @@ def run(case):
     refused(case, "mesh: not an HDF5 file", folder, (), ["model.h5"])
     more_ranks_than_blocks(case)
     does_not_stand(case, mesh)
+    options_of_petsc(case, mesh)
+
+
+def options_of_petsc(case, mesh):
+    """PETSc reads petscrc and .petscrc where it runs: they could write any file and start any program."""
+    for name in ("petscrc", ".petscrc"):
+        folder = case.prepare(mesh, GOOD)
+        (folder / name).write_text("-log_view :written.txt\n-gravity 1\n", encoding="utf-8")
+        exit_codes = [case.again(folder, ranks=ranks).exit_code for ranks in (1, 2)]
+        case.check(f"a file {name} beside the scene is not read", [exit_codes, (folder / "written.txt").exists()], [[0, 0], False])
 
 
 def does_not_stand(case, mesh):
