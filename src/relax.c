@@ -252,10 +252,9 @@ static void start_chunk(const Model *m, const State *state, Relaxation *r)
   for (PetscInt d = 0; d < m->n_dof; d++) r->u_chunk[d] = state->u[d];
 }
 
-PetscErrorCode RelaxationReset(const Scene *scene, const Model *m, const State *state, Relaxation *r)
+PetscErrorCode RelaxationReset(const Model *m, const State *state, Relaxation *r)
 {
   PetscFunctionBeginUser;
-  (void)scene;
   r->steady = r->n_alpha = 0;
   r->still = PETSC_FALSE;
   r->alpha_sum = 0.;
@@ -274,7 +273,7 @@ PetscErrorCode RelaxationStill(const Scene *scene, const Model *m, const Joint *
   r->tangent_only = PETSC_TRUE;
   r->q_secant = 0.;
   PetscCall(ScaledMasses(scene, m, joints, contacts, state));
-  PetscCall(RelaxationReset(scene, m, state, r));
+  PetscCall(RelaxationReset(m, state, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -364,11 +363,10 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *m, const State *state,
-                     Relaxation *r, StageResult *result)
+PetscErrorCode Judge(const Stage *stage, const Model *m, const State *state, Relaxation *r,
+                     StageResult *result)
 {
   PetscFunctionBeginUser;
-  (void)scene;
   if (!result->finite || result->displacement > 1e3 * m->diameter) {
     char where[128];
     result->verdict = VERDICT_DIVERGED;

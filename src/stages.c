@@ -315,8 +315,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
       LoadsApply(m, state,
                  stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - loop.ramp_start) / stage->ramp)
                              : 1.);
-      if (state->ramp >= 1.)
-        PetscCall(RelaxationReset(scene, m, state, relax)); // evidence counts from here on
+      if (state->ramp >= 1.) PetscCall(RelaxationReset(m, state, relax)); // evidence counts from here on
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? loop.contact_scale : NULL));
     result->cycles++, relax->effort.evaluations++;
@@ -324,7 +323,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(Unbalanced(m, state, loop.contact_scale, result));
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;
-    PetscCall(Judge(scene, stage, m, state, relax, result));
+    PetscCall(Judge(stage, m, state, relax, result));
     if (contacts->held && SlipStalls(state, result->ratio, relax)) contacts->held = PETSC_FALSE;
     if (relax->still) PetscCall(RelaxationStill(scene, m, stage->joints, contacts, state, relax));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));

@@ -55,7 +55,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r);
 /* Collective, see archive.h: all that the damping and the verdicts remember. */
 PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model, Relaxation *r);
 /* Start of a stage: forgets the evidence. */
-PetscErrorCode RelaxationReset(const Scene *scene, const Model *model, const State *state, Relaxation *r);
+PetscErrorCode RelaxationReset(const Model *model, const State *state, Relaxation *r);
 /* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
@@ -73,8 +73,8 @@ PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Rel
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
                           StageResult *result);
 /* Collective. The verdict after a check, VERDICT_NONE: go on. */
-PetscErrorCode Judge(const Scene *scene, const Stage *stage, const Model *model, const State *state,
-                     Relaxation *r, StageResult *result);
+PetscErrorCode Judge(const Stage *stage, const Model *model, const State *state, Relaxation *r,
+                     StageResult *result);
 
 /* Collective. Farthest that two faces in contact have parted or slid, over the length of the contact (of the
    shorter face, where they are staggered), and where [m]. */

@@ -66,8 +66,8 @@ def figure_12(results, path, stage="swhp"):
         draw_profile(axes, distance, sigma, color=LINES[0], label="block model, ends of contacts")
         axes.plot([0, chord], [heel / 1e6, toe / 1e6], "--", color=LINES[1], label="gravity method, same N and M")
         axes.axhline(0.0, color=GREY, lw=0.7)
-        for x, value, to, shift in ((0.0, heel, "left", 4), (chord, toe, "right", -4)):
-            axes.annotate(f"{value / 1e6:.3f} MPa", (x, value / 1e6), (shift, -15), textcoords="offset points",
+        for x, value, to, shift in ((0.0, heel, "left", (12, 6)), (chord, toe, "right", (-42, -16))):  # clear of both lines
+            axes.annotate(f"{value / 1e6:.3f} MPa".replace("-", "−"), (x, value / 1e6), shift, textcoords="offset points",
                           color=LINES[1], ha=to)  # fmt: skip
         axes.set_xlabel("distance from the heel along the base [m]")
         axes.set_ylabel("normal stress [MPa], tension positive")
