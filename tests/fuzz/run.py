@@ -82,7 +82,7 @@ def coverage(build):
     profiles = [build / f"{name}.profraw" for name in TARGETS]
     for name, program, profile in zip(TARGETS, programs, profiles, strict=True):
         corpora = [folder for folder in (build / "corpus" / name, HERE / "corpus" / name) if folder.exists()]
-        subprocess.run([program, "-runs=0", f"-max_len={TARGETS[name]}", *corpora], env=environment(profile), capture_output=True, check=True)
+        subprocess.run([program, "-runs=0", f"-max_len={TARGETS[name]}", f"-artifact_prefix={build}/{name}-", *corpora], env=environment(profile), capture_output=True, check=True)
     merged = build / "readers.profdata"
     subprocess.run([profdata, "merge", "-sparse", *profiles, "-o", merged], check=True)
     sources = sorted(path for pattern in READERS for path in (HERE.parent.parent / "src").glob(pattern))
