@@ -4,7 +4,9 @@ The meshes are made with Gmsh's Python module where it can be loaded, or else th
 the import itself needs meshio only, and the hand-written meshes at the end always run."""
 
 import os
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,6 +30,22 @@ def gmsh():
     module.option.setNumber("General.Terminal", 0)
     yield module
     module.finalize()
+
+
+def test_dam_with_gallery_of_the_documents(gmsh, tmp_path):
+    """The .geo of docs/generators.md: a hole, a base and a seam."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "generators.md").read_text(encoding="utf-8")
+    (tmp_path / "dam.geo").write_text(re.search(r"`gallery_dam.geo`:\n\n```\n(.*?)```", text, re.DOTALL)[1])
+    gmsh.open(str(tmp_path / "dam.geo"))
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(tmp_path / "dam.msh"))
+    mesh = import_msh(str(tmp_path / "dam.msh"), ["base", "seam"])
+    assert check(mesh).max() + 1 == 3
+    of_group = [areas(mesh)[mesh.block_group == row].sum() for row in range(3)]
+    assert dict(zip(mesh.group_names, of_group)) == pytest.approx({"dam": 922.5 - 7.5, "rock": 130 * 6, "below": 130 * 34})
+    for name, length in (("base", 2 * 36), ("seam", 2 * 130), ("gallery", 11)):  # joints have both sides
+        a, b = np.moveaxis(mesh.vertices[face_ends(mesh, mesh.face_sets[name])], 1, 0)
+        assert np.hypot(*(b - a).T).sum() == pytest.approx(length), name
 
 
 def two_layers(gmsh, quads, size=0.5):

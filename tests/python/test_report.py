@@ -444,7 +444,7 @@ def test_compare(run, flood, copy, capsys):
 @solver
 def test_export(run, tmp_path):
     assert export.main([str(run), "--to", str(tmp_path), "--stage", "swhp"]) == 0
-    assert sorted(os.listdir(tmp_path)) == ["joints.csv", "swhp_blocks.csv", "swhp_contacts.csv", "swhp_vertices.csv"]
+    assert sorted(os.listdir(tmp_path)) == ["joints.csv", "supports.csv", "swhp_blocks.csv", "swhp_contacts.csv", "swhp_vertices.csv"]
 
     def rows(name):
         with open(tmp_path / name, encoding="utf-8", newline="") as file:
@@ -458,6 +458,8 @@ def test_export(run, tmp_path):
     assert len(contacts) == 2 * len(stage.contacts) and contacts[1]["end"] == "1" and contacts[0]["joint"] == "base"
     assert np.array_equal([float(r["sigma [Pa]"]) for r in contacts], stage.contacts.sigma.ravel())
     assert float(joints[0]["N [N]"]) == results.stage_summary("swhp")["joints"]["base"]["N"]
+    total = sum(float(r["y [N]"]) for r in rows("supports.csv"))
+    assert total == pytest.approx(results.stage_summary("swhp")["reaction"]["y"], rel=1e-12)
     assert export.main([str(run), "--stage", "none", "--to", str(tmp_path)]) == 2
 
 

@@ -2,8 +2,8 @@
 
     python -m quoin_tools.export FOLDER [--stage NAME]... [--to FOLDER]
 
-writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends) and joints.csv (all stages). SI units,
-signs of docs/results_format.md; the first row names columns with their units.
+writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends), joints.csv and supports.csv (all stages).
+SI units, signs of docs/results_format.md; the first row names columns with their units.
 """
 
 import argparse
@@ -83,6 +83,12 @@ def joints(results, stages):
     return header, rows
 
 
+def supports(results, stages):
+    rows = ((stage, name, force["x"], force["y"]) for stage in stages
+            for name, force in results.stage_summary(stage).get("supports", {}).items())  # fmt: skip
+    return ("stage", "support", "x [N]", "y [N]"), rows
+
+
 def export(results, stages=None, folder=None):
     """Paths of the files written."""
     folder = folder or results.folder
@@ -92,7 +98,7 @@ def export(results, stages=None, folder=None):
         stage = results.stage(name)
         for words, of in (("vertices", vertices), ("blocks", blocks), ("contacts", contacts)):
             written.append(write(os.path.join(folder, f"{name}_{words}.csv"), *of(results, stage)))
-    return [*written, write(os.path.join(folder, "joints.csv"), *joints(results, stages))]
+    return [*written, *(write(os.path.join(folder, f"{of.__name__}.csv"), *of(results, stages)) for of in (joints, supports))]
 
 
 def main(arguments=None):
