@@ -32,10 +32,12 @@ static void on_signal(int number)
  */
 static void catch_signals(void)
 {
-  const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT};
-  struct sigaction action = {.sa_handler = on_signal};
+  const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGHUP};
+  struct sigaction action = {.sa_handler = on_signal}, now;
   sigemptyset(&action.sa_mask);
-  for (int i = 0; i < 4; i++) sigaction(numbers[i], &action, NULL);
+  for (int i = 0; i < 5; i++)
+    if (numbers[i] != SIGHUP || sigaction(SIGHUP, NULL, &now) || now.sa_handler != SIG_IGN) // nohup
+      sigaction(numbers[i], &action, NULL);
 }
 
 static void prepare_line(const Checkpoint *c)
@@ -287,8 +289,9 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 /* Options that change no number of the results. */
 static PetscBool is_idle(const char *line)
 {
-  static const char *const idle[] = {"title ", "output ",    "restart ",  "advise ",      "checkpoint_",
-                                     "model ", "partition ", "exchange ", "repartition_", "isa ", NULL};
+  static const char *const idle[] = {"title ",       "output ", "restart ",   "advise ",
+                                     "checkpoint_",  "model ",  "partition ", "exchange ",
+                                     "repartition_", "isa ",    NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;

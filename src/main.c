@@ -1,5 +1,6 @@
 /* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
 #include "internal.h"
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -58,6 +59,20 @@ static void start_alone(void)
   setenv("OMPI_MCA_btl", "self", 0);
 }
 
+/* A terminal or a pipe that goes away ends no run: SIGPIPE is ignored, and SIGHUP where it was before PETSc
+   took it (nohup); elsewhere SIGHUP stops the run after a checkpoint (checkpoint.c). */
+static void keep_running(PetscBool hangup_ignored)
+{
+  signal(SIGPIPE, SIG_IGN);
+  if (hangup_ignored) signal(SIGHUP, SIG_IGN);
+}
+
+static PetscBool hangup_is_ignored(void)
+{
+  struct sigaction now;
+  return (PetscBool)(!sigaction(SIGHUP, NULL, &now) && now.sa_handler == SIG_IGN);
+}
+
 static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
 {
   Quoin q;
@@ -76,6 +91,7 @@ int main(int argc, char **argv)
 {
   const char *scene_file = take_scene_file(&argc, argv);
   const PetscBool want_help = take_help(&argc, argv);
+  const PetscBool hangup_ignored = hangup_is_ignored();
   int exit_code = QUOIN_OK;
 
   start_alone();
@@ -83,6 +99,7 @@ int main(int argc, char **argv)
                                  "true")); // a file beside a model writes no file, starts no program
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(QuoinErrorHandlerPush());
+  keep_running(hangup_ignored);
   if (want_help) {
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
     PetscCall(SceneHelp(PETSC_COMM_WORLD));

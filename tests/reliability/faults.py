@@ -309,6 +309,37 @@ def signals(bench):
     return ("SIGTERM, SIGINT, SIGUSR2, limit of wall time: checkpoint and stop; SIGUSR1: checkpoint", 5, f"{INTERRUPTED}, {OK}", NOTHING)
 
 
+def hangup(bench):
+    """A terminal that is closed, without and with nohup, and a pipe that is: one process, without mpirun (which has its own way)."""
+    from run import ENVIRONMENT
+
+    def start(folder, *words, **more):
+        command = [*words, bench.quoin, "-options_file", "scene.yaml", *map(str, more.pop("options", ()))]
+        return subprocess.Popen(command, cwd=folder, env=ENVIRONMENT | dict(os.environ), stdin=subprocess.DEVNULL, **more)
+    for words in ((), ("nohup",)):
+        folder = bench.prepare("reduction")
+        with open(folder / "log", "w") as log:
+            process = start(folder, *words, stdout=log, stderr=log)
+            began = time.monotonic()
+            while not list(folder.glob("out/checkpoints/*0.h5")) and time.monotonic() - began < 60:
+                time.sleep(0.005)
+            process.send_signal(signal.SIGHUP)
+            code = process.wait(300)
+        said = (folder / "log").read_text(encoding="utf-8")
+        ensure(code == OK if words else code in (INTERRUPTED, OK), f"{folder}: {words} {code} {said}")
+        if code == OK:
+            same(bench, folder, "reduction")
+        else:
+            restart(bench, folder, "reduction")
+    folder = bench.prepare("static")
+    process = start(folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process.stdout.close()
+    ensure(process.wait(300) == OK, f"{folder}: {process.stderr.read()}")
+    same(bench, folder, "static")
+    return ("terminal closed (SIGHUP): checkpoint and stop, with nohup the run goes on; the pipe of its output closed: it goes on", 3,
+            f"{INTERRUPTED}, {OK}", NOTHING)
+
+
 def newton_method(bench):
     """A stop within an increment of Newton's method; a restart on other ranks, where MUMPS rounds differently."""
     def slow(scene):
@@ -354,7 +385,7 @@ def compare(ours, expected, folder):
         ensure(stage[:2] == other[:2] and abs(stage[2] - other[2]) <= 1e-6 * other[2], f"{folder}: {stage}, expected {other}")
 
 
-ALL = (signals, newton_method, slow_rank, two_runs, damaged, other, motion_file, model_file, not_a_number, memory, removed, full_disk,
+ALL = (signals, hangup, newton_method, slow_rank, two_runs, damaged, other, motion_file, model_file, not_a_number, memory, removed, full_disk,
        read_only)
 
 
