@@ -216,7 +216,7 @@ def water_density(case, stage):
 def assess_base(case, stage, name, path, kind, strength):
     """Hand method and block model of one base in one stage."""
     part = case.part(name, path)
-    path = path if kind == "joint" else trimmed(path, case.body)
+    path = path if kind == "joint" else cut.trimmed(path, case.body)
     base = Base(path[0], path[-1], case.scene.thickness)
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
     dry = cut.total(forces)
@@ -244,17 +244,6 @@ def assess_base(case, stage, name, path, kind, strength):
         found.complete = False
         found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
     return found
-
-
-def trimmed(path, body):
-    """The path from where it first meets the body to where it leaves it for the last time."""
-    inside = cut.LineString(path).intersection(body)
-    places = np.concatenate([np.array(line.coords) for line in cut.shapely.get_parts(inside)])
-    along = np.array([cut.LineString(path).project(cut.shapely.Point(p)) for p in places])
-    corners = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    first, last = along.min(), along.max()
-    between = path[(corners > first + 1e-9) & (corners < last - 1e-9)]
-    return np.concatenate([places[[along.argmin()]], between, places[[along.argmax()]]])
 
 
 def scene_uplift(case, stage, part, base):
@@ -289,17 +278,7 @@ def joint_path(case, stage, name):
         if (point - kept[-1]) @ along > ON_PATH:
             kept.append(point)
     kept[max(1, len(kept) - 1) :] = [end]  # a joint between blocks that are not written has its two ends only
-    return straightened(np.array(kept))
-
-
-def straightened(path):
-    """Drops corners that lie on the straight line between their neighbours, within a millimetre."""
-    kept = [path[0]]
-    for point, following in zip(path[1:-1], path[2:]):
-        a, b = point - kept[-1], following - kept[-1]
-        if abs(a[0] * b[1] - a[1] * b[0]) > 1e-3 * np.hypot(*b):
-            kept.append(point)
-    return np.array(kept + [path[-1]])
+    return cut.straightened(np.array(kept))
 
 
 def chains(joints):
@@ -417,7 +396,7 @@ def assess(case):
                 if kind == "path":
                     path = cut.checked_path(case.options.paths[name])
                 else:
-                    path = straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
+                    path = cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
                 strength = case.options.strengths.get(name) or strength_of(case, stage, names, joints)
                 found = assess_base(case, stage, name, path, kind, strength)
             except GravityError as error:

@@ -87,6 +87,27 @@ def cut(mesh, path, whole=None):
     return Part(mesh, shapely.union_all(chosen), thin)
 
 
+def trimmed(path, body):
+    """The path from where it first meets the body to where it leaves it for the last time."""
+    inside = LineString(path).intersection(body)
+    places = np.concatenate([np.array(line.coords) for line in shapely.get_parts(inside)])
+    along = np.array([LineString(path).project(shapely.Point(p)) for p in places])
+    corners = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    first, last = along.min(), along.max()
+    between = path[(corners > first + 1e-9) & (corners < last - 1e-9)]
+    return np.concatenate([places[[along.argmin()]], between, places[[along.argmax()]]])
+
+
+def straightened(path):
+    """Drops corners that lie on the straight line between their neighbours, within a millimetre."""
+    kept = [path[0]]
+    for point, following in zip(path[1:-1], path[2:]):
+        a, b = point - kept[-1], following - kept[-1]
+        if abs(a[0] * b[1] - a[1] * b[0]) > 1e-3 * np.hypot(*b):
+            kept.append(point)
+    return np.array(kept + [path[-1]])
+
+
 # ---- loads ---------------------------------------------------------------------------------------------------
 
 def force_at(force, point):
