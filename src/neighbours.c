@@ -1,5 +1,6 @@
-/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read. Called at set-up and whenever contacts are looked for again; faces of other
-   bodies within the contact margin are neighbours. */
+/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read. Called
+   at set-up and whenever contacts are looked for again; faces of other bodies within the contact margin are
+   neighbours. */
 #include "internal.h"
 #include "contact_find.h"
 

@@ -62,9 +62,9 @@ PetscErrorCode SharedOf(const Shared *s, PetscMPIInt rank, void *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A neighbour with as much work comes within microseconds; one that comes later may want this processor, or
+/* A neighbour with as much work comes within a microsecond; one that comes later may want this processor, or
    an answer to a message. */
-enum { SPINS = 200 };
+enum { SPINS = 50 };
 
 PetscErrorCode SharedWait(MPI_Comm comm, const Count *count, uint64_t n)
 {

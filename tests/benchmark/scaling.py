@@ -2,6 +2,7 @@
 """Time and memory against size, and ranks against each other: set-up, cycle and their parts.
 
     PYTHONPATH=tools python tests/benchmark/scaling.py                       # 1e3 to 4e6 blocks, 1 and 2 ranks
+    PYTHONPATH=tools python tests/benchmark/scaling.py --sides 32 100        # these anew, the others stay
     PYTHONPATH=tools python tests/benchmark/scaling.py --draw-only
 
 Scenes of run.py: `block`, one body of side x side blocks; `wall`, single blocks with joints (tptm) all around, as many.
@@ -171,6 +172,24 @@ def same_bits(options):
                 sys.exit(1)
 
 
+def measure(options):
+    """Puts what is asked for into the data; other rows stay."""
+    rows = {}
+    if DATA.exists():
+        with open(DATA, newline="", encoding="utf-8") as f:
+            rows = {(r["scene"], int(r["blocks"]), int(r["ranks"])): r for r in csv.DictReader(f)}
+    for scene in options.scenes:
+        for side in (s for s in options.sides if s <= MOST[scene]):
+            for ranks in options.ranks:
+                row = row_of(options, scene, side, ranks)
+                rows[scene, row["blocks"], ranks] = {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
+                with open(DATA, "w", newline="", encoding="utf-8") as f:
+                    writer = csv.DictWriter(f, COLUMNS, lineterminator="\n")
+                    writer.writeheader()
+                    writer.writerows(rows[key] for key in sorted(rows))
+                print({k: row[k] for k in COLUMNS[:8]}, flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
@@ -188,16 +207,7 @@ def main():
         same_bits(options)
         return
     if not options.draw_only:
-        with open(DATA, "w", newline="", encoding="utf-8") as f:
-            writer = csv.DictWriter(f, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            for scene in options.scenes:
-                for side in (s for s in options.sides if s <= MOST[scene]):
-                    for ranks in options.ranks:
-                        row = row_of(options, scene, side, ranks)
-                        writer.writerow({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()})
-                        f.flush()
-                        print({k: row[k] for k in COLUMNS[:8]}, flush=True)
+        measure(options)
     with open(DATA, newline="", encoding="utf-8") as f:
         rows = list(csv.DictReader(f))
     draw_size(rows)
