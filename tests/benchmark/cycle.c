@@ -153,6 +153,23 @@ __attribute__((noinline)) static PetscErrorCode MeasureCycle(Bench *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What ranks tell each other in a cycle. */
+__attribute__((noinline)) static PetscErrorCode MeasureExchange(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(GhostBegin(b->model, b->u));
+  PetscCall(GhostEnd(b->model, b->u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+__attribute__((noinline)) static PetscErrorCode MeasureSums(Bench *b)
+{
+  QuotientSums sums = {{0., 0.}, {0., 0.}, 0., 0.};
+  PetscFunctionBeginUser;
+  PetscCall(SumsOver(b->model, b->relax->over_ranks, &sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the clock */
 
 typedef PetscErrorCode (*Measured)(Bench *);
@@ -211,7 +228,8 @@ static PetscErrorCode report(Bench *b, double seconds)
     const char *name;
     Measured run;
   } parts[] = {{"textbook", MeasureTextbook}, {"update", MeasureUpdate},     {"elements", MeasureElements},
-               {"plain", MeasurePlain},       {"contacts", MeasureContacts}, {"cycle", MeasureCycle}};
+               {"plain", MeasurePlain},       {"contacts", MeasureContacts}, {"cycle", MeasureCycle},
+               {"exchange", MeasureExchange}, {"sums", MeasureSums}};
   PetscInt n[3] = {0, 0, b->model->n_owned};
   PetscInt sliding = 0;
   PetscFunctionBeginUser;

@@ -3,6 +3,7 @@
     python tests/benchmark/run.py                              # table; sides 32 and 316, 1 and 2 ranks
     python tests/benchmark/run.py --sides 32 316 1000 --json build/benchmark.json
     python tests/benchmark/run.py --instructions               # counts under valgrind
+    python tests/benchmark/run.py --exchange                   # what ranks tell each other, in two ways
     python tests/benchmark/run.py --check                      # some of them against limits.json: exit code 1 over one
 
 Scenes: `block`, one body of side x side distorted quadrilaterals; `t2pt`, `tptm`, single quadrilaterals with
@@ -58,17 +59,17 @@ def scene_of(name, side):
     return mesh, scene, shake
 
 
-def prepared(folder, name, side):
+def prepared(folder, name, side, **keys):
     mesh, scene, shake = scene_of(name, side)
     write(os.path.join(folder, "model.h5"), mesh)
-    Path(folder, "scene.yaml").write_text(dump(scene), encoding="utf-8")
+    Path(folder, "scene.yaml").write_text(dump(scene | keys), encoding="utf-8")
     return shake
 
 
-def measure(program, name, side, ranks, seconds):
-    """Nanoseconds of each part, and counts, as bench_cycle prints them."""
+def measure(program, name, side, ranks, seconds, **keys):
+    """Nanoseconds of each part, and counts, as bench_cycle prints them; keys: more of the scene."""
     with tempfile.TemporaryDirectory() as folder:
-        shake = prepared(folder, name, side)
+        shake = prepared(folder, name, side, **keys)
         command = [program, "scene.yaml", str(seconds), str(shake)]
         if ranks > 1:
             bind = "core" if ranks == 2 == os.cpu_count() else "none"  # a rank to a core, where there are no more of them
@@ -121,6 +122,20 @@ def show(row):
     return row
 
 
+def exchange(program, sides, ranks, seconds):
+    """A cycle of one body and what ranks tell each other in it: through shared memory and by messages."""
+    print(f"{'blocks':>8s} {'ranks':>5s} {'':14s} {'exchange':>9s} {'sums':>9s} {'cycle':>9s} us")
+    rows = []
+    for side in sides:
+        for n in (n for n in ranks if n > 1):
+            for how in ("auto", "messages"):
+                row = measure(program, "block", side, n, seconds, exchange=how)
+                print(f"{row['n_elements']:8d} {n:5d} {'shared memory' if how == 'auto' else how:14s} {row['exchange'] / 1e3:9.2f} "
+                      f"{row['sums'] / 1e3:9.2f} {row['cycle'] / 1e3:9.2f}", flush=True)
+                rows.append(row | {"how": how})
+    return rows
+
+
 def check(program):
     """Counts against limits.json; the names of those that are over."""
     over = []
@@ -141,13 +156,16 @@ def main():
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--seconds", type=float, default=0.3, help="for each measurement")
     parser.add_argument("--instructions", action="store_true", help="counts under valgrind, side 32, one rank")
+    parser.add_argument("--exchange", action="store_true", help="what ranks tell each other, and nothing else")
     parser.add_argument("--check", action="store_true", help="counts against limits.json; exit code 1 over one")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     program = os.path.abspath(options.program)
     if options.check:
         sys.exit(1 if check(program) else 0)
-    if options.instructions:
+    if options.exchange:
+        rows = exchange(program, options.sides, options.ranks, options.seconds)
+    elif options.instructions:
         header("instr.")
         rows = [show(instructions(program, name, 32)) for name in options.scenes]
     else:
