@@ -1,7 +1,7 @@
 /* newton.c: equilibrium of a static stage by Newton's method on the assembled stiffness (relaxation.method:
    preconditioned). Fixed connectivity.
 
-   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky, MUMPS through PETSc) and
+   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky through PETSc) and
    serves all stages and trials. An iteration solves K_t du = r, K_t the tangent with the joints as they are,
    by flexible GMRES preconditioned with K0: K_t differs from K0 in the few joints that slip or are open, so 1
    to 10 solves with the factor do, fewer as long as r is large (the tolerance follows how fast r falls,
@@ -31,9 +31,12 @@ static const PetscReal WORST_FACTOR = 1e-4;    /* relative error of a solution *
 
 /* ---- the factor */
 
-/* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. */
-static PetscErrorCode factorise(const Problem *p, PCType type, KSP *ksp, PetscBool *fails)
+/* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. fails: it has
+   none; CHOLMOD says so by an error. */
+static PetscErrorCode factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp,
+                                PetscBool *fails)
 {
+  const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
   PC pc;
   PCFailedReason failed;
   PetscFunctionBeginUser;
@@ -44,14 +47,34 @@ static PetscErrorCode factorise(const Problem *p, PCType type, KSP *ksp, PetscBo
   }
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, type));
-  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(PCFactorSetMatSolverType(pc, package));
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, p->newton->stiffness.tangent, p->newton->stiffness.tangent));
-  PetscCall(KSPSetUp(*ksp));
+  if (refuses) PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  const PetscErrorCode code = KSPSetUp(*ksp);
+  if (refuses) PetscCall(PetscPopErrorHandler());
+  *fails = (PetscBool)(refuses && code);
+  if (*fails) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(code);
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_TRUE));
   PetscCall(PCGetFailedReason(pc, &failed));
   *fails = (PetscBool)(failed != PC_NOERROR);
   p->relax->effort.factorisations++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On one rank by CHOLMOD, whose solves take half as long as those of MUMPS; by MUMPS on several, and where
+   rounding has left a pivot below zero, which it can live with. */
+static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
+{
+  PetscBool cholmod;
+  PetscFunctionBeginUser;
+  PetscCall(
+      MatGetFactorAvailable(p->newton->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
+  if (cholmod) PetscCall(factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
+  if (cholmod && !*fails) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(ksp));
+  PetscCall(factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,7 +112,7 @@ static PetscErrorCode factorise_elastic(const Problem *p)
   PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
   PetscCall(PetscFree(undeformed));
   PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
-  PetscCall(factorise(p, PCCHOLESKY, &n->elastic, &n->fails));
+  PetscCall(factorise_symmetric(p, &n->elastic, &n->fails));
   PetscCall(KSPGetPC(n->elastic, &n->pc));
   if (!n->fails) PetscCall(check_factor(p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -227,7 +250,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
     PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
   if (n->drag > 0.) PetscCall(add_drag(p));
-  if (n->last_solves > MANY_SOLVES) PetscCall(factorise(p, PCLU, &n->worn, &fails));
+  if (n->last_solves > MANY_SOLVES) PetscCall(factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
   KSP ksp = n->worn ? n->worn : n->elastic;
   PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, MOST_SOLVES));
