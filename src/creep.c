@@ -12,13 +12,15 @@
    the mechanism until its faces have parted or slid too far (JudgeContacts): the verdict of the explicit
    loop, on its path.
 
-   Evidence. An equilibrium that is farther away than half of that, and a mechanism that turns back, prove
-   neither: water that follows its face and a plane that rises hold a dam again, some centimetres beyond the
-   limit of its shape; then the explicit loop judges. Along every step r.du = drag du.m du > 0, to the
-   accuracy asked for (STEP_ERROR): what the loads do along the mechanism exceeds what friction takes and
-   blocks store. A step carries no face by more than half of what makes the verdict, so it is seen from
-   several states, not from one that an iteration was thrown to. Friction starts from the last equilibrium, as
-   everywhere in newton.c.
+   Evidence. The same verdict, sooner: over three steps, of a way that grows at least twelvefold, the motion
+   keeps its direction and neither unbalanced ratio nor pace falls by a twentieth: the rule of the explicit
+   loop (relax.c: judge_chunk), over a longer way. An equilibrium in large strain that is farther away than
+   half of what makes the verdict, and a mechanism that turns back, prove nothing: water that follows its face
+   and a plane that rises hold a dam again, some centimetres beyond the limit of its shape; then the explicit
+   loop judges. Along every step r.du = drag du.m du > 0, to the accuracy asked for (STEP_ERROR): what the
+   loads do along the mechanism exceeds what friction takes and blocks store. A step carries no face by more
+   than half of what makes the verdict, so it is seen from several states, not from one that an iteration was
+   thrown to. Friction starts from the last equilibrium, as everywhere in newton.c.
 
    A mechanism has no stiffness but that of bodies and faces that turn under their forces: the tangent has it
    here (stiffness.c). Loads that follow the motion are those of where the step began. */
@@ -37,21 +39,25 @@ static const PetscReal LOOSEST = 0.1, TIGHTEST = 1e-3; /* relative residual of a
 static const PetscReal SHORTER = 8.;                   /* the drag of a step that is taken again */
 static const PetscReal MOST_PARTED = 0.05;             /* of a face, in one step, and of an equilibrium */
 static const PetscReal MOST_DRAG = 1e6;                /* over the first: gives up */
-static const PetscReal SEEN = 0.01;                    /* of a face: from there on the mechanism is */
+static const PetscReal SEEN = 0.01;                    /* of a face: from there on a mechanism is */
+/* told by three steps: how the way grows, cosine, ratio and pace over those before; faces moved by */
+static const PetscReal LONGER = 12., STRAIGHT = 0.98, STEADY = 0.95, THROUGH = 1e-3;
 
-/* A state on the way, for the evidence. */
+/* A step, and the state it led to. */
 typedef struct {
   PetscReal parted; /* [-] farthest that two faces have moved, over their length: ContactsParted */
   PetscReal ratio;  /* [-] unbalanced */
-  PetscReal pace;   /* [m/cycle] of what moves most */
+  PetscReal way;    /* [m] farthest that something went */
+  PetscReal pace;   /* [m/cycle] the same over tau */
+  PetscReal cosine; /* between it and the step before */
 } Sight;
 
 /* The way so far. */
 typedef struct {
-  PetscReal omega;           /* [1/cycle] of the elastic answer at the start: alpha is twice that */
-  PetscReal parted;          /* [-] at the start */
-  Sight seen, now;           /* where the mechanism could be seen; after the last step */
-  PetscReal way, way_before; /* [m] farthest that something went in the last step, in the one before */
+  PetscReal omega;  /* [1/cycle] of the elastic answer at the start: alpha is twice that */
+  PetscReal parted; /* [-] at the start */
+  Sight seen;       /* where the mechanism could be seen */
+  Sight last[3];    /* the last steps, the last one first */
   PetscInt steps;
 } Course;
 
@@ -71,73 +77,91 @@ static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *it
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Motion since the step began, kept in relax->du_chunk: farthest that something has gone [m]; along: > 0 when
-   it goes on as in the step before. */
-static PetscErrorCode motion(const Problem *p, PetscReal *way, PetscReal *along)
+/* Motion since the step began, kept in relax->du_chunk, and the state it led to. */
+static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
 {
-  PetscReal *before = p->relax->du_chunk;
+  PetscReal *before = p->relax->du_chunk, sum[3] = {0., 0., 0.}, place[2];
   PetscFunctionBeginUser;
-  *way = *along = 0.;
+  now->way = 0.;
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
-    const PetscReal du = p->state->u[d] - p->newton->u_creep[d];
-    *way = PetscMax(*way, PetscAbsReal(du) * DofLength(p->m, p->state, d));
-    *along += p->state->m[d] * du * before[d];
+    const PetscReal du = p->state->u[d] - p->newton->u_creep[d], mass = p->state->m[d];
+    now->way = PetscMax(now->way, PetscAbsReal(du) * DofLength(p->m, p->state, d));
+    sum[0] += mass * du * before[d], sum[1] += mass * du * du, sum[2] += mass * before[d] * before[d];
     before[d] = du;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, along, 1, MPIU_REAL, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &now->way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPI_SUM, p->m->comm));
+  now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
+  now->pace = now->way * p->newton->drag / (2. * c->omega);
+  PetscCall(Unbalanced(p->m, p->state, p->newton->contact_scale, p->result));
+  PetscCall(ContactsParted(p->m, p->contacts, &now->parted, place));
+  now->ratio = p->result->ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The verdict has its place; the mechanism is the last step's motion. */
+/* The rule of the explicit loop. */
+static PetscBool moves_on(const Course *c)
+{
+  const Sight *now = c->last, *first = c->last + 2;
+  return (PetscBool)(c->steps > 2 && now->way > LONGER * first->way && now->parted > c->parted + THROUGH &&
+                     PetscMin(now->cosine, c->last[1].cosine) > STRAIGHT &&
+                     now->ratio > STEADY * first->ratio && now->pace > STEADY * first->pace);
+}
+
+/* The mechanism is the last step's motion; what it is told by. */
 static PetscErrorCode collapsed(const Problem *p, const Course *c)
 {
-  char more[128];
+  const Sight *now = c->last, *from = p->result->verdict == VERDICT_NONE ? now + 2 : &c->seen;
+  char *told = p->result->evidence;
   PetscFunctionBeginUser;
   p->relax->chunk_start = p->state->cycle;
+  if (p->result->verdict == VERDICT_NONE)
+    PetscCall(PetscSNPrintf(told, sizeof(p->result->evidence),
+                            "a mechanism that has moved faces by %.3g of their length, cosine %.4f",
+                            (double)(now->parted - c->parted), (double)now->cosine));
+  p->result->verdict = VERDICT_COLLAPSED;
+  char more[160];
   PetscCall(PetscSNPrintf(more, sizeof(more),
                           "; %" PetscInt_FMT
-                          " steps of creep, since %.2g of it ratio %.3g to %.3g, %.3g to %.3g m a cycle",
-                          c->steps, (double)c->seen.parted, (double)c->seen.ratio, (double)c->now.ratio,
-                          (double)c->seen.pace, (double)c->now.pace));
-  PetscCall(PetscStrlcat(p->result->evidence, more, sizeof(p->result->evidence)));
+                          " steps of creep, from %.3g to %.3g m long: ratio from %.3g to %.3g, "
+                          "motion from %.3g to %.3g m a cycle",
+                          c->steps, (double)from->way, (double)now->way, (double)from->ratio,
+                          (double)now->ratio, (double)from->pace, (double)now->pace));
+  PetscCall(PetscStrlcat(told, more, sizeof(p->result->evidence)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step was found: the verdict, if it carried something that far; or it was too long (again), or has turned
-   back (lost). */
+/* A step was found: the verdict, if there is one; or it was too long (again), or has turned back (lost). */
 static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, PetscBool *lost)
 {
-  const PetscReal start = c->parted;
-  Sight now = {0., 0., 0.};
-  PetscReal place[2], way, along;
+  const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
+  Sight now;
   PetscFunctionBeginUser;
-  PetscCall(motion(p, &way, &along));
-  PetscCall(Unbalanced(p->m, p->state, p->newton->contact_scale, p->result));
-  PetscCall(ContactsParted(p->m, p->contacts, &now.parted, place));
-  now.ratio = p->result->ratio, now.pace = way * p->newton->drag / (2. * c->omega);
-  *lost = (PetscBool)(c->now.parted > start + SEEN && along < 0.);
-  *again = (PetscBool)(now.parted > c->now.parted + MOST_PARTED);
+  PetscCall(look(p, c, &now));
+  *lost = (PetscBool)(parted > c->parted + SEEN && now.cosine < 0.);
+  *again = (PetscBool)(now.parted > parted + MOST_PARTED);
   if (*again || *lost) PetscFunctionReturn(PETSC_SUCCESS);
-  c->way_before = c->way > 0. ? c->way : PETSC_MAX_REAL;
-  c->way = way, c->now = now, c->steps++;
-  if (now.parted <= start + SEEN || c->steps == 1) c->seen = now;
+  for (int i = 2; i > 0; i--) c->last[i] = c->last[i - 1];
+  c->last[0] = now, c->steps++;
+  if (now.parted <= c->parted + SEEN || c->steps == 1) c->seen = now;
   PetscCall(JudgeContacts(p->m, p->contacts, p->result));
-  if (p->result->verdict != VERDICT_NONE) PetscCall(collapsed(p, c));
+  if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Equilibrium where a step begins: the way fell as it would not if steps only grew. Near enough: found. */
 static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *found, PetscBool *lost)
 {
-  const PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance && c->way < c->way_before);
+  const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
+  const PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance &&
+                                     (c->steps < 2 || c->last[0].way < c->last[1].way));
   PetscFunctionBeginUser;
-  *found = (PetscBool)(rest && c->now.parted < c->parted + MOST_PARTED);
+  *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || parted < c->parted + MOST_PARTED));
   *lost = (PetscBool)(!p->result->finite || (rest && !*found));
   if (*found)
     PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
                             "; %" PetscInt_FMT " steps of creep, joints moved by up to %.2g of a face",
-                            c->steps, (double)c->now.parted));
+                            c->steps, (double)parted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -170,10 +194,10 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     n->drag = drag;
     PetscCall(creep_step(p, force, &iterations, &good));
     if (good) {
-      const PetscReal parted = c->now.parted;
+      const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
       PetscCall(judge_step(p, c, &again, &lost));
       if (lost || p->result->verdict != VERDICT_NONE) break;
-      drag = next_drag(drag, iterations, (c->now.parted - parted) / (0.9 * MOST_PARTED));
+      drag = next_drag(drag, iterations, c->steps ? (c->last[0].parted - parted) / (0.9 * MOST_PARTED) : 0.);
     }
     if (!good || again) {
       PetscCall(NewtonMove(p, n->u_creep));
@@ -188,7 +212,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
 
 PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
 {
-  Course c = {.way_before = PETSC_MAX_REAL};
+  Course c = {.steps = 0};
   PetscReal force, omega_2, place[2];
   PetscFunctionBeginUser;
   *found = *stop = PETSC_FALSE;
@@ -197,7 +221,7 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
   PetscCall(NewtonEvaluate(p, 0., NULL, &force));
   PetscCall(NewtonElasticFrequency(p, &omega_2));
   PetscCall(ContactsParted(p->m, p->contacts, &c.parted, place));
-  c.omega = PetscSqrtReal(omega_2), c.now.parted = c.parted;
+  c.omega = PetscSqrtReal(omega_2);
   if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
   p->newton->drag = 0.;
   if (p->newton->stiffness.turns) PetscCall(StiffnessBodies(p->m, NULL, &p->newton->stiffness));
