@@ -5,10 +5,10 @@
 
 /* ---- contacts as rows of two tables */
 
-enum { COUNTS = 7, ENDS = 13, REALS = 1 + 2 * (ENDS + 2) };
+enum { COUNTS = 7, ENDS = 13, REALS = 1 + 2 * ENDS };
 
 /* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
-   end the reals of end_arrays and the gap vector. */
+   end the reals of end_arrays. */
 typedef struct {
   PetscInt64 count[COUNTS];
   PetscReal real[REALS];
@@ -39,9 +39,8 @@ static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row
   MOVE(c->length[at], *x), x++;
   for (int k = 0; k < 2; k++) {
     for (int i = 0; i < ENDS; i++, x++) MOVE(array[i][SUB(at, k)], *x);
-    for (int i = 0; i < 2; i++, x++) MOVE(c->gap[((at / BATCH) * 4 + 2 * k + i) * BATCH + at % BATCH], *x);
     if (reading)
-      c->state[SUB(at, k)] = (PetscInt)row->count[5 + k];
+      c->state[SUB(at, k)] = (uint8_t)row->count[5 + k];
     else
       row->count[5 + k] = c->state[SUB(at, k)];
   }
@@ -220,6 +219,7 @@ PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, c
   PetscCall(ContactsStore(scene, m, &(CandidateList){.n = n, .item = list}, NULL, NULL, c));
   for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
     if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++);
+  ContactsSetTraits(c);
   PetscCall(PetscFree(list));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);

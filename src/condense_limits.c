@@ -12,8 +12,8 @@ PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const 
   PetscFunctionBeginUser;
   if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < c->n_padded && !message[0]; i++)
-    for (int k = 0; k < 6 && c->key[2 * i] >= 0; k++) {
-      const PetscInt v = c->vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
+    for (int k = 0; k < CONTACT_ROWS && c->key[2 * i] >= 0; k++) {
+      const PetscInt v = c->vertex[CONTACT_ROW(i, k)];
       if (v < m->n_moving || v >= m->n_owned) continue;
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,

@@ -26,47 +26,41 @@ static PetscErrorCode allocate(Contacts *c)
 {
   const PetscInt n = c->n_padded;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, 6 * n, &c->vertex, n,
-                         &c->length, 2 * n, &c->state));
-  PetscCall(PetscCalloc5(2 * n, &c->t, 4 * n, &c->gap, 2 * n, &c->rest, 2 * n, &c->slip, 2 * n, &c->broken));
-  PetscCall(PetscCalloc2(2 * n, &c->slip_0, 2 * n, &c->broken_0));
+  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, CONTACT_ROWS * n,
+                         &c->vertex, n, &c->length, 2 * n, &c->state));
+  PetscCall(PetscCalloc3(2 * n, &c->t, 2 * n, &c->rest, n, &c->traits));
+  PetscCall(PetscCalloc4(2 * n, &c->slip, 2 * n, &c->broken, 2 * n, &c->slip_0, 2 * n, &c->broken_0));
   PetscCall(PetscCalloc7(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->speed, 2 * n, &c->sigma, 2 * n, &c->tau,
                          2 * n, &c->F_n, 2 * n, &c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A padding lane: a contact of length 0 between vertices of the dummy square. */
+/* A padding lane: a contact of length 0 between dummy vertices, its ends closed. */
 static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts *c)
 {
   c->key[2 * at] = c->key[2 * at + 1] = -1;
   c->joint[at] = joint;
-  for (int i = 0; i < 6; i++) c->vertex[((at / BATCH) * 6 + i) * BATCH + at % BATCH] = m->n_vertices + i % 3;
+  for (int i = 0; i < CONTACT_ROWS; i++) c->vertex[CONTACT_ROW(at, i)] = m->n_vertices + (i == ROW_B);
 }
 
 static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
 {
   const PetscBool on_vertex = (PetscBool)(p->pair.klass == VERTEX_FACE);
   c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
-  c->klass[at] = p->pair.klass;
+  c->klass[at] = (uint8_t)p->pair.klass;
   c->joint[at] = p->joint;
   c->length[at] = p->pair.length;
-  c->owned[at] = (PetscBool)((on_vertex ? p->vertex : m->faces.vertex[2 * p->face[0]]) < m->n_owned);
-  for (int i = 0; i < 6; i++) c->vertex[((at / BATCH) * 6 + i) * BATCH + at % BATCH] = m->n_vertices + i % 3;
-  for (int k = 0; k < (on_vertex ? 1 : 2);
-       k++) { // the second end of a vertex on a face stays with the dummies
-    const PetscInt source = p->pair.source[k];
-    const PetscInt *destination = m->faces.vertex + 2 * p->face[1 - source];
-    const PetscInt P = on_vertex ? p->vertex : m->faces.vertex[2 * p->face[source] + p->pair.corner[k]];
-    const PetscInt A = destination[0], B = destination[1];
-    PetscInt *vertex = c->vertex + ((at / BATCH) * 6 + 3 * k) * BATCH + at % BATCH;
-    const PetscReal t = p->pair.t[k];
-    vertex[0] = P, vertex[BATCH] = A, vertex[2 * BATCH] = B;
-    c->t[SUB(at, k)] = t;
-    for (int i = 0; i < 2; i++)
-      c->gap[((at / BATCH) * 4 + 2 * k + i) * BATCH + at % BATCH] = m->X[2 * P + i] -
-                                                                    ((1. - t) * m->X[2 * A + i] +
-                                                                     t * m->X[2 * B + i]);
-    c->rest[SUB(at, k)] = PetscMin(p->pair.gap[k], 0.);
+  c->owned[at] = (on_vertex ? p->vertex : m->faces.vertex[2 * p->face[0]]) < m->n_owned;
+
+  const PetscInt source = p->pair.source[0], *from = m->faces.vertex + 2 * p->face[source],
+                 *destination = m->faces.vertex + 2 * p->face[1 - source];
+  const int corner = p->pair.corner[0];
+  c->vertex[CONTACT_ROW(at, ROW_P)] = on_vertex ? p->vertex : from[corner];
+  c->vertex[CONTACT_ROW(at, ROW_A)] = destination[0], c->vertex[CONTACT_ROW(at, ROW_B)] = destination[1];
+  c->vertex[CONTACT_ROW(at, ROW_Q)] = on_vertex ? destination[0] : from[1 - corner];
+  for (int k = 0; k < ContactEnds(c, at); k++) {
+    c->t[SUB(at, k)] = p->pair.t[k];
+    if (p->pair.gap[k] < 0.) c->rest[SUB(at, k)] = p->pair.gap[k]; // pages of zeros take no memory
   }
 }
 
@@ -78,12 +72,8 @@ static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *
   c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
   c->klass[at] = old->klass[from], c->joint[at] = old->joint[from];
   c->owned[at] = old->owned[from], c->length[at] = old->length[from];
-  for (int i = 0; i < 6; i++)
-    c->vertex[((at / BATCH) * 6 + i) * BATCH + at % BATCH] =
-        vertex_now[old->vertex[((from / BATCH) * 6 + i) * BATCH + from % BATCH]];
-  for (int i = 0; i < 4; i++)
-    c->gap[((at / BATCH) * 4 + i) * BATCH + at % BATCH] =
-        old->gap[((from / BATCH) * 4 + i) * BATCH + from % BATCH];
+  for (int i = 0; i < CONTACT_ROWS; i++)
+    c->vertex[CONTACT_ROW(at, i)] = vertex_now[old->vertex[CONTACT_ROW(from, i)]];
   for (int k = 0; k < 2; k++) {
     const PetscInt to = SUB(at, k), of = SUB(from, k);
     c->t[to] = old->t[of], c->rest[to] = old->rest[of], c->slip[to] = old->slip[of];
@@ -120,6 +110,7 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const Candidate
       else
         store(m, item + first[s] + i, at, c);
     }
+  ContactsSetTraits(c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,10 +138,10 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscCall(PetscArraycpy(copy->klass, c->klass, n));
   PetscCall(PetscArraycpy(copy->joint, c->joint, n));
   PetscCall(PetscArraycpy(copy->owned, c->owned, n));
-  PetscCall(PetscArraycpy(copy->vertex, c->vertex, 6 * n));
+  PetscCall(PetscArraycpy(copy->vertex, c->vertex, CONTACT_ROWS * n));
   PetscCall(PetscArraycpy(copy->length, c->length, n));
   PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
-  PetscCall(PetscArraycpy(copy->gap, c->gap, 4 * n));
+  PetscCall(PetscArraycpy(copy->traits, c->traits, n));
   PetscReal *const to[] = {copy->t,   copy->rest,   copy->slip,    copy->broken, copy->u_n,
                            copy->u_s, copy->speed,  copy->sigma,   copy->tau,    copy->F_n,
                            copy->F_s, copy->slip_0, copy->broken_0},
@@ -160,29 +151,12 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ContactsHold(Contacts *c)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(c->slip_0, c->slip, 2 * c->n_padded));
-  PetscCall(PetscArraycpy(c->broken_0, c->broken, 2 * c->n_padded));
-  c->held = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode ContactsGoBack(Contacts *c)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(c->slip, c->slip_0, 2 * c->n_padded));
-  PetscCall(PetscArraycpy(c->broken, c->broken_0, 2 * c->n_padded));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode ContactsDestroy(Contacts *c)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
-  PetscCall(PetscFree5(c->t, c->gap, c->rest, c->slip, c->broken));
-  PetscCall(PetscFree2(c->slip_0, c->broken_0));
+  PetscCall(PetscFree3(c->t, c->rest, c->traits));
+  PetscCall(PetscFree4(c->slip, c->broken, c->slip_0, c->broken_0));
   PetscCall(PetscFree7(c->u_n, c->u_s, c->speed, c->sigma, c->tau, c->F_n, c->F_s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -200,8 +174,8 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
     const PetscBool on_vertex = (PetscBool)(c->klass[i] == VERTEX_FACE);
     bad += (c->key[2 * i] >= c->key[2 * i + 1]) != on_vertex || !(c->length[i] > 0.);
     PetscBool owned = PETSC_FALSE;
-    for (int k = 0; k < (on_vertex ? 3 : 6); k++) {
-      const PetscInt v = c->vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
+    for (int k = 0; k < CONTACT_ROWS; k++) {
+      const PetscInt v = c->vertex[CONTACT_ROW(i, k)];
       bad += v < 0 || v >= m->n_vertices;
       owned = (PetscBool)(owned || v < m->n_owned);
     }
@@ -273,8 +247,8 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
   for (PetscInt b = 0; b < n; b++) parent[b] = b;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
-    const PetscInt *v = c->vertex + (i / BATCH) * 6 * BATCH + i % BATCH;
-    const PetscInt a = m->vertex_body[v[0]], b = m->vertex_body[v[BATCH]];
+    const PetscInt a = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
+                   b = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
     parent[PetscMax(root_of(parent, a), root_of(parent, b))] = PetscMin(root_of(parent, a),
                                                                         root_of(parent, b));
   }

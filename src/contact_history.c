@@ -15,7 +15,7 @@
 #include "internal.h"
 #include "contact_find.h"
 
-/* The present history and the one held (contact.c: ContactsHold) go the same way. */
+/* The present history and the one held (contact_force.c: ContactsHold) go the same way. */
 enum { NOW, HELD, HISTORIES };
 
 static PetscReal *slip_of(const Contacts *c, int history)
@@ -275,6 +275,7 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
     for (int k = 0; k < 2; k++)
       c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
   }
+  ContactsSetTraits(c);
   PetscCall(PetscFree(heirs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

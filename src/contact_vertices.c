@@ -239,7 +239,7 @@ static PetscErrorCode deliver(const Model *m, const OldContacts *old, const Outb
 static void mark_stood(const Model *m, const Contacts *c, char *stood)
 {
   for (PetscInt at = c->model_start[STRESS_PT]; at < c->model_start[STRESS_PT + 1]; at++) {
-    const PetscInt v = c->vertex[(at / BATCH) * 6 * BATCH + at % BATCH];
+    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
     if (c->key[2 * at] >= 0 && c->key[2 * at + 1] < 0 && v < m->n_owned) stood[v] = 1;
   }
 }

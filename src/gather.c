@@ -264,10 +264,11 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
 static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
                               ContactEnd *end)
 {
-  const PetscInt *v = c->vertex + (i / BATCH * 6 + 3 * k) * BATCH + i % BATCH;
-  const PetscInt P = v[0], A = v[BATCH], B = v[2 * BATCH];
   const PetscReal moving = model->strain == STRAIN_LARGE ? 1 : 0;
+  PetscInt v[3];
   PetscReal along[2];
+  ContactEndVertices(c, i, k, v);
+  const PetscInt P = v[0], A = v[1], B = v[2];
   for (int x = 0; x < 2; x++) {
     end->point[x] = model->X[2 * P + x];
     end->displacement[x] = u[2 * P + x];
@@ -292,7 +293,7 @@ static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k
 /* A vertex on a face: all its force is at end 0, with half the length that the point model gives two ends. */
 static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
 {
-  row->face[1] = -2 - model->vertex_file[c->vertex[i / BATCH * 6 * BATCH + i % BATCH]];
+  row->face[1] = -2 - model->vertex_file[c->vertex[CONTACT_ROW(i, ROW_P)]];
   row->length *= 0.5;
   row->end[1] = row->end[0];
   row->end[1].force[0] = row->end[1].force[1] = 0;

@@ -296,9 +296,9 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *
 PetscErrorCode ContactsDestroy(Contacts *contacts);
 /* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
    from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
-PetscErrorCode ContactsHold(Contacts *contacts);
+void ContactsHold(Contacts *contacts);
 /* The present history is again the one held. */
-PetscErrorCode ContactsGoBack(Contacts *contacts);
+void ContactsGoBack(Contacts *contacts);
 /* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
 PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
@@ -314,6 +314,9 @@ PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *
    stage ask for no more. */
 PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contacts *contacts,
                                  const PetscReal *u, PetscReal *f);
+/* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
+   out what a few contacts at a time do not need. */
+void ContactsSetTraits(Contacts *contacts);
 
 /* ---- contact_verify.c */
 /* Collective. Finds contacts anew in the present state and gives them the history of those before (variable

@@ -79,7 +79,9 @@ KERNEL Lanes SquareRoot(Lanes a)
 
 KERNEL int Any(Mask mask)
 {
-  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+  typedef long long Half __attribute__((vector_size(2 * sizeof(long long))));
+  const Half half = __builtin_shufflevector(mask, mask, 0, 1) | __builtin_shufflevector(mask, mask, 2, 3);
+  return (half[0] | half[1]) != 0;
 }
 
 /* ---- vectors in the plane */

@@ -125,7 +125,8 @@ static PetscErrorCode is_current(const Problem *p, PetscBool *current)
   const Contacts *c = p->contacts;
   PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->n_vertices && n->n_padded == c->n_padded);
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < 6 * c->n_padded && same; i++) same = (PetscBool)(n->vertex[i] == c->vertex[i]);
+  for (PetscInt i = 0; i < CONTACT_ROWS * c->n_padded && same; i++)
+    same = (PetscBool)(n->vertex[i] == c->vertex[i]);
   for (PetscInt j = 0; j < n->n_joints; j++) {
     const Joint *joint = p->stage->joints + j;
     if (n->k[2 * j] != joint->k_n || n->k[2 * j + 1] != joint->k_s) same = PETSC_FALSE;
@@ -146,8 +147,8 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
   PetscCall(VecDuplicate(n->r, &n->dragged));
   PetscCall(PetscMalloc4(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->u_creep, n_dof, &n->contact_scale));
-  PetscCall(PetscMalloc2(6 * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
-  PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, 6 * n_padded));
+  PetscCall(PetscMalloc2(CONTACT_ROWS * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
+  PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, CONTACT_ROWS * n_padded));
   for (PetscInt j = 0; j < n->n_joints; j++)
     n->k[2 * j] = p->stage->joints[j].k_n, n->k[2 * j + 1] = p->stage->joints[j].k_s;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -177,7 +178,7 @@ static PetscErrorCode commit(const Problem *p)
   PetscFunctionBeginUser;
   p->newton->result = *p->result, p->newton->effort = p->relax->effort, p->newton->cycle = p->state->cycle;
   PetscCall(PetscArraycpy(p->newton->u, p->state->u, p->m->n_dof));
-  PetscCall(ContactsHold(p->contacts));
+  ContactsHold(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -196,7 +197,7 @@ PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u)
 static PetscErrorCode restore(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(ContactsGoBack(p->contacts));
+  ContactsGoBack(p->contacts);
   PetscCall(NewtonMove(p, p->newton->u));
   if (p->follow) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);

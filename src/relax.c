@@ -410,8 +410,9 @@ static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
   PetscReal shorter = PETSC_INFINITY;
   if (c->klass[i] != FF2_I && c->klass[i] != FF2_F) return c->length[i];
   for (int k = 0; k < 2; k++) {
-    const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * k) * BATCH + i % BATCH;
-    const PetscReal *A = m->X + 2 * v[BATCH], *B = m->X + 2 * v[2 * BATCH];
+    PetscInt v[3];
+    ContactEndVertices(c, i, k, v);
+    const PetscReal *A = m->X + 2 * v[1], *B = m->X + 2 * v[2];
     shorter = PetscMin(shorter, PetscHypotReal(B[0] - A[0], B[1] - A[1]));
   }
   return shorter;
@@ -427,10 +428,12 @@ PetscErrorCode ContactsParted(const Model *m, const Contacts *c, PetscReal *frac
   place[0] = place[1] = 0.;
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++) {
+      PetscInt v[3];
       const PetscReal moved = PetscMax(PetscAbsReal(c->u_s[SUB(i, k)]), c->u_n[SUB(i, k)]) /
                               shorter_face(m, c, i);
       if (moved <= worst.moved) continue;
-      const PetscReal *P = m->X + 2 * c->vertex[((i / BATCH) * 6 + 3 * k) * BATCH + i % BATCH];
+      ContactEndVertices(c, i, k, v);
+      const PetscReal *P = m->X + 2 * v[0];
       worst.moved = moved, place[0] = P[0], place[1] = P[1];
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));

@@ -136,7 +136,7 @@ PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts 
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
   if (worst.slid <= 0.1) PetscFunctionReturn(PETSC_SUCCESS);
   if (m->rank == worst.rank && at >= 0 && mine == worst.slid) {
-    const PetscInt v = c->vertex[(at / BATCH) * 6 * BATCH + at % BATCH];
+    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
     fprintf(stderr,
             "quoin: warning: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has slid by "
             "%.3g of its length; "
@@ -160,7 +160,7 @@ static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const St
   if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(UpliftCrack(scene, m, stage, contacts, state, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (result->verdict == VERDICT_CONVERGED && contacts->held) PetscCall(ContactsHold(contacts));
+  if (result->verdict == VERDICT_CONVERGED && contacts->held) ContactsHold(contacts);
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
   PetscCall(LoadsTarget(scene, m, stage, state));
   result->verdict = VERDICT_NONE;
@@ -235,7 +235,7 @@ static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, Co
   if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
   PetscCall(can_slip(m, stage, contacts, &slips));
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
-  PetscCall(ContactsHold(contacts));
+  ContactsHold(contacts);
   PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

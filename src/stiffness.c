@@ -267,21 +267,21 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
   PetscReal B[4][2 * MOST] = {{0.}}; // rows u_n0, u_n1, u_s0, u_s1
   PetscArrayzero(k, 4 * MOST * MOST);
   for (int e = 0; e < 2; e++) {
-    const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * e) * BATCH + i % BATCH;
-    const PetscInt P = v[BATCH], Q = v[2 * BATCH]; // of the destination edge
+    PetscInt *v = vertices + 3 * e;
+    ContactEndVertices(c, i, e, v);
+    if (e == ContactEnds(c, i)) continue; // nothing at the other end of a vertex on a face
+    const PetscInt P = v[1], Q = v[2];    // of the destination edge
     const PetscReal t = c->t[SUB(i, e)], b[3] = {1., -(1. - t), -t};
     PetscReal d[2];
     for (int x = 0; x < 2; x++)
       d[x] = m->X[2 * Q + x] - m->X[2 * P + x] + moving * (u_vertex[2 * Q + x] - u_vertex[2 * P + x]);
     const PetscReal inverse = 1. / PetscHypotReal(d[0], d[1]), along[2] = {d[0] * inverse, d[1] * inverse},
                     normal[2] = {along[1], -along[0]};
-    for (int a = 0; a < 3; a++) {
-      vertices[3 * e + a] = v[a * BATCH];
+    for (int a = 0; a < 3; a++)
       for (int x = 0; x < 2; x++) {
         B[e][2 * (3 * e + a) + x] = b[a] * normal[x];
         B[2 + e][2 * (3 * e + a) + x] = b[a] * along[x];
       }
-    }
     if (turns)
       add_turning(m, c, SUB(i, e), normal, along, inverse, B[e] + 6 * e, B[2 + e] + 6 * e,
                   k + 6 * e * (2 * MOST + 1));

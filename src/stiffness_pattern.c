@@ -26,7 +26,7 @@ static PetscErrorCode meetings_create(const Model *m, const Contacts *c, Meeting
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < m->n_condensed; b++) kept += m->condensed[b].n_kept / 2;
   PetscCall(PetscMalloc2(m->q4.n + m->t3.n + m->n_condensed + c->n_padded + 1, &x->start,
-                         4 * m->q4.n + 3 * m->t3.n + kept + 6 * c->n_padded, &x->vertex));
+                         4 * m->q4.n + 3 * m->t3.n + kept + CONTACT_ROWS * c->n_padded, &x->vertex));
   x->n = x->start[0] = 0;
   add_elements(&m->q4, 4, x);
   add_elements(&m->t3, 3, x);
@@ -39,8 +39,8 @@ static PetscErrorCode meetings_create(const Model *m, const Contacts *c, Meeting
   for (PetscInt i = 0; i < c->n_padded; i++) {
     PetscInt *v = x->vertex + x->start[x->n];
     if (c->key[2 * i] < 0) continue; // padding
-    for (PetscInt k = 0; k < 6; k++) v[k] = c->vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
-    x->start[x->n + 1] = x->start[x->n] + 6, x->n++;
+    for (PetscInt k = 0; k < CONTACT_ROWS; k++) v[k] = c->vertex[CONTACT_ROW(i, k)];
+    x->start[x->n + 1] = x->start[x->n] + CONTACT_ROWS, x->n++;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,12 +18,13 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscRea
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *j = joints + c->joint[i];
     const PetscReal k_max = PetscMax(j->k_n, j->k_s);
-    for (int s = 0; s < 2; s++) {
-      const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * s) * BATCH + i % BATCH;
+    for (int s = 0; s < ContactEnds(c, i); s++) {
+      PetscInt v[3];
+      ContactEndVertices(c, i, s, v);
       const PetscReal row = 2. * k_max * 0.5 * c->length[i] * thickness, t = c->t[SUB(i, s)];
       k[v[0]] += row;
-      k[v[BATCH]] += row * PetscAbsReal(1. - t);
-      k[v[2 * BATCH]] += row * PetscAbsReal(t);
+      k[v[1]] += row * PetscAbsReal(1. - t);
+      k[v[2]] += row * PetscAbsReal(t);
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);

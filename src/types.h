@@ -205,9 +205,13 @@ typedef struct {
    gid), padded per stress model to whole batches. Sub-contact k = 0,1 of contact c stands at index SUB(c,k)
    of every (.., 2, BATCH) array. A sub-contact is a vertex P of one face opposite the edge A-B of the other
    (its destination); sub-contacts 0 and 1 are the two ends of the contact, and stress runs linearly between
-   them. */
+   them. Two faces have four vertices: P A B of sub-contact 0 and Q, the other vertex of P's face; which of
+   them are P A B of sub-contact 1 follows from the class (ContactEndVertices). A vertex on a face has no end
+   1: Q is A, and t = 0 there, so that nothing opens or slides. */
 
 #define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
+enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
+#define CONTACT_ROW(c, row) (((c) / BATCH) * CONTACT_ROWS * BATCH + (row)*BATCH + (c) % BATCH)
 
 typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
 typedef enum {
@@ -222,18 +226,18 @@ typedef struct {
   PetscInt n_padded;                       /* size of the arrays in contacts */
   PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
   /* identity, written by contact.c */
-  PetscInt *key; /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
-                    gid of the vertex; -1 -1: padding */
-  ContactClass *klass; /* (n_padded,) */
-  PetscInt *joint;     /* (n_padded,) row of the joints table */
-  PetscBool *owned;    /* (n_padded,) this rank writes it */
+  PetscInt *key;  /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
+                     gid of the vertex; -1 -1: padding */
+  uint8_t *klass; /* (n_padded,) ContactClass */
+  PetscInt *joint; /* (n_padded,) row of the joints table */
+  bool *owned;     /* (n_padded,) this rank writes it */
   /* geometry, hot */
-  PetscInt *vertex;  /* (n_padded/BATCH, 6, BATCH) local vertices: P A B of sub-contact 0, then of 1 */
+  PetscInt *vertex;  /* (n_padded/BATCH, 4, BATCH) local vertices: rows P A B Q */
   PetscReal *t;      /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
-  PetscReal *gap;    /* [m] (.., 2, 2, BATCH) P - ((1-t) A + t B) in the reference state, x then y */
   PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so a contact
                         starts stress-free */
   PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
+  uint16_t *traits;  /* what few contacts at a time have in common; contact_force.c */
   /* history, written by contact_force.c */
   PetscReal *slip;   /* [m] (.., 2, BATCH) plastic part of u_s */
   PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed (residual
@@ -246,8 +250,26 @@ typedef struct {
   PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
   PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
   PetscReal *F_n, *F_s;   /* [N/m] (.., 2, BATCH) end forces per metre of thickness, signs of sigma and tau */
-  PetscInt *state;        /* (.., 2, BATCH) ContactState bits */
+  uint8_t *state;         /* (.., 2, BATCH) ContactState bits */
 } Contacts;
+
+/* Ends of contact i: one of a vertex on a face. */
+static inline int ContactEnds(const Contacts *c, PetscInt i)
+{
+  return c->klass[i] == VERTEX_FACE ? 1 : 2;
+}
+
+/* Local vertices P A B of end k of contact i. */
+static inline void ContactEndVertices(const Contacts *c, PetscInt i, int k, PetscInt vertex[3])
+{
+  static const int first[3] = {ROW_P, ROW_A, ROW_B}, second[][3] = {[FF1_21] = {ROW_Q, ROW_A, ROW_B},
+                                                                    [FF1_12] = {ROW_Q, ROW_A, ROW_B},
+                                                                    [FF2_I] = {ROW_A, ROW_P, ROW_Q},
+                                                                    [FF2_F] = {ROW_B, ROW_Q, ROW_P},
+                                                                    [VERTEX_FACE] = {ROW_Q, ROW_A, ROW_B}};
+  const int *row = k ? second[c->klass[i]] : first;
+  for (int v = 0; v < 3; v++) vertex[v] = c->vertex[CONTACT_ROW(i, row[v])];
+}
 
 /* ---------------------------------------------------------------------------------------------- State
    What a step changes. u, v, f, f_old, f_ext share one layout (see Model): n_dof entries of this rank's dofs,

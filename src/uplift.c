@@ -177,11 +177,12 @@ static PetscErrorCode gather_profile(const Model *m, const Contacts *c, PetscInt
     if (!has_gid(n_gids, gids, c->key[2 * i]) && !has_gid(n_gids, gids, c->key[2 * i + 1])) continue;
     ProfileRow *row = mine + n_mine++;
     for (int k = 0; k < 2; k++) {
-      const PetscInt P = c->vertex[((i / BATCH) * 6 + 3 * k) * BATCH + i % BATCH];
+      PetscInt v[3];
+      ContactEndVertices(c, i, k, v);
       row->key[k] = c->key[2 * i + k];
       row->u_n[k] = c->u_n[SUB(i, k)];
       row->open[k] = !!(c->state[SUB(i, k)] & CONTACT_OPEN);
-      for (int x = 0; x < 2; x++) row->point[k][x] = m->X[2 * P + x];
+      for (int x = 0; x < 2; x++) row->point[k][x] = m->X[2 * v[0] + x];
     }
   }
   PetscCall(gather_all(m->comm, n_mine, sizeof(ProfileRow), mine, n, rows));

@@ -4,8 +4,8 @@
                 every Gauss point of every step, small strain
      update     the rest of a textbook's cycle: one degree of freedom at a time, unbalanced force, velocity,
                 displacement, sums of the damping, forces cleared
-     plain      contacts reduced to moving their data: gather the six vertices, read the record, write what a
-                cycle keeps, add to the forces of the six vertices; no law
+     plain      contacts reduced to moving their data: gather the four vertices, read the record, add to the
+                forces of the four vertices; no law
 
      bench_cycle <scene.yaml> <seconds per measurement> [shake]
 
@@ -114,18 +114,13 @@ __attribute__((noinline)) static PetscErrorCode MeasurePlain(Bench *b)
   const PetscReal *X = m->X, *u = b->u;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
-    const PetscInt *vertex = c->vertex + (i / BATCH) * 6 * BATCH + i % BATCH;
-    const PetscReal length = c->length[i] + b->stage->joints[c->joint[i]].k_n;
-    for (int k = 0; k < 2; k++) {
-      const PetscInt at = SUB(i, k), P = 2 * vertex[3 * k * BATCH], A = 2 * vertex[(3 * k + 1) * BATCH],
-                     B = 2 * vertex[(3 * k + 2) * BATCH];
-      const PetscReal *gap = c->gap + ((i / BATCH) * 4 + 2 * k) * BATCH + i % BATCH;
-      const PetscReal own = c->t[at] + c->rest[at] + c->slip[at] + c->broken[at] + length;
-      for (int d = 0; d < 2; d++) {
-        const PetscReal F = own + gap[d * BATCH] + u[P + d] + (u[A + d] + X[A + d]) + (u[B + d] + X[B + d]);
-        b->trash[P + d] += F, b->trash[A + d] += F, b->trash[B + d] += F;
-      }
-    }
+    const PetscInt *vertex = c->vertex + CONTACT_ROW(i, 0);
+    const PetscReal own = c->length[i] + c->t[SUB(i, 0)] + c->t[SUB(i, 1)];
+    PetscReal F[2] = {own, own};
+    for (int row = 0; row < CONTACT_ROWS; row++)
+      for (int d = 0; d < 2; d++) F[d] += u[2 * vertex[row * BATCH] + d] + X[2 * vertex[row * BATCH] + d];
+    for (int row = 0; row < CONTACT_ROWS; row++)
+      for (int d = 0; d < 2; d++) b->trash[2 * vertex[row * BATCH] + d] += F[d];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

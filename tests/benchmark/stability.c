@@ -26,12 +26,13 @@ static void paper_stiffness(const Parts *p, const Joint *joints, PetscReal *k)
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *joint = joints + c->joint[i];
     for (int s = 0; s < 2 && c->key[2 * i] >= 0; s++) {
-      const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * s) * BATCH + i % BATCH;
+      PetscInt v[3];
+      ContactEndVertices(c, i, s, v);
       const PetscReal row = (joint->k_n + joint->k_s) * 0.5 * c->length[i] * p->model->thickness,
                       t = c->t[SUB(i, s)];
       k[v[0]] += row;
-      k[v[BATCH]] += row * (1. - t);
-      k[v[2 * BATCH]] += row * t;
+      k[v[1]] += row * (1. - t);
+      k[v[2]] += row * t;
     }
   }
 }

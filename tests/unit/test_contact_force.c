@@ -179,24 +179,21 @@ static PetscErrorCode Permute(Contacts *c, const PetscInt *to)
 
   PetscFunctionBeginUser;
   old = *c;
-  PetscCall(
-      PetscMalloc5(6 * n, &old.vertex, 2 * n, &old.t, 4 * n, &old.gap, 2 * n, &old.rest, n, &old.length));
-  PetscCall(PetscArraycpy(old.vertex, c->vertex, 6 * n));
+  PetscCall(PetscMalloc5(CONTACT_ROWS * n, &old.vertex, 2 * n, &old.t, n, &old.klass, 2 * n, &old.rest, n,
+                         &old.length));
+  PetscCall(PetscArraycpy(old.vertex, c->vertex, CONTACT_ROWS * n));
   PetscCall(PetscArraycpy(old.t, c->t, 2 * n));
-  PetscCall(PetscArraycpy(old.gap, c->gap, 4 * n));
+  PetscCall(PetscArraycpy(old.klass, c->klass, n));
   PetscCall(PetscArraycpy(old.rest, c->rest, 2 * n));
   PetscCall(PetscArraycpy(old.length, c->length, n));
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt j = to[i];
-    for (int k = 0; k < 6; k++)
-      c->vertex[((j / BATCH) * 6 + k) * BATCH + j % BATCH] =
-          old.vertex[((i / BATCH) * 6 + k) * BATCH + i % BATCH];
-    for (int k = 0; k < 4; k++)
-      c->gap[((j / BATCH) * 4 + k) * BATCH + j % BATCH] = old.gap[((i / BATCH) * 4 + k) * BATCH + i % BATCH];
+    for (int k = 0; k < CONTACT_ROWS; k++) c->vertex[CONTACT_ROW(j, k)] = old.vertex[CONTACT_ROW(i, k)];
     for (int k = 0; k < 2; k++) c->t[SUB(j, k)] = old.t[SUB(i, k)], c->rest[SUB(j, k)] = old.rest[SUB(i, k)];
-    c->length[j] = old.length[i];
+    c->length[j] = old.length[i], c->klass[j] = old.klass[i];
   }
-  PetscCall(PetscFree5(old.vertex, old.t, old.gap, old.rest, old.length));
+  ContactsSetTraits(c);
+  PetscCall(PetscFree5(old.vertex, old.t, old.klass, old.rest, old.length));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -79,7 +79,9 @@ static PetscErrorCode SlidingIsPositiveAlongTheDestinationFace(void)
     PetscCall(OpenTwo(rigid, "law: elastic", &f));
     PetscCall(MoveBlock(&f, 1e-3, 0));
     for (int k = 0; k < 2; k++) {
-      const PetscInt *v = f.contacts->vertex + 3 * k * BATCH, P = v[0], A = v[BATCH], B = v[2 * BATCH];
+      PetscInt v[3];
+      ContactEndVertices(f.contacts, 0, k, v);
+      const PetscInt P = v[0], A = v[1], B = v[2];
       const double along = f.model->X[2 * B] > f.model->X[2 * A] ? 1 : -1;
       const double moved = f.u_vertex[2 * P] - f.u_vertex[2 * A];
       ENSURE_NEAR(f.contacts->u_s[SUB(0, k)], along * moved, 1e-15);

@@ -237,7 +237,7 @@ static PetscErrorCode PatternIsExact(void)
     Meet(&s, 3, m->t3.vertex + (e / BATCH) * 3 * BATCH + e % BATCH, size, table);
   for (PetscInt i = 0; i < f.contacts->n_padded; i++)
     if (f.contacts->key[2 * i] >= 0)
-      Meet(&s, 6, f.contacts->vertex + (i / BATCH) * 6 * BATCH + i % BATCH, size, table);
+      Meet(&s, CONTACT_ROWS, f.contacts->vertex + CONTACT_ROW(i, 0), size, table);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, table, (PetscMPIInt)(size * size), MPI_INT, MPI_MAX, m->comm));
   for (PetscInt i = 0; i < size * size; i++) count += table[i];
   PetscCall(MatGetInfo(s.tangent, MAT_GLOBAL_SUM, &info));

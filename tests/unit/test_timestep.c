@@ -185,9 +185,10 @@ static PetscErrorCode PaperMasses(Fixture *f)
   PetscCall(ElementStiffness(m, k));
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int s = 0; s < 2; s++) {
-      const PetscInt *v = c->vertex + ((i / BATCH) * 6 + 3 * s) * BATCH + i % BATCH;
+      PetscInt v[3];
+      ContactEndVertices(c, i, s, v);
       const PetscReal row = (j->k_n + j->k_s) * 0.5 * c->length[i] * m->thickness, t = c->t[SUB(i, s)];
-      k[v[0]] += row, k[v[BATCH]] += row * (1 - t), k[v[2 * BATCH]] += row * t;
+      k[v[0]] += row, k[v[1]] += row * (1 - t), k[v[2]] += row * t;
     }
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     PetscReal row[3] = {0, 0, 0};
