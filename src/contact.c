@@ -60,7 +60,7 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   c->vertex[CONTACT_ROW(at, ROW_Q)] = on_vertex ? destination[0] : from[1 - corner];
   for (int k = 0; k < ContactEnds(c, at); k++) {
     c->t[SUB(at, k)] = p->pair.t[k];
-    if (p->pair.gap[k] < 0.) c->rest[SUB(at, k)] = p->pair.gap[k]; // pages of zeros take no memory
+    if (p->pair.gap[k] < 0.) c->rest[SUB(at, k)] = p->pair.gap[k];
   }
 }
 

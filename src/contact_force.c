@@ -53,7 +53,7 @@ void ContactsSetTraits(Contacts *c)
   }
 }
 
-/* Where no history is, both are zero: those pages are not written to, and take no memory. */
+/* Where no history is, both are zero. */
 static void copy_history(const Contacts *c, const PetscReal *slip, const PetscReal *broken,
                          PetscReal *slip_to, PetscReal *broken_to)
 {
