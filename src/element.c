@@ -48,14 +48,14 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
 enum { CHUNK = 512 };
 static const PetscReal STEP = 1e-5; /* of a side, for central differences */
 
-static PetscInt ChunksOf(const Elements *e)
+static PetscInt chunks_of(const Elements *e)
 {
   return (e->n_padded + CHUNK - 1) / CHUNK;
 }
 
 PetscInt ElementChunks(const Model *model)
 {
-  return ChunksOf(&model->q4) + ChunksOf(&model->t3);
+  return chunks_of(&model->q4) + chunks_of(&model->t3);
 }
 
 /* Forces are arithmetic, the motion behind them is memory: what that will read comes into the cache
@@ -105,7 +105,7 @@ VARIANTS(RangeForces,
 void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
                           PetscReal *f)
 {
-  const PetscInt n_q4 = ChunksOf(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
+  const PetscInt n_q4 = chunks_of(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
   RangeForces(model, chunk < n_q4 ? &model->q4 : &model->t3, chunk < n_q4 ? 4 : 3,
               model->strain == STRAIN_LARGE, local * CHUNK, (local + 1) * CHUNK, ahead, u, f);
 }
@@ -132,7 +132,7 @@ PetscErrorCode ElementChunksDone(Model *model)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(ElementChunks(model), &model->chunk_done));
   for (PetscInt chunk = ElementChunks(model) - 1; chunk >= 0; chunk--) {
-    const PetscInt of_t3 = chunk - ChunksOf(&model->q4), local = of_t3 < 0 ? chunk : of_t3;
+    const PetscInt of_t3 = chunk - chunks_of(&model->q4), local = of_t3 < 0 ? chunk : of_t3;
     const Elements *e = of_t3 < 0 ? &model->q4 : &model->t3;
     model->chunk_done[chunk] = lowest;
     for (PetscInt i = local * CHUNK; i < PetscMin(e->n, (local + 1) * CHUNK); i++)
@@ -179,7 +179,7 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
    K, hence (Gershgorin) at most the largest row sum of |K| over m_i; and the row sum of the assembled |sum
    K_e| is at most the sum of the row sums of |K_e|. One number per vertex, the larger of the two directions:
    a block that has turned by 90 degrees has its x and y rows exchanged, and masses stay isotropic. */
-static void StiffnessLoop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
+static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
@@ -198,12 +198,12 @@ static void StiffnessLoop(const Model *model, const Elements *e, int n_nodes, Pe
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
 {
   PetscFunctionBeginUser;
-  StiffnessLoop(model, &model->q4, 4, k);
-  StiffnessLoop(model, &model->t3, 3, k);
+  stiffness_loop(model, &model->q4, 4, k);
+  stiffness_loop(model, &model->t3, 3, k);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void MassLoop(const Model *model, const Elements *e, int n_nodes, PetscReal *m)
+static void mass_loop(const Model *model, const Elements *e, int n_nodes, PetscReal *m)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
@@ -221,10 +221,10 @@ static void MassLoop(const Model *model, const Elements *e, int n_nodes, PetscRe
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 {
   PetscFunctionBeginUser;
-  MassLoop(model, &model->q4, 4, m);
-  MassLoop(model, &model->t3, 3, m);
-  MassLoop(model, &model->condensed_q4, 4, m);
-  MassLoop(model, &model->condensed_t3, 3, m);
+  mass_loop(model, &model->q4, 4, m);
+  mass_loop(model, &model->t3, 3, m);
+  mass_loop(model, &model->condensed_q4, 4, m);
+  mass_loop(model, &model->condensed_t3, 3, m);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,8 +232,8 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
  */
 
 /* The modes of X and u of LANES elements. */
-static void GatherModes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
-                        PetscInt first, LanesModes *XM, LanesModes *uM)
+static void gather_modes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                         PetscInt first, LanesModes *XM, LanesModes *uM)
 {
   const PetscInt *vertex = LaneVertices(e, n_nodes, first);
   LanesVector X[4], U[4];
@@ -244,14 +244,14 @@ static void GatherModes(const Model *model, const Elements *e, int n_nodes, cons
 }
 
 /* Cauchy stress at points of each element, (n, n_points, 3). */
-static void StressLoop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
-                       const PetscReal points[][2], PetscReal *stress)
+static void stress_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
+                        const PetscReal points[][2], PetscReal *stress)
 {
   const int large = e->strain == STRAIN_LARGE;
   for (PetscInt first = 0; first < e->n; first += LANES) {
     const LanesMaterial material = LoadMaterial(model, e->group + first);
     LanesModes X, U;
-    GatherModes(model, e, n_nodes, u, first, &X, &U);
+    gather_modes(model, e, n_nodes, u, first, &X, &U);
     for (int p = 0; p < n_points; p++) {
       Lanes J;
       LanesGradient G;
@@ -281,7 +281,7 @@ PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes,
   static const PetscReal centre[1][2] = {{0.0, 0.0}};
 
   PetscFunctionBeginUser;
-  StressLoop(model, e, n_nodes, u, 1, centre, stress);
+  stress_loop(model, e, n_nodes, u, 1, centre, stress);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,7 +289,7 @@ PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_n
                                   PetscReal *stress)
 {
   PetscFunctionBeginUser;
-  StressLoop(model, e, n_nodes, u, n_nodes == 4 ? 4 : 1, Q4_POINTS, stress);
+  stress_loop(model, e, n_nodes, u, n_nodes == 4 ? 4 : 1, Q4_POINTS, stress);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -305,7 +305,7 @@ PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes,
     Lanes sum, J;
     LanesGradient G;
     LanesTensor E;
-    GatherModes(model, e, n_nodes, u, first, &X, &U);
+    gather_modes(model, e, n_nodes, u, first, &X, &U);
     PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
     sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
     sum *= model->thickness;

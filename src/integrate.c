@@ -50,8 +50,8 @@ KERNEL void MoveLanes(Sweep *w, const PetscReal *f_now, PetscReal *f_old, const 
 }
 
 /* The last n < LANES of them, by way of copies filled up with zeros. */
-static void MoveRest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *f_old, PetscReal *v,
-                     PetscReal *u)
+static void move_rest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *f_old, PetscReal *v,
+                      PetscReal *u)
 {
   PetscReal copy[8][LANES] = {{0.}};
   for (int i = 0; i < 6; i++)
@@ -80,7 +80,7 @@ KERNEL void Move_code(const Model *m, State *s, PetscInt from, PetscInt to, Swee
   if (d < to) {
     const PetscReal *const in[6] = {s->f + d, s->f_old + d, s->f_ext + d,
                                     s->m + d, s->m_inv + d, q ? q + d : NULL};
-    MoveRest(&sums, to - d, in, s->f_old + d, s->v + d, s->u + d);
+    move_rest(&sums, to - d, in, s->f_old + d, s->v + d, s->u + d);
   }
   *w = sums;
 }
