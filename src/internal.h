@@ -294,11 +294,6 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, co
  * (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
-/* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
-   from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
-void ContactsHold(Contacts *contacts);
-/* The present history is again the one held. */
-void ContactsGoBack(Contacts *contacts);
 /* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
 PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
@@ -317,6 +312,11 @@ PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contac
 /* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
    out what a few contacts at a time do not need. */
 void ContactsSetTraits(Contacts *contacts);
+/* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
+   from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
+void ContactsHold(Contacts *contacts);
+/* The present history is again the one held. */
+void ContactsGoBack(Contacts *contacts);
 
 /* ---- contact_verify.c */
 /* Collective. Finds contacts anew in the present state and gives them the history of those before (variable
