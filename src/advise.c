@@ -42,7 +42,8 @@ static PetscErrorCode add_variant(Advisor *a, const char *what, Variant **varian
 
 static PetscErrorCode drop_variant(Advisor *a)
 {
-  return PetscFree(a->variant[--a->n].options);
+  a->n--;
+  return PetscFree(a->variant[a->n].options); // a macro: its argument stands there twice
 }
 
 static void add_option(Variant *v, const char *section, const char *name, const char *key, const char *value)

@@ -31,8 +31,11 @@ static const int IS_CROSSED = CROSSED * 15;
 /* By their bits: -0 leaves another sign of zero behind. */
 static int are_zero(PetscInt first, const PetscReal *x)
 {
-  static const PetscReal zero[LANES] = {0.};
-  return !memcmp(x + SUB(first, 0), zero, sizeof zero) && !memcmp(x + SUB(first, 1), zero, sizeof zero);
+  uint64_t bits[2 * LANES], any = 0;
+  memcpy(bits, x + SUB(first, 0), LANES * sizeof *x);
+  memcpy(bits + LANES, x + SUB(first, 1), LANES * sizeof *x);
+  for (int i = 0; i < 2 * LANES; i++) any |= bits[i];
+  return !any;
 }
 
 void ContactsSetTraits(Contacts *c)

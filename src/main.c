@@ -14,6 +14,17 @@ static void take_out(int i, int words, int *argc, char **argv)
   *argc -= words;
 }
 
+/* argv and one word more, from malloc. (PetscOptionsSetValue before PetscInitialize reads what it has freed,
+   in PETSc 3.18.) */
+static char **add_word(int argc, char **argv, const char *word)
+{
+  char **words = malloc((size_t)(argc + 2) * sizeof(*words));
+  if (!words) abort();
+  memcpy(words, argv, (size_t)argc * sizeof(*words));
+  words[argc] = (char *)word, words[argc + 1] = NULL;
+  return words;
+}
+
 /* Takes "-options_file FILE" out of argv, because PETSc would read it before our error handler stands. */
 static const char *take_scene_file(int *argc, char **argv)
 {
@@ -95,8 +106,9 @@ int main(int argc, char **argv)
   int exit_code = QUOIN_OK;
 
   start_alone();
-  PetscCall(PetscOptionsSetValue(NULL, "-skip_petscrc",
-                                 "true")); // a file beside a model writes no file, starts no program
+  // a file of options beside a model writes no file, starts no program
+  char **words = add_word(argc, argv, "-skip_petscrc");
+  argc++, argv = words;
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(QuoinErrorHandlerPush());
   keep_running(hangup_ignored);
@@ -109,5 +121,6 @@ int main(int argc, char **argv)
     if (exit_code == QUOIN_INTERNAL) MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
   }
   PetscCall(PetscFinalize());
+  free(words);
   return exit_code;
 }
