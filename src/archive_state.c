@@ -256,6 +256,7 @@ static PetscErrorCode archive_verified(Archive *a, Model *m, State *s)
   PetscReal *reference = NULL;
   PetscFunctionBeginUser;
   if (!s->u_verified) PetscCall(PetscCalloc1(m->n_dof, &reference));
+  PetscCall(ArchiveReals(a, "contact_depth", 1, &m->contact_depth));
   PetscCall(ArchiveDofs(a, m, "u_verified", reference ? reference : s->u_verified));
   PetscCall(PetscFree(reference));
   if (a->reading && s->u_verified) PetscCall(NeighboursAt(m, s, s->u_verified));

@@ -67,7 +67,7 @@ PetscErrorCode FaceTableCreate(const Model *m, const PetscReal *u, PetscBool ver
   for (PetscInt f = 0; f < n; f++) {
     PetscReal *x = table->x + 4 * f;
     FaceCoordinates(m, u, f, x);
-    FaceBox(x, x + 2, m->contact_margin, box + 4 * f);
+    FaceBox(x, x + 2, m->contact_margin + m->contact_depth, box + 4 * f);
     table->length[f] = FaceLength(x);
   }
   PetscCall(GridRows(n, box, may_touch, &context, &table->start, &table->near));
@@ -173,10 +173,12 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
     return PETSC_FALSE;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;
   // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
-  // long is the side of a block that slides over the edge
+  // long is the side of a block that slides over the edge; so is one on a step too
+  // low to be seen, once it has left it
   const PetscBool corners = (PetscBool)(c->pair.klass == FF2_I || c->pair.klass == FF2_F);
   const PetscReal distance = PetscMax(PetscAbsReal(c->pair.gap[0]), PetscAbsReal(c->pair.gap[1]));
-  if (old && corners && c->pair.length < tolerance && distance > c->pair.length && !was) return PETSC_FALSE;
+  const PetscReal low = was ? FLUSH * tolerance : tolerance, deep = was ? tolerance : c->pair.length;
+  if (old && corners && c->pair.length < low && distance > deep) return PETSC_FALSE;
   c->joint = was ? old->contacts->joint[c->before] : JointOfPair(scene, m, f, g);
   c->model = scene->joints[c->joint].stress_model;
   return PETSC_TRUE;

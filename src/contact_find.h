@@ -12,6 +12,8 @@ static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt 
   }
 }
 
+static const PetscReal FLUSH = 0.1; /* of the contact tolerance: lower steps are not seen */
+
 /* Of a pair of faces: they are a contact; they were one, and have not turned far since. */
 enum FaceTouch { TOUCHES = 1, TOUCHED = 2 };
 

@@ -108,6 +108,24 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [m] How deep contacts overlap now, in a stage in time. The boxes of two flat faces pressed in deeper than
+   the margin do not meet: faces that are a contact must not be out of sight for that, as long as they may be
+   one. */
+static PetscErrorCode measure_depth(const Contacts *c, Model *m)
+{
+  PetscReal depth = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt at = 0; at < c->n_padded && c->rate != 0.; at++)
+    for (int k = 0; k < 2 && c->key[2 * at] >= 0; k++) {
+      const PetscReal deep = -(c->u_n[SUB(at, k)] + c->rest[SUB(at, k)]);
+      if (!(deep > PetscMax(depth, m->contact_margin))) continue;
+      const PetscInt f = FaceRow(m, c->key[2 * at]);
+      if (f >= 0 && deep <= FACE_DEPTH * m->faces.thick[f]) depth = deep;
+    }
+  PetscCallMPI(MPI_Allreduce(&depth, &m->contact_depth, 1, MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Far faces and ghosts, and all candidates, sorted. */
 static PetscErrorCode find(const Scene *scene, Model *m, State *state, const OldContacts *old,
                            FaceTable *table, CandidateList *list)
@@ -140,6 +158,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(PartBegin(PART_VERIFICATION));
   PetscCall(OldContactsCreate(&before, &old));
   PetscCall(vertices_before(m, &map));
+  PetscCall(measure_depth(&before, m));
   PetscCall(find(scene, m, state, &old, &table, &list));
   vertices_now(m, &map);
   PetscCall(PartBegin(PART_HISTORY));

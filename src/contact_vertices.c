@@ -13,8 +13,6 @@
 #include "internal.h"
 #include "contact_find.h"
 
-static const PetscReal FLUSH = 0.1; /* of the contact tolerance: lower steps are not seen */
-
 enum { MOST_NEAR = 64 }; /* faces near one vertex; more would be a heap of slivers in one place */
 
 /* A vertex near a face. */
@@ -108,13 +106,17 @@ static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
 }
 
 /* Two faces of one body: at a convex corner of it, whether the vertex belongs to face j rather than to face
-   i: to the face that one of its own faces is nearly parallel to; close to the corner of flush faces to what
-   was a contact before, or to none; else to the nearer; at a tie to that of the lower gid. */
+   i: inside both, to the one that it was on rather than to one where it has not been, but is deep in, which
+   would store what no motion has given; to the face that one of its own faces is nearly parallel to; close to
+   the corner of flush faces to what was a contact before, or to none; else to the nearer; at a tie to that of
+   the lower gid. */
 static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const VertexNear *j)
 {
   if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
-  if (j->flat != i->flat) return j->flat;
   const PetscBool over = (PetscBool)(j->t >= 0. && j->t < 1.);
+  if (i->was && !j->was && j->gap < -j->flush && i->gap < 0.) return PETSC_FALSE;
+  if (j->was && !i->was && i->gap < -i->flush && j->gap < 0. && over) return PETSC_TRUE;
+  if (j->flat != i->flat) return j->flat;
   if (j->flat && j->gap > -j->flush && i->gap > -i->flush && !(over && i->was && j->was))
     return (PetscBool)!i->was;
   if (!over) return PETSC_FALSE;

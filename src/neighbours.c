@@ -76,7 +76,7 @@ static void present_box(const Model *m, const PetscReal *u, PetscInt f, PetscRea
 {
   PetscReal x[4];
   FaceCoordinates(m, u, f, x);
-  FaceBox(x, x + 2, m->contact_margin, box);
+  FaceBox(x, x + 2, m->contact_margin + m->contact_depth, box);
 }
 
 /* Rasters of all ranks, over one frame: of the faces at their owned vertices. all: (size, RASTER). */
@@ -188,7 +188,8 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < m->n_faces_local; f++) n_boxes += near_others[f] && touches_owned(m, f);
   PetscCall(PetscMalloc1(4 * n_boxes, &box));
-  for (at = 0; at < *n; at++) FaceBox(face[at].x, face[at].x + 2, m->contact_margin, box + 4 * at);
+  for (at = 0; at < *n; at++)
+    FaceBox(face[at].x, face[at].x + 2, m->contact_margin + m->contact_depth, box + 4 * at);
   for (PetscInt f = 0; f < m->n_faces_local; f++)
     if (near_others[f] && touches_owned(m, f)) present_box(m, u, f, box + 4 * at++);
   PetscCall(GridRows(n_boxes, box, received_and_ours, n, &start, &near));

@@ -129,6 +129,8 @@ typedef struct {
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
   PetscReal diameter;       /* [m] of the bounding box of the whole mesh */
   PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
+  PetscReal contact_depth;  /* [m] deepest overlap when contacts were last looked for in motion, 0: within the
+                               margin */
 
   /* vertices */
   PetscInt n_deformable;      /* owned, of deformable blocks */

@@ -38,6 +38,7 @@ def run(case):
     sliding(case)
     rocking(case)
     leaning(case)
+    over_a_corner(case)
 
 
 def free_block(case):
@@ -169,3 +170,29 @@ def leaning(case):
             case.check("... change of the energy", total - total[0], 0.0, absolute=0.002)
         else:
             case.report("... lost in friction, all impacts of 2 s", lost[-1], 0.0)
+
+
+def over_a_corner(case):
+    """A block is pressed 11 mm into another by its lower corner, 50 mm from the edge, and slides off over it, without friction: the
+    corner that carries it is nearer to the side of the other, in the end, than to its top, and must not be thrown out by it."""
+    t = np.linspace(0, 2, 201)
+    speed = 0.5 * np.pi * np.abs(np.sin(np.pi * t))
+    motion = np.column_stack([t, np.where(t > 1, 0.08 * speed, 0), np.where(t < 1, -0.012 * speed, 0)])
+    scene = changed(SCENE, ("contact", {"connectivity": "variable", "tolerance": 0.005}), ("relaxation.history_every", 20),
+                    ("joints.default", {"k_n": 1e9, "k_s": 1e9, "friction": 0}), ("materials.ram", {"density": RHO}),
+                    ("supports.ram", {"fix": "xy", "motion": "motion.csv"}),
+                    ("stages", [{"pass": {"type": "dynamic", "loads": ["none"], "duration": 2.0, "dt_factor": 0.5}}]))
+    for tilt in (0, 10, 19, 30):
+        c, s = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
+        ram = rectangle(0, 0, 1, 0.5, group="ram", rigid=True)
+        ram.vertices = ram.vertices @ np.array([[c, s], [-s, c]]) + [-0.05, 0.001]
+        mesh = join([renamed(rectangle(-1, -0.5, 1, 0.5, group="base", rigid=True), {}), renamed(ram, {}),
+                     renamed(rectangle(-4, 0, 1, 1, group="block", rigid=True), {"top": "top"}, {"mark": "top_right"})])
+        folder = case.prepare(mesh, scene)
+        np.savetxt(folder / "motion.csv", motion, delimiter=",")
+        h = history(case.again(folder), "pass")
+        made = np.max(h["detection_J"] - np.minimum.accumulate(h["detection_J"]))
+        what = f"pressed in and pushed off over a corner, leaning by {tilt} degrees"
+        case.check(f"{what}: balance of the account, over what the joint stored", h["balance_J"] / h["joints_J"].max(), 0.0, absolute=1e-6)
+        case.check("... made by finding contacts anew, over that", made / h["joints_J"].max(), 0.0, absolute=0.03)
+        case.check("... left in the joint at the end, over that", h["joints_J"][-1] / h["joints_J"].max(), 0.0, absolute=1e-9)
