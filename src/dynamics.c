@@ -377,8 +377,8 @@ static PetscErrorCode completed(const Model *m, const Stage *stage, const Energy
   PetscCall(PetscSNPrintf(
       r->evidence, sizeof(r->evidence),
       "%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
-                                   "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT
-      " made, %" PetscInt64_FMT " lost",
+      "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
+      " lost",
       (double)stage->duration, r->cycles, (double)r->energy.balance, (double)r->energy.detection,
       (double)moved, r->verifications, r->contacts_made, r->contacts_lost));
   PetscFunctionReturn(PETSC_SUCCESS);

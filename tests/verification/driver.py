@@ -267,7 +267,7 @@ def write_table(path, records):
     lines = ["# Verification", "",
              f"{passed} of {checks} checks hold ({len(records)} cases, {sum(r['runs'] for r in records)} runs, "
              f"{sum(r['seconds'] for r in records):.0f} s). Written by",
-             "`python tests/verification/driver.py --all --same-bits --table docs/verification.md`; a case is",
+             "`python tests/verification/driver.py --all --table docs/verification.md`; a case is",
              "`tests/verification/<case>/case.py`, its closed forms stand beside its checks. Errors are relative to the expected",
              "number unless marked abs.; of several numbers the worst is shown. Rows without a tolerance are reported, not judged.",
              "Times are of the runs for a row and those below it [s].", ""]
