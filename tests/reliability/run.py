@@ -256,11 +256,12 @@ def memory_of(pids):
 
 
 def watched(job, folder):
-    """What the run says, and the memory of its largest rank [kB], looked at every 0.1 s."""
-    samples = []
+    """What the run says, and the memory of its largest rank [kB], looked at every 0.02 s from its first checkpoint on."""
+    samples, checkpoints = [], folder / "out" / "checkpoints"
     while job.process.poll() is None:
-        time.sleep(0.1)
-        samples.append(memory_of(job.ranks()))
+        time.sleep(0.02)
+        if any(checkpoints.glob("*.h5")):
+            samples.append(memory_of(job.ranks()))
     code, out, error = job.end()
     assert code == 0, error
     samples = [kb for kb in samples if kb][:-1]  # the last is of ranks that end
@@ -296,7 +297,7 @@ def soak(bench, cycles):
     for path in files:
         code, text, error = bench.run(folder, 1, "-restart", path, "-output", "again", "-checkpoint_wall_limit", "1e-9")
         assert code in (0, 5) and "goes on from" in text, f"{path}: {code} {error}"
-    return [f"{summary['cycles']} cycles on 2 ranks: contacts {summary['evidence'].split('contacts ')[1]}",
+    return [f"{summary['cycles']} cycles on 2 ranks: contacts verified {summary['evidence'].split('contacts verified ')[1]}",
             account(summary["energy"], 0.05, out),
             f"largest resident memory of a rank: {early / 1024:.1f} MB after a tenth of the run, {late / 1024:.1f} MB at its end",
             f"{len(files)} checkpoints, all of them loaded and gone on from"]
