@@ -173,8 +173,8 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
     return PETSC_FALSE;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;
   // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
-  // long is the side of a block that slides over the edge; so is one on a step too
-  // low to be seen, once it has left it
+  // long is the side of a block that slides over the edge; so is one on a step too low to be seen, once it
+  // has left it
   const PetscBool corners = (PetscBool)(c->pair.klass == FF2_I || c->pair.klass == FF2_F);
   const PetscReal distance = PetscMax(PetscAbsReal(c->pair.gap[0]), PetscAbsReal(c->pair.gap[1]));
   const PetscReal low = was ? FLUSH * tolerance : tolerance, deep = was ? tolerance : c->pair.length;

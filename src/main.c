@@ -56,7 +56,8 @@ static PetscBool take_help(int *argc, char **argv)
 }
 
 /* Without a launcher, Open MPI would start a daemon and look for networks: half of the start of one process
-   alone. What the user has set stays; other MPI libraries do not look at these variables. */
+   alone; and all such runs would share one folder, which the first to end takes from one that starts. What
+   the user has set stays; other MPI libraries do not look at these variables. */
 static void start_alone(void)
 {
   static const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK",  "PMI_RANK", "PMI_FD",
@@ -64,8 +65,7 @@ static void start_alone(void)
   for (size_t i = 0; i < sizeof(launched) / sizeof(*launched); i++)
     if (getenv(launched[i])) return;
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  setenv("OMPI_MCA_orte_create_session_dirs", "0",
-         0); // one folder for all such runs: the first to end removes it
+  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   setenv("OMPI_MCA_pml", "ob1", 0);
   setenv("OMPI_MCA_btl", "self", 0);
 }

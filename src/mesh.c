@@ -2,6 +2,7 @@
    file is read by mesh_hdf5.c, which trusts nothing; whether it makes sense is for mesh_check.c. */
 #include "internal.h"
 #include "mesh_hdf5.h"
+#include "shared.h"
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -193,15 +194,12 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
   char message[MESSAGE_LENGTH] = "";
   PetscMPIInt rank, size, local;
   PetscBool fits = PETSC_TRUE;
-  MPI_Comm machine;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(mesh, sizeof *mesh));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
-  PetscCallMPI(MPI_Comm_size(machine, &local));
-  PetscCallMPI(MPI_Comm_free(&machine));
+  PetscCall(SharedRanks(comm, &local));
   if (rank == 0) {
     PetscCall(read_file(file, size, local, mesh, &fits, message));
     if (message[0]) {

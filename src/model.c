@@ -398,11 +398,13 @@ static PetscErrorCode describe_mesh(MPI_Comm comm, const Scene *scene, const Blo
                                     BodyNumbers *bodies, Model *m)
 {
   PetscReal longest, measure[2];
+  PetscMPIInt here;
   PetscFunctionBeginUser;
   m->comm = comm;
   PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
   PetscCallMPI(MPI_Comm_size(comm, &m->size));
-  if (scene->exchange == EXCHANGE_AUTO) PetscCall(SharedPossible(comm, &m->one_machine));
+  PetscCall(SharedRanks(comm, &here));
+  m->one_machine = (PetscBool)(here == m->size && scene->exchange == EXCHANGE_AUTO);
   MeshMeasures(mesh, &longest, &measure[0]);
   measure[1] = scene->contact_tolerance * (scene->contact_relative ? longest : 1.);
   PetscCallMPI(MPI_Bcast(measure, 2, MPIU_REAL, 0, comm));

@@ -2,16 +2,13 @@
 #include "shared.h"
 #include <sched.h>
 
-PetscErrorCode SharedPossible(MPI_Comm comm, PetscBool *possible)
+PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here)
 {
-  PetscMPIInt here, all;
   MPI_Comm machine;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
-  PetscCallMPI(MPI_Comm_size(machine, &here));
-  PetscCallMPI(MPI_Comm_size(comm, &all));
+  PetscCallMPI(MPI_Comm_size(machine, here));
   PetscCallMPI(MPI_Comm_free(&machine));
-  *possible = (PetscBool)(here == all);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -20,8 +20,8 @@ typedef struct {
   void *mine;   /* this rank's part, at the start of a line; zero at first */
 } Shared;
 
-/* Collective. Whether all ranks run on one machine. */
-PetscErrorCode SharedPossible(MPI_Comm comm, PetscBool *possible);
+/* Collective. How many ranks run on the machine of this one, itself included. */
+PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here);
 /* Collective, as is its end. bytes: of each rank, the same or not. */
 PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *shared);
 PetscErrorCode SharedDestroy(Shared *shared);

@@ -161,6 +161,17 @@ static PetscErrorCode TangentOfWhatHasTurned(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of blocks in their reference state and elastic joints. */
+static PetscErrorCode ElasticTangent(const Fixture *f, Stiffness *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(StiffnessCreate(f->model, f->contacts, s));
+  PetscCall(StiffnessBodies(f->model, NULL, s));
+  StiffnessJointsElastic(f->scene->stages[0].joints, f->contacts, s);
+  PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The elastic stiffness of a floating tower. */
 static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
 {
@@ -174,10 +185,7 @@ static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
   PetscFunctionBeginUser;
   PetscCall(OpenTower("large", "t3pt", "elastic", PETSC_FALSE, &f));
   const Model *m = f.model;
-  PetscCall(StiffnessCreate(m, f.contacts, &s));
-  PetscCall(StiffnessBodies(m, NULL, &s));
-  StiffnessJointsElastic(f.scene->stages[0].joints, f.contacts, &s);
-  PetscCall(StiffnessTangent(m, f.contacts, f.state->u, &s));
+  PetscCall(ElasticTangent(&f, &s));
   PetscCall(MatNorm(s.tangent, NORM_INFINITY, &size));
   PetscCall(MatIsSymmetric(s.tangent, 1e-9 * size, &symmetric));
   ENSURE(symmetric);
@@ -224,10 +232,7 @@ static PetscErrorCode PatternIsExact(void)
   PetscFunctionBeginUser;
   PetscCall(OpenTower("large", "tptm", "mohr_coulomb", PETSC_TRUE, &f));
   const Model *m = f.model;
-  PetscCall(StiffnessCreate(m, f.contacts, &s));
-  PetscCall(StiffnessBodies(m, NULL, &s));
-  StiffnessJointsElastic(f.scene->stages[0].joints, f.contacts, &s);
-  PetscCall(StiffnessTangent(m, f.contacts, f.state->u, &s));
+  PetscCall(ElasticTangent(&f, &s));
   PetscCall(MatGetSize(s.tangent, &size, NULL));
   PetscCall(PetscCalloc1(size * size, &table));
   for (PetscInt d = 0; d < m->n_dof; d++) table[(s.first + d) * (size + 1)] = 1;
