@@ -231,7 +231,7 @@ static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResul
   PetscCallMPI(MPI_Bcast(last, sizeof(last), MPI_CHAR, 0, c->comm));
   result->verdict = VERDICT_INTERRUPTED;
   PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                          "%s at ratio %.3g; go on with -restart %.150s", why, (double)result->ratio, last));
+                          "%s at ratio %.3g; go on with -restart %s", why, (double)result->ratio, last));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

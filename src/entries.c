@@ -321,49 +321,15 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
 /* ---------------------------------------------------------------------------------------- command line */
 
 // options that PETSc itself reads: those that end in _ by their beginning, the others whole
-static const char *const PetscOwn[] = {"blas_",
-                                       "check_pointer_intensity",
-                                       "checkstack",
-                                       "debug_terminal",
-                                       "debugger_",
-                                       "display",
-                                       "dm_",
-                                       "error_output_stdout",
-                                       "fp_trap",
-                                       "get_total_flops",
-                                       "help",
-                                       "info",
-                                       "info_",
-                                       "is_",
-                                       "ksp_",
-                                       "log_",
-                                       "malloc",
-                                       "malloc_",
-                                       "mat_",
-                                       "memory_view",
-                                       "no_signal_handler",
-                                       "nox",
-                                       "objects_dump",
-                                       "on_error_",
-                                       "options_",
-                                       "pc_",
-                                       "petscpartitioner_",
-                                       "petscsection_",
-                                       "python",
-                                       "sf_",
-                                       "shared_tmp",
-                                       "skip_petscrc",
-                                       "snes_",
-                                       "start_in_debugger",
-                                       "stop_for_debugger",
-                                       "sub_",
-                                       "tao_",
-                                       "ts_",
-                                       "vec_",
-                                       "vecscatter_",
-                                       "version",
-                                       "viewer_",
-                                       NULL};
+// clang-format off
+static const char *const PetscOwn[] = {
+    "blas_", "check_pointer_intensity", "checkstack", "debug_terminal", "debugger_", "display", "dm_",
+    "error_output_stdout", "fp_trap", "get_total_flops", "help", "info", "info_", "is_", "ksp_", "log_",
+    "malloc", "malloc_", "mat_", "memory_view", "no_signal_handler", "nox", "objects_dump", "on_error_",
+    "options_", "pc_", "petscpartitioner_", "petscsection_", "python", "sf_", "shared_tmp",
+    "skip_petscrc", "snes_", "start_in_debugger", "stop_for_debugger", "sub_", "tao_", "ts_", "vec_",
+    "vecscatter_", "version", "viewer_", NULL};
+// clang-format on
 
 static PetscBool is_petsc_own(const char *key)
 {
@@ -425,5 +391,21 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
       PetscCall(entries_add(list, key, value, ENTRY_VALUE, 0));
     PetscCall(PetscOptionsHasName(NULL, NULL, option, &known_to_petsc)); // not left over
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EntriesCheckElsewhere(char *message)
+{
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++)
+    if (!is_petsc_own(names[i]))
+      Complain(message, "PETSC_OPTIONS", -1, "",
+               "'-%.200s' is no option of PETSc: keys belong in the scene file or on the command line",
+               names[i]);
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

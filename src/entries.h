@@ -25,6 +25,9 @@ typedef struct {
 PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
                                char *message);
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
+/* After these: options PETSc took from elsewhere (PETSC_OPTIONS, PETSC_OPTIONS_YAML, -options_file_yaml) may be
+   its own only. A scene is what its file and its command line say. */
+PetscErrorCode EntriesCheckElsewhere(char *message);
 /* The entry with this key, NULL if there is none. Does not mark it as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
 /* A line "key value" for each value and list that counts, with _ for every dot; free with free(). */

@@ -246,7 +246,7 @@ static PetscErrorCode conclude(const Driver *d, StageResult *result)
   PetscFunctionBeginUser;
   if (!decided(d)) {
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "trial %" PetscInt_FMT " is %s, last stable %.8g%s: %.150s", n,
+                            "trial %" PetscInt_FMT " is %s, last stable %.8g%s: %s", n,
                             VerdictNames[last.verdict], (double)d->stable, unit, last.evidence));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

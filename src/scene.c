@@ -402,6 +402,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   }
   if (!r.message[0] && text) PetscCall(EntriesReadYAML(&r.entries, file, text, length, r.message));
   if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
+  if (!r.message[0]) PetscCall(EntriesCheckElsewhere(r.message));
   if (!r.message[0]) PetscCall(read_all(&r, scene));
   if (!r.message[0]) PetscCall(EntriesText(&r.entries, &scene->options));
   if (!r.message[0]) PetscCall(note_motions(scene));

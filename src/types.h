@@ -339,9 +339,11 @@ typedef struct {
   PetscBool preconditioned, explicit; /* which methods ran */
 } Effort;
 
+enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* it may name a checkpoint */
+
 typedef struct {
   Verdict verdict;
-  char evidence[256];     /* why, in one line of numbers */
+  char evidence[EVIDENCE_LENGTH]; /* why, in one line of numbers */
   PetscInt64 cycles;      /* of this stage: force evaluations of its explicit loop and its iterations */
   Effort effort;          /* what they cost */
   PetscReal ratio;        /* [-] largest unbalanced ratio over bodies */

@@ -195,3 +195,11 @@ def test_restart_with_other_groups_is_refused(folder):
     assert "its results leave out other groups (materials.<name>.output) than the scene" in done.stderr
     done = run_quoin(folder, "again", 1, "-restart", str(folder / "part/checkpoints"), *LEFT_OUT)
     assert done.returncode == 0, done.stderr
+
+
+def test_an_interrupted_run_names_its_checkpoint(folder):
+    done = run_quoin(folder, "n" * 200, 1, "-checkpoint_wall_limit", "1e-6")
+    evidence = json.loads((folder / ("n" * 200) / "summary.json").read_text(encoding="utf-8"))["stages"][-1]["evidence"]
+    assert done.returncode == 5 and evidence in done.stdout
+    done = run_quoin(folder, "resumed", 1, "-restart", evidence.split("-restart ")[1])
+    assert done.returncode == 0 and "goes on from" in done.stdout, done.stderr

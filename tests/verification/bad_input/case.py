@@ -4,6 +4,8 @@
 tests/unit/test_scene.c has all faults of a scene; here are those a user meets first, those of the mesh and of the run."""
 
 import copy
+import os
+from unittest.mock import patch
 
 import h5py
 import numpy as np
@@ -144,6 +146,13 @@ def options_of_petsc(case, mesh):
         (folder / name).write_text("-log_view :written.txt\n-gravity 1\n", encoding="utf-8")
         exit_codes = [case.again(folder, ranks=ranks).exit_code for ranks in (1, 2)]
         case.check(f"a file {name} beside the scene is not read", [exit_codes, (folder / "written.txt").exists()], [[0, 0], False])
+    folder = case.prepare(mesh, GOOD)
+    with patch.dict(os.environ, PETSC_OPTIONS="-log_view -options_left 0"):
+        case.check("options of PETSc in PETSC_OPTIONS", "Event" in case.again(folder).stdout, True)
+    for options in ("-gravity 1", "-log_view -gravty 3"):
+        key = options.split()[-2]
+        with patch.dict(os.environ, PETSC_OPTIONS=options):
+            refused(case, f"key of a scene in PETSC_OPTIONS ({key})", case.prepare(mesh, GOOD), (), ["PETSC_OPTIONS", key])
 
 
 def does_not_stand(case, mesh):
