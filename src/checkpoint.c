@@ -1,8 +1,8 @@
 /* checkpoint.c: when the run is written down, where, and how it goes on; see checkpoint.h.
 
-   Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same on any
-   number of ranks, and it can be checked, verified and renamed as a whole (docs/reliability.md has what it
-   costs). */
+   Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same
+   on any number of ranks, and it can be checked, verified and renamed as a whole
+   (docs/reliability.md has what it costs). */
 #include "output.h"
 #include "checkpoint.h"
 #include <dirent.h>
@@ -28,8 +28,8 @@ static void on_signal(int number)
   stop_signal = number;
 }
 
-/* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it leaves them about a second.
- */
+/* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it
+   leaves them about a second. */
 static void catch_signals(void)
 {
   const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGHUP};

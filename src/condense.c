@@ -1,11 +1,21 @@
 /* condense.c: condensed bodies. An elastic body in small strain acts on the rest only through the vertices
    where it meets it: contacts, other blocks, named points. Its equilibrium, kept degrees of freedom B and
-   inner ones I (those held by supports left out), [ K_BB K_BI ] [ u_B ]   [ f_B ] [ K_IB K_II ] [ u_I ] = [
-   f_I ], gives from its second row u_I = K_II^-1 (f_I - K_IB u_B) (a) and with it from the first S u_B = f_B
-   - g,   S = K_BB - K_BI K_II^-1 K_IB,   g = K_BI K_II^-1 f_I.                     (b) Nothing is
-   approximated. A cycle adds the resisting force S u_B in place of that of the blocks; the applied force is
-   f_B - g; (a) recovers the inside when somebody looks. S moves rigidly as K does, so a body that floats goes
-   on floating; K_II is regular when kept vertices and supports together prevent rigid motion.
+   inner ones I (those held by supports left out),
+
+     [ K_BB  K_BI ] [ u_B ]   [ f_B ]
+     [ K_IB  K_II ] [ u_I ] = [ f_I ],
+
+   gives from its second row
+
+     u_I = K_II^-1 (f_I - K_IB u_B)                                                                     (a)
+
+   and with it from the first
+
+     S u_B = f_B - g,   S = K_BB - K_BI K_II^-1 K_IB,   g = K_BI K_II^-1 f_I.                           (b)
+
+   Nothing is approximated. A cycle adds the resisting force S u_B in place of that of the blocks; the applied
+   force is f_B - g; (a) recovers the inside when somebody looks. S moves rigidly as K does, so a body that
+   floats goes on floating; K_II is regular when kept vertices and supports together prevent rigid motion.
 
    MUMPS eliminates I from K and leaves S, one factorisation per body and run: strengths and loads of stages
    and trials are not in it. A body belongs to one rank, its K is summed in ascending order of its blocks:
@@ -89,8 +99,8 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
 
 /* ---- the bodies of this rank */
 
-/* Degrees of freedom of the owned vertices in [from, to) that belong to `number` (free ones only, when
- * asked). */
+/* Degrees of freedom of the owned vertices in [from, to) that belong to `number` (free
+   ones only, when asked). */
 static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, PetscInt to,
                                 PetscBool free_only, PetscInt *n, PetscInt **dofs)
 {
@@ -151,8 +161,8 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 
 /* ---- stiffness and factor */
 
-/* Room in each K: a row has at most the dofs of the other vertices of its blocks, and its own vertex's two.
- */
+/* Room in each K: a row has at most the dofs of the other vertices of its blocks, and
+   its own vertex's two. */
 static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
 {
   const Elements *list[2] = {&m->condensed_q4, &m->condensed_t3};
@@ -313,8 +323,8 @@ PetscErrorCode CondensedDestroy(Model *m)
 #define CLONES
 #endif
 
-/* f = S u, four columns at a time: every f_i sums in the order of the columns, whatever the width of vectors.
- */
+/* f = S u, four columns at a time: every f_i sums in the order of the columns, whatever
+   the width of vectors. */
 CLONES static void multiply(PetscInt n, const PetscReal *restrict S, const PetscReal *restrict u,
                             PetscReal *restrict f)
 {

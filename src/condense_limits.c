@@ -2,8 +2,8 @@
    not kept, and large rotation. */
 #include "internal.h"
 
-/* Of an error of stress by linear rotation over the stress in the body: told above the first, refused above
-   the second. */
+/* Of an error of stress by linear rotation over the stress in the body: told above the first,
+   refused above the second. */
 static const PetscReal ROTATION_TOLD = 1e-3, ROTATION_REFUSED = 1e-2;
 
 PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const Contacts *c)

@@ -3,8 +3,8 @@
 #include "internal.h"
 #include <petscdmplex.h>
 
-/* Plex points are numbered blocks, vertices, faces. Cones run along the block's ring; orientation -1 turns a
- * face. */
+/* Plex points are numbered blocks, vertices, faces. Cones run along the block's ring;
+   orientation -1 turns a face. */
 static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh, PetscInt n_edges,
                                  const PetscInt *edge_vertices, const PetscInt *block_edges)
 {

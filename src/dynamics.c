@@ -90,8 +90,8 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1 forward to t at
- * the end. */
+/* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1
+   forward to t at the end. */
 static void half_step(const Model *m, State *s, PetscReal sign)
 {
   for (PetscInt d = 0; d < m->n_dof; d++)
@@ -187,9 +187,9 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applied forces at the displacements of the forces just evaluated. Water stays normal to its face, and as
-   deep as the face is; dead loads keep their direction, but their moments about the centres of rigid bodies
-   turn. */
+/* Applied forces at the displacements of the forces just evaluated. Water stays normal to its face,
+   and as deep as the face is; dead loads keep their direction, but their moments about the centres
+   of rigid bodies turn. */
 static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const Stage *stage, State *s)
 {
   PetscFunctionBeginUser;
@@ -347,8 +347,8 @@ static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found anew,
- * joints that gave. */
+/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found
+   anew, joints that gave. */
 static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
 {
   if (balance >= PetscMax(detection, given)) return "lower dt_factor";
@@ -356,8 +356,8 @@ static const char *remedy(PetscReal balance, PetscReal detection, PetscReal give
   return "lower contact.vertex_length (docs/theory.md, v)";
 }
 
-/* Energy from nothing is told: the balance, what finding contacts anew made, what joints gave rather than
- * lost. */
+/* Energy from nothing is told: the balance, what finding contacts anew made, what joints
+   gave rather than lost. */
 static PetscErrorCode completed(const Model *m, const Stage *stage, const EnergyAccount *energy,
                                 StageResult *r)
 {

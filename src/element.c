@@ -41,7 +41,7 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
   return e->vertex + (first / BATCH) * n_nodes * BATCH + first % BATCH;
 }
 
-/* ------------------------------------------------------------------------------------------ forces (10) */
+/* ---- forces (10) */
 
 /* Elements are taken in chunks of CHUNK of one shape, quadrilaterals first: after each of them some vertices
    have all their forces and can move at once, while they are still in the cache. */
@@ -142,7 +142,7 @@ PetscErrorCode ElementChunksDone(Model *model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ------------------------------------------------------------------------- row sums (28) and masses (27) */
+/* ---- row sums (28) and masses (27) */
 
 /* Column (j, direction) of the reference stiffness is the small-strain force of a unit displacement there, so
    K is by construction the tangent of the force kernel. In large strain forces are cubic in u, and central
@@ -228,8 +228,7 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ------------------------------------------------------------------------------------ stresses and energies
- */
+/* ---- stresses and energies */
 
 /* The modes of X and u of LANES elements. */
 static void gather_modes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
@@ -323,8 +322,7 @@ void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *an
   *angle = 0.5 * atan2(s[2], half);
 }
 
-/* ------------------------------------------------------------------------------------------------- geometry
- */
+/* ---- geometry */
 
 /* Sums over the triangles (x_0, p, q) of the ring. With s = p + q and c = p x q of a triangle whose third
    vertex is the origin: int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12. The origin is

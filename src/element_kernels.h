@@ -1,10 +1,13 @@
 /* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once.
 
    Shape functions by modes. On the 4-node quadrilateral any field x of the vertices (coordinates,
-   displacements) is x(xi, eta) = x_mean + xi a + eta b + xi eta h,   xi, eta in [-1, 1], a = sum xi_i x_i /
-   4,   b = sum eta_i x_i / 4,   h = sum xi_i eta_i x_i / 4, so that x,xi = a + eta h and x,eta = b + xi h. On
-   the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on xi, eta >= 0, xi + eta <= 1. The mean moves the
-   block as a whole and enters nothing. */
+   displacements) is
+
+     x(xi, eta) = x_mean + xi a + eta b + xi eta h,   xi, eta in [-1, 1],
+     a = sum xi_i x_i / 4,   b = sum eta_i x_i / 4,   h = sum xi_i eta_i x_i / 4,
+
+   so that x,xi = a + eta h and x,eta = b + xi h. On the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on
+   xi, eta >= 0, xi + eta <= 1. The mean moves the block as a whole and enters nothing. */
 #pragma once
 #include "lanes.h"
 
@@ -134,19 +137,30 @@ KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, in
   return (LanesTensor){r * VectorDot(Fx, SFx), r * VectorDot(Fy, SFy), r * VectorDot(Fx, SFy)};
 }
 
-/* Natural stress at a point: T_ab = J g_a . S g_b with a, b in xi, eta (stored as xx: xi xi, yy: eta eta, xy:
-   xi eta).
+/* Natural stress at a point: T_ab = J g_a . S g_b with a, b in xi, eta (stored as xx: xi xi, yy: eta eta,
+   xy: xi eta).
 
-   Why: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and J P g_a = J F S g_a
-   = sum_b T_ab F X_b = sum_b T_ab x_b, where x_b = X_b + u_b are the current tangents. Neither F nor P is
-   needed. In small strain P = S, and x_b is X_b.
+   Why: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and
+
+     J P g_a = J F S g_a = sum_b T_ab F X_b = sum_b T_ab x_b,
+
+   where x_b = X_b + u_b are the current tangents. Neither F nor P is needed. In small strain P = S, and x_b
+   is X_b.
 
    How, without g_a and without Cartesian components: the strain has the natural components
-   E_ab = X_a . E X_b = (X_a . u_b + u_a . X_b + u_a . u_b)/2 = (h_a . u_b + h_b . u_a)/2,  h_a = X_a + u_a/2
-   (small strain: h_a = X_a), the metric is G_ab = X_a . X_b with det G = J^2, and T = J G^-1 (lambda tr + 2
-   mu E) G^-1 in these. Let A = J^2 G^-1 = [G_22 -G_12; -G_12 G_11] and e = sum A_ab E_ab, so that tr E =
-   e/J^2. By Cayley and Hamilton A E A = e A - J^2 E*, with E* = [E_22 -E_12; -E_12 E_11], hence T = ((lambda
-   + 2 mu) e / J^3) A - (2 mu / J) E*. A change of scale in xi, eta leaves T as it is. */
+
+     E_ab = X_a . E X_b = (X_a . u_b + u_a . X_b + u_a . u_b)/2
+          = (h_a . u_b + h_b . u_a)/2,   h_a = X_a + u_a/2   (small strain: h_a = X_a),
+
+   the metric is G_ab = X_a . X_b with det G = J^2, and T = J G^-1 (lambda tr + 2 mu E) G^-1 in these. Let
+
+     A = J^2 G^-1 = [G_22 -G_12; -G_12 G_11],   e = sum A_ab E_ab,   so that tr E = e/J^2.
+
+   By Cayley and Hamilton A E A = e A - J^2 E*, with E* = [E_22 -E_12; -E_12 E_11], hence
+
+     T = ((lambda + 2 mu) e / J^3) A - (2 mu / J) E*.
+
+   A change of scale in xi, eta leaves T as it is. */
 KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1, LanesVector u2,
                                  const LanesMaterial *m, int large)
 {
@@ -213,14 +227,22 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
 /* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly; bending
    adds the displacement xi eta q, with q = u_h - grad(u) X_h at the centre: what is left of the hourglass
    mode after the linear field, zero in any constant strain and in any motion as a rigid body. In the
-   directions of the material, p = F'q, it stores the energy p.C p/2, so that the block is objective. With h =
-   xi eta and H = int grad h (x) grad h dA = A/3 (g1 (x) g1 + g2 (x) g2), Jacobian of the centre:
+   directions of the material, p = F'q, it stores the energy p.C p/2, so that the block is objective. With
 
-   ELEMENT_BENDING: assumed strain  e_xx = h,x p_x - nu h,y p_y,  e_yy = h,y p_y - nu h,x p_x,  e_xy = 0 (E,
-   nu those of the plane problem): the parasitic shear of the full block in bending is left out, and the
-   strain across is free. sigma_xx = E h,x p_x, sigma_yy = E h,y p_y, so C = E [H_xx, -nu H_xy; -nu H_xy,
-   H_yy]. ELEMENT_REDUCED: C = k E (H_xx + H_yy)/2 I, with the coefficient k: control only. Both: C = [c0 H_xx
-   + c1 H_yy, c2 H_xy; c2 H_xy, c1 H_xx + c0 H_yy], c = hourglass. */
+     h = xi eta,   H = int grad h (x) grad h dA = A/3 (g1 (x) g1 + g2 (x) g2),   Jacobian of the centre:
+
+   ELEMENT_BENDING: the assumed strain
+
+     e_xx = h,x p_x - nu h,y p_y,   e_yy = h,y p_y - nu h,x p_x,   e_xy = 0   (E, nu of the plane problem)
+
+   leaves out the parasitic shear of the full block in bending, and the strain across is free. With
+   sigma_xx = E h,x p_x and sigma_yy = E h,y p_y
+
+     C = E [H_xx, -nu H_xy; -nu H_xy, H_yy].
+
+   ELEMENT_REDUCED: C = k E (H_xx + H_yy)/2 I, with the coefficient k: control only.
+
+   Both: C = [c0 H_xx + c1 H_yy, c2 H_xy; c2 H_xy, c1 H_xx + c0 H_yy], c = hourglass. */
 typedef struct {
   Lanes J;
   LanesVector g1, g2;

@@ -1,13 +1,15 @@
 /* energy.c: the energy account of a dynamic stage. The scheme (11) conserves
+
      1/2 v(t - dt/2).m v(t + dt/2) + potential energy(t)
+
    exactly in a linear system, so kinetic energy is taken as that product and works are sums of
    1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). What then does not balance is the error of the time step.
 
    Joints: the work of a contact is that of its end forces on d.n and d.s (contact_force.c), to which they are
    conjugate. When contacts are found anew at time t, it is the new forces that the scheme uses at t: what
-   they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What joints
-   store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in friction (and
-   dashpots). */
+   they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What
+   joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in
+   friction (and dashpots). */
 #include "stages.h"
 #include "archive.h"
 #include "lanes.h"
@@ -43,8 +45,8 @@ static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int
   return c->length[i] * (a * c->sigma[SUB(i, k)] + b * c->sigma[SUB(i, 1 - k)]);
 }
 
-/* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens, tau as far as it holds.
- */
+/* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens,
+   tau as far as it holds. */
 static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
 {
   const PetscInt at[2] = {SUB(i, 0), SUB(i, 1)};

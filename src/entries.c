@@ -44,8 +44,7 @@ void Complain(char *message, const char *file, int line, const char *key, const 
     if (iscntrl((unsigned char)*c)) *c = ' ';
 }
 
-// the first control character of a text that a terminal or a report will show (ASCII, or U+0080 to U+009F);
-// -1
+// the first control character (ASCII, U+0080 to U+009F) of a text for a terminal or a report; -1: none
 static int control(const char *text, size_t length)
 {
   const unsigned char *c = (const unsigned char *)text;

@@ -25,8 +25,8 @@ typedef struct {
 PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
                                char *message);
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
-/* After these: options PETSc took from elsewhere (PETSC_OPTIONS, PETSC_OPTIONS_YAML, -options_file_yaml) may be
-   its own only. A scene is what its file and its command line say. */
+/* After these: options that PETSc took from elsewhere (PETSC_OPTIONS, PETSC_OPTIONS_YAML,
+   -options_file_yaml) may be its own only. A scene is what its file and its command line say. */
 PetscErrorCode EntriesCheckElsewhere(char *message);
 /* The entry with this key, NULL if there is none. Does not mark it as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
@@ -36,8 +36,8 @@ PetscErrorCode EntriesDestroy(Entries *list);
 
 /* True for [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */
 PetscBool NameIsValid(const char *name);
-/* Copies the next item of a comma list into `item`, without blanks around it; returns the rest, NULL after
- * the last. */
+/* Copies the next item of a comma list into `item`, without blanks around it; returns the
+   rest, NULL after the last. */
 const char *NextItem(const char *list, char item[LABEL_LENGTH]);
 /* Writes "file:line: key: text" in one line, unless message already holds an earlier fault.
    line 0: "command line: -key_with_underscores: text"; -1: the file as a whole. */

@@ -198,8 +198,8 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from vertex n_deformable
- * on. */
+/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from
+   vertex n_deformable on. */
 static void rigid_rows(const Model *model, const State *state, const Elements *e, int n_nodes,
                        const PetscInt *body_of, PetscInt *n, PetscInt *place, PetscReal *rows)
 {

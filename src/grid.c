@@ -83,8 +83,8 @@ static void set_cells(Grid *g)
   for (int a = 0; a < 2; a++) g->origin[a] = low[a];
 }
 
-/* Finest level whose cells are larger than the box. 1 % is kept back for rounding: a box must not reach a
- * third cell. */
+/* Finest level whose cells are larger than the box. 1 % is kept back for rounding: a box must
+   not reach a third cell. */
 static PetscInt level_of(const Grid *g, const PetscReal *b)
 {
   const PetscReal ratio = PetscMax((b[2] - b[0]) * g->per_cell[0][0], (b[3] - b[1]) * g->per_cell[0][1]);

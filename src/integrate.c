@@ -1,12 +1,12 @@
 /* integrate.c: the central difference (11)-(20). One loop over degrees of freedom: displacements of
-   deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one form); LANES
-   at once. */
+   deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one
+   form); LANES at once. */
 #include "internal.h"
 #include "lanes.h"
 #include "reproducible.h"
 
-/* Terms of the next cycle may be this much larger than the largest of the last before the bins are too small.
- */
+/* Terms of the next cycle may be this much larger than the largest of the last before
+   the bins are too small. */
 static const PetscReal GROWTH = 1048576.;
 
 /* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */

@@ -13,8 +13,8 @@ struct _p_Checkpoint;
 struct _p_Relaxation;
 struct _p_Output;
 
-/* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns PETSC_ERR_USER_INPUT on all ranks.
- */
+/* ---- quoin.c: errors. One line on stderr from rank 0, no trace; returns
+   PETSC_ERR_USER_INPUT on all ranks. */
 /* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all
    ranks with the message of the lowest rank that has one. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
@@ -93,9 +93,9 @@ static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal
   box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;
   box[2] = PetscMax(a[0], b[0]) + margin, box[3] = PetscMax(a[1], b[1]) + margin;
 }
-/* Pairs i < j of boxes that overlap or touch, one by one, in an order of its own, until the visitor stops it.
-   box: [m] (n,4) xmin ymin xmax ymax, finite; cost O(n), a little more for each power of two between the
-   sizes. */
+/* Pairs i < j of boxes that overlap or touch, one by one, in an order of its own, until the visitor
+   stops it. box: [m] (n,4) xmin ymin xmax ymax, finite; cost O(n), a little more for each power of
+   two between the sizes. */
 typedef PetscErrorCode (*GridVisitor)(PetscInt i, PetscInt j, PetscBool *stop, void *context);
 PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context);
 /* The same pairs as rows: near[start[i] .. start[i + 1] - 1] are the boxes near box i, ascending; each pair
@@ -114,8 +114,8 @@ PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, Pets
 PetscErrorCode RigidBodiesCreate(Model *model);
 /* Row of the owned rigid body that holds the owned rigid vertex v (bisection). */
 PetscInt RigidOfVertex(const Model *model, PetscInt v);
-/* Sums the forces at vertices of rigid bodies into force and moment at the mass centre, (14)-(15). u, f: dof
- * arrays. */
+/* Sums the forces at vertices of rigid bodies into force and moment at the mass centre,
+   (14)-(15). u, f: dof arrays. */
 void RigidForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* Displacements of vertices from those of the bodies, (21)-(22) in finite form. u: dof array. */
 void RigidMotion(const Model *model, PetscReal *u);
@@ -153,12 +153,12 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNu
    state), and the ghosts and exchange that follow. Rewrites model->faces, the contact ghosts and
    model->ghost; grows the state's arrays. */
 PetscErrorCode NeighboursUpdate(Model *model, State *state);
-/* The faces of local blocks, ascending gid; element ghosts must be known. Before the first NeighboursUpdate.
- */
+/* The faces of local blocks, ascending gid; element ghosts must be known. Before the
+   first NeighboursUpdate. */
 PetscErrorCode FacesCreate(Model *model, PetscInt n, const FaceRecord *face);
 PetscErrorCode FacesDestroy(Model *model);
-/* Local number of the vertex with this gid, owner rank and local index there; -1: neither owned nor a ghost.
- */
+/* Local number of the vertex with this gid, owner rank and local index there; -1:
+   neither owned nor a ghost. */
 PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
 /* Sorts by gid, drops repetitions, returns how many remain. */
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
@@ -185,8 +185,8 @@ uint64_t MeshChecksum(const BlockMesh *mesh);
 PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 
 /* ---- element.c */
-/* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N] (n_vertices +
- * dummies, 2). */
+/* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N]
+   (n_vertices + dummies, 2). */
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* The same of condensed ones, small strain. */
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f);
@@ -200,9 +200,9 @@ enum { AHEAD_ARRAYS = 5 };
 typedef struct {
   const PetscReal *array[AHEAD_ARRAYS];
 } Ahead;
-/* The same, one chunk of elements after the other, so that vertices can be moved as soon as
-   model->chunk_done[chunk] says that their forces are complete. ahead: what will be read then, NULL:
-   nothing. */
+/* The same, one chunk of elements after the other, so that vertices can be moved as soon
+   as model->chunk_done[chunk] says that their forces are complete. ahead: what will be
+   read then, NULL: nothing. */
 PetscInt ElementChunks(const Model *model);
 void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
                           PetscReal *f);
@@ -267,8 +267,8 @@ typedef struct _p_Condensed {
   struct _p_Mat *factor;    /* of K_II, NULL: no inner ones; rows: inner, then kept */
   struct _p_Vec *x, *b;     /* of its solves */
 } Condensed;
-/* Collective. Factors the bodies of this rank; supports must be known. Refuses a body that could move alone.
- */
+/* Collective. Factors the bodies of this rank; supports must be known. Refuses a body
+   that could move alone. */
 PetscErrorCode CondensedCreate(const Scene *scene, Model *model);
 PetscErrorCode CondensedDestroy(Model *model);
 /* Adds S u to f. */
@@ -290,8 +290,8 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, co
                                       const State *state);
 
 /* ---- contact.c */
-/* Collective. Finds all face-to-face contacts that touch an owned vertex, in the reference state
- * (section 2.2). */
+/* Collective. Finds all face-to-face contacts that touch an owned vertex, in the
+   reference state (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
 /* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
@@ -339,7 +339,7 @@ PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 /* Collective. Writes model->support from the scene's supports. */
 PetscErrorCode SupportsApply(const Scene *scene, Model *model);
 /* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
- * face); again after blocks have moved. */
+   face); again after blocks have moved. */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Whether water acts that follows the faces it presses on. */
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
@@ -370,14 +370,14 @@ typedef struct _p_Uplift {
   PetscInt n_gids, *gids;            /* outer faces in the joint, ascending; the same on all ranks */
   PetscInt n_faces, *faces;          /* rows of model->faces, local blocks only, ascending gid */
 } Uplift;
-/* Collective. Finds the joint lines of the uplift loads; refuses sets that are no joint and drains outside.
- */
+/* Collective. Finds the joint lines of the uplift loads; refuses sets that are no
+   joint and drains outside. */
 PetscErrorCode UpliftCreate(const Scene *scene, const Model *model, const Contacts *contacts, State *state);
 PetscErrorCode UpliftDestroy(const Scene *scene, State *state);
 /* The diagram of a load whose joint is open from the heel over uplift->crack. */
 void UpliftPressure(const Load *load, const Uplift *uplift, PetscReal gravity, UpliftDiagram *diagram);
-/* Pressure on one face: s: (2) place of its ends along the joint, x: (4) their coordinates, f: (4) forces
- * [N]. */
+/* Pressure on one face: s: (2) place of its ends along the joint, x: (4) their
+   coordinates, f: (4) forces [N]. */
 void UpliftOnFace(const UpliftDiagram *diagram, const PetscReal s[2], const PetscReal x[4],
                   PetscReal thickness, PetscReal f[4]);
 /* Start of a stage: the iterations begin anew; cracks of loads that do not act in it close. */
@@ -394,8 +394,8 @@ PetscErrorCode UpliftCrack(const Scene *scene, const Model *model, const Stage *
 /* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */
 PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness,
                                 PetscReal *k);
-/* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints times dt is 2
- * safety. */
+/* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints
+   times dt is 2 safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints,
                             const Contacts *contacts, State *state);
 
@@ -418,8 +418,8 @@ static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const Quoti
                         PetscMax(lower->num_max, higher->num_max),
                         PetscMax(lower->den_max, higher->den_max)};
 }
-/* One central-difference step (11)-(20) of all dofs of this rank; sums of the Rayleigh quotient on the way.
- */
+/* One central-difference step (11)-(20) of all dofs of this rank; sums of the
+   Rayleigh quotient on the way. */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
 /* What IntegrateRange reads there, less u and f. */
 Ahead IntegrateAhead(const State *state, PetscInt from);
@@ -436,8 +436,8 @@ PetscInt64 FaultFind(const Model *model, const State *state);
 PetscErrorCode FaultName(const Model *model, PetscInt64 found, char text[128]);
 
 /* ---- step.c */
-/* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled: PartSample says
- * which cycles. */
+/* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled:
+   PartSample says which cycles. */
 typedef enum {
   PART_EXCHANGE,
   PART_CONTACTS,
@@ -469,8 +469,8 @@ void PartSample(PetscInt64 cycle);
 PetscErrorCode PartReport(MPI_Comm comm, PetscInt64 cycles);
 /* Likewise of the set-up, until the first cycle. */
 PetscErrorCode PartReportSetUp(MPI_Comm comm);
-/* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the present
- * displacements. */
+/* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the
+   present displacements. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
                       PetscReal *contact_scale);
 /* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the

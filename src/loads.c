@@ -131,9 +131,9 @@ static PetscErrorCode self_weight(const Scene *scene, const Load *load, const Mo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water pressure rho g (level - y) into the face from a to b, exact for the linear pressure and linear shape
-   functions: two Gauss points on the wet part. x: (4) present ends of the face; f: (4) forces at the two ends
-   [N]. */
+/* Water pressure rho g (level - y) into the face from a to b, exact for the linear pressure and
+   linear shape functions: two Gauss points on the wet part. x: (4) present ends of the face; f: (4)
+   forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])
 {
   const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], za = level - x[1], zb = level - x[3];

@@ -219,8 +219,8 @@ static PetscErrorCode check_shapes(Check *c)
 
 /* ---- edges and face sets */
 
-/* An edge belongs to one block, or to two that run it in opposite directions. Marks the faces of one block
- * only. */
+/* An edge belongs to one block, or to two that run it in opposite directions. Marks the
+   faces of one block only. */
 static PetscErrorCode check_edges(Check *c, PetscBool *outer)
 {
   const BlockMesh *mesh = c->mesh;
@@ -310,8 +310,8 @@ static PetscErrorCode check_sets(Check *c, const PetscBool *outer)
 
 /* ---- overlap of macroblocks */
 
-/* How far block a must be moved along one of its own face normals until it is clear of block b; < 0: it is
- * clear. */
+/* How far block a must be moved along one of its own face normals until it is clear of
+   block b; < 0: it is clear. */
 static PetscReal clearing_distance(const BlockMesh *mesh, PetscInt a, PetscInt b)
 {
   PetscReal least = PETSC_INFINITY;
@@ -361,8 +361,8 @@ static PetscErrorCode check_pair(PetscInt i, PetscInt j, PetscBool *stop, void *
 
   PetscFunctionBegin;
   if (mesh->body[i] == mesh->body[j]) PetscFunctionReturn(PETSC_SUCCESS);
-  /* convex polygons are apart when one of their face normals separates them; otherwise the least way out is
-   * along one */
+  /* convex polygons are apart when one of their face normals separates them; otherwise the
+     least way out is along one */
   PetscReal depth = clearing_distance(mesh, i, j);
   if (depth > o->tolerance) depth = PetscMin(depth, clearing_distance(mesh, j, i));
   if (depth > o->tolerance) {

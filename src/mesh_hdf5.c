@@ -1,8 +1,8 @@
 /* mesh_hdf5.c: datasets of an HDF5 file that comes from outside.
 
-   Type and shape of everything are looked at before anything is allocated, only what is stored in this file
-   is followed (hard links, no external or virtual data), and the first fault ends the reading with one
-   message. */
+   Type and shape of everything are looked at before anything is allocated, only what is stored in
+   this file is followed (hard links, no external or virtual data), and the first fault ends the
+   reading with one message. */
 #include "mesh_hdf5.h"
 #include <stdarg.h>
 #include <stdio.h>
@@ -54,8 +54,8 @@ static hid_t memory_type(ItemKind kind)
   return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
 }
 
-/* Is there an object of this type at path, each step of it a hard link? *found false without a fault: nothing
- * there. */
+/* Is there an object of this type at path, each step of it a hard link? *found false without a
+   fault: nothing there. */
 static void find_object(FileReader *r, const char *path, H5O_type_t type, PetscBool *found)
 {
   const char *const what = type == H5O_TYPE_GROUP ? "group" : "dataset";

@@ -28,7 +28,7 @@ void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, 
 void ReaderNumbers(FileReader *r, const char *path, ItemKind kind, void *data);
 /* Reads n names that ReaderInspect has seen, each a letter, then letters, digits, _ or -. */
 PetscErrorCode ReaderNames(FileReader *r, const char *path, PetscInt n, char (*names)[NAME_LENGTH]);
-/* Names in a group that may be missing, in alphabetical order; kind: for complaints. The caller frees names.
- */
+/* Names in a group that may be missing, in alphabetical order; kind: for complaints.
+   The caller frees names. */
 void ReaderMembers(FileReader *r, const char *path, const char *kind, PetscInt *n,
                    char (**names)[NAME_LENGTH]);

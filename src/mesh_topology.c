@@ -243,10 +243,10 @@ static void body_boxes(const BlockMesh *mesh, const PetscInt *vertex_body, Petsc
 }
 
 /* rank: (n_bodies,) place of each macroblock in a sweep over the mesh: strips across its longer side, as
-   thick as the median body, one after the other. Joints connect macroblocks, but no block does: without this,
-   bodies that touch could stand far apart in memory. In a sweep the neighbours of a body are within two
-   strips, and all arrays are walked through as a few streams, which the prefetcher follows; a space-filling
-   curve jumps. */
+   thick as the median body, one after the other. Joints connect macroblocks, but no block does: without
+   this, bodies that touch could stand far apart in memory. In a sweep the neighbours of a body are within
+   two strips, and all arrays are walked through as a few streams, which the prefetcher follows; a
+   space-filling curve jumps. */
 static PetscErrorCode rank_bodies(const BlockMesh *mesh, const PetscInt *vertex_body, PetscInt *rank)
 {
   const PetscInt n = mesh->n_bodies;
@@ -306,8 +306,8 @@ static int compare_block_keys(const void *a, const void *b)
   return (x->old > y->old) - (x->old < y->old);
 }
 
-/* old: (n_blocks,) old number of each new block: by lowest vertex, then the next ones, then the old number.
- */
+/* old: (n_blocks,) old number of each new block: by lowest vertex, then the next
+   ones, then the old number. */
 static PetscErrorCode order_blocks(const BlockMesh *mesh, PetscInt *old)
 {
   BlockKey *key;

@@ -1,6 +1,6 @@
-/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read. Called
-   at set-up and whenever contacts are looked for again; faces of other bodies within the contact margin are
-   neighbours. */
+/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read.
+   Called at set-up and whenever contacts are looked for again; faces of other bodies within the contact
+   margin are neighbours. */
 #include "internal.h"
 #include "contact_find.h"
 
@@ -241,8 +241,8 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
 
 /* ---- ghosts */
 
-/* Vertices of the far faces that neither this rank owns nor an element here uses, behind the ghosts of
- * elements. */
+/* Vertices of the far faces that neither this rank owns nor an element here uses, behind
+   the ghosts of elements. */
 static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
   const PetscInt n_before = m->n_ghosts;

@@ -7,9 +7,9 @@
    to 10 solves with the factor do, fewer as long as r is large (the tolerance follows how fast r falls,
    Eisenstat and Walker 1996).
 
-   Friction remembers. Every evaluation starts from the history of the last committed equilibrium, tau =
-   f(tau committed, u - u committed); only an equilibrium is committed. With the history advanced at every
-   evaluation the iteration would converge to a wrong slip.
+   Friction remembers. Every evaluation starts from the history of the last committed equilibrium,
+   tau = f(tau committed, u - u committed); only an equilibrium is committed. With the history advanced at
+   every evaluation the iteration would converge to a wrong slip.
 
    Guards. The step is bounded. A load increment that does not converge is given to creep (creep.c), from the
    last equilibrium: it finds the equilibrium, or the mechanism that moves on for ever. When it finds neither,
@@ -279,8 +279,8 @@ PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells the explicit loop, should it have to judge, the period of the slowest motion: alpha = 2 omega (38).
- */
+/* Tells the explicit loop, should it have to judge, the period of the slowest motion:
+   alpha = 2 omega (38). */
 static PetscErrorCode remember_period(const Problem *p)
 {
   PetscReal omega_2;
@@ -354,8 +354,8 @@ PetscErrorCode NewtonLoads(const Problem *p)
 
 /* ---- increments */
 
-/* Iterates to equilibrium under the loads applied; stop: a signal or the limit of wall time has ended that.
- */
+/* Iterates to equilibrium under the loads applied; stop: a signal or the limit of
+   wall time has ended that. */
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->newton;

@@ -55,7 +55,7 @@ PetscErrorCode NewtonFresh(const Problem *p);
 PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2);
 
 /* ---- creep.c */
-/* Collective. From the last equilibrium, under the loads applied, to an equilibrium (found) or to the verdict
-   "collapsed"; neither: nothing is known, and displacements are somewhere on the way. stop: as in newton.c.
- */
+/* Collective. From the last equilibrium, under the loads applied, to an equilibrium (found) or to
+   the verdict "collapsed"; neither: nothing is known, and displacements are somewhere on the way.
+   stop: as in newton.c. */
 PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop);

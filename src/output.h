@@ -58,7 +58,7 @@ typedef struct {
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
 /* Collective. place: (n,) row of the result for each of the n rows; frees place and rows. all: (n_all, width)
- * on rank 0, from PetscMalloc. */
+   on rank 0, from PetscMalloc. */
 PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
                             PetscInt n_all, PetscReal **all);
 /* All collective. */
@@ -75,8 +75,8 @@ PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, S
 
 /* ---- safety.c: rank 0 only */
 typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
-/* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite when nothing can fail.
- */
+/* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite
+   when nothing can fail. */
 SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor);
 /* Writes fields->safety and safety_mode when a material has strengths. */
 PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
@@ -99,8 +99,8 @@ PetscErrorCode WrittenStageDestroy(const Written *written, StageFields *some);
 /* The same for the same choice of blocks; 0: everything. */
 uint64_t WrittenChecksum(const Written *written);
 
-/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault, "" when
- * there is none. */
+/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault,
+   "" when there is none. */
 typedef struct {
   const char *folder;
   const Scene *scene;
@@ -123,8 +123,8 @@ PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 /* ---- xdmf.c: rank 0 only */
 /* Entries of the mixed topology: the cell type before the vertices of each block. */
 PetscInt XdmfTopologySize(const MeshFields *mesh);
-/* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name: its group in
-   results.h5. */
+/* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name:
+   its group in results.h5. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
 /* results.xdmf from all grids so far, replaced in one go. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
@@ -137,7 +137,7 @@ enum { FOLDER_TAKEN = -2 };
 int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
 void FolderUnlock(const char *folder, int lock);
 /* folder/name.part, opened for writing; and its renaming to folder/name once it is on the disk. Nothing
- * happens when message is not "". */
+   happens when message is not "". */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 /* 0 or -1 */
@@ -157,8 +157,8 @@ typedef struct {
   PetscReal stable, failing; /* the bracket; NaN: no such trial */
   PetscReal *mechanism;      /* (n_owned,2) velocities at the failing end, largest 1; NULL: none */
 } Trials;
-/* Collective. Keeps what the trial just run has come to; label: its value in words, printed with the verdict.
- */
+/* Collective. Keeps what the trial just run has come to; label: its value in words,
+   printed with the verdict. */
 PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *model, const State *state,
                          const Contacts *contacts, const Stage *stage, PetscReal value,
                          const StageResult *result);
@@ -215,8 +215,8 @@ PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *mo
 PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *model, const State *state,
                            const Contacts *contacts, PetscInt stage, PetscInt frame,
                            const StageResult *result);
-/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
- * name. */
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json;
+   history.csv takes its name. */
 PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,
                            const Contacts *contacts, PetscInt stage, const StageResult *result);
 PetscErrorCode OutputClose(Output *output);

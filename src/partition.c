@@ -61,8 +61,8 @@ PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within `margin` of each other.
- */
+/* Pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within
+   `margin` of each other. */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs)
 {
   PetscInt n_faces, *faces, *start, *near, n = 0;

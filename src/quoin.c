@@ -29,8 +29,8 @@ const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "di
 /* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
 static PetscErrorCode refused = PETSC_SUCCESS;
 
-/* What is refused is one line on stderr of rank 0; everything else is a fault of the program and keeps
- * PETSc's trace. */
+/* What is refused is one line on stderr of rank 0; everything else is a fault of the program
+   and keeps PETSc's trace. */
 static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
                                PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {

@@ -1,14 +1,20 @@
 /* relax.c: adaptive Rayleigh damping (35)-(38), and how a static stage ends.
 
    Damping. With du = v dt the products k_tan du^2 of (37) are df.du, df the change of the RESISTING force
-   over the step, so Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)),   alpha = 2
-   sqrt(Q), the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in
-   f: their ramp must not look like stiffness. Q <= 0 happens when contacts open: the last positive value
-   stays. alpha dt is capped at 1.9.
+   over the step, so
+
+     Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)),   alpha = 2 sqrt(Q),
+
+   the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in f: their
+   ramp must not look like stiffness. Q <= 0 happens when contacts open: the last positive value stays.
+   alpha dt is capped at 1.9.
 
    Where joints slip and open, a few sub-contacts that chatter raise that tangent quotient and overdamp the
-   slow modes, 2 to 5 times. The secant over the stage, (u - u_0).(f - f_0) / (u - u_0).m (u - u_0), looks at
-   the motion that matters: the smaller of the two is taken.
+   slow modes, 2 to 5 times. The secant over the stage,
+
+     (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
+
+   looks at the motion that matters: the smaller of the two is taken.
 
    Friction flutter. Slip by a rule that is not associated makes the tangent stiffness unsymmetric: fast
    oscillations along a sliding joint grow by some 1e-3 a cycle and never let it rest, for mass-proportional
@@ -403,8 +409,8 @@ PetscErrorCode Judge(const Stage *stage, const Model *m, const State *state, Rel
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Length of the shorter of the two faces of contact i: it is the whole contact, unless the faces are
- * staggered. */
+/* Length of the shorter of the two faces of contact i: it is the whole contact, unless
+   the faces are staggered. */
 static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
 {
   PetscReal shorter = PETSC_INFINITY;

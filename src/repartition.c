@@ -73,8 +73,8 @@ static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Blocks and contacts of the rank with most of them over the mean; vertices that ranks read of
- * others. */
+/* Collective. Blocks and contacts of the rank with most of them over the mean; vertices that
+   ranks read of others. */
 static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imbalance, PetscInt64 *ghosts)
 {
   PetscInt64 most = m->q4.n + m->t3.n + c->n, sum[2] = {most, m->n_ghosts};

@@ -1,5 +1,5 @@
-/* repartition.h: a run with variable connectivity that is dealt out to the ranks anew when blocks have moved.
- */
+/* repartition.h: a run with variable connectivity that is dealt out to the ranks anew
+   when blocks have moved. */
 #pragma once
 #include "checkpoint.h"
 

@@ -1,6 +1,6 @@
-/* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex forces go to
-   the centroid, vertex positions come from centroid and angle (never by adding velocities: the shape would
-   drift). */
+/* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex
+   forces go to the centroid, vertex positions come from centroid and angle (never by adding
+   velocities: the shape would drift). */
 #include "internal.h"
 
 PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,

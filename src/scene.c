@@ -1,6 +1,6 @@
-/* scene.c: YAML scene and command line -> Scene. What the keys are stands in scene_keys.h; names are checked
-   against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so comes to the same
-   Scene. */
+/* scene.c: YAML scene and command line -> Scene. What the keys are stands in scene_keys.h; names are
+   checked against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so
+   comes to the same Scene. */
 #include "scene_keys.h"
 #include "joint_law.h"
 #include "output.h"
@@ -227,8 +227,7 @@ static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 
 /* ------------------------------------------------------------------------------------------ stages */
 
-// the joints of a stage are those of the stage before with its own changes; they are read anew from what is
-// given
+// the joints of a stage are those of the stage before with its own changes: read anew from what is given
 static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, Stage *stage,
                                         const Entry **given)
 {
@@ -364,8 +363,8 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the options, a line for each file of motion with its checksum: a restart tells when it has changed.
- */
+/* After the options, a line for each file of motion with its checksum: a restart
+   tells when it has changed. */
 static PetscErrorCode note_motions(Scene *scene)
 {
   char *text = NULL;

@@ -74,8 +74,7 @@ typedef struct {
 
 typedef struct {
   char name[NAME_LENGTH];
-  char target[NAME_LENGTH]; /* face set, group or point of the mesh; the name of the support itself by default
-                             */
+  char target[NAME_LENGTH]; /* face set, group or point of the mesh; by default the support's own name */
   PetscBool fix[2];         /* x, y */
   char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": does not move */
   PetscInt row;                    /* of this support in Scene.supports */
@@ -110,8 +109,7 @@ typedef struct {
 typedef struct {
   char name[NAME_LENGTH];
   StageKind kind;
-  PetscInt
-      n_loads; /* loads acting at the end of the stage; loads of the stage before that are not named leave */
+  PetscInt n_loads;    /* that act at its end; loads of the stage before that are not named leave */
   PetscInt *loads;     /* (n_loads,) rows of Scene.loads */
   PetscInt ramp;       /* [cycles] over which loads go linearly from what acted before to this stage's */
   PetscInt max_cycles; /* [cycles] then the verdict is "undecided" */

@@ -80,7 +80,7 @@ PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **name
 /* Value or default of the key last asked for, into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
 /* ---- scene_echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
- * the whole text, once scene->model is found: free with PetscFree. */
+   the whole text, once scene->model is found: free with PetscFree. */
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
@@ -89,8 +89,8 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
-/* Writes the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing key.
- */
+/* Writes the one message to show: wrong value, unknown key (an entry that nobody
+   asked for) or missing key. */
 PetscErrorCode ConcludeMessage(Reader *r);
 /* "a, b, c" of a list in the manner of PetscEnum. */
 void DescribeChoices(const char *const *choices, char text[256]);

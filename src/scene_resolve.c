@@ -1,5 +1,5 @@
-/* scene_resolve.c: the names in a scene against those in the mesh. Every rank has all names and comes to the
- * same end. */
+/* scene_resolve.c: the names in a scene against those in the mesh. Every rank has all names and
+   comes to the same end. */
 #include "entries.h"
 #include "internal.h"
 #include <stdio.h>

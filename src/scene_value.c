@@ -1,5 +1,5 @@
-/* scene_value.c: asking for keys and turning text into checked values; every complaint names the key and its
- * line. */
+/* scene_value.c: asking for keys and turning text into checked values; every complaint names
+   the key and its line. */
 #include "scene_reader.h"
 #include <ctype.h>
 #include <math.h>
@@ -287,8 +287,7 @@ static char plain_letter(char c)
   return c == '.' ? '_' : c;
 }
 
-// number of letters to change, drop or add to make one key of the other; 0 also when b only ends in more
-// letters
+// letters to change, drop or add to make one key of the other; 0 also when b only ends in more letters
 static size_t key_distance(const char *a, const char *b)
 {
   size_t n = strlen(b), same = 0, row[LABEL_LENGTH + 1];

@@ -60,7 +60,7 @@ static PetscBool on_terminal(void)
 }
 
 /* On a terminal, twice a second: where the stage is and about how long it still takes, from the decay of the
- * ratio since it started. */
+   ratio since it started. */
 static void progress(const Model *m, const Stage *stage, const StageResult *now, const State *state,
                      PetscReal first_ratio, double first_wall)
 {
@@ -100,8 +100,8 @@ PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Variable connectivity: contacts found again when blocks have moved enough (or when `now`), and masses to go
- * with them. */
+/* Variable connectivity: contacts found again when blocks have moved enough (or when `now`), and
+   masses to go with them. */
 static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
                              State *state, PetscBool now, StageResult *result)
 {
@@ -117,8 +117,8 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Contacts of fixed connectivity keep their places: says so when faces have slid past a tenth of a contact.
- */
+/* Contacts of fixed connectivity keep their places: says so when faces have slid past
+   a tenth of a contact. */
 PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts *c)
 {
   struct {
@@ -262,9 +262,9 @@ static PetscErrorCode before_cycles(const Scene *scene, Model *m, const Stage *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the forces at
-   these displacements with friction that starts from the last equilibrium do, when they are out of balance.
- */
+/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the
+   forces at these displacements with friction that starts from the last equilibrium do, when
+   they are out of balance. */
 static PetscErrorCode tell_path(const Model *m, const Stage *stage, Contacts *contacts, State *state,
                                 PetscReal *contact_scale)
 {

@@ -68,8 +68,8 @@ PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joi
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
 PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r,
                        const QuotientSums *local);
-/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets ratio, increment,
- * kinetic. */
+/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets
+   ratio, increment, kinetic. */
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
                           StageResult *result);
 /* Collective. The verdict after a check, VERDICT_NONE: go on. */
@@ -121,8 +121,8 @@ PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Scene *scene, con
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
 /* Contacts were found anew: half a step's work of what the forces have changed by, from f_before. */
 void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
-/* Around Integrate: works of loads and supports of the step before; kinetic energy and damping at this time.
- */
+/* Around Integrate: works of loads and supports of the step before; kinetic energy and
+   damping at this time. */
 void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
 void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
 /* The contact arrays are new (forces evaluated): starts their works afresh. */
@@ -144,13 +144,13 @@ typedef struct {
 /* Collective. (n_supports,) motion of each support that has one; refuses a file that is none. */
 PetscErrorCode SupportMotionsRead(const Scene *scene, MPI_Comm comm, SupportMotion **motions);
 PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions);
-/* Collective. Warns of supports whose file ends in motion before t_end [s], the end of the stage: they stop
-   at once there, which is a blow; an accelerogram without base line correction does so. t: start of the
-   stage. */
+/* Collective. Warns of supports whose file ends in motion before t_end [s], the end of the stage:
+   they stop at once there, which is a blow; an accelerogram without base line correction does so.
+   t: start of the stage. */
 PetscErrorCode SupportMotionsWarn(const Scene *scene, MPI_Comm comm, const SupportMotion *motions,
                                   PetscReal t, PetscReal t_end);
-/* After Integrate: velocities and displacements of what moving supports hold, at half a step and a step on.
- */
+/* After Integrate: velocities and displacements of what moving supports hold, at half
+   a step and a step on. */
 void SupportsMove(const Scene *scene, const Model *model, SupportMotion *motions, State *state);
 
 /* ---- dynamics.c */

@@ -2,7 +2,7 @@
 #include "stages.h"
 
 /* ---- what each part costs: PETSc events for -log_view, and by the clock for the reports of set-up and
- * stages: a cycle's parts in one cycle of SAMPLE_EVERY, the others whole */
+   stages: a cycle's parts in one cycle of SAMPLE_EVERY, the others whole */
 
 enum { SAMPLE_EVERY = 64 };
 static const struct {
@@ -99,8 +99,8 @@ PetscErrorCode PartReportSetUp(MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |contact force| per dof: what the unbalanced force of a body is compared with. f holds contact forces only.
- */
+/* |contact force| per dof: what the unbalanced force of a body is compared with. f
+   holds contact forces only. */
 static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *scale)
 {
   const PetscReal *f_vertex = f + 3 * m->n_bodies;
@@ -112,8 +112,8 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
   }
 }
 
-/* f before forces are added to it; inner vertices of condensed bodies keep theirs. dofs: at degrees of
-   freedom too. */
+/* f before forces are added to it; inner vertices of condensed bodies keep theirs. dofs: at
+   degrees of freedom too. */
 static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
 {
   PetscReal *f_vertex = f + 3 * m->n_bodies;
@@ -161,9 +161,9 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forces of deformable blocks, chunk by chunk, and the motion of vertices whose forces are complete: no later
-   block reads their displacement. Even numbers of vertices, so that only the last sweep ends within a vector.
- */
+/* Forces of deformable blocks, chunk by chunk, and the motion of vertices whose forces are complete:
+   no later block reads their displacement. Even numbers of vertices, so that only the last sweep
+   ends within a vector. */
 static void move_vertices(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
 {
   const PetscInt at = 3 * m->n_bodies;

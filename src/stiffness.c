@@ -13,11 +13,14 @@
    That bodies and faces turn under the forces they carry is a part u/L of the stiffness, and left out, but
    for a mechanism, which has no other: then blocks are those of large strain at u, and joints have
 
-     d2 u_n = -(s.dd) a' - (s.dd') a - d_n a a' - d_s a'',   d2 u_s = (n.dd) a' + (n.dd') a - d_s a a' + d_n
-   a''
+     d2 u_n = -(s.dd) a' - (s.dd') a - d_n a a' - d_s a'',
+     d2 u_s =  (n.dd) a' + (n.dd') a - d_s a a' + d_n a''
 
-   times F_n and F_s, and B with  du_n = n.dd - d_s a,  du_s = s.dd + d_n a;  d = P - (1-t) A - t B, e = B -
-   A, a = n.de/|e| (by which n and s turn), a'' = -((s.de)(n.de') + (n.de)(s.de'))/|e|^2.
+   times F_n and F_s, and B with
+
+     du_n = n.dd - d_s a,   du_s = s.dd + d_n a;
+     d = P - (1-t) A - t B,   e = B - A,
+     a = n.de/|e|  (by which n and s turn),   a'' = -((s.de)(n.de') + (n.de)(s.de'))/|e|^2.
 
    Rigid bodies: a vertex moves with the centre by T = [1 0 -r_y; 0 1 r_x], the stiffness is T' k T. */
 #include "stiffness.h"
@@ -26,8 +29,8 @@ enum { MOST = 6 }; /* vertices of a contact; an element has four */
 
 /* ---- rows */
 
-/* Arms of vertices of rigid bodies at displacements u, NULL: undeformed. An exchange tells ghosts the centre.
- */
+/* Arms of vertices of rigid bodies at displacements u, NULL: undeformed. An exchange
+   tells ghosts the centre. */
 static PetscErrorCode set_arms(const Model *m, const PetscReal *u, Stiffness *s)
 {
   PetscReal *arm = s->arm;

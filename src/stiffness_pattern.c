@@ -1,9 +1,9 @@
 /* stiffness_pattern.c: which entries the stiffness has, before there are any numbers.
 
-   Vertices that meet in a block, a condensed body or a contact couple with each other. A rank knows every one
-   of these meetings that one of its own vertices takes part in, so that it can say its own rows exactly
-   without asking another. A node is what rows belong to: a deformable vertex, or a rigid body with all its
-   vertices. */
+   Vertices that meet in a block, a condensed body or a contact couple with each other. A rank knows every
+   one of these meetings that one of its own vertices takes part in, so that it can say its own rows
+   exactly without asking another. A node is what rows belong to: a deformable vertex, or a rigid body
+   with all its vertices. */
 #include "stiffness.h"
 
 typedef struct {
@@ -51,8 +51,8 @@ static PetscInt node_of(const Model *m, PetscInt v)
   return v < m->n_deformable ? v : v < m->n_moving ? m->n_deformable + RigidOfVertex(m, v) : -1;
 }
 
-/* The meetings of each node: meeting[start[node]] .. meeting[start[node + 1] - 1]; most: vertices in those of
-   one node. */
+/* The meetings of each node: meeting[start[node]] .. meeting[start[node + 1] - 1]; most: vertices
+   in those of one node. */
 static PetscErrorCode meetings_of_nodes(const Model *m, const Meetings *x, PetscInt **start,
                                         PetscInt **meeting, PetscInt *most)
 {

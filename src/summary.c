@@ -1,5 +1,5 @@
-/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered arrays in their
- * order. */
+/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered
+   arrays in their order. */
 #include "output.h"
 #include <errno.h>
 #include <math.h>
@@ -128,8 +128,8 @@ static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2]
   }
 }
 
-/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the first block at a
- * tie. */
+/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the
+   first block at a tie. */
 static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
                         PetscInt group, int sign, const char *tail)
 {

@@ -156,8 +156,8 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
   fprintf(f, "        ]\n      },\n");
 }
 
-/* Of each uplift load that acts: open length, and the diagram with its resultants on both sides of the drain.
- */
+/* Of each uplift load that acts: open length, and the diagram with its resultants on
+   both sides of the drain. */
 void SummaryUplift(FILE *f, const Scene *scene, const State *state, const Stage *stage)
 {
   const char *before = "      \"uplift\": {\n";

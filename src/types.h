@@ -4,12 +4,12 @@
    - SI units: m, N, Pa, kg, s; two dimensions, loads per metre of thickness times `thickness`.
    - Stress: tension positive. Contact opening u_n: positive when the faces part; sigma = k_n u_n.
    - Blocks run counter-clockwise; face k of a block runs from its vertex k to vertex k+1; its outward normal
-   is to the right of that direction.
+     is to the right of that direction.
    - f is the RESISTING nodal force (what the model pushes back with: f = +int B'sigma dA for blocks), so the
      unbalanced force is r = f_ext - f. The paper's (8) and (10) use opposite signs; this is ours everywhere.
    - gid: number of a vertex, block or face in Quoin's own global order (bandwidth-reducing, the same for
-   every number of ranks). Every sum over elements, contacts and bodies runs in ascending gid, so that results
-   have the same bits on any number of ranks. "file id": the number in model.h5. */
+     every number of ranks). Every sum over elements, contacts and bodies runs in ascending gid, so that
+     results have the same bits on any number of ranks. "file id": the number in model.h5. */
 #pragma once
 #include "scene.h"
 #include <petscvec.h>
@@ -129,8 +129,8 @@ typedef struct {
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
   PetscReal diameter;       /* [m] of the bounding box of the whole mesh */
   PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
-  PetscReal contact_depth;  /* [m] deepest overlap when contacts were last looked for in motion, 0: within the
-                               margin */
+  PetscReal contact_depth;  /* [m] deepest overlap when contacts were last looked for in motion,
+                               0: within the margin */
 
   /* vertices */
   PetscInt n_deformable;      /* owned, of deformable blocks */
@@ -148,31 +148,30 @@ typedef struct {
   PetscInt n_bodies;
   PetscInt *body_gid;   /* (n_bodies,) macroblock-like number 0.. n_rigid_global-1, ascending */
   PetscInt *body_start; /* (n_bodies + 1,) first local vertex of each body */
-  PetscReal *body_X; /* [m] (n_bodies,2) mass centre, reference; with the lumped mass of deformable blocks at
-                        its vertices */
+  PetscReal *body_X;    /* [m] (n_bodies,2) mass centre, reference; with the lumped mass of deformable
+                           blocks at its vertices */
   PetscReal *body_mass; /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
   PetscInt *body_body;  /* (n_bodies,) macroblock */
 
   PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
   PetscReal *vertex_mass; /* [kg] (n_deformable,) true lumped masses (26)-(27) */
-  int16_t *support; /* (3 n_bodies + 2 n_owned,) row of Scene.supports that holds the dof, -1: it is free;
-                       behind n_dof: inner vertices */
+  int16_t *support;       /* (3 n_bodies + 2 n_owned,) row of Scene.supports that holds the dof, -1: it is
+                             free; behind n_dof: inner vertices */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all do */
 
   Elements t3, q4;
   PetscInt *chunk_done; /* (chunks of elements,) see element.c: so many deformable vertices, the first ones,
                            have all their forces after this chunk */
-  Elements rigid_t3, rigid_q4; /* rigid blocks: for masses, loads and output only; no forces */
-  Elements condensed_t3,
-      condensed_q4; /* of condensed bodies: for set-up, loads and output; no force in a cycle */
+  Elements rigid_t3, rigid_q4;              /* rigid blocks: for masses, loads and output only; no forces */
+  Elements condensed_t3, condensed_q4;      /* for set-up, loads and output; no force in a cycle */
   PetscInt n_condensed, n_condensed_global; /* condensed bodies owned here, and in all */
   PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of all ranks' condensed bodies */
   double condensed_wall;          /* [s] that their factors took, once per run */
   struct _p_Condensed *condensed; /* (n_condensed,) ascending number; condense.c */
   Faces faces;                    /* neighbours.c */
-  PetscInt n_faces_local; /* the first so many faces belong to blocks at owned vertices: loads and sets name
-                             these */
-  FaceRecord *face_held;  /* (n_held,) far faces of groups that are not upgradeable: known for good */
+  PetscInt n_faces_local;         /* the first so many faces belong to blocks at owned vertices:
+                                     loads and sets name these */
+  FaceRecord *face_held;          /* (n_held,) far faces of groups that are not upgradeable: known for good */
   PetscInt n_held;
   GhostRecord *ghosts; /* (n_ghosts,) in the order of the local vertices; neighbours.c */
   PetscInt n_ghosts, n_element_ghosts;
@@ -236,14 +235,14 @@ typedef struct {
   /* geometry, hot */
   PetscInt *vertex;  /* (n_padded/BATCH, 4, BATCH) local vertices: rows P A B Q */
   PetscReal *t;      /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
-  PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so a contact
-                        starts stress-free */
+  PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so that a
+                        contact starts stress-free */
   PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
   uint16_t *traits;  /* what few contacts at a time have in common; contact_force.c */
   /* history, written by contact_force.c */
   PetscReal *slip;   /* [m] (.., 2, BATCH) plastic part of u_s */
-  PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed (residual
-                        strength) */
+  PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
+                        strength there */
   PetscBool held; /* every evaluation starts from slip_0, broken_0; if not, from where the last one ended */
   PetscReal *slip_0, *broken_0; /* (as slip, broken) of the last equilibrium; ContactsHold */
   PetscReal rate; /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */

@@ -235,8 +235,8 @@ static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
   if (e[0] < -1e-6 || (e[0] < 1e-6 && e[1] < 0.)) e[0] = -e[0], e[1] = -e[1];
 }
 
-/* Heel and toe are the outermost ends; returns the largest distance of an end from the chord, over its
- * length. */
+/* Heel and toe are the outermost ends; returns the largest distance of an end from the
+   chord, over its length. */
 static PetscReal find_chord(const Load *load, PetscInt n, const ProfileRow *rows, Uplift *u)
 {
   PetscReal e[2], low = PETSC_INFINITY, high = PETSC_NINFINITY, most = 0.;

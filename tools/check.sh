@@ -18,7 +18,8 @@ checkers=$QUOIN_ROOT/build/checkers/bin
 [ -x "$checkers/mypy" ] || quoin_step "checkers build/checkers" quoin_checkers_make
 
 format() {
-  find src include tests -name '*.[ch]' -print0 | xargs -0 clang-format --dry-run --Werror
+  find src include tests -name '*.[ch]' -print0 | xargs -0 clang-format --dry-run --Werror &&
+    ! grep -rnE '^[^"]{111,}$' --include='*.[ch]' src include tests # comments are laid out by hand
 }
 
 tidy() {

@@ -49,8 +49,8 @@ static PetscReal OnBlock(const Fixture *f, const PetscReal *force, int i)
   return sum;
 }
 
-/* u_n > 0 and tension > 0 when the faces part; f resists: it is what has to be applied to hold the block
- * there. */
+/* u_n > 0 and tension > 0 when the faces part; f resists: it is what has to be applied to
+   hold the block there. */
 static PetscErrorCode OpeningAndTensionArePositive(void)
 {
   PetscFunctionBeginUser;
@@ -126,8 +126,8 @@ static PetscErrorCode StretchedBlockHasPositiveStress(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks run counter-clockwise, so the outward normal is to the right of each face: out of the block's
- * middle. */
+/* Blocks run counter-clockwise, so the outward normal is to the right of each face: out
+   of the block's middle. */
 static PetscErrorCode OutwardNormalIsToTheRightOfAFace(void)
 {
   Fixture f;
@@ -147,8 +147,8 @@ static PetscErrorCode OutwardNormalIsToTheRightOfAFace(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Weight acts in -y, water into its face, traction and point force along their values; all per metre times
-   thickness. */
+/* Weight acts in -y, water into its face, traction and point force along their values; all per
+   metre times thickness. */
 static PetscErrorCode LoadsPointWhereTheyShould(void)
 {
   static const double expected[4][2] = {
@@ -167,8 +167,8 @@ static PetscErrorCode LoadsPointWhereTheyShould(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Three dofs per body first, then two per deformable vertex: u_vertex = u + 3 n_bodies. Rotation
- * counter-clockwise. */
+/* Three dofs per body first, then two per deformable vertex: u_vertex = u + 3 n_bodies.
+   Rotation counter-clockwise. */
 static PetscErrorCode DofsOfBodiesComeFirst(void)
 {
   Fixture f;

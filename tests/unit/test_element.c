@@ -147,8 +147,8 @@ static PetscErrorCode TestPatch(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F = R U: the Cauchy stress turns with R; R alone gives no force and no stress. U stretches by 1 + a along
- * x. */
+/* F = R U: the Cauchy stress turns with R; R alone gives no force and no stress. U
+   stretches by 1 + a along x. */
 static PetscErrorCode TestRotation(void)
 {
   static const PetscReal degrees[3] = {0, 90, 1000};
@@ -470,8 +470,8 @@ static PetscErrorCode TestAccumulate(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rectangle b h, turned and far away: A = b h, I = b h (b^2 + h^2)/12. Triangle: I = A (sum of squared
- * sides)/36. */
+/* Rectangle b h, turned and far away: A = b h, I = b h (b^2 + h^2)/12. Triangle: I = A (sum
+   of squared sides)/36. */
 static void TestGeometry(void)
 {
   const PetscReal b = 3, h = 2, c = 0.6, s = 0.8, x = 1000, y = -500;

@@ -4,8 +4,8 @@
 
 static Sketch sketch;
 
-/* A rigid block that only moves in y, on a joint of stiffness k = k_n L on a held block; dt = 1, omega dt = 2
- * r. */
+/* A rigid block that only moves in y, on a joint of stiffness k = k_n L on a held block;
+   dt = 1, omega dt = 2 r. */
 static PetscErrorCode OpenOneDof(double r, Fixture *f)
 {
   static const double k = 3e6;
@@ -36,8 +36,8 @@ static PetscErrorCode OneStep(Fixture *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* V08: T_num / T = r / asin(r), by counting; amplitude to 1e-10 over 1e4 steps, by the exact discrete
- * solution. */
+/* V08: T_num / T = r / asin(r), by counting; amplitude to 1e-10 over 1e4 steps, by the
+   exact discrete solution. */
 static PetscErrorCode PeriodAndAmplitudeOfOneDof(void)
 {
   static const double table[10][2] = {{0.1, 0.99833}, {0.2, 0.99326}, {0.3, 0}, {0.4, 0},

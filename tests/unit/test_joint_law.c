@@ -36,8 +36,8 @@ static void SetNormal(int model, const Joint *joint, double u_n0, double u_n1, C
   StressModelRespond(model, joint, 1, p);
 }
 
-/* a) sigma_n = 0.5 MPa: peak 450.1 kPa at u_s = 0.1500 mm; then 288.7 kPa (c = 0, phi = 30), or 450.1 when
- * ductile */
+/* a) sigma_n = 0.5 MPa: peak 450.1 kPa at u_s = 0.1500 mm; then 288.7 kPa (c = 0, phi = 30),
+   or 450.1 when ductile */
 static void TestDirectShear(void)
 {
   for (int model = 0; model < STRESS_MODELS; model++) {
@@ -81,8 +81,8 @@ static void TestPull(void)
   }
 }
 
-/* c) memory: open to 1.0 mm, back to a gap of 0.4 mm: no stress; contact again only when the gap is 0,
- * without shear */
+/* c) memory: open to 1.0 mm, back to a gap of 0.4 mm: no stress; contact again only when the
+   gap is 0, without shear */
 static void TestMemoryOfGap(void)
 {
   for (int model = 0; model < STRESS_MODELS; model++) {
@@ -122,8 +122,8 @@ static void TestEccentricShear(void)
   }
 }
 
-/* after tension has broken 0.4 m, tptm keeps the cohesion of the other 0.6 m, and nothing more after failing
- * in shear */
+/* after tension has broken 0.4 m, tptm keeps the cohesion of the other 0.6 m, and nothing more
+   after failing in shear */
 static void TestCohesionLeft(void)
 {
   double t = tan(35 * PETSC_PI / 180);
@@ -161,8 +161,8 @@ static void TestStepSize(void)
   }
 }
 
-/* on any path: ends within the law, fronts within [0,1] and never back, the same question gives the same
- * answer */
+/* on any path: ends within the law, fronts within [0,1] and never back, the same question
+   gives the same answer */
 static void TestEnvelope(void)
 {
   for (int model = 0; model < STRESS_MODELS; model++) {

@@ -51,8 +51,8 @@ static void FacesAtTheWaterLineAreDry(void)
   ENSURE_NEAR(f[1] + f[3], -30, 1e-14); // a top face: downwards
 }
 
-/* Archimedes: a tilted box, whole under water or partly, is lifted by what it displaces, through the centre
- * of it. */
+/* Archimedes: a tilted box, whole under water or partly, is lifted by what it displaces,
+   through the centre of it. */
 static void WaterAroundABodyIsItsBuoyancy(void)
 {
   for (int trial = 0; trial < 200; trial++) {

@@ -124,8 +124,8 @@ static void CaptureEnd(char *text, size_t size)
   unlink(path);
 }
 
-/* The model is refused on all ranks, by a line of rank 0 with this fragment and the file's name, and nothing
- * remains. */
+/* The model is refused on all ranks, by a line of rank 0 with this fragment and the file's
+   name, and nothing remains. */
 static PetscErrorCode ExpectRefusal(const char *path, const char *fragment)
 {
   char text[4 * MESSAGE_LENGTH];

@@ -1,5 +1,5 @@
-/* Every refusal of docs/mesh_format.md on the content of a mesh, with its words; and what must not be
- * refused. */
+/* Every refusal of docs/mesh_format.md on the content of a mesh, with its words; and
+   what must not be refused. */
 #include "small_mesh.h"
 #include "check.h"
 

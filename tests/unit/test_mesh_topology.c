@@ -196,8 +196,8 @@ static PetscErrorCode TestReorderWall(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In the sweep, bodies that touch are no further apart than a strip is long, whatever the order of the file.
- */
+/* In the sweep, bodies that touch are no further apart than a strip is long, whatever
+   the order of the file. */
 static PetscErrorCode TestBodiesAreNeighbours(void)
 {
   enum { LONG = 5, SHORT = 3, N = LONG * SHORT };

@@ -99,8 +99,8 @@ static PetscErrorCode RampDoesNotEnterTheQuotient(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* V10: a block on a joint with k = 3 N/m, of strength T_max = 2 N, under 0.6 or 0.9 T_max; it moves in x
- * only. */
+/* V10: a block on a joint with k = 3 N/m, of strength T_max = 2 N, under 0.6 or 0.9
+   T_max; it moves in x only. */
 static PetscErrorCode FalseSlip(double load, const char *damping, int ramp, PetscBool own_mass, double *slip)
 {
   Fixture f;

@@ -100,8 +100,8 @@ static void SumIsAccurateToTheSecondBin(void)
   }
 }
 
-/* The bound may be far from tight: a bound 2^20 too large leaves 34 bits, and the bits stay the same in any
- * order. */
+/* The bound may be far from tight: a bound 2^20 too large leaves 34 bits, and the bits stay
+   the same in any order. */
 static void LooseBoundCostsOnlyDigits(void)
 {
   PetscReal first[2], again[2];

@@ -140,8 +140,8 @@ static PetscErrorCode TangentIsTheChangeOfTheForces(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks that have turned by up to 1e-3 of one, more than joints open: what comes of that, and only with it.
- */
+/* Blocks that have turned by up to 1e-3 of one, more than joints open: what comes of
+   that, and only with it. */
 static PetscErrorCode TangentOfWhatHasTurned(void)
 {
   PetscFunctionBeginUser;

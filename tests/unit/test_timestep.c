@@ -1,6 +1,6 @@
-/* Scaled masses (V09): the largest frequency of blocks and closed joints stays below 2 safety / dt for any
-   stiffness of the joints, undamped motion does not grow, and the paper's own masses (29) do not hold that.
- */
+/* Scaled masses (V09): the largest frequency of blocks and closed joints stays below 2 safety /
+   dt for any stiffness of the joints, undamped motion does not grow, and the paper's own masses
+   (29) do not hold that. */
 #include "scene_fixture.h"
 
 enum { MAX_DOF = 64 };
@@ -204,8 +204,8 @@ static PetscErrorCode PaperMasses(Fixture *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The reason for masses of our own: two free rigid blocks with (29) and k_s = 0.3 k_n have omega dt = 2.481.
- */
+/* The reason for masses of our own: two free rigid blocks with (29) and k_s = 0.3 k_n
+   have omega dt = 2.481. */
 static PetscErrorCode PaperMassesBlowUpTwoFreeBlocks(void)
 {
   static PetscReal K[MAX_DOF][MAX_DOF];
