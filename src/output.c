@@ -134,7 +134,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     t->nominal = reals[0], t->stable = reals[1], t->failing = reals[2];
     memory->history_bytes = counts[4], memory->history_checksum = counts[5];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
-    if (counts[3]) PetscCall(PetscMalloc1(2 * memory->model->n_owned, &t->mechanism));
+    if (counts[3]) PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
   }
   PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
   PetscCall(archive_texts(a, "trial", t->n, &t->json));

@@ -14,7 +14,7 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
   PetscCall(PetscCalloc3(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv));
   for (PetscInt i = 0; i < scene->n_stages; i++)
     variable = (PetscBool)(variable || scene->stages[i].variable);
-  if (variable) PetscCall(PetscCalloc1(m->n_dof, &s->u_verified));
+  if (variable) PetscCall(PetscCalloc1(PetscMax(1, m->n_dof), &s->u_verified));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));

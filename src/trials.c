@@ -91,7 +91,8 @@ PetscErrorCode TrialsMechanism(Trials *trials, const Model *m, const State *stat
   const PetscReal *u = state->u + at;
   PetscReal most = 0., *du;
   PetscFunctionBeginUser;
-  if (!trials->mechanism) PetscCall(PetscMalloc1(2 * m->n_owned, &trials->mechanism));
+  // never NULL: that says "none", to all ranks
+  if (!trials->mechanism) PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));
   PetscCall(PetscMalloc1(m->n_dof, &du));
   for (PetscInt d = 0; d < m->n_dof; d++) du[d] = chunk_ended ? r->du_chunk[d] : state->u[d] - r->u_chunk[d];
   PetscReal *v = trials->mechanism;

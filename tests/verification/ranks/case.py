@@ -1,6 +1,7 @@
 # ranks: 4
 """The same runs on 1, 2, 3 and 4 ranks, and on 3 that send messages as if on several machines: all bits of the state, as
-its checksum after each stage, are the same."""
+its checksum after each stage, are the same. Two rigid bodies leave ranks without anything: through a stage that finds
+contacts, a collapse with its mechanism, and a restart between its trials."""
 
 import json
 
@@ -39,7 +40,33 @@ def scenes():
     yield "Fig. 6, n = 16 with triangles on rigid ground", triangle_dam(16, "G"), fig6.SCENE
 
 
+def bodies():
+    """Dam on rock, both rigid, which slides."""
+    sliding = load("sliding")
+    rigid = {name: {"density": 2400, "rigid": True} for name in ("dam", "rock")}
+    stages = [{"sw": {"loads": ["weight"], "variable": True}}, {"s1": sliding.SCENE["stages"][-1]["s1"] | {"bracket": 2}}]
+    return changed(sliding.SCENE, ("materials", rigid), ("supports", {"rock": {"fix": "xy"}}), ("stages", stages), ("strain", "large"),
+                   ("checkpoint", {"every": 500, "keep": 100}))
+
+
+def idle(case):
+    """Ranks that own nothing take part in all that ranks do together."""
+    folder = case.prepare(from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json"), bodies())
+    one = case.again(folder)
+    sums, mechanism = [stage["checksum"] for stage in one.summary["stages"]], (one.stage("s1").mechanism ** 2).sum(axis=1).max() ** 0.5
+    case.check("2 rigid bodies slide; largest velocity of the mechanism", mechanism, 1.0, relative=1e-12)
+    for ranks in (3, 4):
+        several = case.again(folder, ranks=ranks)
+        case.check(f"... on {ranks} ranks", [stage["checksum"] for stage in several.summary["stages"]], sums)
+    case.again(folder, "-output", "kept", ranks=3)
+    files = sorted((folder / "kept" / "checkpoints").iterdir())
+    for file in (files[0], files[-1]):
+        restarted = case.again(folder, "-restart", file, ranks=3)
+        case.check(f"... again from {file.name} of {len(files)}", [stage["checksum"] for stage in restarted.summary["stages"]], sums)
+
+
 def run(case):
+    idle(case)
     for name, mesh, scene in scenes():
         checksums = {}
         for ranks, exchange in ((1, "auto"), (2, "auto"), (3, "messages"), (3, "auto"), (4, "auto")):
