@@ -180,15 +180,17 @@ static double memory_held(void)
 
 static PetscErrorCode print_memory(const Advisor *a)
 {
-  double sum = 0., held[2] = {memory_held(), memory_held()};
+  double sum = 0., first = 0., held[2] = {memory_held(), memory_held()};
   PetscFunctionBeginUser;
-  for (PetscMPIInt rank = 0; rank < a->m->size; rank++)
-    sum += MemoryOfRank(a->m->n_vertices_global, (double)a->base.n_contacts, a->m->size, rank);
+  for (PetscMPIInt rank = a->m->size - 1; rank >= 0; rank--) {
+    first = MemoryOfRank(a->m->n_vertices_global, a->m->n_blocks_global, (double)a->base.n_contacts,
+                         a->m->size, rank);
+    sum += first;
+  }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, 1, MPI_DOUBLE, MPI_MAX, a->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held + 1, 1, MPI_DOUBLE, MPI_SUM, a->comm));
-  PetscCall(PetscPrintf(
-      a->comm, "%-44s %12s %12s\n%-44s %12.0f %12.0f\n", "memory [MB]", "rank 0", "all ranks", "explicit",
-      1e-6 * MemoryOfRank(a->m->n_vertices_global, (double)a->base.n_contacts, a->m->size, 0), 1e-6 * sum));
+  PetscCall(PetscPrintf(a->comm, "%-44s %12s %12s\n%-44s %12.0f %12.0f\n", "memory [MB]", "rank 0",
+                        "all ranks", "explicit", 1e-6 * first, 1e-6 * sum));
   if (a->base.n_solved)
     PetscCall(PetscPrintf(a->comm, "%-44s %12.0f %12.0f\n", "preconditioned, held in this attempt",
                           1e-6 * held[0], 1e-6 * held[1]));

@@ -22,16 +22,37 @@ static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* n zeros, in pages that take no memory until something else is written there; PetscCalloc writes them. To be
+   freed by free(). */
+static PetscErrorCode zeros(PetscInt n, PetscReal **x)
+{
+  PetscFunctionBeginUser;
+  *x = calloc((size_t)n + 1, sizeof **x);
+  PetscCheck(*x, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for %" PetscInt_FMT " numbers", n);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What stays zero where nothing has slipped, overlapped or moved in time. */
+enum { HISTORY_ARRAYS = 6 };
+
+static void history_arrays(Contacts *c, PetscReal **array[HISTORY_ARRAYS])
+{
+  PetscReal **const all[] = {&c->rest, &c->slip, &c->broken, &c->slip_0, &c->broken_0, &c->speed};
+  for (int i = 0; i < HISTORY_ARRAYS; i++) array[i] = all[i];
+}
+
 static PetscErrorCode allocate(Contacts *c)
 {
   const PetscInt n = c->n_padded;
+  PetscReal **history[HISTORY_ARRAYS];
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, CONTACT_ROWS * n,
                          &c->vertex, n, &c->length, 2 * n, &c->state));
-  PetscCall(PetscCalloc3(2 * n, &c->t, 2 * n, &c->rest, n, &c->traits));
-  PetscCall(PetscCalloc4(2 * n, &c->slip, 2 * n, &c->broken, 2 * n, &c->slip_0, 2 * n, &c->broken_0));
-  PetscCall(PetscCalloc7(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->speed, 2 * n, &c->sigma, 2 * n, &c->tau,
-                         2 * n, &c->F_n, 2 * n, &c->F_s));
+  PetscCall(PetscCalloc2(2 * n, &c->t, n, &c->traits));
+  PetscCall(PetscCalloc6(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau, 2 * n, &c->F_n,
+                         2 * n, &c->F_s));
+  history_arrays(c, history);
+  for (int i = 0; i < HISTORY_ARRAYS; i++) PetscCall(zeros(2 * n, history[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -153,11 +174,13 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
 
 PetscErrorCode ContactsDestroy(Contacts *c)
 {
+  PetscReal **history[HISTORY_ARRAYS];
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
-  PetscCall(PetscFree3(c->t, c->rest, c->traits));
-  PetscCall(PetscFree4(c->slip, c->broken, c->slip_0, c->broken_0));
-  PetscCall(PetscFree7(c->u_n, c->u_s, c->speed, c->sigma, c->tau, c->F_n, c->F_s));
+  PetscCall(PetscFree2(c->t, c->traits));
+  PetscCall(PetscFree6(c->u_n, c->u_s, c->sigma, c->tau, c->F_n, c->F_s));
+  history_arrays(c, history);
+  for (int i = 0; i < HISTORY_ARRAYS; i++) free(*history[i]), *history[i] = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -54,9 +54,10 @@ PetscErrorCode SceneDestroy(Scene *scene);
 /* [byte] What this process may still take, by the machine, the limits of the process and of its group. */
 double MemoryAvailable(void);
 /* [byte] What a rank will take of an explicit run. */
-double MemoryOfRank(PetscInt n_vertices, double n_contacts, PetscMPIInt size, PetscMPIInt rank);
+double MemoryOfRank(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, PetscMPIInt size,
+                    PetscMPIInt rank);
 /* [byte] What the `local` ranks of this machine, the first among them, will take of a run on `size` ranks. */
-double MemoryNeeded(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt local);
+double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, PetscMPIInt local);
 /* From now on memory that is freed goes back to the system. Once, after MPI has started. */
 void MemoryReturnFreed(void);
 

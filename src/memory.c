@@ -3,12 +3,12 @@
 #include <malloc.h>
 #include <sys/resource.h>
 
-/* [byte] What an explicit run takes, measured on 1, 2 and 4 ranks with 17 000 to 360 000 vertices,
-   checkpoints included: a rank by itself; per vertex and contact of the whole model on rank 0, which reads,
-   gathers and writes; per vertex of its own on any other. Contacts for each vertex, where they are not known
-   yet. */
-static const double PER_RANK = 50e6, PER_VERTEX = 1200., PER_CONTACT = 1100., PER_OWN_VERTEX = 800.,
-                    CONTACTS = 0.4;
+/* [byte] The most that an explicit run takes, measured on 1, 2 and 4 ranks, one body of 1e3 to 4e5 blocks and
+   bodies of 1, 4 and 16 of them, results and checkpoint included, to -10 and +20 %: a rank by itself; per
+   vertex and contact of the whole model on rank 0, which reads, gathers and writes; per vertex and block of
+   its own on any other. */
+static const double PER_RANK = 52e6, PER_VERTEX = 920., PER_CONTACT = 950., PER_OWN_VERTEX = 530.,
+                    PER_OWN_BLOCK = 340.;
 
 /* Number behind a word in a file such as /proc/meminfo, in kB; -1: not there. */
 static double kilobytes(const char *path, const char *word)
@@ -47,25 +47,31 @@ double MemoryAvailable(void)
 }
 
 /* Set-up and output take and free arrays larger than what a run keeps. MPI libraries tell the C library to
-   hold on to freed memory; arrays with pages of their own go back to the system. */
+   hold on to freed memory; arrays with pages of their own go back to the system: from 256 KB on, so that those of
+   some 1e4 vertices do. */
 void MemoryReturnFreed(void)
 {
 #ifdef __GLIBC__
   (void)mallopt(M_MMAP_MAX, 65536);
-  (void)mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  (void)mallopt(M_MMAP_THRESHOLD, 1 << 18);
 #endif
 }
 
-double MemoryOfRank(PetscInt n_vertices, double n_contacts, PetscMPIInt size, PetscMPIInt rank)
+double MemoryOfRank(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, PetscMPIInt size,
+                    PetscMPIInt rank)
 {
-  if (rank) return PER_RANK + PER_OWN_VERTEX * (double)n_vertices / (double)size;
-  return PER_RANK + PER_VERTEX * (double)n_vertices + PER_CONTACT * n_contacts;
+  const double vertices = (double)n_vertices, blocks = (double)n_blocks;
+  if (rank) return PER_RANK + (PER_OWN_VERTEX * vertices + PER_OWN_BLOCK * blocks) / (double)size;
+  return PER_RANK + PER_VERTEX * vertices + PER_CONTACT * n_contacts;
 }
 
-double MemoryNeeded(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt local)
+/* Contacts before any are known: square bodies of k by k blocks have (1 + 1/k)^2 vertices a block and 2/k
+   contacts. */
+double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, PetscMPIInt local)
 {
+  const double side = sqrt((double)n_vertices / PetscMax(1., (double)n_blocks)) - 1.; // 1/k
   double sum = 0.;
   for (PetscMPIInt rank = 0; rank < local; rank++)
-    sum += MemoryOfRank(n_vertices, CONTACTS * (double)n_vertices, size, rank);
+    sum += MemoryOfRank(n_vertices, n_blocks, 2. * PetscMax(0., side) * (double)n_blocks, size, rank);
   return sum;
 }

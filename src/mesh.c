@@ -107,7 +107,8 @@ static PetscErrorCode read_arrays(FileReader *r, BlockMesh *mesh)
 /* Whether the model fits into memory, before anything is allocated for it. */
 static PetscBool fits_memory(FileReader *r, const BlockMesh *mesh, PetscMPIInt size, PetscMPIInt local)
 {
-  const double needed = MemoryNeeded(mesh->n_vertices, size, local), available = MemoryAvailable();
+  const double needed = MemoryNeeded(mesh->n_vertices, mesh->n_blocks, size, local),
+               available = MemoryAvailable();
   if (!ReaderSound(r) || needed <= available) return PETSC_TRUE;
   ReaderFault(r,
               "%" PetscInt_FMT " vertices and %" PetscInt_FMT
