@@ -27,13 +27,14 @@ import numpy as np
 from matplotlib import pyplot
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
 
 from driver import ENVIRONMENT, MODELS  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.dam import dam_mesh  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
+from record import DATA, DOCS, replace_between, table  # noqa: E402
 
 EXPLICIT = ("-relaxation_method", "explicit")
 NEWTON = ("-relaxation_method", "preconditioned")
@@ -146,6 +147,7 @@ def measure(quoin, repeats, cases):
                     errors = np.abs(np.array(found[:2]) / exact - 1)
                     rows.append({"case": case, "variant": variant, "model": model, "n": n, "toe_error": errors[0],
                                  "crest_error": errors[1], "error": max(errors), "seconds": found[2]})  # fmt: skip
+                    print(f"  {variant}, {model}, {n}: error {100 * max(errors):.3g} %, {found[2]:.3g} s", flush=True)
     return rows
 
 
@@ -192,27 +194,19 @@ def draw(rows, path):
 
 def advice(rows):
     """For each case and accuracy, the fastest way there: table of docs/performance.md."""
-    lines = ["| case | error below | fastest | blocks along the base | time [s] | explicit, same model and mesh [s] |", "|---|---|---|---|---|---|"]
+    lines = []
     for case in dict.fromkeys(row["case"] for row in rows):
         mine = [row for row in rows if row["case"] == case]
         for limit in (0.05, 0.01, 0.001):
             good = [row for row in mine if row["error"] <= limit]
             if not good:
-                lines.append(f"| {case} | {100 * limit:g} % | none of the meshes tried | | | |")
+                lines.append([case, f"{100 * limit:g} %", "none of the meshes tried", "", "", ""])
                 continue
             best = min(good, key=lambda row: row["seconds"])
             other = [row["seconds"] for row in mine if (row["variant"], row["model"], row["n"]) == ("explicit", best["model"], best["n"])]
             beside = f"{other[0]:.3g}" if other else "-"
-            lines.append(f"| {case} | {100 * limit:g} % | {best['variant']}, {best['model']} | {best['n']} | {best['seconds']:.3g} | {beside} |")
-    return "\n".join(lines) + "\n"
-
-
-def replace_between(path, mark, text):
-    """The text between <!-- mark --> and <!-- end mark --> of a document."""
-    whole = path.read_text(encoding="utf-8")
-    start, end = f"<!-- {mark} -->\n", f"<!-- end {mark} -->"
-    head, rest = whole.split(start)
-    path.write_text(head + start + text + end + rest.split(end)[1], encoding="utf-8")
+            lines.append([case, f"{100 * limit:g} %", f"{best['variant']}, {best['model']}", best["n"], f"{best['seconds']:.3g}", beside])
+    return table(["case", "error below", "fastest", "blocks along the base", "time [s]", "explicit, same model and mesh [s]"], lines)
 
 
 def others(path, chosen):
@@ -228,7 +222,7 @@ def main():
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--case", type=int, nargs="+", default=list(range(len(CASES))), help="numbers of the cases, from 0; the others keep their data")
     options = parser.parse_args()
-    path = ROOT / "docs" / "data" / "accuracy.csv"
+    path = DATA / "accuracy.csv"
     chosen = [list(CASES)[i] for i in options.case]
     rows = others(path, chosen) + measure(os.path.abspath(options.quoin), options.repeats, chosen)
     rows.sort(key=lambda row: list(CASES).index(row["case"]))
@@ -236,8 +230,8 @@ def main():
         writer = csv.DictWriter(file, rows[0].keys())
         writer.writeheader()
         writer.writerows({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows)
-    draw(rows, ROOT / "docs" / "img" / "accuracy.png")
-    replace_between(ROOT / "docs" / "performance.md", "accuracy", advice(rows))
+    draw(rows, DOCS / "img" / "accuracy.png")
+    replace_between("accuracy", advice(rows))
     print(advice(rows))
 
 

@@ -16,9 +16,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
 
-from accuracy import replace_between  # noqa: E402
 from driver import ENVIRONMENT  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
+from record import replace_between, table  # noqa: E402
 
 SLIDING = "guilhofrei_sliding"
 # words: (example, scene, mesh script and its arguments, options)
@@ -52,14 +52,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
     options = parser.parse_args()
-    lines, worst = ["| example | stage | said | run | ratio |", "|---|---|---|---|---|"], 1.0
+    lines, worst = [], 1.0
     for example in EXAMPLES:
         with tempfile.TemporaryDirectory() as folder:
             for stage, said, run in compare(os.path.abspath(options.quoin), example, folder):
-                lines.append(f"| {example} | {stage} | {said} | {run} | {said / run:.2f} |")
+                lines.append([example, stage, said, run, f"{said / run:.2f}"])
+                print(*lines[-1], sep=", ", flush=True)
                 worst = max(worst, said / run, run / said)
-    replace_between(ROOT / "docs" / "performance.md", "advise", "\n".join(lines) + "\n")
-    print("\n".join(lines), f"\nlargest factor {worst:.2f}")
+    replace_between("advise", table(["example", "stage", "said", "run", "ratio"], lines))
+    print(f"largest factor {worst:.2f}")
 
 
 if __name__ == "__main__":

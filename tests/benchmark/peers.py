@@ -14,8 +14,8 @@ wall       Rigid blocks in running bond: LMGC90 and Quoin.
 What each peer models stands at the top of its file in peer_runs/. Processor seconds (user and system) of one core, medians;
 wall seconds beside them. Of Quoin and CalculiX the whole process counts, reading and writing included; "solution" is Quoin's
 less the same run stopped after a cycle. OpenSees, Kratos and LMGC90 build their model in Python, which does not count.
-A peer that is not installed is left out with a line. QUOIN_PEERS=1 tools/setup.sh installs them. Writes docs/data/peers.json,
-docs/img/peers.png and the tables of docs/performance.md, or into --folder."""
+A peer that is not installed is left out with a line. QUOIN_PEERS=1 tools/setup.sh installs them. Writes docs/data/peers.json
+after each size (other sizes and parts stay), docs/img/peers.png and the tables of docs/performance.md, or into --folder."""
 
 import argparse
 import json
@@ -36,9 +36,9 @@ from matplotlib import pyplot
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-sys.path[:0] = [str(HERE / "peer_runs"), str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+sys.path[:0] = [str(HERE / "peer_runs"), str(HERE), str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
 
-from accuracy import SHORTEST, replace_between, toe_stress  # noqa: E402
+from accuracy import SHORTEST, toe_stress  # noqa: E402
 from driver import ENVIRONMENT, changed, dump, load  # noqa: E402
 from fig6_dam import DENSITY, FRICTION, K_N, K_S, POISSON, YOUNG, Clock  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
@@ -46,6 +46,7 @@ from quoin_tools.fig6 import triangle_dam  # noqa: E402
 from quoin_tools.meshing import rectangle  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from quoin_tools.walls import wall  # noqa: E402
+from record import DATA, DOCS, replace_between, table  # noqa: E402
 
 ELASTIC, FRICTIONAL = "elastic", "friction 45 degrees"
 LONG = 10.0  # [s] a run that takes longer is not repeated
@@ -164,7 +165,6 @@ def errors(row, same, limit):
 
 
 def static(options, there):
-    rows = []
     for law in (ELASTIC, FRICTIONAL):
         flag = ("--friction",) if law == FRICTIONAL else ()
         exact = {n: peer(options.python, "plain.py", "--n", n, *flag) for n in {*options.limit, *options.sizes}}
@@ -176,15 +176,7 @@ def static(options, there):
                 if law in laws and there[who]:
                     more = (*more, "--program", options.ccx) if who == "CalculiX" else more
                     found.append((name, median(partial(peer, options.python, script, "--n", n, *more, *flag), options.repeats)))
-            for name, run in found:
-                rows.append({"law": law, "solver": name, "elements": n * n, **run, **errors(run, exact[n], limit)})
-                show(rows[-1])
-    return rows
-
-
-def show(row):
-    words = [f"{key} {value:.4g}" if isinstance(value, float) else str(value) for key, value in row.items()]
-    print("  " + ", ".join(words), flush=True)
+            yield [{"law": law, "solver": name, "elements": n * n, **run, **errors(run, exact[n], limit)} for name, run in found]
 
 
 # ---- explicit steps and the wall
@@ -204,7 +196,6 @@ def block_scene():
 
 
 def explicit(options, there):
-    rows = []
     for n in options.explicit:
         steps = max(10, min(400, 4 * 10**6 // n**2))
         other = median(partial(peer, options.python, "kratos.py", "--n", n, "--steps", steps), options.repeats) if there["Kratos"] else None
@@ -218,17 +209,14 @@ def explicit(options, there):
             many = max(100, min(10**8 // n**2, 50000))
             ends = [median(partial(quoin, options.quoin, folder, relaxed, *stopped(k)), options.repeats)["cpu_s"] for k in (1, many)]
         where = dynamic.pop("stage")["probes"]["top_left"]
-        rows.append({"solver": "Quoin, step in time", "elements": n * n, "ns": dynamic["cpu_s"] / n**2 * 1e9, "u_x": where["u_x"], "u_y": where["u_y"]})
-        rows.append({"solver": "Quoin, cycle of relaxation", "elements": n * n, "ns": (ends[1] - ends[0]) / (many - 1) / n**2 * 1e9})
+        rows = [{"solver": "Quoin, step in time", "elements": n * n, "ns": dynamic["cpu_s"] / n**2 * 1e9, "u_x": where["u_x"], "u_y": where["u_y"]},
+                {"solver": "Quoin, cycle of relaxation", "elements": n * n, "ns": (ends[1] - ends[0]) / (many - 1) / n**2 * 1e9}]  # fmt: skip
         if other:
             rows.append({"solver": "Kratos", "elements": n * n, "ns": other["ns_per_element_step"], "u_x": other["u_x"], "u_y": other["u_y"]})
-        for row in rows[-3 if other else -2:]:
-            show(row)
-    return rows
+        yield rows
 
 
 def rigid_wall(options, there):
-    rows = []
     joints = {"k_n": 10e9, "k_s": 3e9, "friction": 45, "stress_model": "tptm"}
     for n in options.walls:
         mesh = wall(n, n, 1.0, 1.0)
@@ -243,14 +231,28 @@ def rigid_wall(options, there):
         if there["LMGC90"]:
             other = median(partial(peer, options.python, "lmgc90.py", "--n", n), options.repeats)
             found.append(("LMGC90", other["contacts"], other["cpu_s"] / other["steps"], other["dt"]))
-        for name, contacts, cost, dt in found:
-            rows.append({"solver": name, "blocks": n * n, "contacts": contacts, "us_per_step": 1e6 * cost, "ns_per_contact": 1e9 * cost / contacts,
-                         "dt_s": dt, "cpu_s_per_second": cost / dt})  # fmt: skip
-            show(rows[-1])
-    return rows
+        yield [{"solver": name, "blocks": n * n, "contacts": contacts, "us_per_step": 1e6 * cost, "ns_per_contact": 1e9 * cost / contacts,
+                "dt_s": dt, "cpu_s_per_second": cost / dt} for name, contacts, cost, dt in found]  # fmt: skip
 
 
-PARTS = {"static": static, "explicit": explicit, "wall": rigid_wall}
+# name: (rows of one size in one run after another, columns in which they agree: they are replaced together)
+PARTS = {"static": (static, ("law", "elements")), "explicit": (explicit, ("elements",)), "wall": (rigid_wall, ("blocks",))}
+
+
+def measure(options, path):
+    """The parts asked for, beside what the file holds of other sizes and parts; written after each size."""
+    data = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    there = installed(options) if options.parts else {}
+    for part in options.parts:
+        run, columns = PARTS[part]
+        for rows in run(options, there):
+            size = [rows[0][column] for column in columns]
+            data[part] = sorted([row for row in data.get(part, []) if [row[c] for c in columns] != size] + rows,
+                                key=lambda row: [row[c] for c in columns])  # fmt: skip
+            path.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+            for row in rows:
+                print("  " + ", ".join(f"{key} {value:.4g}" if isinstance(value, float) else str(value) for key, value in row.items()), flush=True)
+    return data
 
 
 # ---- what is written
@@ -300,13 +302,13 @@ def percent(value):
 
 
 def static_table(rows):
-    lines = ["| joint | elements | solver | processor [s] | wall [s] | of Quoin's time | error, same mesh | error, no mesh |", "|---|---|---|---|---|---|---|---|"]
+    lines = []
     for row in rows:
         own = next(r for r in rows if (r["law"], r["elements"], r["solver"]) == (row["law"], row["elements"], QUOIN))
         text = f"{row['cpu_s']:.3g}" + (f" (solution {row['solution_s']:.3g})" if "solution_s" in row else "")
-        lines.append(f"| {row['law']} | {row['elements']} | {row['solver']} | {text} | {row['wall_s']:.3g} | {row['cpu_s'] / own['cpu_s']:.2g} | "
-                     f"{percent(row['error_same_mesh'])} | {percent(row['error'])} |")  # fmt: skip
-    return lines
+        lines.append([row["law"], row["elements"], row["solver"], text, f"{row['wall_s']:.3g}", f"{row['cpu_s'] / own['cpu_s']:.2g}",
+                      percent(row["error_same_mesh"]), percent(row["error"])])  # fmt: skip
+    return table(["joint", "elements", "solver", "processor [s]", "wall [s]", "of Quoin's time", "error, same mesh", "error, no mesh"], lines)
 
 
 def ratios(rows):
@@ -325,26 +327,26 @@ def ratios(rows):
         if paper:
             words.append(f"the paper's relaxation, stopped after {paper['solution_s'] / own['solution_s']:.0f} times as long: "
                          f"error {percent(paper['error_same_mesh'])}")  # fmt: skip
-        lines.append("- " + "; ".join(words))
-    return lines
+        lines.append("- " + "; ".join(words) + "\n")
+    return "".join(lines)
 
 
 def explicit_table(rows):
-    lines = ["| elements | Kratos [ns] | Quoin, step in time [ns] | ratio | Quoin, cycle of relaxation [ns] | ratio | u_y of the corner, Kratos and Quoin [mm] |",
-             "|---|---|---|---|---|---|---|"]  # fmt: skip
+    lines = []
     for size in dict.fromkeys(row["elements"] for row in rows):
         at = {row["solver"]: row for row in rows if row["elements"] == size}
         if "Kratos" in at:
             other, step, cycle = (at[name] for name in ("Kratos", "Quoin, step in time", "Quoin, cycle of relaxation"))
-            lines.append(f"| {size} | {other['ns']:.0f} | {step['ns']:.1f} | {other['ns'] / step['ns']:.0f} | {cycle['ns']:.1f} | "
-                         f"{other['ns'] / cycle['ns']:.0f} | {1e3 * other['u_y']:.5f}, {1e3 * step['u_y']:.5f} |")  # fmt: skip
-    return lines
+            lines.append([size, f"{other['ns']:.0f}", f"{step['ns']:.1f}", f"{other['ns'] / step['ns']:.0f}", f"{cycle['ns']:.1f}",
+                          f"{other['ns'] / cycle['ns']:.0f}", f"{1e3 * other['u_y']:.5f}, {1e3 * step['u_y']:.5f}"])  # fmt: skip
+    return table(["elements", "Kratos [ns]", "Quoin, step in time [ns]", "ratio", "Quoin, cycle of relaxation [ns]", "ratio",
+                  "u_y of the corner, Kratos and Quoin [mm]"], lines)  # fmt: skip
 
 
 def wall_table(rows):
-    lines = ["| blocks | solver | contacts | step [us] | per contact [ns] | time step [s] | processor seconds for a second |", "|---|---|---|---|---|---|---|"]
-    return lines + [f"| {row['blocks']} | {row['solver']} | {row['contacts']} | {row['us_per_step']:.3g} | {row['ns_per_contact']:.3g} | "
-                    f"{row['dt_s']:.2g} | {row['cpu_s_per_second']:.3g} |" for row in rows]  # fmt: skip
+    lines = [[row["blocks"], row["solver"], row["contacts"], f"{row['us_per_step']:.3g}", f"{row['ns_per_contact']:.3g}", f"{row['dt_s']:.2g}",
+              f"{row['cpu_s_per_second']:.3g}"] for row in rows]  # fmt: skip
+    return table(["blocks", "solver", "contacts", "step [us]", "per contact [ns]", "time step [s]", "processor seconds for a second"], lines)
 
 
 def parse():
@@ -353,7 +355,7 @@ def parse():
     parser.add_argument("--python", default=sys.executable, help="that has the peers of Python")
     parser.add_argument("--ccx", default="ccx", help="the program CalculiX")
     parser.add_argument("--folder", help="for peers.json, peers.png, peers.md; the default is docs/")
-    parser.add_argument("--parts", nargs="*", choices=PARTS, default=list(PARTS), help="the others keep what peers.json holds")
+    parser.add_argument("--parts", nargs="*", choices=PARTS, default=list(PARTS), help="the others keep what peers.json holds; none: tables and picture alone")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--sizes", type=int, nargs="*", default=[45, 100, 316], help="of the dam, blocks across")
     parser.add_argument("--limit", type=int, nargs=3, default=[79, 158, 316], help="of the reference, each twice the one before")
@@ -368,18 +370,14 @@ def parse():
 
 def main():
     options = parse()
-    there = installed(options) if options.parts else {}
-    folder = Path(options.folder or ROOT / "docs")
-    data_folder, picture = (folder, folder / "peers.png") if options.folder else (folder / "data", folder / "img" / "peers.png")
-    data = json.loads((data_folder / "peers.json").read_text(encoding="utf-8")) if set(options.parts) < set(PARTS) else {}
-    data |= {part: PARTS[part](options, there) for part in options.parts}
-    text = "\n\n".join("\n".join(table) for table in (static_table(data["static"]), ratios(data["static"]), explicit_table(data["explicit"]), wall_table(data["wall"]))) + "\n"
-    (data_folder / "peers.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    draw(data, picture)
-    if options.folder:
+    folder = Path(options.folder) if options.folder else None
+    data = measure(options, (folder or DATA) / "peers.json")
+    text = "\n".join((static_table(data["static"]), ratios(data["static"]), explicit_table(data["explicit"]), wall_table(data["wall"])))
+    draw(data, folder / "peers.png" if folder else DOCS / "img" / "peers.png")
+    if folder:
         (folder / "peers.md").write_text(text, encoding="utf-8")
     else:
-        replace_between(folder / "performance.md", "peers", text)
+        replace_between("peers", text)
     print(text)
 
 

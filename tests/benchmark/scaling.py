@@ -8,8 +8,9 @@
 Scenes of run.py: `block`, one body of side x side blocks; `wall`, single blocks with joints (tptm) all around, as many.
 Set-up: seconds of wall time that quoin prints, from the start of reading to the first cycle, with its parts. A cycle:
 bench_cycle's median processor time (run.py); its parts: shares that quoin prints. Memory: resident pages of all ranks,
-largest, and while cycles run. With --same-bits the two smallest sizes run on 1, 2 and 4 ranks, and the checksums of the
-state are compared. Writes docs/data/scaling.csv, docs/img/scaling_size.png and docs/img/scaling_ranks.png."""
+largest, and the median between set-up and the end of the cycles. With --same-bits the two smallest sizes run on 1, 2 and 4 ranks, and the checksums of the
+state are compared. Writes docs/data/scaling.csv, docs/img/scaling_size.png, docs/img/scaling_ranks.png and the table of
+docs/performance.md."""
 
 import argparse
 import csv
@@ -31,10 +32,13 @@ from matplotlib import pyplot
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import run  # noqa: E402
+from record import DATA as FOLDER  # noqa: E402
+from record import DOCS, replace_between, table  # noqa: E402
 
 ROOT = run.ROOT
-DATA, IMAGES = ROOT / "docs" / "data" / "scaling.csv", ROOT / "docs" / "img"
+DATA, IMAGES = FOLDER / "scaling.csv", DOCS / "img"
 SCENES = {"block": "block", "wall": "tptm"}  # here: in run.py
+SAID, MEMORY = {"block": "one body", "wall": "single blocks"}, ("peak_MiB", "resident_MiB")
 MOST = {"block": 2000, "wall": 1000}  # sides: 4e6 single blocks with 8e6 contacts would take 25 GiB
 SET_UP = ("reading", "checks", "order", "partition", "distribution", "model", "contacts", "output")
 CYCLE = ("exchange", "contacts", "blocks", "rigid bodies", "damping")
@@ -83,7 +87,8 @@ def row_of(options, scene, side, ranks):
             while process.poll() is None:
                 now, most = memory(process.pid)
                 peak = max(peak, most)
-                if "set-up" in Path(folder, "log").read_text(encoding="utf-8"):
+                said = Path(folder, "log").read_text(encoding="utf-8")
+                if "set-up" in said and "stage all" not in said:
                     running += [now] if now else []
                 time.sleep(0.02)
             log.seek(0)
@@ -99,7 +104,7 @@ def row_of(options, scene, side, ranks):
         bench = run.measure(options.bench, SCENES[scene], side_of(scene, side), ranks, options.seconds)
     blocks = bench["n_elements"]
     return ({"scene": scene, "blocks": blocks, "contacts": bench["n_contacts"], "ranks": ranks,
-             "cycle_ns_per_block": bench["cycle"] / blocks, "set_up_s": set_up, "peak_MiB": peak, "resident_MiB": float(np.median(running)),
+             "cycle_ns_per_block": bench["cycle"] / blocks, "set_up_s": set_up, "peak_MiB": peak, "resident_MiB": float(np.median(running or [peak])),
              "checksum": stage["checksum"]} | {f"set_up_{k}": v for k, v in parts.items()}
             | {f"cycle_{k}": v for k, v in step.items()})
 
@@ -116,12 +121,12 @@ def draw_size(rows):
             n = np.array([float(r["blocks"]) for r in own])
             if len(own) < 2:
                 continue
-            what = {"block": "one body", "wall": "single blocks"}[scene] + f", {ranks} rank" + "s" * (ranks > 1)
+            what = SAID[scene] + f", {ranks} rank" + "s" * (ranks > 1)
             cycle, set_up = (np.array([float(r[k]) for r in own]) for k in ("cycle_ns_per_block", "set_up_s"))
             axes[0].loglog(n, 1e-6 * cycle * n, style, color=colour, label=f"{what}: exponent {exponent(n, cycle * n):.2f}")
             axes[1].loglog(n, set_up, style, color=colour, label=f"{what}: exponent {exponent(n[-2:], set_up[-2:]):.2f} (last)")
             if ranks == 1:
-                for key, mark in (("resident_MiB", "-"), ("peak_MiB", ":")):
+                for key, mark in zip(MEMORY, (":", "-")):
                     value = np.array([float(r[key]) for r in own]) * 2**20
                     slope = np.diff(value)[-1] / np.diff(n)[-1]
                     axes[2].loglog(n, value / n, "o" + mark, color=colour,
@@ -131,8 +136,9 @@ def draw_size(rows):
     axes[1].axhline(30, color="grey", lw=0.8)
     axes[2].set(xlabel="blocks", ylabel="resident memory [B a block]", title="Memory, 1 rank, program included")
     for axis in axes:
-        axis.legend(fontsize=7)
+        axis.legend(fontsize=7, loc="upper right" if axis is axes[2] else "upper left")
         axis.grid(alpha=0.3)
+    axes[2].set_ylim(top=4 * axes[2].get_ylim()[1])
     figure.savefig(IMAGES / "scaling_size.png", dpi=130)
 
 
@@ -161,6 +167,19 @@ def draw_ranks(rows):
                  title={"block": "One body", "wall": "Single blocks with joints"}[scene])
     axes[0].legend(fontsize=8, ncol=len(CYCLE), loc="upper center")
     figure.savefig(IMAGES / "scaling_ranks.png", dpi=130)
+
+
+def write_table(rows):
+    ordered = sorted(rows, key=lambda r: (r["scene"], int(r["blocks"]), int(r["ranks"])))
+    one = {(r["scene"], r["blocks"]): float(r["cycle_ns_per_block"]) for r in ordered if r["ranks"] == "1"}
+    lines = []
+    for r in ordered:
+        own, alone = float(r["cycle_ns_per_block"]), one.get((r["scene"], r["blocks"]))
+        lines.append([SAID[r["scene"]], r["blocks"], r["contacts"], r["ranks"], f"{own:.1f}", f"{alone / own:.2f}" if alone and r["ranks"] != "1" else "",
+                      r["set_up_s"], f"{float(r['set_up_distribution']) + float(r['set_up_partition']):.0%}", *(f"{float(r[k]):.0f}" for k in MEMORY)])  # fmt: skip
+    head = ["", "blocks", "contacts", "ranks", "cycle [ns a block]", "times as fast as 1 rank", "reading to first cycle [s]", "of it dealing out to ranks",
+            "peak [MiB]", "median after set-up [MiB]"]  # fmt: skip
+    replace_between("scaling", table(head, lines))
 
 
 def same_bits(options):
@@ -210,6 +229,7 @@ def main():
         measure(options)
     with open(DATA, newline="", encoding="utf-8") as f:
         rows = list(csv.DictReader(f))
+    write_table(rows)
     draw_size(rows)
     if {r["ranks"] for r in rows} >= {"1", "2"}:
         draw_ranks(rows)

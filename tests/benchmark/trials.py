@@ -1,13 +1,12 @@
 """Studies to failure by explicit cycles and by Newton's method with creep: brackets, and what they cost.
 
-    PYTHONPATH=tools python tests/benchmark/trials.py --quoin build/quoin [--json out.json] [--only voronoi]
+    PYTHONPATH=tools python tests/benchmark/trials.py --quoin build/quoin [--only voronoi]
 
 The strength reductions and the flood of the examples guilhofrei_sliding and guilhofrei_voronoi (three seeds). Effort is of the
-study's stage alone, seconds are user CPU of the whole run on one rank, output included. --before OTHER: the same by Newton's method of
-another build, in between. Exit code 1 when two methods disagree on a bracket."""
+study's stage alone, seconds are user CPU of the whole run on one rank, output included. Exit code 1 when the two disagree on a
+bracket. Writes docs/data/trials.json, where other studies stay, and the table of docs/performance.md."""
 
 import argparse
-import json
 import os
 import subprocess
 import sys
@@ -15,10 +14,11 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
 
 from driver import ENVIRONMENT  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
+from record import keep, replace_between, table  # noqa: E402
 
 # name: example, scene, mesh and its arguments, options
 STUDIES = {
@@ -46,38 +46,42 @@ def run(quoin, folder, study, method):
     return results.stage_summary(results.stages[-1]), usage.ru_utime
 
 
-def row(quoin, study, method):
+METHODS = {"explicit": "explicit", "Newton": "preconditioned"}  # name in the table: in the scene
+HEADER = ["study", "by", "bracket", "trials", "force evaluations", "of one trial, the most", "solves", "factorisations", "user s"]
+
+
+def row(quoin, name, by):
     with tempfile.TemporaryDirectory() as folder:
-        stage, seconds = run(os.path.abspath(quoin), folder, study, method)
+        stage, seconds = run(os.path.abspath(quoin), folder, STUDIES[name], METHODS[by])
     found = stage.get("flood") or stage["strength_reduction"]
-    return {"bracket": [found["stable"], found["failing"]], "trials": len(found["trials"]), "seconds": seconds, "method": stage["method"],
-            "longest": max(trial["cycles"] for trial in found["trials"])} | {
-                key: stage[key] for key in ("force_evaluations", "solves", "factorisations")}
+    return {"study": name, "by": by, "bracket": [found["stable"], found["failing"]], "trials": len(found["trials"]),
+            "force_evaluations": stage["force_evaluations"], "longest": max(trial["cycles"] for trial in found["trials"]),
+            "solves": stage["solves"], "factorisations": stage["factorisations"], "seconds": seconds}  # fmt: skip
+
+
+def cells(row):
+    bracket, seconds = ", ".join(f"{end:.6g}" for end in row["bracket"]), f"{row['seconds']:.2f}"
+    return [row["study"], row["by"], bracket, row["trials"], row["force_evaluations"], row["longest"], row["solves"], row["factorisations"], seconds]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
-    parser.add_argument("--before", help="another build of the program, for its Newton's method")
     parser.add_argument("--only", default="", help="studies whose name holds this")
-    parser.add_argument("--json", help="file for the rows")
     options = parser.parse_args()
-    runs = [("explicit", options.quoin, "explicit"), ("Newton", options.quoin, "preconditioned")]
-    if options.before:
-        runs.insert(1, ("before", options.before, "preconditioned"))
-    rows, agree = {}, True
-    print("| study | by | bracket | trials | force evaluations | of one trial, the most | solves | factorisations | user s |\n"
-          "|---|---|---|---:|---:|---:|---:|---:|---:|")
-    for name, study in STUDIES.items():
-        if options.only.lower() not in name.lower():
-            continue
-        rows[name] = {by: row(quoin, study, method) for by, quoin, method in runs}
-        agree &= all(r["bracket"] == rows[name]["explicit"]["bracket"] for r in rows[name].values())
-        for by, r in rows[name].items():
-            print(f"| {name} | {by} | {r['bracket'][0]:.6g}, {r['bracket'][1]:.6g} | {r['trials']} | {r['force_evaluations']} | {r['longest']} | "
-                  f"{r['solves']} | {r['factorisations']} | {r['seconds']:.2f} |", flush=True)
-    if options.json:
-        Path(options.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    names, agree = [name for name in STUDIES if options.only.lower() in name.lower()], True
+    if not names:
+        parser.error(f"no study {options.only}; there are: {'; '.join(STUDIES)}")
+    print(*HEADER, sep=", ")
+    for name in names:
+        found = []
+        for by in METHODS:
+            found.append(row(options.quoin, name, by))
+            print(*cells(found[-1]), sep=", ", flush=True)
+        agree &= found[0]["bracket"] == found[1]["bracket"]
+        rows = keep("trials", found, ("study", "by"))
+    rows.sort(key=lambda row: list(STUDIES).index(row["study"]))
+    replace_between("trials", table(HEADER, map(cells, rows)))
     return 0 if agree else 1
 
 

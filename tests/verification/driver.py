@@ -85,7 +85,8 @@ class Case:
         self.name, self.quoin, self.folder = name, quoin, Path(folder)
         self.full = full  # also what takes too long for every day
         self.same_bits = same_bits  # repeat every run on other numbers of ranks
-        self.bits = []  # (folder, ranks, whether the checksums are those of the run) of these repetitions
+        self.bits = []  # (run, ranks, whether the checksums are those of the run) of these repetitions
+        self._told = {}  # run: checksums of the numbers of ranks that it has been on
         self.checks = []
         self.runs = 0
         self._since = []  # (ranks, seconds) of the runs since the last check
@@ -124,11 +125,21 @@ class Case:
                               errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=500)
 
     def _repeat(self, folder, options, ranks, expected):
-        """The run again on the other numbers of ranks, where a parallel factor has no part in it."""
+        """The run again on the numbers of ranks it has not been on, where a parallel factor has no part in it."""
         if not expected:
             return
-        for other in {1, 2, 3, 4} - {ranks}:
-            done = self._start(folder, [*options, "-output", "other_ranks"], other)
+        # options may name files: such runs are only like those in their own folder
+        files = [folder.name if options else "", *(path.read_bytes() for path in sorted(folder.glob("*.*")) if path.is_file())]
+        told = self._told.setdefault((*files, *map(str, options)), {ranks: expected})
+        if told.get(ranks, expected) != expected:
+            self.bits.append((folder.name, ranks, False))
+        for other in {1, 2, 3, 4} - set(told):
+            told[other] = expected
+            try:
+                done = self._start(folder, [*options, "-output", "other_ranks"], other)
+            except subprocess.TimeoutExpired:
+                self.bits.append((f"{folder.name}, which does not end,", other, False))
+                continue
             if "expected at most one rank per block" not in done.stderr:
                 self.bits.append((folder.name, other, checksums(Results(folder / "other_ranks")) == expected))
                 shutil.rmtree(folder / "other_ranks")

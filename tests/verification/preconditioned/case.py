@@ -86,8 +86,8 @@ def compare(case, what, stage, both):
     sigma, tau = ([getattr(result.stage(stage).contacts, field) for result in both] for field in ("sigma", "tau"))
     case.check(f"{what}: sigma and tau, preconditioned and explicit [Pa]", [sigma[1], tau[1]], [sigma[0], tau[0]],
                absolute=1e-3 * abs(sigma[0]).max())
-    methods = [result.stage_summary(stage)["method"] for result in both]
-    case.check("... methods", json.dumps(methods), json.dumps(["explicit", "preconditioned"]))
+    methods = [[result.stage_summary(stage)[key] for key in ("method", "ranks_agree")] for result in both]
+    case.check("... methods; ranks agree", json.dumps(methods), json.dumps([["explicit", "bit for bit"], ["preconditioned", "to the tolerance"]]))
 
 
 def history(case):
