@@ -144,7 +144,8 @@ def draw_size(rows):
 
 def draw_ranks(rows):
     rows = [r for r in rows if int(r["ranks"]) <= 2]
-    sizes = sorted({(r["scene"], int(r["blocks"])) for r in rows})
+    one, two = ({(r["scene"], int(r["blocks"])) for r in rows if int(r["ranks"]) == n} for n in (1, 2))
+    sizes = sorted(one & two)
     figure, axes = pyplot.subplots(1, 2, figsize=(13, 4.6), constrained_layout=True, sharey=True)
     for axis, scene in zip(axes, ("block", "wall")):
         ticks = []
@@ -159,7 +160,7 @@ def draw_ranks(rows):
                     part_height = height * float(r[f"cycle_{part}"]) / total
                     axis.bar(x, part_height, 0.36, bottom, color=colour, label=part if not place and ranks == 1 else None)
                     bottom += part_height
-                axis.text(x, height + 0.02, f"{1 / height:.2f} x" if ranks > 1 else f"{whole:.0f} ns", ha="center", fontsize=8)
+                axis.text(x, height + 0.02, f"{1 / height:.2f} x" if ranks > 1 else f"{whole:.0f} ns", ha="center", fontsize=8, in_layout=False)
             ticks.append(f"{blocks}\n1 rank, 2 ranks")
         axis.axhline(0.5, color="grey", lw=0.8)
         axis.set_xticks(range(len(ticks)), ticks)
