@@ -200,7 +200,7 @@ static PetscErrorCode print_memory(const Advisor *a)
 static PetscErrorCode print_stages(const Advisor *a)
 {
   const Attempt *b = &a->base;
-  char cycles[32], least[32], most[32], seconds[32], solved[32];
+  char text[6][32];
   PetscFunctionBeginUser;
   if (b->cycle > 0.)
     PetscCall(PetscPrintf(
@@ -216,10 +216,18 @@ static PetscErrorCode print_stages(const Advisor *a)
     const Cost *c = b->cost + s;
     const double each = stage->kind == STAGE_DYNAMIC ? b->step : b->cycle;
     PetscCall(PetscPrintf(a->comm, "%-16s %7.0f %12s %11s %11s %14s %18s\n", stage->name, (double)c->trials,
-                          number((double)c->cycles, "%.0f", cycles), number((double)c->least, "%.0f", least),
-                          number((double)c->most, "%.0f", most),
-                          number((double)c->cycles * each, "%.3g", seconds),
-                          number(c->seconds, "%.3g", solved)));
+                          number((double)c->cycles, "%.0f", text[0]),
+                          number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
+                          number((double)c->cycles * each, "%.3g", text[3]),
+                          number(c->seconds, "%.3g", text[4])));
+  }
+  PetscCall(PetscPrintf(a->comm, "%-16s %12s %23s %12s %23s\n", "preconditioned", "evaluations", "range",
+                        "solves", "range"));
+  for (PetscInt s = 0; s < b->n_stages; s++) {
+    const PetscReal *e = b->cost[s].effort[0];
+    for (int i = 0; i < 6; i++) (void)number((double)e[i], "%.0f", text[i]);
+    PetscCall(PetscPrintf(a->comm, "%-16s %12s %11s %11s %12s %11s %11s\n", a->scene->stages[s].name, text[0],
+                          text[1], text[2], text[3], text[4], text[5]));
   }
   if (b->n_solved && !b->solved)
     PetscCall(PetscPrintf(a->comm,

@@ -9,8 +9,14 @@
 #include "checkpoint.h"
 
 static const PetscReal LOOSE = 4., RANGE = 2.5;
-static const PetscReal CREEP =
-    10.; /* times the cost of an equilibrium: a trial that fails, by Newton's method */
+/* Newton's method, fitted to ten studies (docs/performance.md): force evaluations of a
+   trial, solves for each of them, and how both grow with the number of bodies; how far a study may be off. */
+typedef struct {
+  PetscReal evaluations, with_bodies, solves, solves_with_bodies;
+} TrialEffort;
+static const TrialEffort STANDS = {4.5, 0.12, 1.7, 0.22}, FAILS = {42., 0.2, 6.2, 0.};
+static const PetscReal EFFORT_RANGE = 2.5;
+static const PetscReal PER_FACTOR = 15.; /* [solves] what a factorisation takes */
 static const PetscReal AFFORDABLE = 5e7; /* blocks, and contacts four times, of explicit cycles after Newton's
                                             method has failed: some seconds */
 static const double TIMED =
@@ -81,12 +87,41 @@ static Cost relaxations(const Attempt *a, const Stage *stage, PetscReal ramp, co
   return (Cost){.cycles = times[0] * (ramp + decay),
                 .least = times[1] * (ramp + decay) / RANGE,
                 .most = times[2] * (ramp + decay) * RANGE,
+                .effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}},
                 .seconds = NAN,
                 .trials = times[0]};
 }
 
+/* [0] force evaluations, [1] solves of so many trials. */
+static void add_trials(const TrialEffort *e, PetscReal trials, PetscReal bodies, PetscReal sum[2])
+{
+  const PetscReal evaluations = trials * e->evaluations * PetscPowReal(bodies, e->with_bodies);
+  sum[0] += evaluations;
+  sum[1] += evaluations * e->solves * PetscPowReal(bodies, e->solves_with_bodies);
+}
+
+/* By Newton's method. The last of the steps fails, and half of the bisections; at least, all stand up to the
+   limit or the second fails. */
+static void trial_efforts(const Attempt *a, const PetscReal times[3], PetscReal bisections, PetscReal bodies,
+                          Cost *cost)
+{
+  const PetscReal fail = 1. + 0.5 * bisections;
+  PetscReal sum[4][2] = {{0.}};
+  for (int i = 0; i < 3; i++) {
+    add_trials(&STANDS, PetscMax(0., times[i] - fail), bodies, sum[i]);
+    add_trials(&FAILS, fail, bodies, sum[i]);
+  }
+  add_trials(&STANDS, times[2] - bisections, bodies, sum[3]);
+  for (int what = 0; what < 2; what++) {
+    cost->effort[what][0] = sum[0][what];
+    cost->effort[what][1] = PetscMin(sum[1][what], sum[3][what]) / EFFORT_RANGE;
+    cost->effort[what][2] = sum[2][what] * EFFORT_RANGE;
+  }
+  cost->seconds = (double)(sum[0][0] + sum[0][1]) * a->unit;
+}
+
 /* How many trials: at best the second one fails, at worst the limit is reached; and bisections. */
-static Cost trials(const Scene *scene, const Attempt *a, const Stage *s)
+static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const Stage *s)
 {
   const PetscReal full = s->what == REDUCE_FRICTION ? ReducedFriction(scene, s) : 1.,
                   start = PetscIsNanReal(s->start) ? full : s->start, way = PetscAbsReal(s->limit - start);
@@ -99,13 +134,25 @@ static Cost trials(const Scene *scene, const Attempt *a, const Stage *s)
   const PetscReal least = 2. + bisections, most = 1. + PetscCeilReal(steps) + bisections;
   const PetscReal times[3] = {0.5 * (least + most), least, most};
   Cost cost = relaxations(a, s, s->kind == STAGE_FLOOD ? (PetscReal)s->ramp : 0., times);
-  // trials that stand take a solution without a new factor, those that fail the steps of creep
-  const PetscReal fail = 1. + 0.5 * bisections;
-  if (a->solved) cost.seconds = (cost.trials - fail) * a->last + fail * CREEP * a->last;
+  if (a->solved) trial_efforts(a, times, bisections, bodies, &cost);
   return cost;
 }
 
 /* ---- stages */
+
+/* [solves] What an effort amounts to: a force evaluation comes with a tangent and counts as one. */
+static PetscReal work_of(const Effort *e)
+{
+  return (PetscReal)(1 + e->evaluations + e->solves) + PER_FACTOR * (PetscReal)e->factorisations;
+}
+
+/* Of a stage that was solved: not a guess. */
+static void known_effort(const Effort *e, double seconds, Cost *cost)
+{
+  for (int i = 0; i < 3; i++)
+    cost->effort[0][i] = (PetscReal)e->evaluations, cost->effort[1][i] = (PetscReal)e->solves;
+  cost->seconds = seconds;
+}
 
 /* The static stages by Newton's method, contacts as found at the start; where it fails, by as many explicit
    cycles as can be afforded. */
@@ -126,13 +173,14 @@ static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
     stage.max_cycles = (PetscInt)PetscMin((PetscReal)stage.max_cycles, cycles);
     PetscCall(PetscMemzero(&p->relax->effort, sizeof(p->relax->effort)));
     PetscCall(StageRelax(p->scene, p->m, &stage, s, p->contacts, p->state, p->relax, p->output, &result));
-    a->last = slowest(p->m->comm, MPI_Wtime() - start);
+    const double last = slowest(p->m->comm, MPI_Wtime() - start);
     a->solved = (PetscBool)(result.verdict == VERDICT_CONVERGED);
     PetscCall(count_contacts(p->m, p->contacts, n));
     a->loose = (PetscReal)n[1] / (PetscReal)PetscMax(1, n[0]);
     PetscCall(NewtonLowestFrequency(p->m, p->state, p->relax->newton, &a->omega));
     a->cost[s] = relaxations(a, &stage, (PetscReal)stage.ramp, once);
-    if (a->solved) a->cost[s].seconds = a->last;
+    if (a->solved) known_effort(&p->relax->effort, last, a->cost + s);
+    if (a->solved) a->unit = last / (double)work_of(&p->relax->effort);
     if (a->solved && p->relax->effort.explicit) // not a guess
       a->cost[s].cycles = a->cost[s].least = a->cost[s].most = (PetscReal)result.cycles;
   }
@@ -187,12 +235,17 @@ static PetscErrorCode other_stages(const Parts *p, Attempt *a)
     if (stage->kind == STAGE_DYNAMIC) {
       PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->state, &limit));
       const PetscReal steps = PetscCeilReal(stage->duration / (stage->dt_factor * limit));
-      a->cost[s] = (Cost){steps, steps, steps, NAN, 1.};
+      a->cost[s] = (Cost){.cycles = steps,
+                          .least = steps,
+                          .most = steps,
+                          .effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}},
+                          .seconds = NAN,
+                          .trials = 1.};
       if (a->step == 0.) PetscCall(time_dynamic(p, s, &a->step));
     } else if (stage->kind == STAGE_STATIC)
       a->cost[s] = relaxations(a, stage, (PetscReal)stage->ramp, once);
     else
-      a->cost[s] = trials(p->scene, a, stage);
+      a->cost[s] = trials(p->scene, a, (PetscReal)p->m->n_bodies_global, stage);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

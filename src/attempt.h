@@ -6,6 +6,8 @@
 /* What a stage takes. */
 typedef struct {
   PetscReal cycles, least, most; /* of the explicit loop: likely, and the range; NaN: not known */
+  PetscReal
+      effort[2][3]; /* by Newton's method: force evaluations, solves; likely, least, most; NaN: not known */
   double seconds;   /* [s] preconditioned: measured for static stages, from them for trials; NaN */
   PetscReal trials; /* likely number of them, 1: static or dynamic */
 } Cost;
@@ -19,13 +21,13 @@ typedef struct {
   PetscReal loose;              /* [-] part of the contacts that slip, are open or crushed at its end */
   PetscReal omega;              /* [1/cycle] lowest frequency, 0: not known */
   double cycle, step;           /* [s] of an explicit cycle, of a step in time; 0: there is none */
-  double last;                  /* [s] that the last solution took */
-  double condensed;             /* [s] that the factors of condensed bodies took */
-  PetscReal moved;              /* [-] way of the blocks over that after which contacts are found again */
-  double search;                /* [s] of finding them; both for scenes of variable connectivity, else 0 */
-  Cost *cost;                   /* (n_stages,) */
-  MeshFields mesh;              /* rank 0 */
-  StageFields fields;           /* rank 0: at the end of the last static stage */
+  double unit;        /* [s] of a solve, or a force evaluation with its tangent, in the last solution */
+  double condensed;   /* [s] that the factors of condensed bodies took */
+  PetscReal moved;    /* [-] way of the blocks over that after which contacts are found again */
+  double search;      /* [s] of finding them; both for scenes of variable connectivity, else 0 */
+  Cost *cost;         /* (n_stages,) */
+  MeshFields mesh;    /* rank 0 */
+  StageFields fields; /* rank 0: at the end of the last static stage */
 } Attempt;
 
 /* Collective. Solves the static stages of a Quoin that is set up and times its cycles; it is of no use

@@ -63,6 +63,8 @@ class Advice:
             if len(cells) != 7:
                 break
             self.stages[cells[0]] = dict(zip(("trials", "cycles", "least", "most", "explicit", "preconditioned"), map(float, cells[1:])))
+        self.efforts = {row[0]: [float(cell) if cell != "-" else np.nan for cell in row[1:]] for row in
+                        (line.split() for line in text.split("preconditioned    evaluations", 1)[1].splitlines()[1 : 1 + len(self.stages)])}  # fmt: skip
         self.changes = {}
         for line in lines:
             row = re.match(r"(\S.*?) {2,}([\d.e+-]+) +(\S+) +(\S+) +(\S+) +(\S+)$", line)
@@ -104,6 +106,15 @@ def test_trials(tmp_path):
             guess = advice.stages[stage["name"]]
             assert guess["cycles"] / 3 < stage["cycles"] < 3 * guess["cycles"], stage["name"]
             assert guess["least"] < stage["cycles"] < guess["most"]
+    # by Newton's method: stages that were solved are known, of trials the range is
+    assert run(case, tmp_path, "-relaxation_method", "preconditioned")[1] == 0
+    with open(tmp_path / "out" / "summary.json", encoding="utf-8") as file:
+        for stage in json.load(file)["stages"]:
+            effort, done = advice.efforts[stage["name"]], [stage["force_evaluations"], stage["solves"]]
+            if stage["name"] != "s1":
+                assert [effort[0], effort[3]] == done, stage["name"]
+            assert effort[1] <= done[0] <= effort[2] and effort[4] <= done[1] <= effort[5], stage["name"]
+            assert effort[0] / 2.5 < done[0] < 2.5 * effort[0] and effort[3] / 2.5 < done[1] < 2.5 * effort[3], stage["name"]
     condensed = advice.changes["bodies: condensed"]
     assert max(condensed[3:]) < 0.1 and condensed[1] < 0.2 * advice.changes["the scene as it is"][1]
     assert "joint forces within 1 %: bodies: condensed" in advice.text and "-materials_dam_condensed true" in advice.text
