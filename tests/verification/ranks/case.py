@@ -1,7 +1,7 @@
 # ranks: 4
-"""The same runs on 1, 2, 3 and 4 ranks, and on 3 that send messages as if on several machines: all bits of the state, as
-its checksum after each stage, are the same. Two rigid bodies leave ranks without anything: through a stage that finds
-contacts, a collapse with its mechanism, and a restart between its trials."""
+"""The same runs on 1, 2, 3 and 4 ranks, on 3 that send messages as if on several machines, and with every instruction
+set: all bits of the state, as its checksum after each stage, are the same. Two rigid bodies leave ranks without anything:
+through a stage that finds contacts, a collapse with its mechanism, and a restart between its trials."""
 
 import json
 
@@ -10,7 +10,7 @@ from quoin_tools.fig6 import triangle_dam
 from quoin_tools.reference_mesh import from_reference
 from quoin_tools.stacks import block_grid, column
 
-WHAT = "checksum of the state on 1, 2, 3 and 4 ranks"
+WHAT = "checksum of the state on 1, 2, 3 and 4 ranks and with every instruction set"
 SOURCE = "the run on one rank"
 
 JOINT = {"k_n": 10e9, "k_s": 3e9, "friction": 35}
@@ -65,8 +65,18 @@ def idle(case):
         case.check(f"... again from {file.name} of {len(files)}", [stage["checksum"] for stage in restarted.summary["stages"]], sums)
 
 
+def instruction_sets(case):
+    """The key isa: every set that this processor has gives the bits of the base one."""
+    slipping = changed(GRID, ("materials.rigid", {"density": 2400, "rigid": True}))
+    runs = {isa: case.run(block_grid(16, 16, 2, 3, 1.0, 4, 5), slipping, "-isa", isa) for isa in ("base", "v3", "v4")}
+    sums = {isa: run.stage_summary("push")["checksum"] for isa, run in runs.items() if run.exit_code != 2}
+    case.check(f"2048 blocks, rigid, quadrilaterals and triangles mixed, instruction sets {', '.join(sums)}", sorted(set(sums.values())), [sums["base"]])
+    case.check("... named in the summary", [runs[isa].summary["isa"] for isa in sums], list(sums))
+
+
 def run(case):
     idle(case)
+    instruction_sets(case)
     for name, mesh, scene in scenes():
         checksums = {}
         for ranks, exchange in ((1, "auto"), (2, "auto"), (3, "messages"), (3, "auto"), (4, "auto")):
