@@ -78,8 +78,10 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   const int corner = p->pair.corner[0];
   c->vertex[CONTACT_ROW(at, ROW_P)] = on_vertex ? p->vertex : from[corner];
   c->vertex[CONTACT_ROW(at, ROW_A)] = destination[0], c->vertex[CONTACT_ROW(at, ROW_B)] = destination[1];
-  c->vertex[CONTACT_ROW(at, ROW_Q)] = on_vertex ? destination[0] : from[1 - corner];
-  for (int k = 0; k < ContactEnds(c, at); k++) {
+  c->vertex[CONTACT_ROW(at, ROW_Q)] = !on_vertex                ? from[1 - corner]
+                                      : p->model == STRESS_TPTM ? p->vertex
+                                                                : destination[0];
+  for (int k = 0; k < 2; k++) {
     c->t[SUB(at, k)] = p->pair.t[k];
     if (p->pair.gap[k] < 0.) c->rest[SUB(at, k)] = p->pair.gap[k];
   }

@@ -151,6 +151,13 @@ PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One end open, and faces that lie opposite each other by half the shorter one: where a block turns down onto
+   a face, not where it passes an edge. */
+static PetscBool half_open(const FacePair *pair, PetscReal shorter)
+{
+  return (PetscBool)(PetscMax(pair->gap[0], pair->gap[1]) > 0. && pair->length >= 0.5 * shorter);
+}
+
 /* Completes the candidate of faces f and g, that of the lower gid first; PETSC_FALSE: they do not touch. */
 static PetscBool make_candidate(const Scene *scene, const Model *m, const OldContacts *old,
                                 const FaceTable *table, PetscInt f, PetscInt g, Candidate *c)
@@ -161,14 +168,16 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   // a contact that is there may be pressed in deep, though never as deep as the back of its block; before it
   // is one, its corners carry it as vertices on a face
   const PetscBool was = (PetscBool)(c->before >= 0);
-  PetscReal depth = scene->overlap_tolerance;
-  if (was) depth = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
+  const PetscReal thin = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
+  PetscReal depth = was ? thin : scene->overlap_tolerance, deepest;
   // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
   if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
   // in motion it is enough that one end is near: partly open a face contact has a potential (tptm), which a
-  // change from a vertex on a face that carries load has not
-  if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, depth, &c->pair) == FACES_APART)
+  // change from a vertex on a face that carries load has not; so a vertex pressed in deep may land as well
+  deepest = old && old->contacts->rate != 0. && depth == scene->overlap_tolerance ? thin : depth;
+  if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, deepest, &c->pair) == FACES_APART)
     return PETSC_FALSE;
+  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) < -depth && !half_open(&c->pair, shorter)) return PETSC_FALSE;
   if (!was && c->pair.length < 0.5 * shorter && PetscMax(c->pair.gap[0], c->pair.gap[1]) > tolerance)
     return PETSC_FALSE;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;

@@ -20,6 +20,7 @@ static const int END_CORNER[4][2] = {{1, 0}, {0, 1}, {0, 0}, {1, 1}};
 
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
+static const PetscReal TAN_LIMIT = 0.36397023;      /* tan 20 degrees */
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
 static const PetscReal FACE_DEPTH =
     0.4; /* of the block behind a face: deeper overlap is no contact of this face */

@@ -1,12 +1,12 @@
 /* contact_vertices.c: contacts of vertices on faces (Fig. 5b), when connectivity is variable.
 
    A face-to-face contact one end of which opens beyond the tolerance, and a corner that comes down on a face,
-   are contacts of one vertex: the point model at P with an influence length of its own, carried over when a
-   face contact degenerates so that the force stays, never less than vertex_length times the shorter face. One
-   vertex has one contact with a face, none beside a face contact of one of its faces; of the two faces at a
-   convex corner it takes the nearer. Where a corner slides over a joint of two flush faces it is pressed in,
-   and must not catch on the side of the next block: within FLUSH tolerances of a corner only what was a
-   contact before is one.
+   are contacts of one vertex: the point model at P with an influence length of its own, or of a joint with
+   tptm the diagram of a face with all its force at P, carried over when a face contact degenerates so that
+   force and energy stay; never shorter than vertex_length times the shorter face. One vertex has one contact
+   with a face, none beside a face contact of one of its faces; of the two faces at a convex corner it takes
+   the nearer. Where a corner slides over a joint of two flush faces it is pressed in, and must not catch on
+   the side of the next block: within FLUSH tolerances of a corner only what was a contact before is one.
 
    Who owns the vertex decides: it alone is sure to know all faces of the vertex, all faces near it, and what
    they were in contact with. It tells the owners of the face's ends. */
@@ -128,7 +128,7 @@ static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const Ve
 
 /* As it travels from the owner of the vertex to the owners of the face's ends. */
 typedef struct {
-  PetscInt key[2], face_gid, joint, index; /* index: of the vertex, at its owner */
+  PetscInt key[2], face_gid, joint, model, index; /* index: of the vertex, at its owner */
   PetscReal t, gap, length;
 } VertexRecord;
 
@@ -137,14 +137,18 @@ static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r,
 {
   PetscFunctionBeginUser;
   PetscCheck(face >= 0 && on >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "a vertex on a face not known here");
-  // the point model puts half its length at each end; the far end is idle
-  Candidate c = {.model = STRESS_PT,
+  const PetscBool both = (PetscBool)(r->model ==
+                                     STRESS_TPTM); // ends stand at the vertex; else the far one is idle
+  Candidate c = {.model = (StressModelKind)r->model,
                  .key = {r->key[0], r->key[1]},
                  .face = {face, on},
                  .vertex = vertex,
                  .joint = r->joint,
                  .before = OldContactFind(old, r->key[0], r->key[1])};
-  c.pair = (FacePair){.klass = VERTEX_FACE, .t = {r->t, 0.}, .gap = {r->gap, 0.}, .length = r->length};
+  c.pair = (FacePair){.klass = VERTEX_FACE,
+                      .t = {r->t, both ? r->t : 0.},
+                      .gap = {r->gap, both ? r->gap : 0.},
+                      .length = r->length};
   PetscCall(CandidatesPush(list, &c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -192,10 +196,14 @@ static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear
     if (near[i].blocked) continue;
     // a first touch has the influence length of an end of a whole face contact, so that two corners landing
     // flat are one already
+    const PetscInt joint = near[i].before >= 0 ? s->old->contacts->joint[near[i].before]
+                                               : JointOfPair(s->scene, m, f, g);
+    const PetscBool moving = (PetscBool)(s->scene->joints[joint].stress_model == STRESS_TPTM);
+    // pt puts half its length at each end
     const VertexRecord r = {.key = {m->faces.gid[g], VertexKey(m->vertex_gid[v])},
                             .face_gid = m->faces.gid[f],
-                            .joint = near[i].before >= 0 ? s->old->contacts->joint[near[i].before]
-                                                         : JointOfPair(s->scene, m, f, g),
+                            .joint = joint,
+                            .model = moving ? STRESS_TPTM : STRESS_PT,
                             .index = v,
                             .t = near[i].t,
                             .gap = near[i].gap,
@@ -240,7 +248,7 @@ static PetscErrorCode deliver(const Model *m, const OldContacts *old, const Outb
 /* The owned vertices that stood on faces. */
 static void mark_stood(const Model *m, const Contacts *c, char *stood)
 {
-  for (PetscInt at = c->model_start[STRESS_PT]; at < c->model_start[STRESS_PT + 1]; at++) {
+  for (PetscInt at = 0; at < c->n_padded; at++) {
     const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
     if (c->key[2 * at] >= 0 && c->key[2 * at + 1] < 0 && v < m->n_owned) stood[v] = 1;
   }

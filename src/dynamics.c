@@ -5,7 +5,8 @@
 #include "reproducible.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
-static const PetscReal UNBALANCED = 0.01; /* of the energy moved: more from nothing is told */
+static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
+static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
 static const PetscReal PRESSED_THROUGH =
     0.1; /* overlap over contact length that no joint stiffness explains */
 
@@ -353,34 +354,50 @@ static const char *remedy(PetscReal balance, PetscReal detection, PetscReal give
 {
   if (balance >= PetscMax(detection, given)) return "lower dt_factor";
   if (given >= detection) return "change the stress model to pt or tptm, or lower dt_factor";
-  return "lower contact.vertex_length (docs/theory.md, v)";
+  return "raise k_n, so that blocks overlap less, or lower dt_factor (docs/theory.md, v)";
 }
 
-/* Energy from nothing is told: the balance, what finding contacts anew made, what joints
-   gave rather than lost. */
-static PetscErrorCode completed(const Model *m, const Stage *stage, const EnergyAccount *energy,
-                                StageResult *r)
+/* How far the account is out, and of what, in words. */
+static PetscErrorCode tell_account(const Energies *e, PetscReal out, PetscReal moved, char words[static 512])
 {
-  const PetscReal moved = PetscAbsReal(r->energy.outside) + PetscAbsReal(r->energy.supports) +
-                          energy->kinetic_0 + energy->strain_0 + energy->joints_0;
-  const PetscReal balance = PetscAbsReal(r->energy.balance), detection = PetscAbsReal(r->energy.detection),
-                  given = PetscMax(0., -r->energy.friction), out = balance + detection + given;
   PetscFunctionBeginUser;
-  if (out > UNBALANCED * moved)
-    PetscCall(PetscPrintf(
-        m->comm,
-        "warning: stage %s: the energy account is out by %.2g of the %.3g J moved (balance %.2g "
-        "J, finding contacts anew %.2g J, loss in joints %.2g J): %s\n",
-        stage->name, (double)(out / moved), (double)moved, (double)r->energy.balance,
-        (double)r->energy.detection, (double)r->energy.friction, remedy(balance, detection, given)));
-  r->verdict = VERDICT_COMPLETED;
   PetscCall(PetscSNPrintf(
-      r->evidence, sizeof(r->evidence),
-      "%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
-      "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
-      " lost",
-      (double)stage->duration, r->cycles, (double)r->energy.balance, (double)r->energy.detection,
-      (double)moved, r->verifications, r->contacts_made, r->contacts_lost));
+      words, 512,
+      "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts anew %.2g J, "
+      "loss in joints %.2g J): %s",
+      (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
+      remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
+   gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
+static PetscErrorCode judge_account(const Model *m, const Stage *stage, const EnergyAccount *energy,
+                                    StageResult *r)
+{
+  const Energies *e = &r->energy;
+  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + energy->kinetic_0 +
+                          energy->strain_0 + energy->joints_0;
+  const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
+  const PetscReal out = made + PetscMax(0., -e->detection);
+  char words[512];
+  PetscFunctionBeginUser;
+  PetscCall(tell_account(e, out, moved, words));
+  if (made > DISOWNED * moved) {
+    r->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (out > UNBALANCED * moved)
+    PetscCall(PetscPrintf(m->comm, "warning: stage %s: %s\n", stage->name, words));
+  r->verdict = VERDICT_COMPLETED;
+  PetscCall(PetscSNPrintf(r->evidence, sizeof(r->evidence),
+                          "%.6g s in %" PetscInt64_FMT
+                          " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
+                          "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT
+                          " made, %" PetscInt64_FMT " lost",
+                          (double)stage->duration, r->cycles, (double)e->balance, (double)e->detection,
+                          (double)moved, r->verifications, r->contacts_made, r->contacts_lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -409,7 +426,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(follow_motion(scene, m, stage, s));
   half_step(m, s, 1.);
   result->wall = MPI_Wtime() - loop.start;
-  if (result->verdict == VERDICT_NONE) PetscCall(completed(m, stage, &energy, result));
+  if (result->verdict == VERDICT_NONE) PetscCall(judge_account(m, stage, &energy, result));
   PetscCall(SupportMotionsDestroy(scene, &motions));
   PetscCall(EnergyDestroy(&energy));
   PetscCall(StageReport(m, stage, result));

@@ -290,11 +290,15 @@ static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k
                      PetscAbsReal(end->tau) > (1. - 1e-6) * PetscMax(limit, 0.));
 }
 
-/* A vertex on a face: all its force is at end 0, with half the length that the point model gives two ends. */
+/* A vertex on a face: all its force is at end 0, with the length that gives N = sigma times it: half of that
+   of the point model, which gives two ends as much; of tptm what the closed part of its diagram makes. */
 static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
 {
+  const PetscReal N = row->end[0].force[0] + row->end[1].force[0], sigma = row->end[0].sigma;
+  const PetscBool moving = (PetscBool)(i >= c->model_start[STRESS_TPTM]);
   row->face[1] = -2 - model->vertex_file[c->vertex[CONTACT_ROW(i, ROW_P)]];
-  row->length *= 0.5;
+  row->length = moving && sigma < 0. ? N / (model->thickness * sigma) : (moving ? 1. : 0.5) * row->length;
+  for (int x = 0; x < 2; x++) row->end[0].force[x] += row->end[1].force[x];
   row->end[1] = row->end[0];
   row->end[1].force[0] = row->end[1].force[1] = 0;
 }

@@ -272,8 +272,8 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
   for (int e = 0; e < 2; e++) {
     PetscInt *v = vertices + 3 * e;
     ContactEndVertices(c, i, e, v);
-    if (e == ContactEnds(c, i)) continue; // nothing at the other end of a vertex on a face
-    const PetscInt P = v[1], Q = v[2];    // of the destination edge
+    if (v[0] == v[1]) continue;        // nothing at the other end of a vertex on a face
+    const PetscInt P = v[1], Q = v[2]; // of the destination edge
     const PetscReal t = c->t[SUB(i, e)], b[3] = {1., -(1. - t), -t};
     PetscReal d[2];
     for (int x = 0; x < 2; x++)

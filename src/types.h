@@ -208,7 +208,8 @@ typedef struct {
    (its destination); sub-contacts 0 and 1 are the two ends of the contact, and stress runs linearly between
    them. Two faces have four vertices: P A B of sub-contact 0 and Q, the other vertex of P's face; which of
    them are P A B of sub-contact 1 follows from the class (ContactEndVertices). A vertex on a face has no end
-   1: Q is A, and t = 0 there, so that nothing opens or slides. */
+   1: Q is A, and t = 0 there, so that nothing opens or slides. With tptm both ends stand at the vertex:
+   Q is P, and `rest` makes of the two the diagram of a face. */
 
 #define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
 enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };

@@ -53,6 +53,36 @@ def flood(tmp_path_factory):
     return folder
 
 
+def account(**numbers):
+    """Energies of a stage in time that closes, but for what is named: 900 J done on 100 J."""
+    names = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
+    return dict.fromkeys(names, 0.0) | {"joints": 100.0, "outside": 900.0, "friction": 900.0} | numbers
+
+
+@pytest.mark.parametrize("numbers, said", [
+    ({}, None),
+    ({"detection": 5.0, "friction": 905.0}, None),
+    ({"detection": 300.0, "joints": 400.0}, "of 1e+03 J moved, 0.3 of it made from nothing"),
+    ({"detection": -200.0, "friction": 700.0}, "of 1e+03 J moved, 0.2 of it lost as contacts were found anew"),
+    ({"balance": -150.0, "kinetic": 150.0}, "0.15 of it made from nothing"),
+    ({"balance": None}, "There is no energy account"),
+])  # fmt: skip
+def test_an_account_that_is_out(numbers, said):
+    complaints = assessment.account_complaints({"energy": account(**numbers)})
+    assert said in complaints[0] if said else not complaints
+
+
+@solver
+def test_sheet_says_first_that_an_account_is_out(copy):
+    summary = json.loads((copy / "summary.json").read_text(encoding="utf-8"))
+    summary["stages"][0]["energy"] = account(detection=300.0, joints=400.0)
+    (copy / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    assert report.main([str(copy), *UPLIFT, *USACE]) == 0
+    sheet = (copy / "report.html").read_text(encoding="utf-8")
+    box = sheet.index(f"<b>Energy account out: stage {summary['stages'][0]['name']}</b>")
+    assert sheet.index("<h1>") < box < sheet.index("<b>", box + 4) and sheet.count("Energy account out") == 1
+
+
 @pytest.fixture
 def copy(run, tmp_path):
     return Path(shutil.copytree(run, tmp_path / "copy"))

@@ -15,7 +15,7 @@ from quoin_tools import blockmesh, cut, guidelines, scene, uplift
 from quoin_tools.assessment_options import Options, options_from, parser
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.joint_uplift import uplift_loads
-from quoin_tools.results import NO_SHEAR, OPEN, Results, ResultsError, table
+from quoin_tools.results import NO_SHEAR, OPEN, Results, ResultsError, energy_account, table
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
@@ -312,6 +312,21 @@ def strength_of(case, stage, names, joints):
 
 # ---- all of a run ---------------------------------------------------------------------------------------------
 
+ACCOUNT_OUT = 0.01  # of the energy moved, as the program's own warning
+
+
+def account_complaints(facts):
+    """What the energy account of a dynamic stage says against its numbers; none: it holds to a hundredth."""
+    account = energy_account(facts)
+    if account is None:
+        return ["There is no energy account: nothing says that its motion is that of the model."]
+    made, lost, moved = account
+    parts = [f"{part / moved:.2g} of it {words}" for part, words in ((made, "made from nothing"), (lost, "lost as contacts were found anew"))
+             if part > ACCOUNT_OUT * moved]
+    return [f"The energy account is out: of {moved:.3g} J moved, {' and '.join(parts)}. Its motion is not that of the model; forces and "
+            "displacements of this stage are no basis for a judgement."] if parts else []
+
+
 def stage_complaints(case, stage):
     """Why numbers of a stage are no basis for a verdict."""
     facts, found = case.results.stage_summary(stage), []
@@ -322,6 +337,7 @@ def stage_complaints(case, stage):
         found.append("The stage is a strength reduction: joints have the lowered strengths of its last stable trial.")
     if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
+        found += account_complaints(facts)
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
     ours = cut.total(forces)[:2]
     run = np.array([facts["applied"]["x"], facts["applied"]["y"]])

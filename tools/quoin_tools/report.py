@@ -16,7 +16,7 @@ import tempfile
 
 import quoin_tools
 from quoin_tools import browser, guidelines, plots, scene, section, uplift
-from quoin_tools.assessment import ERRORS, assess, cell, gathered, lines, load_case
+from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.mechanism import plot_mechanisms
 from quoin_tools.results import fixed
@@ -121,6 +121,12 @@ def verdict_box(case, found, complaints):
     flaws = [f"{stages}: {line}" for stages, line in gathered({s: said for s, said in complaints.items() if s in named})]
     flaws += [f"Stage {a.stage}, {a.name}: {note}" for a in judged for note in a.notes]
     return f'<div class="verdict {verdict_class(word)}"><b>{esc(word)}</b><br><span>{esc(text)}</span></div>' + notes(flaws)
+
+
+def account_boxes(case):
+    """A box above all others for each stage in time whose energy account is out, judged or not."""
+    return "".join(f'<div class="verdict fail"><b>Energy account out: stage {esc(s["name"])}</b><br><span>{esc(" ".join(said))}</span></div>'
+                   for s in case.results.summary["stages"] if "balance" in s["energy"] and (said := account_complaints(s)))
 
 
 def limits_part(case, found):
@@ -342,7 +348,7 @@ def page(case, pictures):
     found, complaints = assess(case)
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
-        heading(case), verdict_box(case, found, complaints), SIGNATURES, limits_part(case, found), sections_part(case, found),
+        heading(case), account_boxes(case), verdict_box(case, found, complaints), SIGNATURES, limits_part(case, found), sections_part(case, found),
         stages_part(case), inputs_part(case), assessments_part(case, found, complaints), trials_part(case), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'

@@ -312,6 +312,18 @@ def extreme_rows(s):
     return rows
 
 
+def energy_account(s):
+    """Of a dynamic stage's summary: energy [J] from nothing, lost as contacts were found anew, and moved in all; None: no account.
+    Moved is the work done from outside and what was there at the start, which follows from the account itself."""
+    e = s.get("energy", {})
+    if "balance" not in e or None in e.values():
+        return None
+    came = e["outside"] + e["supports"]
+    start = e["kinetic"] + e["strain"] + e["joints"] + e["friction"] - e["detection"] + e["damping"] + e["balance"] - came
+    made = abs(e["balance"]) + max(0.0, e["detection"]) + max(0.0, -e["friction"])
+    return made, max(0.0, -e["detection"]), abs(e["outside"]) + abs(e["supports"]) + start
+
+
 def energy_rows(s):
     """The account of a dynamic stage."""
     energy = s.get("energy", {})
