@@ -1,6 +1,7 @@
-/* distribute.c: BlockMesh on rank 0 -> DMPlex -> distributed DMPlex with one layer of overlap, and what each
-   point of it is (PointRecord). After this file and model.c nobody asks the Plex for anything. */
+/* distribute.c: BlockMesh on rank 0 -> bodies, partition -> DMPlex -> distributed DMPlex with one layer of
+   overlap, and what each point of it is (PointRecord). After this file and model.c nobody asks the Plex. */
 #include "internal.h"
+#include "shared.h"
 #include <petscdmplex.h>
 
 /* Plex points are numbered blocks, vertices, faces. Cones run along the block's ring;
@@ -155,8 +156,9 @@ static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies, DM *plex,
-                              PointRecord **records)
+/* The mesh as mesh->part says, with one layer of overlap. */
+static PetscErrorCode distribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies, DM *plex,
+                                 PointRecord **records)
 {
   PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, p_end;
   PointRecord *old;
@@ -193,5 +195,48 @@ PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNu
   }
   PetscCall(PetscFree(edge_vertices));
   PetscCall(PetscFree(block_edges));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers that describe the whole mesh, from rank 0; bodies are numbered there on the way. */
+static PetscErrorCode describe_mesh(const Scene *scene, const BlockMesh *mesh, BodyNumbers *bodies, Model *m)
+{
+  PetscReal longest, measure[2];
+  PetscMPIInt here;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(m->comm, &m->rank));
+  PetscCallMPI(MPI_Comm_size(m->comm, &m->size));
+  PetscCall(SharedRanks(m->comm, &here));
+  m->one_machine = (PetscBool)(here == m->size && scene->exchange == EXCHANGE_AUTO);
+  MeshMeasures(mesh, &longest, &measure[0]);
+  measure[1] = scene->contact_tolerance * (scene->contact_relative ? longest : 1.);
+  PetscCallMPI(MPI_Bcast(measure, 2, MPIU_REAL, 0, m->comm));
+  m->diameter = measure[0], m->contact_margin = measure[1];
+  if (!m->rank) {
+    PetscCall(MeshConnected(mesh, mesh->group_rigid, &bodies->n_rigid, &bodies->rigid));
+    PetscCall(MeshCondensed(scene, mesh, m->contact_margin, bodies));
+  }
+  PetscInt n[5] = {mesh->n_vertices, mesh->n_blocks, mesh->n_bodies, bodies->n_rigid, bodies->n_condensed};
+  PetscCallMPI(MPI_Bcast(n, 5, MPIU_INT, 0, m->comm));
+  m->n_vertices_global = n[0], m->n_blocks_global = n[1], m->n_bodies_global = n[2];
+  m->n_rigid_global = n[3], m->n_condensed_global = n[4];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, DM *plex, PointRecord **records)
+{
+  BodyNumbers bodies = {0};
+  PetscFunctionBeginUser;
+  PetscCall(describe_mesh(scene, mesh, &bodies, m));
+  PetscCall(PartBegin(PART_PARTITION));
+  if (!m->rank && !mesh->part) {
+    PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->part));
+    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
+  }
+  PetscCall(PartEnd(PART_PARTITION));
+  PetscCall(distribute(m->comm, mesh, &bodies, plex, records));
+  PetscCall(PetscFree(bodies.rigid));
+  PetscCall(PetscFree(bodies.condensed));
+  PetscCall(PetscFree(bodies.inner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -176,7 +176,7 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
   stored[1] = EnergyInJoints(m, stage->joints, contacts);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
   energy->detection += stored[1] - stored[0];
-  PetscCall(EnergyContactsChanged(scene, contacts, energy));
+  PetscCall(EnergyContactsChanged(contacts, energy));
   if (result->deepest > PRESSED_THROUGH) {
     result->verdict = VERDICT_DIVERGED;
     PetscCall(
@@ -270,7 +270,6 @@ static PetscErrorCode warn_models(const Scene *scene, const Model *m, const Stag
 
 /* What the loop of steps remembers, see archive.h. */
 typedef struct {
-  const Scene *scene;
   const Model *m;
   const Contacts *contacts;
   EnergyAccount *energy;
@@ -291,7 +290,7 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   }
   PetscCall(ArchiveResult(a, "result", loop->result));
   PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
-  PetscCall(EnergyArchive(a, loop->scene, loop->m, loop->contacts, loop->energy));
+  PetscCall(EnergyArchive(a, loop->m, loop->contacts, loop->energy));
   if (!a->anew) loop->start = MPI_Wtime() - loop->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -407,7 +406,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   EnergyAccount energy;
   SupportMotion *motions;
   PetscBool resumed;
-  Loop loop = {scene, m, contacts, &energy, result, 0, -1, PETSC_MAX_INT, MPI_Wtime()};
+  Loop loop = {m, contacts, &energy, result, 0, -1, PETSC_MAX_INT, MPI_Wtime()};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(SupportMotionsRead(scene, m->comm, &motions));
@@ -415,7 +414,7 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
   if (!resumed) {
     PetscCall(start(scene, m, stage, number, contacts, s, result));
-    PetscCall(EnergyContactsChanged(scene, contacts, &energy));
+    PetscCall(EnergyContactsChanged(contacts, &energy));
   }
   PetscCall(warn_models(scene, m, stage, contacts));
   if (!resumed) PetscCall(SupportMotionsWarn(scene, m->comm, motions, s->time, s->time + stage->duration));
@@ -430,6 +429,6 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage,
   PetscCall(SupportMotionsDestroy(scene, &motions));
   PetscCall(EnergyDestroy(&energy));
   PetscCall(StageReport(m, stage, result));
-  if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
+  if (!stage->variable) PetscCall(FixedOutgrown(m, contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -72,10 +72,9 @@ PetscReal EnergyInJoints(const Model *m, const Joint *joints, const Contacts *c)
   return m->thickness * sum;
 }
 
-PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *c, EnergyAccount *e)
+PetscErrorCode EnergyContactsChanged(const Contacts *c, EnergyAccount *e)
 {
   const PetscInt n = 2 * c->n_padded;
-  (void)scene;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < e->n_contacts; i++) e->work_before += e->work[i];
   PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
@@ -89,8 +88,7 @@ PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *c, Ener
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EnergyArchive(Archive *a, const Scene *scene, const Model *m, const Contacts *c,
-                             EnergyAccount *e)
+PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, EnergyAccount *e)
 {
   PetscReal sums[] = {e->kinetic, e->strain,        e->outside,    e->supports,
                       e->damping, e->damping_ahead, e->work_before};
@@ -101,7 +99,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Scene *scene, const Model *m, con
   PetscCall(ArchiveReals(a, "energies_at_start", 4, alike));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(EnergyContactsChanged(scene, c, e)); // forces and places of the cycle before are those of c
+  PetscCall(EnergyContactsChanged(c, e)); // forces and places of the cycle before are those of c
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6];
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];

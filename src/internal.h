@@ -144,10 +144,11 @@ typedef struct {
   PetscInt inner;     /* vertex: 1: of a condensed body, and not kept */
 } PointRecord;
 struct _p_DM;
-/* Collective. mesh with its part, bodies on rank 0. plex: distributed with one layer of overlap; records:
-   (points of its chart,). */
-PetscErrorCode MeshDistribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies,
-                              struct _p_DM **plex, PointRecord **records);
+/* Collective. Numbers the bodies, finds mesh->part when there is none, and deals the mesh out. plex: with one
+   layer of overlap; records: (points of its chart,); model, with its comm: its ranks and the numbers that
+   describe the whole mesh. */
+PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, struct _p_DM **plex,
+                              PointRecord **records);
 
 /* ---- neighbours.c: what contacts need from other ranks */
 /* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
@@ -174,6 +175,8 @@ PetscErrorCode StateResize(const Model *model, State *state);
    0; finds mesh->part when there is none. */
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
 PetscErrorCode ModelDestroy(Model *model);
+
+/* ---- checksum.c */
 /* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same
    on any number of ranks when every bit is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
@@ -354,7 +357,6 @@ PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *
 PetscBool LoadsTurn(const Model *model, const PetscReal *u, PetscReal *f);
 /* f_ext = (1 - ramp) f_start + ramp f_target. */
 void LoadsApply(const Model *model, State *state, PetscReal ramp);
-
 /* Water pressure on one face, see loads.c. x: (4) its ends, f: (4) forces at them [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);
 
@@ -399,7 +401,6 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, P
    times dt is 2 safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints,
                             const Contacts *contacts, State *state);
-
 /* Collective. True masses into state->m, and the largest stable step [s] for them, with contacts wherever
    they may come. Refuses free degrees of freedom without mass. */
 PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, State *state,

@@ -47,8 +47,8 @@ double MemoryAvailable(void)
 }
 
 /* Set-up and output take and free arrays larger than what a run keeps. MPI libraries tell the C library to
-   hold on to freed memory; arrays with pages of their own go back to the system: from 256 KB on, so that those of
-   some 1e4 vertices do. */
+   hold on to freed memory; arrays with pages of their own go back to the system: from 256 KB on, so that
+   those of some 1e4 vertices do. */
 void MemoryReturnFreed(void)
 {
 #ifdef __GLIBC__

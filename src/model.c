@@ -2,7 +2,6 @@
    numbers; then the other vertices and outer faces of blocks at owned vertices; then the arrays. What
    contacts need from other ranks comes from neighbours.c. */
 #include "internal.h"
-#include "shared.h"
 #include <petscdmplex.h>
 
 typedef struct {
@@ -248,7 +247,14 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED } BlockKind;
+typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED, KINDS } BlockKind;
+
+/* Quadrilaterals and triangles of each kind in turn. */
+static void element_lists(Model *m, Elements *list[2 * KINDS])
+{
+  Elements *const all[] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
+  memcpy(list, all, sizeof(all));
+}
 
 static BlockKind block_kind(const PointRecord *r)
 {
@@ -356,13 +362,14 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
 /* Marks the dofs of the groups that enter the Rayleigh quotient (all when none is named). */
 static PetscErrorCode damping_groups(const Scene *scene, Model *m)
 {
-  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const PetscInt at = 3 * m->n_bodies;
+  Elements *list[2 * KINDS];
   PetscFunctionBeginUser;
   if (!scene->n_damping_groups) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(m->n_dof, &m->in_quotient));
+  element_lists(m, list);
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
-    for (int l = 0; l < 6; l++)
+    for (int l = 0; l < 2 * KINDS; l++)
       for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
         if (strcmp(m->group_names[list[l]->group[e]], scene->damping_groups[g])) continue;
         for (PetscInt k = 0; k < n_nodes; k++) {
@@ -393,54 +400,18 @@ static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers that describe the whole mesh, from rank 0; bodies are numbered there on the way. */
-static PetscErrorCode describe_mesh(MPI_Comm comm, const Scene *scene, const BlockMesh *mesh,
-                                    BodyNumbers *bodies, Model *m)
-{
-  PetscReal longest, measure[2];
-  PetscMPIInt here;
-  PetscFunctionBeginUser;
-  m->comm = comm;
-  PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
-  PetscCallMPI(MPI_Comm_size(comm, &m->size));
-  PetscCall(SharedRanks(comm, &here));
-  m->one_machine = (PetscBool)(here == m->size && scene->exchange == EXCHANGE_AUTO);
-  MeshMeasures(mesh, &longest, &measure[0]);
-  measure[1] = scene->contact_tolerance * (scene->contact_relative ? longest : 1.);
-  PetscCallMPI(MPI_Bcast(measure, 2, MPIU_REAL, 0, comm));
-  m->diameter = measure[0], m->contact_margin = measure[1];
-  if (!m->rank) {
-    PetscCall(MeshConnected(mesh, mesh->group_rigid, &bodies->n_rigid, &bodies->rigid));
-    PetscCall(MeshCondensed(scene, mesh, m->contact_margin, bodies));
-  }
-  PetscInt n[5] = {mesh->n_vertices, mesh->n_blocks, mesh->n_bodies, bodies->n_rigid, bodies->n_condensed};
-  PetscCallMPI(MPI_Bcast(n, 5, MPIU_INT, 0, comm));
-  m->n_vertices_global = n[0], m->n_blocks_global = n[1], m->n_bodies_global = n[2];
-  m->n_rigid_global = n[3], m->n_condensed_global = n[4];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *m)
 {
   Builder b = {0};
-  BodyNumbers bodies = {0};
+  Elements *list[2 * KINDS];
   PetscInt *face_point;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(m, sizeof(*m)));
+  m->comm = comm;
   PetscCall(PartBegin(PART_DISTRIBUTION));
-  PetscCall(describe_mesh(comm, scene, mesh, &bodies, m));
-  PetscCall(PartBegin(PART_PARTITION));
-  if (!m->rank && !mesh->part) {
-    PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->part));
-    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
-  }
-  PetscCall(PartEnd(PART_PARTITION));
-  PetscCall(MeshDistribute(comm, mesh, &bodies, &b.dm, &b.record));
+  PetscCall(MeshDistribute(scene, mesh, m, &b.dm, &b.record));
   PetscCall(PartEnd(PART_DISTRIBUTION));
   PetscCall(PartBegin(PART_MODEL));
-  PetscCall(PetscFree(bodies.rigid));
-  PetscCall(PetscFree(bodies.condensed));
-  PetscCall(PetscFree(bodies.inner));
   PetscCall(find_owners(&b, m->rank));
   PetscCall(read_coordinates(&b));
   PetscCall(number_owned(&b, m));
@@ -448,12 +419,9 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(local_faces(&b, scene, m, &face_point));
   PetscCall(fill_materials(scene, mesh, m));
   PetscCall(fill_vertices(&b, m));
-  PetscCall(fill_elements(&b, m, 4, KIND_DEFORMABLE, &m->q4));
-  PetscCall(fill_elements(&b, m, 3, KIND_DEFORMABLE, &m->t3));
-  PetscCall(fill_elements(&b, m, 4, KIND_RIGID, &m->rigid_q4));
-  PetscCall(fill_elements(&b, m, 3, KIND_RIGID, &m->rigid_t3));
-  PetscCall(fill_elements(&b, m, 4, KIND_CONDENSED, &m->condensed_q4));
-  PetscCall(fill_elements(&b, m, 3, KIND_CONDENSED, &m->condensed_t3));
+  element_lists(m, list);
+  for (int l = 0; l < 2 * KINDS; l++)
+    PetscCall(fill_elements(&b, m, l % 2 ? 3 : 4, (BlockKind)(l / 2), list[l]));
   PetscCall(fill_sets(&b, face_point, mesh, m));
   PetscCall(NeighboursUpdate(m, NULL));
   PetscCall(RigidBodiesCreate(m));
@@ -469,17 +437,9 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode elements_destroy(Elements *e)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscFree(e->gid));
-  PetscCall(PetscFree2(e->vertex, e->group));
-  PetscCall(PetscFree2(e->file, e->owned));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode ModelDestroy(Model *m)
 {
+  Elements *list[2 * KINDS];
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
@@ -487,12 +447,12 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree(m->in_quotient));
   PetscCall(PetscFree(m->chunk_done));
   PetscCall(PetscFree(m->hourglass));
-  PetscCall(elements_destroy(&m->q4));
-  PetscCall(elements_destroy(&m->t3));
-  PetscCall(elements_destroy(&m->rigid_q4));
-  PetscCall(elements_destroy(&m->rigid_t3));
-  PetscCall(elements_destroy(&m->condensed_q4));
-  PetscCall(elements_destroy(&m->condensed_t3));
+  element_lists(m, list);
+  for (int l = 0; l < 2 * KINDS; l++) {
+    PetscCall(PetscFree(list[l]->gid));
+    PetscCall(PetscFree2(list[l]->vertex, list[l]->group));
+    PetscCall(PetscFree2(list[l]->file, list[l]->owned));
+  }
   PetscCall(PetscFree(m->vertex_condensed));
   PetscCall(FacesDestroy(m));
   PetscCall(PetscFree(m->ghosts));

@@ -167,7 +167,7 @@ PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *
                                const Relaxation *relax);
 PetscErrorCode TrialsReset(Trials *trials);
 /* Members of a stage's object in summary.json. */
-void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
+void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials);
 void SummaryUplift(FILE *f, const Scene *scene, const State *state, const Stage *stage);
 
 /* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */

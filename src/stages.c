@@ -119,7 +119,7 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
 
 /* Contacts of fixed connectivity keep their places: says so when faces have slid past
    a tenth of a contact. */
-PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts *c)
+PetscErrorCode FixedOutgrown(const Model *m, const Contacts *c)
 {
   struct {
     double slid;
@@ -127,7 +127,6 @@ PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts 
   } worst = {0., m->rank};
   PetscInt at = -1;
   PetscFunctionBeginUser;
-  (void)scene;
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++)
       if (PetscAbsReal(c->u_s[SUB(i, k)]) / c->length[i] > worst.slid)
@@ -144,6 +143,18 @@ PetscErrorCode FixedOutgrown(const Scene *scene, const Model *m, const Contacts 
             (double)m->X[2 * v], (double)m->X[2 * v + 1], worst.slid);
     fflush(stderr);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Loads anew at the present displacements. */
+static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  PetscFunctionBeginUser;
+  // faces may have vertices of other ranks: their displacements are those before this cycle's step
+  PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
+  PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
+  PetscCall(LoadsTarget(scene, m, stage, state));
+  LoadsApply(m, state, state->ramp);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -334,13 +345,7 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     progress(m, stage, result, state, first_ratio, first_wall);
     if (stage->variable && result->verdict == VERDICT_NONE)
       PetscCall(verify(scene, m, stage, contacts, state, PETSC_FALSE, result));
-    if (follow) {
-      // faces may have vertices of other ranks: their displacements are those before this cycle's step
-      PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
-      PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
-      PetscCall(LoadsTarget(scene, m, stage, state));
-      LoadsApply(m, state, state->ramp);
-    }
+    if (follow) PetscCall(follow_motion(scene, m, stage, state));
     PetscCall(RepartitionPoll(output->checkpoint, stage, state->cycle, result));
     PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
   }
@@ -375,7 +380,7 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
   result->effort = relax->effort;
   PetscCall(CondensedRecover(m, state));
   PetscCall(StageReport(m, stage, result));
-  if (!stage->variable) PetscCall(FixedOutgrown(scene, m, contacts));
+  if (!stage->variable) PetscCall(FixedOutgrown(m, contacts));
   if (result->verdict == VERDICT_CONVERGED) PetscCall(CondensedCheckRotation(scene, m, stage, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -115,8 +115,8 @@ typedef struct {
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
 PetscErrorCode EnergyDestroy(EnergyAccount *e);
 /* Collective, see archive.h. Contacts must have been read back before. */
-PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Scene *scene, const Model *model,
-                             const Contacts *contacts, EnergyAccount *e);
+PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Model *model, const Contacts *contacts,
+                             EnergyAccount *e);
 /* Works of the contacts over the step that led to the forces just evaluated. */
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
 /* Contacts were found anew: half a step's work of what the forces have changed by, from f_before. */
@@ -126,7 +126,7 @@ void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
 void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
 void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
 /* The contact arrays are new (forces evaluated): starts their works afresh. */
-PetscErrorCode EnergyContactsChanged(const Scene *scene, const Contacts *contacts, EnergyAccount *e);
+PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
 /* Energy stored in owned contacts [J]. */
 PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
 /* Strain energy of owned blocks, at the forces just evaluated: before Integrate, when a report follows. */
@@ -160,8 +160,11 @@ PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *st
                                StageResult *result);
 
 /* ---- stages.c */
+/* Collective. The undeformed state, at rest. */
+PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
+PetscErrorCode StateDestroy(State *state);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
-PetscErrorCode FixedOutgrown(const Scene *scene, const Model *model, const Contacts *contacts);
+PetscErrorCode FixedOutgrown(const Model *model, const Contacts *contacts);
 /* "explicit", "preconditioned", or the one and then the other. */
 const char *EffortMethod(const Effort *effort);
 /* Lines on stdout about how a stage ended. */
@@ -186,8 +189,6 @@ PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage
 PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
                         Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
                         StageResult *result);
-PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
-PetscErrorCode StateDestroy(State *state);
 
 /* ---- advise.c */
 /* Collective. Prints what a Quoin that is set up will cost and what could be left out of it; writes nothing.

@@ -246,7 +246,7 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
     put_energies(f, mesh, fields, result);
   put_extremes(f, model, mesh, fields);
   SummarySafety(f, scene, mesh, fields);
-  if (trials->n) SummaryTrials(f, scene, scene->stages + stage, trials);
+  if (trials->n) SummaryTrials(f, scene->stages + stage, trials);
   PetscCall(SummaryJoints(f, scene, scene->stages[stage].joints, fields));
   fprintf(f, "    }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");

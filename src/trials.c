@@ -135,11 +135,10 @@ static PetscReal safety_factor(const Stage *stage, const Trials *trials, PetscRe
   return stage->what == REDUCE_FRICTION ? tangent(trials->nominal) / tangent(value) : 1. / value;
 }
 
-void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials)
+void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials)
 {
   const PetscBool flood = (PetscBool)(stage->kind == STAGE_FLOOD);
   const char *const unit = flood ? "m" : stage->what == REDUCE_FRICTION ? "degree" : "-";
-  (void)scene;
   fprintf(f, "      \"%s\": {\n        ", flood ? "flood" : "strength_reduction");
   JsonText(f, "unit", unit, ", ");
   if (!flood) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");

@@ -6,25 +6,13 @@ OUTPUT is the folder of the run; fig_12.png goes there too. reference.csv beside
 compared with. The section G1 is reconstructed, so the paper's numbers are a guide; the finite elements used the same
 section and mesh (24 columns)."""
 
-import csv
 import os
 import sys
 
-from quoin_tools.paper_figures import figure_12
+from quoin_tools.paper_figures import figure_12, references
 from quoin_tools.results import Results, ResultsError, table
 
 MPA = 1e-6
-
-
-def references():
-    """Rows of reference.csv; paper and fe as numbers or None, what the paper prints as `printed`."""
-    with open(os.path.join(os.path.dirname(__file__), "reference.csv"), encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    for row in rows:
-        row["printed"] = row["paper"] or "-"
-        for column in ("paper", "fe"):
-            row[column] = float(row[column]) if row[column] else None
-    return rows
 
 
 def value(summary, key):
@@ -47,14 +35,14 @@ def value(summary, key):
 
 
 def compare(folder):
-    """Rows of reference.csv with the run's number as `ours`."""
+    """Rows of reference.csv with the run's number as `ours`; paper stays as the paper prints it."""
     results = Results(folder)
-    return [dict(row, ours=value(results.stage_summary(row["stage"]), row["key"])) for row in references()]
+    return [dict(row, ours=value(results.stage_summary(row["stage"]), row["key"])) for row in references(__file__, "fe")]
 
 
 def study(folder):
     """Rows of the study: quantity, unit, the paper's number, ours, the independent one (examples/study.py)."""
-    return [(f"{row['stage'].upper()}: {row['quantity']}", row["unit"], row["printed"], number(row["ours"]),
+    return [(f"{row['stage'].upper()}: {row['quantity']}", row["unit"], row["paper"] or "-", number(row["ours"]),
              f"{number(row['fe'])} (finite elements)") for row in compare(folder)]  # fmt: skip
 
 
@@ -79,8 +67,8 @@ def main():
     print("Guilhofrei dam, block DE: the paper, this run, independent finite elements (24 columns)")
     print("Section G1 is a reconstruction from the paper's text: see examples/guilhofrei/README.md\n")
     header = ["quantity", "stage", "unit", "paper", "ours", "off paper", "FE", "off FE"]
-    cells = [(r["quantity"], r["stage"], r["unit"], r["printed"], number(r["ours"]),
-              difference(r["ours"], r["paper"]), number(r["fe"]), difference(r["ours"], r["fe"])) for r in rows]
+    cells = [(r["quantity"], r["stage"], r["unit"], r["paper"] or "-", number(r["ours"]),
+              difference(r["ours"], float(r["paper"] or 0)), number(r["fe"]), difference(r["ours"], r["fe"])) for r in rows]
     print("\n".join(table(header, cells)))
     figure_12(Results(sys.argv[1]), os.path.join(sys.argv[1], "fig_12.png"))
 

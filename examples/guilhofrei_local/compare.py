@@ -4,29 +4,19 @@
 
 OUTPUT holds the runs 1, 2 and 3; fig_13.png goes there too. The section is reconstructed, so the paper's numbers are a guide."""
 
-import csv
 import os
 import sys
 
-from quoin_tools.paper_figures import figure_13
+from quoin_tools.paper_figures import figure_13, references
 from quoin_tools.results import Results, ResultsError, table
 
 STAGE = "swhp"
 
 
-def references():
-    """Rows of reference.csv; paper as number or None."""
-    with open(os.path.join(os.path.dirname(__file__), "reference.csv"), encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    for row in rows:
-        row["paper"] = float(row["paper"]) if row["paper"] else None
-    return rows
-
-
 def compare(folder):
     """Rows of reference.csv with the least factor of the dam: value, mode, x, y, area."""
     found = []
-    for row in references():
+    for row in references(__file__, "paper"):
         results = Results(os.path.join(folder, row["scenario"]))
         found.append(dict(row, results=results, ours=results.stage_summary(STAGE)["safety"]["dam"]))
     return found

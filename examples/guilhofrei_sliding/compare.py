@@ -5,26 +5,15 @@
 OUTPUT holds the runs s1, s2, s3, s3_brittle, s4 and, for Fig. 17, s4_2 and s4_5; fig_16.png, fig_17.png and fig_18.png go there too. The section is
 reconstructed, so the paper's numbers are a guide."""
 
-import csv
 import math
 import os
 import sys
 
-from quoin_tools.paper_figures import figure_16, figure_17, figure_18
+from quoin_tools.paper_figures import figure_16, figure_17, figure_18, references
 from quoin_tools.results import Results, ResultsError, table
 
 CREST = 33.0  # m
 HAND = [(0, 0, 0.700), (2, 2.26, 0.825), (5, 7.41, 1.109), (6, 9.10, 1.248)]  # S4 of the rigid section: rise, crack [m], toe [MPa]
-
-
-def references():
-    """Rows of reference.csv; paper and hand as numbers or None."""
-    with open(os.path.join(os.path.dirname(__file__), "reference.csv"), encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    for row in rows:
-        for column in ("paper", "hand"):
-            row[column] = float(row[column]) if row[column] else None
-    return rows
 
 
 def load(folder):
@@ -90,7 +79,7 @@ def study(folder):
     """Rows of the study (examples/study.py)."""
     ours = values(load(folder))
     return [(row["quantity"], row["unit"], number(row["paper"]), number(ours.get(row["key"])), f"{number(row['hand'])} (by hand)")
-            for row in references()]  # fmt: skip
+            for row in references(__file__, "paper", "hand")]  # fmt: skip
 
 
 def main():
@@ -104,7 +93,7 @@ def main():
     print("Guilhofrei dam, block DE, sliding: the paper, this run, statics of the rigid section")
     print("Section G1 is a reconstruction from the paper's text: see examples/guilhofrei/README.md\n")
     cells = [(row["quantity"], row["unit"], number(row["paper"]), number(ours.get(row["key"])), number(row["hand"]))
-             for row in references()]  # fmt: skip
+             for row in references(__file__, "paper", "hand")]  # fmt: skip
     print("\n".join(table(["quantity", "unit", "paper", "ours", "by hand"], cells)))
     draw(sys.argv[1])
 

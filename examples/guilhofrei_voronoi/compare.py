@@ -5,21 +5,15 @@
 OUTPUT holds the runs 1, 2 and 3, and one_rank/1 to 3 on one rank; fig_14.png goes there too. Section and polygons are not the
 paper's: only the ranges can be compared."""
 
-import csv
 import os
 import sys
 
 import numpy as np
-from quoin_tools.paper_figures import figure_14
+from quoin_tools.paper_figures import figure_14, references
 from quoin_tools.results import Results, ResultsError, table
 
 STAGE = "reduction"
 MOVING = 0.1  # of the largest velocity of a block: it belongs to the mechanism
-
-
-def references():
-    with open(os.path.join(os.path.dirname(__file__), "reference.csv"), encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def lowest_moving(results):
@@ -43,7 +37,7 @@ def same_bits(folder, results, seed):
 def compare(folder):
     """Rows of reference.csv with the last stable and the first failing angle, crest displacement in between, and where it moves."""
     rows = []
-    for row in references():
+    for row in references(__file__):
         results = Results(os.path.join(folder, row["seed"]))
         found = results.stage_summary(STAGE)["strength_reduction"]
         stable = [trial for trial in found["trials"] if trial["outcome"] == "stable"]

@@ -11,8 +11,8 @@
 
    after some cycles, and with every vertex displaced at random by up to `shake` [m] (so that joints open and
    close in no order), prints one JSON object on rank 0: median and least nanoseconds per element, contact or
-   cycle of each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for valgrind
-   --tool=callgrind with --toggle-collect (run.py does that). */
+   cycle of each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for
+   valgrind --tool=callgrind with --toggle-collect (run.py does that). */
 #include "stages.h"
 #include <time.h>
 

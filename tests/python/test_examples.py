@@ -99,7 +99,7 @@ def test_figure_12(dam, tmp_path):
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
     folder = tmp_path_factory.mktemp("local")
-    for row in load(ROOT / "examples/guilhofrei_local/compare.py").references():
+    for row in paper_figures.references(ROOT / "examples/guilhofrei_local/compare.py"):
         strengths = ("-materials_dam_tension", f"{row['tension_MPa']}e6", "-materials_dam_cohesion", f"{row['cohesion_MPa']}e6")
         run("guilhofrei_local", folder / row["scenario"], mesh=("8",), options=strengths)
     return folder

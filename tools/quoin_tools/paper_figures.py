@@ -1,10 +1,12 @@
 """Figures 12 to 14 and 16 to 18 of the paper (section 4, the Guilhofrei dam) from results of our own, its numbers marked.
 
-Each function takes runs (Results), writes one picture and returns what it drew as numbers. The section is a reconstruction: what the
+Each figure's function takes runs (Results), writes one picture and returns what it drew as numbers. The section is a reconstruction: what the
 figures show beside the paper's numbers says how near it comes, and no more.
 """
 
+import csv
 import math
+import os
 
 import matplotlib
 import numpy as np
@@ -20,6 +22,13 @@ from matplotlib.colors import BoundaryNorm  # noqa: E402
 FACTORS = (1, 1.5, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20)  # steps of colour in Fig. 13
 MODES = {1: "t", 2: "c", 3: "s"}  # safety_mode of results.h5; letters as in Fig. 13
 NOTE = "section G1, a reconstruction"
+
+
+def references(script, *columns):
+    """Rows of reference.csv beside an example's script, as dicts; these columns as numbers, None where empty."""
+    with open(os.path.join(os.path.dirname(script), "reference.csv"), encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return [row | {name: float(row[name]) if row[name] else None for name in columns} for row in rows]
 
 
 def save(figure, path):
