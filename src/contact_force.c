@@ -10,10 +10,14 @@
    adds a couple C = F_n u_s - F_s u_n on the destination face: with it contacts keep angular momentum and
    energy. (Small strain: n, s of the reference state, no couple.)
 
-   What a cycle reads, not what it computes, is half of its time; so LANES contacts read four vertices once
-   for both ends, and by their traits leave out what they do not need: where both ends stand on one face (FF1,
-   all of a mesh whose faces match) its direction is found once; initial overlap and history that are all zero
-   are not read. An answer has the same bits with and without. */
+   What a cycle reads is half of its time; so LANES contacts read four vertices once for both ends, and by
+   their traits leave out what they do not need: where both ends stand on one face (FF1, all of a mesh whose
+   faces match) its direction is found once; initial overlap and history that are all zero are not read. The
+   other half is waiting for a square root and a division: a chain of 130 cycles of the clock, which the
+   processor cannot see past to the next contacts. So the loop goes over STRETCH contacts twice: where they
+   are (Place), and their forces; in each pass the next contacts do not wait for these. Contacts without
+   history whose law holds elastically, nearly all, take a short way, and what is long is a function of its
+   own that keeps no registers from it. An answer has the same bits with and without any of this. */
 #include "internal.h"
 #include "stress_models.h"
 
@@ -116,8 +120,8 @@ KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
 
 /* A destination face of LANES contacts. */
 typedef struct {
-  LanesVector s, n; /* along it, and out of it */
-  Lanes inv_length;
+  LanesVector s; /* along it */
+  Lanes turns;   /* how much it turns for a displacement of an end across it: 1/length; 0 with small strain */
 } LanesFace;
 
 /* AB: B - A */
@@ -125,48 +129,62 @@ KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
 {
   const LanesVector e = VectorAdd(AB.X, VectorScale(moving, AB.u));
   const Lanes inv = 1. / SquareRoot(VectorDot(e, e));
-  const LanesVector s = {e.x * inv, e.y * inv};
-  return (LanesFace){s, {s.y, -s.x}, inv};
+  return (LanesFace){{e.x * inv, e.y * inv}, moving * inv};
 }
 
-/* One sub-contact of LANES contacts. */
+/* Out of the destination block. */
+KERNEL LanesVector NormalTo(LanesVector s)
+{
+  return (LanesVector){s.y, -s.x};
+}
+
+/* Where LANES contacts are: all that forces need of the vertices. d: of both ends, before `rest`. */
 typedef struct {
-  LanesFace face;
-  Lanes t;        /* place of P on it */
-  Lanes d_n, d_s; /* d.n, d.s before `rest` */
-} LanesEnd;
+  LanesFace face[2]; /* [1] only where some lane is crossed */
+  Lanes d_n[2], d_s[2];
+} Place;
 
 /* AP, AB: P - A, B - A */
-KERNEL LanesEnd EndOn(const LanesFace *f, Reach AP, Reach AB, Lanes t)
+KERNEL void PlaceEnd(int k, const LanesFace *face, Reach AP, Reach AB, Lanes t, Place *p)
 {
   const LanesVector d = {(AP.X.x - t * AB.X.x) + (AP.u.x - t * AB.u.x),
                          (AP.X.y - t * AB.X.y) + (AP.u.y - t * AB.u.y)};
-  return (LanesEnd){*f, t, VectorDot(d, f->n), VectorDot(d, f->s)}; /* (3), (4) */
+  p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
 }
 
-/* vertex: rows P A B Q; t: of end 0. All vectors from A. crossed: some lane is. */
-KERNEL void Kinematics(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
-                       PetscReal moving, int crossed, int traits, LanesEnd end[2])
+/* vertex: rows P A B Q; t: of end 0. All vectors from A. traits: 0 where no lane is crossed. */
+KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
+                     PetscReal moving, int traits)
 {
   const PetscInt *row[] = {vertex + ROW_P * BATCH, vertex + ROW_B * BATCH, vertex + ROW_Q * BATCH};
   const LanesVector X_A = GatherVertex(X, vertex + ROW_A * BATCH),
                     u_A = GatherVertex(u, vertex + ROW_A * BATCH);
+  Place p;
   Reach to[3];
   for (int i = 0; i < 3; i++)
     to[i] = (Reach){VectorSubtract(GatherVertex(X, row[i]), X_A),
                     VectorSubtract(GatherVertex(u, row[i]), u_A)};
   const Reach P = to[0], B = to[1], Q = to[2], A = {{{0.}, {0.}}, {{0.}, {0.}}};
-  const LanesFace face = FaceAlong(B, moving);
-  end[0] = EndOn(&face, P, B, LoadLanes(t));
-  if (!crossed) {
-    end[1] = EndOn(&face, Q, B, LoadLanes(t + BATCH));
+  p.face[0] = FaceAlong(B, moving);
+  PlaceEnd(0, p.face, P, B, LoadLanes(t), &p);
+  if (!(traits & IS_CROSSED)) {
+    PlaceEnd(1, p.face, Q, B, LoadLanes(t + BATCH), &p);
   } else {
     const Classes is = ClassesOf(traits);
     const Reach from = ReachByClass(&is, A, P, Q), along = ReachSubtract(ReachByClass(&is, B, Q, P), from),
                 over = ReachSubtract(ReachByClass(&is, Q, A, B), from);
-    const LanesFace other = FaceAlong(along, moving);
-    end[1] = EndOn(&other, over, along, LoadLanes(t + BATCH));
+    p.face[1] = FaceAlong(along, moving);
+    PlaceEnd(1, p.face + 1, over, along, LoadLanes(t + BATCH), &p);
   }
+  return p;
+}
+
+/* What is not used is not stored; and only at the end, for the compiler does not know that `place` is none of
+   what PlaceOf reads. */
+KERNEL void StorePlace(const Place *p, int crossed, Place *place)
+{
+  for (int k = 0; k < 1 + crossed; k++) place->face[k] = p->face[k];
+  for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
 }
 
 /* Dashpots of closed ends in time: damping * k_n * d(u_n)/dt over the end's half of the contact; a joint
@@ -186,26 +204,29 @@ static void dashpots(PetscInt at, Contacts *c, const Joint *joints, const PetscI
 }
 
 /* End forces to P and, by L_d, to A and B. */
-KERNEL void EndForces(const LanesEnd *end, Lanes F_n, Lanes F_s, PetscReal moving, LanesVector force[3])
+KERNEL void EndForces(int k, const Place *p, const LanesFace *face, Lanes t, Lanes F_n, Lanes F_s,
+                      LanesVector force[3])
 {
-  const LanesVector n = end->face.n, s = end->face.s;
-  const Lanes couple = moving * (F_n * end->d_s - F_s * end->d_n) * end->face.inv_length;
+  const LanesVector s = face->s, n = NormalTo(s);
+  const Lanes couple = (F_n * p->d_s[k] - F_s * p->d_n[k]) * face->turns;
   const LanesVector F = {F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y};
   const LanesVector turn = {couple * n.x, couple * n.y};
-  const Lanes a = 1. - end->t, b = end->t;
+  const Lanes a = 1. - t, b = t;
   force[0] = F;
   force[1] = (LanesVector){turn.x - a * F.x, turn.y - a * F.y};
   force[2] = (LanesVector){-turn.x - b * F.x, -turn.y - b * F.y};
 }
 
-/* Forces of both ends, on the rows P A B Q: where the vertices of Kinematics came from. */
-KERNEL void RowForces(const LanesEnd end[2], const LanesContact *now, PetscReal thickness, PetscReal moving,
-                      int crossed, int traits, LanesVector force[CONTACT_ROWS])
+/* Forces of both ends, on the rows P A B Q: where the vertices of Locate came from. */
+KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *now, PetscReal thickness,
+                      int traits, LanesVector force[CONTACT_ROWS])
 {
+  const int crossed = (traits & IS_CROSSED) != 0;
   const LanesVector none = {{0.}, {0.}};
   LanesVector to[3];
-  EndForces(end, thickness * now->F_n[0], thickness * now->F_s[0], moving, force);
-  EndForces(end + 1, thickness * now->F_n[1], thickness * now->F_s[1], moving, to);
+  EndForces(0, p, p->face, LoadLanes(t), thickness * now->F_n[0], thickness * now->F_s[0], force);
+  EndForces(1, p, p->face + crossed, LoadLanes(t + BATCH), thickness * now->F_n[1], thickness * now->F_s[1],
+            to);
   const LanesVector P = to[0], A = to[1], B = to[2];
   if (!crossed) {
     force[ROW_A] = VectorAdd(force[ROW_A], A), force[ROW_B] = VectorAdd(force[ROW_B], B);
@@ -220,45 +241,65 @@ KERNEL void RowForces(const LanesEnd end[2], const LanesContact *now, PetscReal 
 }
 
 /* at: first lane of end 0 in the arrays (.., 2, BATCH). */
-KERNEL void StoreResults(PetscInt at, const LanesEnd *end, const LanesContact *now, Contacts *c)
+KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, Contacts *c)
 {
   for (int k = 0; k < 2; k++) {
     const PetscInt i = at + k * BATCH;
-    StoreLanes(c->u_n + i, now->u_n[k]), StoreLanes(c->u_s + i, end[k].d_s);
+    StoreLanes(c->u_n + i, now->u_n[k]), StoreLanes(c->u_s + i, p->d_s[k]);
     StoreLanes(c->sigma + i, now->sigma[k]), StoreLanes(c->tau + i, now->tau[k]);
     StoreLanes(c->F_n + i, now->F_n[k]), StoreLanes(c->F_s + i, now->F_s[k]);
     for (int lane = 0; lane < LANES; lane++) c->state[i + lane] = (uint8_t)now->state[k][lane];
   }
 }
 
-/* What all contacts share. */
+/* What an evaluation is of. */
 typedef struct {
   const PetscReal *X, *u;
-  const PetscReal *slip, *broken; /* history that an evaluation starts from */
+  const PetscReal *slip, *broken; /* history that it starts from */
   PetscReal moving, thickness;    /* moving: 1 with large strain, 0 */
+  const Joint *joints;
+  Contacts *c;
+  int keep; /* results */
   PetscReal *f;
-} Shared;
+} Evaluation;
 
-/* Contacts from `first` on; J: their joints. */
-KERNEL void LanesForces(const Shared *all, const Joint *joints, const LanesModel *model, const LanesJoint *J,
-                        size_t first, int keep, Contacts *c)
+enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
+
+/* Contacts from `first` on, joints J: whether they are plain and the law holds elastically; if not, nothing.
+ */
+KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                       const Place *p)
 {
-  const size_t at = SUB(first, 0);
-  const PetscInt *vertex = c->vertex + CONTACT_ROW(first, 0);
-  const int traits = c->traits[first / LANES];
-  LanesContact now = {.length = LoadLanes(c->length + first)};
+  const Contacts *c = of->c;
+  LanesContact now;
   LanesVector force[CONTACT_ROWS];
-  LanesEnd end[2];
 
-  if (traits & IS_CROSSED)
-    Kinematics(all->X, all->u, vertex, c->t + at, all->moving, 1, traits, end);
-  else
-    Kinematics(all->X, all->u, vertex, c->t + at, all->moving, 0, traits, end);
+  if (c->traits[first / LANES] & NOT_PLAIN) return 0;
+  now.length = LoadLanes(c->length + first);
+  for (int k = 0; k < 2; k++)
+    now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
+  if (!RespondElastically(J, model, &now)) return 0;
+  RowForces(p, c->t + SUB(first, 0), &now, of->thickness, 0, force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+  return 1;
+}
+
+/* Contacts from `first` on, whatever they are. */
+KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                        size_t first, const Place *p)
+{
+  Contacts *c = of->c;
+  const size_t at = SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  LanesContact now;
+  LanesVector force[CONTACT_ROWS];
+
+  now.length = LoadLanes(c->length + first);
   for (int k = 0; k < 2; k++) {
     const size_t i = at + (size_t)k * BATCH;
-    now.u_n[k] = end[k].d_n, now.u_s[k] = end[k].d_s;
+    now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
     if (traits & RESTS) now.u_n[k] -= LoadLanes(c->rest + i);
-    if (traits & HISTORY) now.slip[k] = LoadLanes(all->slip + i), now.broken[k] = LoadLanes(all->broken + i);
+    if (traits & HISTORY) now.slip[k] = LoadLanes(of->slip + i), now.broken[k] = LoadLanes(of->broken + i);
   }
   const int changed = RespondContacts(J, model, c->rate != 0., &now);
   if (c->held ? keep && (changed || traits & HISTORY) : changed) {
@@ -267,56 +308,92 @@ KERNEL void LanesForces(const Shared *all, const Joint *joints, const LanesModel
           StoreLanes(c->broken + at + k * BATCH, now.broken[k]);
     c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
   }
-  if (keep && c->rate > 0.) dashpots((PetscInt)at, c, joints, c->joint + first, &now);
-  if (keep) StoreResults((PetscInt)at, end, &now, c);
-  if (traits & IS_CROSSED)
-    RowForces(end, &now, all->thickness, all->moving, 1, traits, force);
-  else
-    RowForces(end, &now, all->thickness, all->moving, 0, traits, force);
-  ScatterAdd(CONTACT_ROWS, force, vertex, all->f);
+  if (keep && c->rate > 0.) dashpots((PetscInt)at, c, of->joints, c->joint + first, &now);
+  if (keep) StoreResults((PetscInt)at, p, &now, c);
+  RowForces(p, c->t + at, &now, of->thickness, traits, force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+}
+
+KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                            const Place *p)
+{
+  WholeForces(of, model, J, 1, first, p);
+}
+
+KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                             const Place *p)
+{
+  WholeForces(of, model, J, 0, first, p);
+}
+
+#define PARAMETERS                                                                                           \
+  (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
+VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
+VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
+
+enum { STRETCH = 64 }; /* 6 kB of places, in the first-level cache */
+
+/* Contacts from `first` on. */
+KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
+{
+  const Contacts *c = of->c;
+  const PetscInt *vertex = c->vertex + CONTACT_ROW(first, 0);
+  const PetscReal *t = c->t + SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  if (traits & IS_CROSSED) {
+    const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, traits);
+    StorePlace(&p, 1, place);
+  } else {
+    const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, 0);
+    StorePlace(&p, 0, place);
+  }
 }
 
 /* All contacts, in ascending order. */
-KERNEL void ForceLoop(const Model *m, const Joint *joints, int keep, Contacts *c, const PetscReal *u,
-                      PetscReal *f)
+KERNEL void AllForces_code(const Evaluation *evaluation)
 {
-  const Shared all = {.X = m->X,
-                      .u = u,
-                      .slip = c->held ? c->slip_0 : c->slip,
-                      .broken = c->held ? c->broken_0 : c->broken,
-                      .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
-                      .thickness = m->thickness,
-                      .f = f};
+  const Evaluation of = *evaluation; /* no force is written over it, the compiler sees */
+  const Contacts *c = of.c;
+  Place places[STRETCH / LANES];
   LanesJoint J;
   for (int s = 0; s < STRESS_MODELS; s++)
-    for (PetscInt first = c->model_start[s]; first < c->model_start[s + 1]; first += LANES) {
-      if (c->traits[first / LANES] & JOINTS) LoadJoints(joints, c->joint + first, &J);
-      LanesForces(&all, joints, LanesModels + s, &J, (size_t)first, keep, c);
+    for (PetscInt from = c->model_start[s]; from < c->model_start[s + 1]; from += STRETCH) {
+      const PetscInt to = PetscMin(from + STRETCH, c->model_start[s + 1]);
+      for (PetscInt i = from; i < to; i += LANES) Locate(&of, (size_t)i, places + (i - from) / LANES);
+      for (PetscInt i = from; i < to; i += LANES) {
+        const Place *p = places + (i - from) / LANES;
+        if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, &J);
+        if (of.keep)
+          AndResults(&of, LanesModels + s, &J, (size_t)i, p);
+        else if (!PlainForces(&of, LanesModels + s, &J, (size_t)i, p))
+          ForcesAlone(&of, LanesModels + s, &J, (size_t)i, p);
+      }
     }
 }
 
-KERNEL void AndResults_code(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
-                            PetscReal *f)
-{
-  ForceLoop(m, joints, 1, c, u, f);
-}
+VARIANTS(AllForces, (const Evaluation *of), (of))
 
-KERNEL void ForcesAlone_code(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
-                             PetscReal *f)
+static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c, const PetscReal *u,
+                     PetscReal *f)
 {
-  ForceLoop(m, joints, 0, c, u, f);
+  const Evaluation of = {.X = m->X,
+                         .u = u,
+                         .slip = c->held ? c->slip_0 : c->slip,
+                         .broken = c->held ? c->broken_0 : c->broken,
+                         .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
+                         .thickness = m->thickness,
+                         .joints = joints,
+                         .c = c,
+                         .keep = keep,
+                         .f = f};
+  AllForces(&of);
 }
-
-VARIANTS(AndResults, (const Model *m, const Joint *joints, Contacts *c, const PetscReal *u, PetscReal *f),
-         (m, joints, c, u, f))
-VARIANTS(ForcesAlone, (const Model *m, const Joint *joints, Contacts *c, const PetscReal *u, PetscReal *f),
-         (m, joints, c, u, f))
 
 PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
                              PetscReal *f)
 {
   PetscFunctionBeginUser;
-  AndResults(m, joints, c, u, f);
+  evaluate(m, joints, 1, c, u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -324,6 +401,6 @@ PetscErrorCode ContactForcesOnly(const Model *m, const Joint *joints, Contacts *
                                  PetscReal *f)
 {
   PetscFunctionBeginUser;
-  ForcesAlone(m, joints, c, u, f);
+  evaluate(m, joints, 0, c, u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,5 @@
 /* stress_models.c: the table of the six stress models, and one contact on its own; the models themselves are
-   in stress_models.h, for a batch of contacts. */
+   in stress_models.h and tptm.h, for a batch of contacts. */
 #include "internal.h"
 #include "stress_models.h"
 

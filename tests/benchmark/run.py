@@ -54,8 +54,9 @@ def scene_of(name, side):
              "supports": {"bottom": {"fix": "xy"}},
              "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 35, "stress_model": model or "tptm"}},
              "loads": {"weight": {"type": "self_weight"}}, "stages": [{"all": {"loads": ["weight"]}}]}
-    if shake:
-        scene["joints"]["default"]["cohesion"] = 1e9  # only opening, which is there again at every evaluation
+    scene["joints"]["default"]["cohesion"] = 1e9  # shaken: only opening, which is there again at every evaluation
+    if not shake:
+        scene["joints"]["default"]["tension"] = 1e9  # elastic all of them: without, a sixth is open at side 32
     return mesh, scene, shake
 
 

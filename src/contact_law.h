@@ -1,0 +1,128 @@
+/* contact_law.h: what all six stress models share: one contact from trial stresses to stresses, in LANES at once.
+
+   Along a contact xi runs from -1 (end 0) to 1 (end 1); the trial stresses are linear. Exchanging the ends
+   is xi -> -xi, exact in floating point, and every sum is built so that it exchanges F_0 and F_1 bit for bit.
+
+   Failure. The trial field before any return decides which places fail; broken[k] is the part of L, from end
+   k, that has. Two points: an end owns half of L. Three: the ends own a quarter each, the middle the rest,
+   booked with the more violated end. tptm: the front is exact. With sigma, tau and the peak limit linear in
+   xi, the places that do not fail are those where five linear functions are >= 0, i.e. one interval: fronts
+   run in from the ends only.
+
+   Return of shear. The plastic slip is kept at the ends only and so is linear between; a slipping end returns
+   to its limit, an open end to zero, so that it closes again without shear. Where a stronger place begins
+   inside (behind an open or broken end, or at the middle), a return by the weak limit of the end would unload
+   the strong place too: in small steps a partly open contact would never reach its cohesion times its closed
+   length, and a front of failure would stop. So the return is scaled back, by one factor 1 - theta for both
+   ends, until every such place has what its own law gives for the trial field (ReturnShear). The ends may
+   then lie above their limit; the diagram is clipped there. With cohesion 0 and nothing brittle no such place
+   exists and theta = 0. Full sliding gives F_s = tan(phi) F_n + c (closed length), a brittle tptm contact
+   sheared in one step or in many gives the same, and the answer for the same displacement is the same when
+   asked again. */
+#pragma once
+#include "joint_law.h"
+
+typedef struct {
+  Lanes length;
+  Lanes u_n[2], u_s[2];     /* in */
+  Lanes slip[2], broken[2]; /* in and out: history */
+  Lanes sigma[2], tau[2];   /* in: trial stresses; out: stresses at the ends */
+  Lanes F_n[2], F_s[2];     /* out */
+  Mask state[2];            /* out: ContactState bits */
+} LanesContact;
+
+/* value at xi of the line through the end values v */
+KERNEL Lanes Line(const Lanes v[2], Lanes xi)
+{
+  return 0.5 * ((1. - xi) * v[0] + (1. + xi) * v[1]);
+}
+
+/* where a line changes sign; outside [-1,1] when it does not */
+KERNEL Lanes Crossing(Lanes h0, Lanes h1)
+{
+  return Select((h0 < 0.) ^ (h1 < 0.), (h0 + h1) / (h0 - h1), LanesOf(2.));
+}
+
+/* whether end k has residual strength */
+KERNEL Mask EndIsResidual(const Lanes broken[2], int k)
+{
+  return (broken[k] > 0.) | (broken[1 - k] >= 1.);
+}
+
+/* The elastic row, from the trial stresses. */
+KERNEL void RespondElastic(const PetscReal row[2], LanesContact *c)
+{
+  for (int k = 0; k < 2; k++) {
+    c->F_n[k] = c->length * (row[0] * c->sigma[k] + row[1] * c->sigma[1 - k]);
+    c->F_s[k] = c->length * (row[0] * c->tau[k] + row[1] * c->tau[1 - k]);
+    c->state[k] = (Mask){CONTACT_ELASTIC};
+  }
+}
+
+/* True where the law holds elastically at both ends and nothing is broken. */
+KERNEL Mask IsElastic(const LanesJoint *J, const LanesContact *c)
+{
+  Mask holds = {-1, -1, -1, -1};
+  for (int k = 0; k < 2; k++)
+    holds &= (c->sigma[k] <= J->peak.tension) & (c->sigma[k] >= -J->compression) &
+             (Absolute(c->tau[k]) <= JointCone(&J->peak, c->sigma[k])) & (c->broken[k] <= 0.);
+  return holds | J->elastic;
+}
+
+/* ------------------------------------------------------------------------------------ return of shear */
+
+/* A place inside that has its own say in the return of the ends. */
+typedef struct {
+  Mask counts;
+  Lanes xi, limit;
+} Hold;
+
+KERNEL Hold HoldAt(Mask counts, Lanes xi, Lanes limit)
+{
+  return (Hold){counts & (xi > -1.) & (xi < 1.) & (limit > 0.), xi, limit};
+}
+
+/* Returns the line tau to the limits of its ends, as far as no hold gets another stress than clip(trial):
+   with held = returned + theta (trial - returned), the smallest theta that leaves an elastic hold alone and a
+   slipping one at its limit or above. theta = 1 always does; nearly 1 is 1, or rounding would creep into the
+   slip. */
+KERNEL void ReturnShear(int n_holds, const Hold *holds, const Lanes trial[2], const Lanes limit[2],
+                        Lanes held[2])
+{
+  const Lanes returned[2] = {JointClip(trial[0], limit[0]), JointClip(trial[1], limit[1])};
+  Lanes theta = {0.};
+  for (int i = 0; i < n_holds; i++) {
+    const Lanes most = holds[i].limit, t = Line(trial, holds[i].xi), r = Line(returned, holds[i].xi);
+    const Lanes size = Absolute(t), back = Select(t < 0., -r, r);
+    const Mask whole = ((size <= most) & (back != size)) | (~(size <= most) & (back > size));
+    const Mask part = ~whole & (size > most) & (back < most);
+    const Lanes needed = Select(whole, LanesOf(1.), Keep(part, (most - back) / (size - back)));
+    theta = Select(holds[i].counts & (theta < needed), needed, theta);
+  }
+  for (int k = 0; k < 2; k++)
+    held[k] = Select(theta > 1. - 1e-12, trial[k], returned[k] + theta * (trial[k] - returned[k]));
+}
+
+/* Books what was returned as plastic slip; untouched where nothing was, so that it cannot drift by rounding.
+ */
+KERNEL void AdvanceSlip(const LanesJoint *J, const Lanes trial[2], const Lanes held[2], LanesContact *c)
+{
+  for (int k = 0; k < 2; k++) {
+    const Lanes slip = Select(held[k] == 0., c->u_s[k], c->slip[k] + (trial[k] - held[k]) / J->k_s);
+    c->slip[k] = Select(held[k] == trial[k], c->slip[k], slip);
+  }
+}
+
+/* sigma, tau and state at the ends, from the trial stresses and the strengths there */
+KERNEL void EndStresses(const LanesJoint *J, const Lanes sigma[2], const Lanes tau[2], LanesContact *c)
+{
+  for (int k = 0; k < 2; k++) {
+    const LanesStrength strength = StrengthOf(J, EndIsResidual(c->broken, k));
+    const Lanes limit = JointShearLimit(J, &strength, sigma[k]);
+    const Mask open = JointIsOpen(&strength, sigma[k]);
+    c->sigma[k] = JointNormal(J, &strength, sigma[k]);
+    c->tau[k] = JointClip(tau[k], limit);
+    c->state[k] = (open & CONTACT_OPEN) | (~open & (Absolute(tau[k]) > limit) & CONTACT_SLIPPING) |
+                  (JointIsCrushing(J, sigma[k]) & CONTACT_CRUSHING);
+  }
+}
