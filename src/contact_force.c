@@ -15,7 +15,7 @@
    faces match) its direction is found once; initial overlap and history that are all zero are not read. The
    other half is waiting for a square root and a division: a chain of 130 cycles of the clock, which the
    processor cannot see past to the next contacts. So the loop goes over STRETCH contacts twice: where they
-   are (Place), and their forces; in each pass the next contacts do not wait for these. Contacts without
+   are (Place), then their forces; in each pass the next contacts do not wait for these. Contacts without
    history whose law holds elastically, nearly all, take a short way, and what is long is a function of its
    own that keeps no registers from it. An answer has the same bits with and without any of this. */
 #include "internal.h"
@@ -265,8 +265,7 @@ typedef struct {
 
 enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
 
-/* Contacts from `first` on, joints J: whether they are plain and the law holds elastically; if not, nothing.
- */
+/* Contacts from `first` on: whether they are plain and the law holds elastically; if not, nothing is done. */
 KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                        const Place *p)
 {
