@@ -372,7 +372,10 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
   for (int i = 1; i < argc; i++) {
     const char *option = argv[i], *key = option_key(option);
     if (!key) {
-      Complain(message, "", 0, "", "'%.200s' is not an option; options are -key value", option);
+      Complain(
+          message, "", 0, "",
+          "'%.200s' is not an option; options are -key value (see -help), a scene -options_file scene.yaml",
+          option);
       break;
     }
     const char *value = i + 1 < argc && !option_key(argv[i + 1]) ? argv[++i] : "";

@@ -129,7 +129,10 @@ static PetscErrorCode read_file(const char *file, PetscMPIInt size, PetscMPIInt 
   PetscFunctionBegin;
   message[0] = 0;
   if (stat(file, &status))
-    ReaderFault(&r, "no such file");
+    ReaderFault(&r,
+                "no such file%s; a block mesh is written by the mesh.py of an example or by a generator "
+                "(docs/generators.md)",
+                file[0] == '/' ? "" : " in the working directory or beside the scene");
   else if (!S_ISREG(status.st_mode))
     ReaderFault(&r, "not a file");
   else if (access(file, R_OK))

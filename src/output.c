@@ -200,14 +200,11 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
     if (o->history) history_header(o->history, scene, model);
     if (o->history && o->n_stages) PartRename(o->folder, "history.csv", message);
   }
-  if (message[0] || (resumed && o->n_stages && ResultsFileHolds(&o->results, o->n_stages)))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  if (resumed && o->n_stages)
-    fprintf(stderr,
-            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint: "
-            "it begins anew\n",
-            o->folder);
-  PetscCall(ResultsFileCreate(&o->results, message));
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (resumed)
+    PetscCall(ResultsFileResume(&o->results, o->n_stages, message));
+  else
+    PetscCall(ResultsFileCreate(&o->results, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

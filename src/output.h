@@ -117,8 +117,9 @@ PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]
    follows. Or writes a frame on the way into <stage>_<frame>.h5, until the stage ends. */
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
-/* Whether results.h5 holds the first n stages of the scene: a restart can add to it. */
-PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
+/* After a restart: goes on with results.h5 when it holds the first n stages of the scene, else begins it anew
+   with a warning; grids of stages and frames that are not in the folder are forgotten. */
+PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 /* ---- xdmf.c: rank 0 only */
 /* Entries of the mixed topology: the cell type before the vertices of each block. */
@@ -126,6 +127,9 @@ PetscInt XdmfTopologySize(const MeshFields *mesh);
 /* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name:
    its group in results.h5. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
+/* Whether it has the grids of that group; and takes them out, if there are any. */
+PetscBool XdmfHas(const ResultsFile *results, const char *name);
+void XdmfDrop(ResultsFile *results, const char *name);
 /* results.xdmf from all grids so far, replaced in one go. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
 /* ---- files.c: rank 0 only */

@@ -275,11 +275,10 @@ static void group_name(const ResultsFile *results, PetscInt stage, PetscInt fram
   if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
 }
 
-PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
+static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT),
               stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   PetscBool holds = (PetscBool)(stages >= 0);
@@ -288,6 +287,70 @@ PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) H5Fclose(file);
   return holds;
+}
+
+static hid_t open_with(const char *path, const char *group)
+{
+  hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file >= 0 && H5Lexists(file, group, H5P_DEFAULT) <= 0) {
+    H5Fclose(file);
+    file = -1;
+  }
+  return file;
+}
+
+/* The file that has a frame, and its group within; negative: none. Its own file; after a restart from before
+   the end of the stage it may be in results.h5 already. */
+static hid_t open_frame_of(const ResultsFile *results, const char *name, char within[2 * NAME_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
+  snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
+  snprintf(within, 2 * NAME_LENGTH, "/%s", name);
+  const hid_t file = open_with(path, within);
+  if (file >= 0) return file;
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  snprintf(within, 2 * NAME_LENGTH, "/stages/%s", name);
+  return open_with(path, within);
+}
+
+/* Forgets the grids of frames that are not there; how many these are. */
+static PetscInt forget_frames(ResultsFile *results, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
+  PetscInt n = 0;
+  for (PetscInt frame = 1; frame <= results->n_frames; frame++) {
+    group_name(results, stage, frame, name);
+    const hid_t file = open_frame_of(results, name, within);
+    if (file >= 0) H5Fclose(file);
+    if (file < 0 && XdmfHas(results, name)) XdmfDrop(results, name), n++;
+  }
+  return n;
+}
+
+PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
+{
+  char name[NAME_LENGTH + 16];
+  PetscFunctionBeginUser;
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const PetscBool holds = (PetscBool)(n && holds_stages(results, n));
+  if (n && !holds)
+    fprintf(stderr,
+            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint: "
+            "it begins anew\n",
+            results->folder);
+  for (PetscInt s = 0; s < n && !holds; s++)
+    for (PetscInt frame = 0; frame <= results->scene->stages[s].frames; frame++) {
+      group_name(results, s, frame, name);
+      XdmfDrop(results, name);
+    }
+  const PetscInt lost = forget_frames(results, n);
+  if (lost)
+    fprintf(stderr,
+            "quoin: warning: restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
+            " frames of stage %s up to the checkpoint: results.h5 goes on without them\n",
+            results->folder, lost, results->n_frames, results->scene->stages[n].name);
+  if (!holds) PetscCall(ResultsFileCreate(results, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Stages from this one on, which a run before a restart has left there, make room. */
@@ -303,21 +366,15 @@ static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
   return -error;
 }
 
-/* Frames from their own files to where they belong; after a restart from before the end of the stage they may
-   be in results.h5 already. */
+/* Frames to where they belong, but for those that a restart has not found. */
 static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
 {
-  char name[NAME_LENGTH + 16], path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], within[2 * NAME_LENGTH];
+  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
   int error = 0;
   for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
     group_name(results, stage, frame, name);
-    snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
-    snprintf(within, sizeof(within), "/%s", name);
-    if (access(path, R_OK)) {
-      snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-      snprintf(within, sizeof(within), "/stages/%s", name);
-    }
-    const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    if (!XdmfHas(results, name)) continue;
+    const hid_t file = open_frame_of(results, name, within);
     error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
     if (file >= 0) H5Fclose(file);
   }

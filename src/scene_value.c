@@ -331,6 +331,7 @@ static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_
 
 PetscErrorCode ConcludeMessage(Reader *r)
 {
+  static const char no_scene[] = "; no scene file is given: -options_file scene.yaml (-help lists all keys)";
   const Entry *e = r->entries.entries, *end = e + r->entries.n;
   char nearest[LABEL_LENGTH + 1];
 
@@ -341,6 +342,7 @@ PetscErrorCode ConcludeMessage(Reader *r)
     Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
              nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");
   }
-  if (!r->message[0]) memcpy(r->message, r->missing, MESSAGE_LENGTH);
+  if (!r->message[0] && r->missing[0])
+    snprintf(r->message, MESSAGE_LENGTH, "%.900s%s", r->missing, r->scene->file[0] ? "" : no_scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -86,6 +86,28 @@ static void put_contacts(FILE *f, PetscInt n, const char *stage)
   fprintf(f, "     </Grid>\n");
 }
 
+/* The grids of a stage or frame in results->xdmf, and what follows; NULL: none. */
+static char *find_grids(const ResultsFile *results, const char *name)
+{
+  char head[NAME_LENGTH + 64];
+  snprintf(head, sizeof(head), "    <Grid Name=\"%s\" GridType", name);
+  return results->xdmf ? strstr(results->xdmf, head) : NULL;
+}
+
+PetscBool XdmfHas(const ResultsFile *results, const char *name)
+{
+  return (PetscBool)(find_grids(results, name) != NULL);
+}
+
+void XdmfDrop(ResultsFile *results, const char *name)
+{
+  static const char foot[] = "\n    </Grid>\n";
+  char *grids = find_grids(results, name), *end = grids ? strstr(grids, foot) : NULL;
+  if (!end) return;
+  end += strlen(foot);
+  memmove(grids, end, strlen(end) + 1);
+}
+
 /* Appends the grids of a stage to results->xdmf. Its time counts 1 for each stage that is not dynamic, and
    the seconds of those that are. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)

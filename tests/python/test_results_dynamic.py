@@ -4,9 +4,11 @@ ranks: 1 2"""
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import pytest
 
@@ -189,3 +191,39 @@ def test_a_stage_may_not_be_named_like_a_frame(shaken):
     done = run_quoin(shaken, 1, "-output", "refused")
     (shaken / "scene.yaml").write_text(lines, encoding="utf-8")
     assert done.returncode == 2 and "stages.shaking_3: is the name of a frame of stage shaking" in done.stderr
+
+
+def groups(run):
+    with h5py.File(run / "results.h5") as file:
+        return set(file["stages"])
+
+
+def test_restart_where_frames_are_not(shaken):
+    """From a checkpoint between two frames: into a fresh folder, and where results.h5 has lost one of the frames before it. The
+    run goes on without them, says so at the start, and no file names what is not there."""
+    assert run_quoin(shaken, 1, "-output", "whole", "-checkpoint_every", "10000", "-checkpoint_keep", "100").returncode == 0
+    whole = Results(shaken / "whole")
+    path = sorted((shaken / "whole/checkpoints").glob("*.h5"))[9]  # of 18
+    shutil.copytree(shaken / "whole", shaken / "holed")
+    with h5py.File(shaken / "holed/results.h5", "r+") as file:
+        del file["stages/shaking_2"]
+    for folder, before in (("fresh", 0), ("holed", 1), ("whole", 2)):
+        done = run_quoin(shaken, 1, "-output", folder, "-restart", str(path))
+        assert done.returncode == 0 and "goes on from" in done.stdout, done.stderr
+        run, there = Results(shaken / folder), groups(shaken / folder)
+        lost = [name for name in groups(shaken / "whole") if name not in there]
+        said = re.search(rf"restart: '{folder}' does not hold (\d+) of the (\d+) frames of stage shaking", done.stderr)
+        assert ("results.h5' does not hold the stages" in done.stderr) == ("history.csv' does not" in done.stderr) == (before == 0)
+        if before == 2:
+            assert not said and not lost
+        elif before == 1:
+            assert said[1] == "1" and lost == ["shaking_2"]
+        else:
+            written = int(said[1])
+            assert said[2] == said[1] and 5 < written < 15
+            assert set(lost) == {"rest", *(f"shaking_{k}" for k in range(1, written + 1))}
+        assert run.stage_summary("shaking")["checksum"] == whole.stage_summary("shaking")["checksum"]
+        for name in there:
+            assert np.array_equal(run.stage(name).displacement, whole.stage(name).displacement), name
+        assert set(re.findall(r"results\.h5:/stages/(\w+)/", (shaken / folder / "results.xdmf").read_text())) == there
+        assert not [file for file in os.listdir(shaken / folder) if file.endswith(".part") or file.startswith("shaking_")]

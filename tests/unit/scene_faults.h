@@ -155,8 +155,12 @@ static const struct {
    "command line: -repartition_when: 'always' is not one of: auto, never"},
   {"title", "title", "-gravity", "command line: -gravity: no value given"},
   {"title", "title", "-gravity -9", "command line: -gravity: -9 is out of range: must be >= 0 [m/s2]"},
-  {"title", "title", "-gravity 1 2", "command line: '2' is not an option; options are -key value"},
-  {"title", "title", "scene.yaml", "command line: 'scene.yaml' is not an option; options are -key value"},
+  {"title", "title", "-gravity 1 2",
+   "command line: '2' is not an option; options are -key value (see -help), a scene "
+   "-options_file scene.yaml"},
+  {"title", "title", "scene.yaml",
+   "command line: 'scene.yaml' is not an option; options are -key value (see -help), a scene "
+   "-options_file scene.yaml"},
   {"title", "title", "-stages sw,new", "scene.yaml: stages.new.loads: missing"},
   {"title", "title", "-stages sw,sw", "command line: -stages: 'sw' twice"},
   {"title", "title", "-stages_sw_joints_default_friction x",

@@ -395,7 +395,7 @@ static PetscErrorCode TestNoMesh(void)
 
   PetscFunctionBegin;
   snprintf(path, sizeof path, "%s/nowhere.h5", folder);
-  PetscCall(ExpectRefusal(path, "nowhere.h5: no such file"));
+  PetscCall(ExpectRefusal(path, "nowhere.h5: no such file; a block mesh is written by the mesh.py"));
   PetscCall(ExpectRefusal(folder, "not a file"));
   if (rank == 0) WriteBytes("vertices: 3\n", 12);
   PetscCall(ExpectRefusal(model, "model.h5: not an HDF5 file, or cut off"));

@@ -49,7 +49,7 @@ def pushed(start):
 
 # what is wrong, scene (dict or text), options, words the line must have
 SCENES = [
-    ("no such mesh", changed(GOOD, ("model", "no_mesh.h5")), (), ["no_mesh.h5"]),
+    ("no such mesh", changed(GOOD, ("model", "no_mesh.h5")), (), ["no_mesh.h5: no such file in the working directory or beside the scene", "mesh.py", "docs/generators.md"]),
     ("malformed YAML", "model: model.h5\nmaterials: {lower: {density: 1\n", (), ["scene.yaml:"]),
     ("unknown key", changed(GOOD, ("colour", "grey")), (), ["scene.yaml:", "colour"]),
     ("misspelt key", changed(GOOD, ("materials.upper.desity", 1)), (), ["scene.yaml:", "desity", "did you mean", "density"]),
@@ -122,7 +122,7 @@ def run(case):
         refused(case, what, case.prepare(mesh, scene), options, words)
     folder = case.prepare(None, None)
     refused(case, "no such scene", folder, ("-options_file", "no_scene.yaml"), ["no_scene.yaml"])
-    refused(case, "no scene at all", folder, (), ["model", "missing"])
+    refused(case, "no scene at all", folder, (), ["model", "missing", "-options_file", "-help"])
     for what, break_it, words in mesh_faults():
         folder = case.prepare(mesh, GOOD)
         with h5py.File(folder / "model.h5", "r+") as file:
