@@ -1,4 +1,4 @@
-/* contact_law.h: what all six stress models share: one contact from trial stresses to stresses, in LANES at once.
+/* contact_law.h: what all six stress models share, from trial stresses to stresses; LANES contacts at once.
 
    Along a contact xi runs from -1 (end 0) to 1 (end 1); the trial stresses are linear. Exchanging the ends
    is xi -> -xi, exact in floating point, and every sum is built so that it exchanges F_0 and F_1 bit for bit.
