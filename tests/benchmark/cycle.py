@@ -64,7 +64,7 @@ def document(rows):
             cells += [form.format(per["contacts"]), form.format(per["plain"]), f"{per['contacts'] / per['plain']:.1f}"] if per else ["", "", ""]
         return cells
 
-    told = [[row["n_elements"], EXCHANGE[row["exchange_by"]], *(f"{row[part] / 1e3:.3g}" for part in ("exchange", "sums", "cycle"))]
+    told = [[row["n_elements"], EXCHANGE[row["exchange_by"]], *(f"{run.least(row, part) / 1e3:.3g}" for part in ("exchange", "sums", "cycle"))]
             for row in sorted(rows, key=lambda row: row["side"]) if row["ranks"] == 2]  # fmt: skip
     head = ["ratio", "cycle", "textbook", "ratio", "cycle, plain sums"]
     replace_between("cycle", table(["blocks", "forces", "textbook", *head], lines_of(rows, "block", "n_elements", cycle)))

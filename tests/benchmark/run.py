@@ -8,7 +8,7 @@
 
 Scenes: `block`, one body of side x side distorted quadrilaterals; `t2pt`, `tptm`, single quadrilaterals with
 joints all around, about side^2 contacts, all elastic; `tptm open`, the same shaken, so that about half of the
-joints are open, in no order. Times are medians of processor time; caches and memory are shared with what else the
+joints are open, in no order. Times are the least of many samples of processor time: caches and memory are shared with what else the
 machine does: trust the ratios.
 Instructions are exact for one compiler; under valgrind the x86-64-v3 code runs."""
 
@@ -99,10 +99,15 @@ def instructions(program, name, side, parts=PARTS):
         return {"scene": name, "side": side} | row | counts
 
 
+def least(row, part):
+    """Of the samples of a time, the one that others on the machine disturbed least; a count as it is."""
+    return row[f"{part}_least"] or row[part] if f"{part}_least" in row else row[part]
+
+
 def per_item(row):
     """Each part per element or contact; a cycle per element."""
     elements, contacts = row["n_elements"], max(1, row["n_contacts"])
-    return {part: row[part] / (contacts if part in ("plain", "contacts") else elements) for part in PARTS if row[part]}
+    return {part: least(row, part) / (contacts if part in ("plain", "contacts") else elements) for part in PARTS if row[part]}
 
 
 def header(unit):
