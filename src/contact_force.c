@@ -10,14 +10,13 @@
    adds a couple C = F_n u_s - F_s u_n on the destination face: with it contacts keep angular momentum and
    energy. (Small strain: n, s of the reference state, no couple.)
 
-   What a cycle reads is half of its time; so LANES contacts read four vertices once for both ends, and by
-   their traits leave out what they do not need: where both ends stand on one face (FF1, all of a mesh whose
-   faces match) its direction is found once; initial overlap and history that are all zero are not read. The
-   other half is waiting for a square root and a division: a chain of 130 cycles of the clock, which the
-   processor cannot see past to the next contacts. So the loop goes over STRETCH contacts twice: where they
-   are (Place), then their forces; in each pass the next contacts do not wait for these. Contacts without
-   history whose law holds elastically, nearly all, take a short way, and what is long is a function of its
-   own that keeps no registers from it. An answer has the same bits with and without any of this. */
+   LANES contacts read four vertices once for both ends, and by their traits leave out what they do not need:
+   where both ends stand on one face (FF1, all of a mesh whose faces match) its direction is found once;
+   initial overlap and history that are all zero are not read. A square root and a division stand between the
+   vertices and the forces, and in one pass the next contacts wait for them: a quarter of the time. So the
+   loop goes over STRETCH contacts twice: where they are (Place), then their forces. Contacts without history
+   whose law holds elastically, nearly all, take a short way, and what is long is a function of its own that
+   keeps no registers from it. An answer has the same bits with and without any of this. */
 #include "internal.h"
 #include "stress_models.h"
 
@@ -330,7 +329,7 @@ KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, cons
 VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
 VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
 
-enum { STRETCH = 64 }; /* 6 kB of places, in the first-level cache */
+enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
 
 /* Contacts from `first` on. */
 KERNEL void Locate(const Evaluation *of, size_t first, Place *place)

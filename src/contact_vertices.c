@@ -137,8 +137,8 @@ static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r,
 {
   PetscFunctionBeginUser;
   PetscCheck(face >= 0 && on >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "a vertex on a face not known here");
-  const PetscBool both = (PetscBool)(r->model ==
-                                     STRESS_TPTM); // ends stand at the vertex; else the far one is idle
+  // of tptm both ends stand at the vertex; of pt the far one is idle
+  const PetscBool both = (PetscBool)(r->model == STRESS_TPTM);
   Candidate c = {.model = (StressModelKind)r->model,
                  .key = {r->key[0], r->key[1]},
                  .face = {face, on},
