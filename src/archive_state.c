@@ -219,7 +219,7 @@ PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, c
   PetscCall(ContactsStore(scene, m, &(CandidateList){.n = n, .item = list}, NULL, NULL, c));
   for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
     if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++);
-  ContactsSetTraits(c);
+  ContactsSetTraits(m, c);
   PetscCall(PetscFree(list));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);

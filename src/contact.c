@@ -133,7 +133,7 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const Candidate
       else
         store(m, item + first[s] + i, at, c);
     }
-  ContactsSetTraits(c);
+  ContactsSetTraits(m, c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -11,12 +11,13 @@
    energy. (Small strain: n, s of the reference state, no couple.)
 
    LANES contacts read four vertices once for both ends, and by their traits leave out what they do not need:
-   where both ends stand on one face (FF1, all of a mesh whose faces match) its direction is found once;
-   initial overlap and history that are all zero are not read. A square root and a division stand between the
-   vertices and the forces, and in one pass the next contacts wait for them: a quarter of the time. So the
-   loop goes over STRETCH contacts twice: where they are (Place), then their forces. Contacts without history
-   whose law holds elastically, nearly all, take a short way, and what is long is a function of its own that
-   keeps no registers from it. An answer has the same bits with and without any of this. */
+   where both ends stand on one face (FF1) its direction is found once; where the faces match, as most do in
+   meshes of blocks, P and Q start where B and A do, and d is what they have moved apart by; initial overlap
+   and history that are all zero are not read. A square root and a division stand between the vertices and
+   the forces, and in one pass the next contacts wait for them: a quarter of the time. So the loop goes over
+   STRETCH contacts twice: where they are (Place), then their forces. Contacts without history whose law
+   holds elastically, nearly all, take a short way, and what is long is a function of its own that keeps no
+   registers from it. An answer has the same bits with and without any of this. */
 #include "internal.h"
 #include "stress_models.h"
 
@@ -28,6 +29,7 @@ enum {
   RESTS = 1 << 8,   /* rest is not zero */
   HISTORY = 1 << 9, /* slip or broken, present or held, is not zero; the force loop adds it */
   JOINTS = 1 << 10, /* joints are not those of the LANES contacts before */
+  MATCH = 1 << 11,  /* of all lanes: in the reference state P is where B is, Q where A is */
 };
 static const int IS_CROSSED = CROSSED * 15;
 
@@ -41,16 +43,29 @@ static int are_zero(PetscInt first, const PetscReal *x)
   return !any;
 }
 
-void ContactsSetTraits(Contacts *c)
+/* Whether the faces of contact i are one line in the reference state. */
+static int faces_match(const PetscReal *X, const Contacts *c, PetscInt i)
+{
+  const PetscReal *x[CONTACT_ROWS];
+  for (int row = 0; row < CONTACT_ROWS; row++) x[row] = X + 2 * c->vertex[CONTACT_ROW(i, row)];
+  return c->klass[i] == FF1_12 && c->t[SUB(i, 0)] == 1. && c->t[SUB(i, 1)] == 0. &&
+         !memcmp(x[ROW_P], x[ROW_B], 2 * sizeof(PetscReal)) &&
+         !memcmp(x[ROW_Q], x[ROW_A], 2 * sizeof(PetscReal));
+}
+
+void ContactsSetTraits(const Model *m, Contacts *c)
 {
   for (PetscInt first = 0; first < c->n_padded; first += LANES) {
     const PetscInt *joint = c->joint + first;
     int traits = !first || memcmp(joint - LANES, joint, LANES * sizeof *joint) ? JOINTS : 0;
+    int match = 1;
     for (int lane = 0; lane < LANES; lane++) {
       const int klass = c->klass[first + lane];
+      match &= faces_match(m->X, c, first + lane);
       if (klass == FF2_I || klass == FF2_F) traits |= CROSSED << lane;
       if (klass == FF2_F) traits |= LAST << lane;
     }
+    if (match) traits |= MATCH;
     if (!are_zero(first, c->rest)) traits |= RESTS;
     if (!are_zero(first, c->slip) || !are_zero(first, c->broken) || !are_zero(first, c->slip_0) ||
         !are_zero(first, c->broken_0))
@@ -143,38 +158,65 @@ typedef struct {
   Lanes d_n[2], d_s[2];
 } Place;
 
-/* AP, AB: P - A, B - A */
-KERNEL void PlaceEnd(int k, const LanesFace *face, Reach AP, Reach AB, Lanes t, Place *p)
+/* d: from the point of the face under the end to the end. */
+KERNEL void PlaceEnd(int k, const LanesFace *face, LanesVector d, Place *p)
 {
-  const LanesVector d = {(AP.X.x - t * AB.X.x) + (AP.u.x - t * AB.u.x),
-                         (AP.X.y - t * AB.X.y) + (AP.u.y - t * AB.u.y)};
   p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
 }
 
-/* vertex: rows P A B Q; t: of end 0. All vectors from A. traits: 0 where no lane is crossed. */
+/* d from the end or the start of the face, where P and Q are when faces match: BP + (1 - t) AB, AQ - t AB. */
+KERNEL LanesVector FromEnd(Reach BP, Reach AB, Lanes t)
+{
+  const Lanes back = 1. - t;
+  return (LanesVector){(BP.X.x + back * AB.X.x) + (BP.u.x + back * AB.u.x),
+                       (BP.X.y + back * AB.X.y) + (BP.u.y + back * AB.u.y)};
+}
+
+KERNEL LanesVector FromStart(Reach AQ, Reach AB, Lanes t)
+{
+  return (LanesVector){(AQ.X.x - t * AB.X.x) + (AQ.u.x - t * AB.u.x),
+                       (AQ.X.y - t * AB.X.y) + (AQ.u.y - t * AB.u.y)};
+}
+
+KERNEL Reach GatherReach(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, int row)
+{
+  return (Reach){GatherVertex(X, vertex + row * BATCH), GatherVertex(u, vertex + row * BATCH)};
+}
+
+/* vertex: rows P A B Q; t: of end 0. traits: 0 where no lane is crossed. */
 KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
                      PetscReal moving, int traits)
 {
-  const PetscInt *row[] = {vertex + ROW_P * BATCH, vertex + ROW_B * BATCH, vertex + ROW_Q * BATCH};
-  const LanesVector X_A = GatherVertex(X, vertex + ROW_A * BATCH),
-                    u_A = GatherVertex(u, vertex + ROW_A * BATCH);
+  const Reach P = GatherReach(X, u, vertex, ROW_P), A = GatherReach(X, u, vertex, ROW_A),
+              B = GatherReach(X, u, vertex, ROW_B), Q = GatherReach(X, u, vertex, ROW_Q),
+              AB = ReachSubtract(B, A);
+  const Lanes t_1 = LoadLanes(t + BATCH);
   Place p;
-  Reach to[3];
-  for (int i = 0; i < 3; i++)
-    to[i] = (Reach){VectorSubtract(GatherVertex(X, row[i]), X_A),
-                    VectorSubtract(GatherVertex(u, row[i]), u_A)};
-  const Reach P = to[0], B = to[1], Q = to[2], A = {{{0.}, {0.}}, {{0.}, {0.}}};
-  p.face[0] = FaceAlong(B, moving);
-  PlaceEnd(0, p.face, P, B, LoadLanes(t), &p);
+  p.face[0] = FaceAlong(AB, moving);
+  PlaceEnd(0, p.face, FromEnd(ReachSubtract(P, B), AB, LoadLanes(t)), &p);
   if (!(traits & IS_CROSSED)) {
-    PlaceEnd(1, p.face, Q, B, LoadLanes(t + BATCH), &p);
+    PlaceEnd(1, p.face, FromStart(ReachSubtract(Q, A), AB, t_1), &p);
   } else {
     const Classes is = ClassesOf(traits);
-    const Reach from = ReachByClass(&is, A, P, Q), along = ReachSubtract(ReachByClass(&is, B, Q, P), from),
-                over = ReachSubtract(ReachByClass(&is, Q, A, B), from);
+    const Reach from = ReachByClass(&is, A, P, Q), to = ReachByClass(&is, B, Q, P),
+                end = ReachByClass(&is, Q, A, B), along = ReachSubtract(to, from);
     p.face[1] = FaceAlong(along, moving);
-    PlaceEnd(1, p.face + 1, over, along, LoadLanes(t + BATCH), &p);
+    PlaceEnd(1, p.face + 1, FromStart(ReachSubtract(end, from), along, t_1), &p);
   }
+  return p;
+}
+
+/* Where faces match: by how much the ends have moved apart. It is added to the zero that PlaceOf has there,
+   so that a zero has the same sign. */
+KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, PetscReal moving)
+{
+  const Reach A = GatherReach(X, u, vertex, ROW_A), B = GatherReach(X, u, vertex, ROW_B);
+  const LanesVector zero = {{0.}, {0.}}, u_P = GatherVertex(u, vertex + ROW_P * BATCH),
+                    u_Q = GatherVertex(u, vertex + ROW_Q * BATCH);
+  Place p;
+  p.face[0] = FaceAlong(ReachSubtract(B, A), moving);
+  PlaceEnd(0, p.face, VectorAdd(zero, VectorSubtract(u_P, B.u)), &p);
+  PlaceEnd(1, p.face, VectorAdd(zero, VectorSubtract(u_Q, A.u)), &p);
   return p;
 }
 
@@ -202,18 +244,28 @@ static void dashpots(PetscInt at, Contacts *c, const Joint *joints, const PetscI
   }
 }
 
-/* End forces to P and, by L_d, to A and B. */
-KERNEL void EndForces(int k, const Place *p, const LanesFace *face, Lanes t, Lanes F_n, Lanes F_s,
-                      LanesVector force[3])
+/* The force of an end, and what a couple on the face adds to A; B has the opposite. */
+typedef struct {
+  LanesVector F, turn;
+} EndForce;
+
+KERNEL EndForce EndForceOf(int k, const Place *p, const LanesFace *face, Lanes F_n, Lanes F_s)
 {
   const LanesVector s = face->s, n = NormalTo(s);
   const Lanes couple = (F_n * p->d_s[k] - F_s * p->d_n[k]) * face->turns;
-  const LanesVector F = {F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y};
-  const LanesVector turn = {couple * n.x, couple * n.y};
-  const Lanes a = 1. - t, b = t;
-  force[0] = F;
-  force[1] = (LanesVector){turn.x - a * F.x, turn.y - a * F.y};
-  force[2] = (LanesVector){-turn.x - b * F.x, -turn.y - b * F.y};
+  return (EndForce){{F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y}, {couple * n.x, couple * n.y}};
+}
+
+/* What A and B bear of it, by L_d. */
+KERNEL LanesVector OnA(const EndForce *end, Lanes t)
+{
+  const Lanes a = 1. - t;
+  return (LanesVector){end->turn.x - a * end->F.x, end->turn.y - a * end->F.y};
+}
+
+KERNEL LanesVector OnB(const EndForce *end, Lanes t)
+{
+  return (LanesVector){-end->turn.x - t * end->F.x, -end->turn.y - t * end->F.y};
 }
 
 /* Forces of both ends, on the rows P A B Q: where the vertices of Locate came from. */
@@ -222,11 +274,19 @@ KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *no
 {
   const int crossed = (traits & IS_CROSSED) != 0;
   const LanesVector none = {{0.}, {0.}};
-  LanesVector to[3];
-  EndForces(0, p, p->face, LoadLanes(t), thickness * now->F_n[0], thickness * now->F_s[0], force);
-  EndForces(1, p, p->face + crossed, LoadLanes(t + BATCH), thickness * now->F_n[1], thickness * now->F_s[1],
-            to);
-  const LanesVector P = to[0], A = to[1], B = to[2];
+  EndForce end[2];
+  for (int k = 0; k < 2; k++)
+    end[k] = EndForceOf(k, p, p->face + (k && crossed), thickness * now->F_n[k], thickness * now->F_s[k]);
+  force[ROW_P] = end[0].F;
+  if (traits & MATCH) { // t is 1 and 0
+    force[ROW_A] = VectorAdd(end[0].turn, VectorSubtract(end[1].turn, end[1].F));
+    force[ROW_B] = VectorSubtract(none, VectorAdd(VectorAdd(end[0].turn, end[0].F), end[1].turn));
+    force[ROW_Q] = end[1].F;
+    return;
+  }
+  const Lanes t_0 = LoadLanes(t), t_1 = LoadLanes(t + BATCH);
+  force[ROW_A] = OnA(end, t_0), force[ROW_B] = OnB(end, t_0);
+  const LanesVector P = end[1].F, A = OnA(end + 1, t_1), B = OnB(end + 1, t_1);
   if (!crossed) {
     force[ROW_A] = VectorAdd(force[ROW_A], A), force[ROW_B] = VectorAdd(force[ROW_B], B);
     force[ROW_Q] = P;
@@ -264,22 +324,32 @@ typedef struct {
 
 enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
 
-/* Contacts from `first` on: whether they are plain and the law holds elastically; if not, nothing is done. */
-KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
-                       const Place *p)
+/* Plain contacts from `first` on: whether the law holds elastically; if not, nothing is done. match: MATCH or
+   0, a constant. */
+KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                         const Place *p, int match)
 {
   const Contacts *c = of->c;
   LanesContact now;
   LanesVector force[CONTACT_ROWS];
 
-  if (c->traits[first / LANES] & NOT_PLAIN) return 0;
   now.length = LoadLanes(c->length + first);
   for (int k = 0; k < 2; k++)
     now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
   if (!RespondElastically(J, model, &now)) return 0;
-  RowForces(p, c->t + SUB(first, 0), &now, of->thickness, 0, force);
+  RowForces(p, c->t + SUB(first, 0), &now, of->thickness, match, force);
   ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
   return 1;
+}
+
+/* The same of any; those that are not plain are left alone. */
+KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                       const Place *p)
+{
+  const int traits = of->c->traits[first / LANES];
+  if (traits & NOT_PLAIN) return 0;
+  return traits & MATCH ? ElasticForces(of, model, J, first, p, MATCH)
+                        : ElasticForces(of, model, J, first, p, 0);
 }
 
 /* Contacts from `first` on, whatever they are. */
@@ -338,7 +408,10 @@ KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
   const PetscInt *vertex = c->vertex + CONTACT_ROW(first, 0);
   const PetscReal *t = c->t + SUB(first, 0);
   const int traits = c->traits[first / LANES];
-  if (traits & IS_CROSSED) {
+  if (traits & MATCH) {
+    const Place p = PlaceOfMatch(of->X, of->u, vertex, of->moving);
+    StorePlace(&p, 0, place);
+  } else if (traits & IS_CROSSED) {
     const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, traits);
     StorePlace(&p, 1, place);
   } else {

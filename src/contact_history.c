@@ -407,7 +407,7 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
     for (int k = 0; k < 2; k++)
       c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
   }
-  ContactsSetTraits(c);
+  ContactsSetTraits(m, c);
   PetscCall(PetscFree(heirs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -315,7 +315,7 @@ PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contac
                                  const PetscReal *u, PetscReal *f);
 /* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
    out what a few contacts at a time do not need. */
-void ContactsSetTraits(Contacts *contacts);
+void ContactsSetTraits(const Model *model, Contacts *contacts);
 /* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
    from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
 void ContactsHold(Contacts *contacts);
