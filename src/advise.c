@@ -2,7 +2,7 @@
    then with one thing changed at a time, is tried (attempt.h); what a change saves and what it alters in the
    answers is measured against the scene as it is, on the same mesh. */
 #include "attempt.h"
-#include <sys/resource.h>
+#include "memory.h"
 
 enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH };
 static const double PAYS = 1.2; /* times as fast, to be worth a word */
@@ -170,30 +170,30 @@ static const char *number(double value, const char *format, char text[32])
   return text;
 }
 
-/* [byte] Most memory that this process has held. */
-static double memory_held(void)
+/* Before anything is factorised. */
+static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
 {
-  struct rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024. * (double)usage.ru_maxrss;
-}
-
-static PetscErrorCode print_memory(const Advisor *a)
-{
-  double sum = 0., first = 0., held[2] = {memory_held(), memory_held()};
+  const Model *m = a->m;
+  double first[2] = {0., 0.}, sum[2] = {0., 0.}, memory[2];
+  PetscInt n[2];
+  PetscBool fits;
   PetscFunctionBeginUser;
-  for (PetscMPIInt rank = a->m->size - 1; rank >= 0; rank--) {
-    first = MemoryOfRank(a->m->n_vertices_global, a->m->n_blocks_global, (double)a->base.n_contacts,
-                         a->m->size, rank);
-    sum += first;
+  PetscCall(AttemptContacts(m, contacts, n));
+  PetscCall(NewtonFits(m, memory, &fits));
+  for (PetscMPIInt rank = m->size - 1; rank >= 0; rank--) {
+    first[0] = MemoryOfRank(m->n_vertices_global, m->n_blocks_global, (double)n[0], m->size, rank);
+    first[1] = MemoryOfNewton(m->n_vertices_global, m->n_blocks_global, (double)n[0], memory[0], m->size,
+                              rank);
+    for (int method = 0; method < 2; method++) sum[method] += first[method];
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, 1, MPI_DOUBLE, MPI_MAX, a->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held + 1, 1, MPI_DOUBLE, MPI_SUM, a->comm));
-  PetscCall(PetscPrintf(a->comm, "%-44s %12s %12s\n%-44s %12.0f %12.0f\n", "memory [MB]", "rank 0",
-                        "all ranks", "explicit", 1e-6 * first, 1e-6 * sum));
-  if (a->base.n_solved)
-    PetscCall(PetscPrintf(a->comm, "%-44s %12.0f %12.0f\n", "preconditioned, held in this attempt",
-                          1e-6 * held[0], 1e-6 * held[1]));
+  PetscCall(PetscPrintf(a->comm, "%-44s %12s %12s\n", "memory [MB]", "rank 0", "all ranks"));
+  for (int method = 0; method < 2; method++)
+    PetscCall(PetscPrintf(a->comm, "%-44s %12.0f %12.0f\n", method ? "preconditioned" : "explicit",
+                          1e-6 * first[method], 1e-6 * sum[method]));
+  if (!fits)
+    PetscCall(PetscPrintf(a->comm,
+                          "preconditioned: not tried, its factor takes %.0f MB and %.0f MB are available\n",
+                          1e-6 * memory[0], 1e-6 * memory[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,8 +318,8 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
   PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
   Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
   a.most_options = 2 * scene->n_materials + scene->n_joints + 1;
+  PetscCall(print_memory(&a, contacts));
   PetscCall(AttemptMeasure(q, &a.base));
-  PetscCall(print_memory(&a));
   PetscCall(print_stages(&a));
   PetscCall(print_connectivity(&a));
   if (a.base.solved) {

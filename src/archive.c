@@ -227,10 +227,11 @@ PetscErrorCode ArchiveApplied(Archive *a, const Model *m, const char *name, Pets
 
 PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
 {
-  PetscInt64 n[5] = {e->evaluations, e->solves, e->factorisations, e->preconditioned, e->explicit};
+  PetscInt64 n[7] = {e->evaluations, e->solves, e->factorisations, e->preconditioned,
+                     e->explicit,    e->wanted, e->available};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveCounts(a, "effort", 5, n));
-  *e = (Effort){n[0], n[1], n[2], (PetscBool)n[3], (PetscBool)n[4]};
+  PetscCall(ArchiveCounts(a, "effort", 7, n));
+  *e = (Effort){n[0], n[1], n[2], (PetscBool)n[3], (PetscBool)n[4], n[5], n[6]};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -65,8 +65,7 @@ static PetscErrorCode time_cycles(const Parts *p, const Stage *stage, double *se
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Contacts of all ranks: [0] all of them, [1] those that slip, are open or crushed. */
-static PetscErrorCode count_contacts(const Model *m, const Contacts *c, PetscInt n[2])
+PetscErrorCode AttemptContacts(const Model *m, const Contacts *c, PetscInt n[2])
 {
   PetscFunctionBeginUser;
   n[0] = n[1] = 0;
@@ -134,7 +133,7 @@ static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const
   const PetscReal least = 2. + bisections, most = 1. + PetscCeilReal(steps) + bisections;
   const PetscReal times[3] = {0.5 * (least + most), least, most};
   Cost cost = relaxations(a, s, s->kind == STAGE_FLOOD ? (PetscReal)s->ramp : 0., times);
-  if (a->solved) trial_efforts(a, times, bisections, bodies, &cost);
+  if (a->solved && a->unit > 0.) trial_efforts(a, times, bisections, bodies, &cost);
   return cost;
 }
 
@@ -160,8 +159,7 @@ static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
 {
   PetscInt n[2];
   PetscFunctionBeginUser;
-  PetscCall(count_contacts(p->m, p->contacts, n));
-  a->n_contacts = n[0];
+  PetscCall(AttemptContacts(p->m, p->contacts, n));
   const PetscReal cycles = 1. + AFFORDABLE / ((PetscReal)p->m->n_blocks_global + 4. * (PetscReal)n[0]);
   a->solved = (PetscBool)(a->n_solved > 0);
   for (PetscInt s = 0; s < a->n_solved && a->solved; s++) {
@@ -175,12 +173,12 @@ static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
     PetscCall(StageRelax(p->scene, p->m, &stage, s, p->contacts, p->state, p->relax, p->output, &result));
     const double last = slowest(p->m->comm, MPI_Wtime() - start);
     a->solved = (PetscBool)(result.verdict == VERDICT_CONVERGED);
-    PetscCall(count_contacts(p->m, p->contacts, n));
+    PetscCall(AttemptContacts(p->m, p->contacts, n));
     a->loose = (PetscReal)n[1] / (PetscReal)PetscMax(1, n[0]);
     PetscCall(NewtonLowestFrequency(p->m, p->state, p->relax->newton, &a->omega));
     a->cost[s] = relaxations(a, &stage, (PetscReal)stage.ramp, once);
-    if (a->solved) known_effort(&p->relax->effort, last, a->cost + s);
-    if (a->solved) a->unit = last / (double)work_of(&p->relax->effort);
+    if (a->solved && p->relax->effort.preconditioned) known_effort(&p->relax->effort, last, a->cost + s);
+    if (a->solved && p->relax->effort.preconditioned) a->unit = last / (double)work_of(&p->relax->effort);
     if (a->solved && p->relax->effort.explicit) // not a guess
       a->cost[s].cycles = a->cost[s].least = a->cost[s].most = (PetscReal)result.cycles;
   }
@@ -323,11 +321,14 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
 {
   Parts p;
   Output output = {.lock = -1};
+  double memory[2];
+  PetscBool fits;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(a, sizeof(*a)));
   PetscCall(QuoinGetParts(q, &p.scene, &p.m, &p.state, &p.contacts, &p.relax));
   Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = p.scene}; // catches no signal
-  p.scene->method = METHOD_PRECONDITIONED;
+  PetscCall(NewtonFits(p.m, memory, &fits));
+  p.scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
   p.scene->checkpoint_minutes = p.scene->wall_limit = 0.; // is never due
   p.scene->checkpoint_every = 0;
   p.output = &output;

@@ -16,7 +16,6 @@ typedef struct {
   char refused[MESSAGE_LENGTH]; /* why it could not be set up, "": it could */
   PetscInt n_stages, n_static;  /* of the scene; the static ones it begins with */
   PetscInt n_solved;            /* the first ones: those, or the start of trials that come first */
-  PetscInt n_contacts;          /* of the whole model */
   PetscBool solved;             /* they all have an equilibrium */
   PetscReal loose;              /* [-] part of the contacts that slip, are open or crushed at its end */
   PetscReal omega;              /* [1/cycle] lowest frequency, 0: not known */
@@ -37,6 +36,8 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *attempt);
    message. */
 PetscErrorCode AttemptRun(MPI_Comm comm, const char *scene_file, int argc, char **argv, Attempt *attempt);
 PetscErrorCode AttemptDestroy(Attempt *attempt);
+/* Collective. Contacts of all ranks: [0] all of them, [1] those that slip, are open or crushed. */
+PetscErrorCode AttemptContacts(const Model *model, const Contacts *contacts, PetscInt n[2]);
 /* Rank 0. How far the answers of a are from those of b, at the end of the static stages: [0] largest
    difference of displacement over largest displacement, [1] sum of |difference| over sum of the forces of the
    contacts. NaN: one of them has none. */

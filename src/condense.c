@@ -25,7 +25,7 @@
    Time step: omega^2 of M^-1 S is at most the largest row sum of |S| over the mass (Gershgorin), as (28) has
    it for blocks; row sums of body and contacts add. S is symmetric and has no negative eigenvalue, K having
    none, so that bound leaves no growth. */
-#include "internal.h"
+#include "memory.h"
 #include <petscksp.h>
 
 /* ---- which vertices are kept; rank 0 */
@@ -161,6 +161,33 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 
 /* ---- stiffness and factor */
 
+static PetscErrorCode refuse_memory(const Model *m, const char *what, const double memory[2])
+{
+  char message[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  PetscCall(
+      PetscSNPrintf(message, MESSAGE_LENGTH,
+                    "the factors of %" PetscInt_FMT " condensed bod%s %s about %.3g GB of memory, "
+                    "%.3g GB are available: leave `condensed` out of some groups, or take more machines",
+                    m->n_condensed_global, m->n_condensed_global == 1 ? "y" : "ies", what, 1e-9 * memory[0],
+                    1e-9 * memory[1]));
+  PetscCall(Refuse(m->comm, ERROR_MEMORY, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Asked for before it is taken. */
+static PetscErrorCode check_memory(const Model *m, double memory[2])
+{
+  double mine = 0.;
+  PetscBool fits;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    mine += MemoryOfBody((double)m->condensed[b].n_inner, (double)m->condensed[b].n_kept);
+  PetscCall(MemoryFits(m->comm, mine, memory, &fits));
+  if (!fits) PetscCall(refuse_memory(m, "take", memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Room in each K: a row has at most the dofs of the other vertices of its blocks, and
    its own vertex's two. */
 static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
@@ -209,8 +236,8 @@ static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eliminates the inner rows of K: c->factor, and what is left as S. */
-static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S)
+/* Eliminates the inner rows of K: c->factor, and what is left as S. wants: there is no memory for them. */
+static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
 {
   IS kept;
   MatFactorInfo info;
@@ -228,6 +255,8 @@ static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S)
   PetscCall(MatCholeskyFactorSymbolic(c->factor, K, NULL, &info));
   PetscCall(MatCholeskyFactorNumeric(c->factor, K, &info));
   PetscCall(MatFactorGetError(c->factor, &error));
+  *wants = (PetscBool)(error == MAT_FACTOR_OUTMEMORY);
+  if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(error == MAT_FACTOR_NOERROR, PETSC_COMM_SELF, PETSC_ERR_LIB,
              "MUMPS cannot factor the stiffness of a condensed body with %" PetscInt_FMT
              " inner dofs: error %d",
@@ -253,8 +282,9 @@ static PetscErrorCode store_schur(Mat S, Condensed *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode factor_bodies(Model *m, const PetscInt *local)
+static PetscErrorCode factor_bodies(Model *m, const PetscInt *local, const double memory[2])
 {
+  PetscBool wants = PETSC_FALSE, any;
   PetscInt *row;
   Mat *K, S = NULL;
   PetscFunctionBeginUser;
@@ -268,25 +298,29 @@ static PetscErrorCode factor_bodies(Model *m, const PetscInt *local)
   PetscCall(create_matrices(m, local, row, K));
   PetscCall(sum_stiffness(m, local, row, K));
   for (PetscInt b = 0; b < m->n_condensed; b++) {
-    PetscCall(eliminate(K[b], m->condensed + b, &S));
+    if (!wants) PetscCall(eliminate(K[b], m->condensed + b, &S, &wants));
     if (S) PetscCall(store_schur(S, m->condensed + b));
     PetscCall(MatDestroy(&S));
     PetscCall(MatDestroy(K + b));
   }
   PetscCall(PetscFree2(row, K));
+  PetscCallMPI(MPI_Allreduce(&wants, &any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+  if (any) PetscCall(refuse_memory(m, "were to take", memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
 {
   const double start = MPI_Wtime();
+  double memory[2];
   PetscInt *local;
   PetscFunctionBeginUser;
   if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(m->n_condensed_global, &local));
   PetscCall(find_bodies(m, local));
   PetscCall(check_held(scene, m));
-  PetscCall(factor_bodies(m, local));
+  PetscCall(check_memory(m, memory));
+  PetscCall(factor_bodies(m, local, memory));
   PetscCall(PetscFree(local));
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     m->condensed_dofs[0] += m->condensed[b].n_kept;

@@ -25,6 +25,8 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
 PetscErrorCode QuoinErrorHandlerPush(void);
+/* Whether all ranks return this error, so that the program can end in order. */
+PetscBool QuoinErrorIsShared(PetscErrorCode error);
 extern const char *const VerdictNames[];
 /* What follows a noun after a count of n. */
 static inline const char *Plural(PetscInt64 n)
@@ -49,17 +51,6 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh);
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
 PetscErrorCode SceneDestroy(Scene *scene);
-
-/* ---- memory.c */
-/* [byte] What this process may still take, by the machine, the limits of the process and of its group. */
-double MemoryAvailable(void);
-/* [byte] What a rank will take of an explicit run. */
-double MemoryOfRank(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, PetscMPIInt size,
-                    PetscMPIInt rank);
-/* [byte] What the `local` ranks of this machine, the first among them, will take of a run on `size` ranks. */
-double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, PetscMPIInt local);
-/* From now on memory that is freed goes back to the system. Once, after MPI has started. */
-void MemoryReturnFreed(void);
 
 /* ---- mesh.c */
 /* Collective; the file is read on rank 0. */

@@ -118,7 +118,7 @@ int main(int argc, char **argv)
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
     if (error) exit_code = QuoinErrorExitCode(error);
-    if (exit_code == QUOIN_INTERNAL) MPI_Abort(PETSC_COMM_WORLD, QUOIN_INTERNAL);
+    if (error && !QuoinErrorIsShared(error)) MPI_Abort(PETSC_COMM_WORLD, exit_code);
   }
   PetscCall(PetscFinalize());
   free(words);

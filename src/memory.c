@@ -1,6 +1,7 @@
 /* memory.c: whether a model fits into the memory of this machine, asked before it is read. Linux. */
-#include "internal.h"
+#include "memory.h"
 #include <malloc.h>
+#include <math.h>
 #include <sys/resource.h>
 
 /* [byte] The most that an explicit run takes, measured on 1, 2 and 4 ranks, one body of 1e3 to 4e5 blocks and
@@ -9,6 +10,19 @@
    its own on any other. */
 static const double PER_RANK = 52e6, PER_VERTEX = 920., PER_CONTACT = 950., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
+
+/* [byte] Per degree of freedom of Newton's method, matrices, factor and what makes it, over what an explicit
+   run keeps while cycles run: a + b log2 n, as the fill of a plane mesh dissected, measured on 1, 2 and 4
+   ranks, 2e4 to 2e6 degrees of freedom in one body, single blocks and bodies of 4 and 16, to -15 and +10 %
+   (CHOLMOD on one rank, MUMPS on several); per entry of the dense blocks of condensed bodies. */
+static const double PER_DOF[2][2] = {{300., 100.}, {1500., 60.}}, PER_DENSE = 40.;
+/* [byte] What an explicit run keeps: per vertex, block, contact. */
+static const double KEPT_VERTEX = 268., KEPT_BLOCK = 29., KEPT_CONTACT = 154.;
+/* [byte] Per condensed body, besides its factor by MUMPS, and entry of what is left of it, here and in
+   MUMPS. */
+static const double PER_BODY = 6e4, PER_SCHUR = 16.;
+
+static double limit_set = INFINITY; /* [byte] for all ranks of a machine */
 
 /* Number behind a word in a file such as /proc/meminfo, in kB; -1: not there. */
 static double kilobytes(const char *path, const char *word)
@@ -32,6 +46,11 @@ static double number_in(const char *path)
   return line[0] == 'm' ? (double)INFINITY : strtod(line, NULL);
 }
 
+void MemorySetLimit(double bytes)
+{
+  limit_set = bytes > 0. ? bytes : (double)INFINITY;
+}
+
 double MemoryAvailable(void)
 {
   const double free = 1024. * kilobytes("/proc/meminfo", "MemAvailable:"),
@@ -39,6 +58,7 @@ double MemoryAvailable(void)
   double least = free > 0. ? free : (double)INFINITY;
   struct rlimit limit;
   if (group < least) least = group;
+  if (limit_set < least) least = limit_set;
   if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY) {
     const double left = (double)limit.rlim_cur - 1024. * kilobytes("/proc/self/status", "VmSize:");
     if (left < least) least = left;
@@ -74,4 +94,47 @@ double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, Pe
   for (PetscMPIInt rank = 0; rank < local; rank++)
     sum += MemoryOfRank(n_vertices, n_blocks, 2. * PetscMax(0., side) * (double)n_blocks, size, rank);
   return sum;
+}
+
+PetscErrorCode MemoryFits(MPI_Comm comm, double mine, double sum[2], PetscBool *fits)
+{
+  double here[2] = {mine, 1024. * kilobytes("/proc/self/status", "VmRSS:")}, available = MemoryAvailable();
+  MPI_Comm machine;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
+  PetscCallMPI(MPI_Comm_rank(machine, &rank));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, here, 2, MPI_DOUBLE, MPI_SUM, machine));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &available, 1, MPI_DOUBLE, MPI_MIN, machine));
+  PetscCallMPI(MPI_Comm_free(&machine));
+  available = PetscMax(0., PetscMin(available, limit_set - here[1]));
+  PetscBool good = (PetscBool)(here[0] <= available);
+  PetscCallMPI(MPI_Allreduce(&good, fits, 1, MPI_PETSC_BOOL, MPI_LAND, comm));
+  sum[0] = mine, sum[1] = rank ? 0. : available; // once a machine
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+double MemoryOfFactor(double n_dof, double n_dense, PetscMPIInt size)
+{
+  const double *per = PER_DOF[size > 1];
+  return n_dof * (per[0] + per[1] * log2(PetscMax(2., n_dof))) + PER_DENSE * n_dense;
+}
+
+double MemoryOfBody(double n_inner, double n_kept)
+{
+  return PER_BODY + MemoryOfFactor(n_inner, 0., 2) + PER_SCHUR * n_kept * n_kept; // by MUMPS on any ranks
+}
+
+/* On several ranks the factor is still there when rank 0 gathers and writes; on one the peak is what makes
+   the factor. */
+double MemoryOfNewton(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, double factor,
+                      PetscMPIInt size, PetscMPIInt rank)
+{
+  const double explicit = MemoryOfRank(n_vertices, n_blocks, n_contacts, size, rank),
+               kept = PER_RANK + (KEPT_VERTEX * (double)n_vertices + KEPT_BLOCK * (double)n_blocks +
+                                  KEPT_CONTACT * n_contacts) /
+                                     (double)size;
+  return rank || size == 1 ? PetscMax(explicit, kept + factor / (double)size)
+                           : explicit + factor / (double)size;
 }

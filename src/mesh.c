@@ -1,6 +1,6 @@
 /* mesh.c: reads model.h5 (docs/mesh_format.md). The only C file that knows the format. What stands in the
    file is read by mesh_hdf5.c, which trusts nothing; whether it makes sense is for mesh_check.c. */
-#include "internal.h"
+#include "memory.h"
 #include "mesh_hdf5.h"
 #include "shared.h"
 #include <sys/stat.h>

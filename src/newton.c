@@ -22,101 +22,13 @@
 #include "checkpoint.h"
 
 enum { MOST_ITERATIONS = 40, MOST_HALVINGS = 6, STALL_ITERATIONS = 8 };
-enum { MOST_SOLVES = 60, MANY_SOLVES = 20 }; /* in one iteration; more than many: the factor is worn out */
-static const PetscReal LARGEST_STEP = 0.01;  /* of the model's diameter, in one iteration */
+enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
+static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one iteration */
 static const PetscReal LARGEST_RISE = 10.,
                        LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
 static const PetscReal LOOSEST = 0.3;          /* relative residual a linear solve may leave */
-static const PetscReal WORST_FACTOR = 1e-4;    /* relative error of a solution */
 
-/* ---- the factor */
-
-/* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. fails: it has
-   none; CHOLMOD says so by an error. */
-static PetscErrorCode factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp,
-                                PetscBool *fails)
-{
-  const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
-  PC pc;
-  PCFailedReason failed;
-  PetscFunctionBeginUser;
-  if (!*ksp) {
-    PetscCall(KSPCreate(p->m->comm, ksp));
-    PetscCall(KSPSetType(*ksp, KSPFGMRES));
-    PetscCall(KSPGMRESSetRestart(*ksp, MOST_SOLVES));
-  }
-  PetscCall(KSPGetPC(*ksp, &pc));
-  PetscCall(PCSetType(pc, type));
-  PetscCall(PCFactorSetMatSolverType(pc, package));
-  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
-  PetscCall(KSPSetOperators(*ksp, p->newton->stiffness.tangent, p->newton->stiffness.tangent));
-  if (refuses) PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  const PetscErrorCode code = KSPSetUp(*ksp);
-  if (refuses) PetscCall(PetscPopErrorHandler());
-  *fails = (PetscBool)(refuses && code);
-  if (*fails) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(code);
-  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_TRUE));
-  PetscCall(PCGetFailedReason(pc, &failed));
-  *fails = (PetscBool)(failed != PC_NOERROR);
-  p->relax->effort.factorisations++;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* On one rank by CHOLMOD, whose solves take half as long as those of MUMPS; by MUMPS on several, and where
-   rounding has left a pivot below zero, which it can live with. */
-static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
-{
-  PetscBool cholmod;
-  PetscFunctionBeginUser;
-  PetscCall(
-      MatGetFactorAvailable(p->newton->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
-  if (cholmod) PetscCall(factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
-  if (cholmod && !*fails) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPDestroy(ksp));
-  PetscCall(factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A body that can still move freely (nothing holds it, a joint has no k_s) leaves a pivot of rounding size,
-   and its motion in a solution is noise: K0 x = K0 x_0 is solved for a known x_0. */
-static PetscErrorCode check_factor(const Problem *p)
-{
-  Newton *n = p->newton;
-  PetscReal *x, error, size;
-  Vec x_0;
-  PetscFunctionBeginUser;
-  PetscCall(VecDuplicate(n->du, &x_0));
-  PetscCall(VecGetArrayWrite(x_0, &x));
-  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = PetscSinReal((PetscReal)(n->stiffness.first + d + 1));
-  PetscCall(VecRestoreArrayWrite(x_0, &x));
-  PetscCall(MatMult(n->stiffness.tangent, x_0, n->r));
-  PetscCall(PCApply(n->pc, n->r, n->du));
-  PetscCall(VecAXPY(n->du, -1., x_0));
-  PetscCall(VecNorm(n->du, NORM_INFINITY, &error));
-  PetscCall(VecNorm(x_0, NORM_INFINITY, &size));
-  PetscCall(VecDestroy(&x_0));
-  n->fails = (PetscBool) !(error <= WORST_FACTOR * size);
-  p->relax->effort.solves++;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode factorise_elastic(const Problem *p)
-{
-  Newton *n = p->newton;
-  PetscReal *undeformed;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
-  PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
-  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
-  PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
-  PetscCall(PetscFree(undeformed));
-  PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
-  PetscCall(factorise_symmetric(p, &n->elastic, &n->fails));
-  PetscCall(KSPGetPC(n->elastic, &n->pc));
-  if (!n->fails) PetscCall(check_factor(p));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+/* ---- the factor, which is kept (factor.c) */
 
 /* Whether the factor is that of these contacts and joint stiffnesses. */
 static PetscErrorCode is_current(const Problem *p, PetscBool *current)
@@ -251,10 +163,10 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
     PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
   if (n->drag > 0.) PetscCall(add_drag(p));
-  if (n->last_solves > MANY_SOLVES) PetscCall(factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
+  if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
   KSP ksp = n->worn ? n->worn : n->elastic;
-  PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, MOST_SOLVES));
+  PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, NEWTON_MOST_SOLVES));
   PetscCall(KSPSolve(ksp, n->r, n->du));
   PetscCall(KSPGetIterationNumber(ksp, &n->last_solves));
   p->relax->effort.solves += n->last_solves;
@@ -386,18 +298,27 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The factor of this stage; p->newton NULL: there is no memory for it. */
 static PetscErrorCode prepare(Problem *p)
 {
-  PetscBool current = PETSC_FALSE;
+  PetscBool current = PETSC_FALSE, fits;
+  double memory[2];
   PetscFunctionBeginUser;
   p->newton = p->relax->newton;
   if (p->newton) PetscCall(is_current(p, &current));
   if (!current) {
     PetscCall(NewtonDestroy(&p->relax->newton));
+    p->newton = NULL;
+    PetscCall(NewtonFits(p->m, memory, &fits));
+    if (!fits) PetscCall(FactorWants(p, memory));
+    if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(create(p, &p->relax->newton));
     p->newton = p->relax->newton;
-    PetscCall(factorise_elastic(p));
+    PetscCall(PetscArraycpy(p->newton->memory, memory, 2));
+    PetscCall(FactorElastic(p));
   }
+  p->relax->effort.preconditioned = PETSC_TRUE;
+  if (p->newton->fails && p->newton->wants) PetscCall(FactorWants(p, p->newton->memory));
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
   PetscCall(commit(p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -423,9 +344,8 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
   char creep[128]; // of the last increment, if it took any
   PetscFunctionBeginUser;
   if (!(*step > 0.)) *reached = 0., *step = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
-  relax->effort.preconditioned = PETSC_TRUE;
   PetscCall(prepare(&p));
-  while (!p.newton->fails && *reached < 1.) {
+  while (p.newton && !p.newton->fails && *reached < 1.) {
     const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
     PetscBool found, stop;
     PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));

@@ -18,11 +18,15 @@ struct _p_Newton {
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
   PetscBool fails;          /* K0 has no factor */
+  PetscBool wants;          /* the last factor failed for want of memory */
+  double memory[2];         /* [byte] that the factor was foreseen to take, and that there were */
   /* what the factor belongs to */
   PetscInt n_padded, n_joints;
   PetscInt *vertex; /* (6 n_padded,) of the contacts */
   PetscReal *k;     /* (n_joints, 2) k_n, k_s */
 };
+
+enum { NEWTON_MOST_SOLVES = 60 }; /* in one iteration */
 
 /* Everything an iteration reads. */
 typedef struct {
@@ -37,6 +41,16 @@ typedef struct {
   StageResult *result;
   Output *output;
 } Problem;
+
+/* ---- factor.c. Collective, all of them. */
+/* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. fails: it has
+   none; newton->wants: for want of memory. */
+PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails);
+/* newton->elastic: the factor of K0, of the undeformed scene with elastic joints; or newton->fails. */
+PetscErrorCode FactorElastic(const Problem *p);
+/* Says, once a stage, and keeps for its evidence that there is no memory for the factor; memory: of
+   NewtonFits. */
+PetscErrorCode FactorWants(const Problem *p, const double memory[2]);
 
 /* ---- newton.c. Collective, all of them. */
 /* Displacements u (n_dof,) become the present ones, on all ranks that read them. */

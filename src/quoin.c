@@ -1,4 +1,5 @@
 /* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
+#include "memory.h"
 #include "output.h"
 #include "repartition.h"
 
@@ -29,12 +30,20 @@ const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "di
 /* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
 static PetscErrorCode refused = PETSC_SUCCESS;
 
-/* What is refused is one line on stderr of rank 0; everything else is a fault of the program
-   and keeps PETSc's trace. */
+/* What is refused is one line on stderr of rank 0, want of memory one of the rank it meets; everything else
+   is a fault of the program and keeps PETSc's trace. */
 static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
                                PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {
   PetscMPIInt rank = 0;
+  if (code == ERROR_MEMORY && code != refused) {
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (type == PETSC_ERROR_INITIAL)
+      fprintf(stderr,
+              "quoin: error: rank %d has no memory left in %s: %s; take more machines or a smaller mesh\n",
+              rank, function, message);
+    return code;
+  }
   if (code != refused)
     return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
   if (type == PETSC_ERROR_INITIAL) {
@@ -85,12 +94,17 @@ int QuoinErrorExitCode(PetscErrorCode error)
   } table[] = {{PETSC_ERR_USER_INPUT, QUOIN_BAD_INPUT},
                {ERROR_OUTPUT, QUOIN_OUTPUT},
                {ERROR_LOCKED, QUOIN_LOCKED},
-               {ERROR_CHECKPOINT, QUOIN_RESTART},
-               {ERROR_MEMORY, QUOIN_MEMORY}};
+               {ERROR_CHECKPOINT, QUOIN_RESTART}};
   if (!error) return QUOIN_OK;
+  if (error == ERROR_MEMORY) return QUOIN_MEMORY;
   for (size_t i = 0; i < sizeof(table) / sizeof(table[0]); i++)
     if (error == refused && error == table[i].error) return table[i].code;
   return QUOIN_INTERNAL;
+}
+
+PetscBool QuoinErrorIsShared(PetscErrorCode error)
+{
+  return (PetscBool)(error == refused);
 }
 
 /* ---- life */
@@ -109,6 +123,7 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
   PetscFunctionBeginUser;
   q->scene_file = scene_file, q->argc = argc, q->argv = argv;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
+  MemorySetLimit(1e9 * (double)q->scene.memory_limit);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

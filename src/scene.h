@@ -173,6 +173,7 @@ typedef struct {
   PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */
   PetscInt checkpoint_every;        /* [cycles] between checkpoints, 0: none by cycles */
   PetscInt checkpoint_keep;         /* newest files kept */
+  PetscReal memory_limit;           /* [GB] of each machine, 0: what is free there */
   PetscReal wall_limit;             /* [min] of wall time, 0: none */
   char *options;                    /* "key value" lines: all that the scene and the command line say */
   /* tables */

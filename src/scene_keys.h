@@ -64,6 +64,8 @@ static const Key Keys[] = {
   KEY(TOP, "exchange", CHOICE, Scene, exchange, "auto", NULL, "",
       "how ranks tell each other what moved. auto: on one machine through memory they share, else by messages; same results",
       .choices = Exchanges),
+  KEY(TOP, "memory_limit", REAL, Scene, memory_limit, "0", ">= 0", "GB",
+      "memory that all ranks on one machine may take together, asked for before it is taken; 0: what is free there"),
   KEY(TOP, "thickness", REAL, Scene, thickness, "1", "> 0", "m", "of the slice"),
   KEY(TOP, "gravity", REAL, Scene, gravity, "9.81", ">= 0", "m/s2", "acts downwards (-y)"),
 

@@ -378,6 +378,13 @@ PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscI
   PetscCall(PetscMemzero(&relax->effort, sizeof(relax->effort)));
   PetscCall(runners[stage->kind](scene, m, stage, number, contacts, state, relax, output, result));
   result->effort = relax->effort;
+  if (relax->effort.wanted) {
+    char more[128];
+    PetscCall(PetscSNPrintf(more, sizeof(more),
+                            "; no memory for the factor: it takes about %.3g GB, %.3g GB were available",
+                            1e-9 * (double)relax->effort.wanted, 1e-9 * (double)relax->effort.available));
+    PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
+  }
   PetscCall(CondensedRecover(m, state));
   PetscCall(StageReport(m, stage, result));
   if (!stage->variable) PetscCall(FixedOutgrown(m, contacts));

@@ -84,12 +84,17 @@ PetscErrorCode ContactsParted(const Model *model, const Contacts *contacts, Pets
    before it finds an equilibrium of contacts that are no more. */
 PetscErrorCode JudgeContacts(const Model *model, const Contacts *contacts, StageResult *result);
 
+/* ---- factor.c */
+/* Collective. Whether there is memory for the factor of NewtonRelax. memory: [0] what it is foreseen to
+   take, [1] what is available [byte], on all machines together. */
+PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits);
+
 /* ---- newton.c */
 /* Collective. Equilibrium of a static stage or trial with fixed connectivity by Newton's method with the
    factor of the elastic stiffness, under loads that go from f_start to f_target. Verdict: converged,
-   collapsed (contacts outgrown), interrupted; or none, when no equilibrium was found: then displacements,
-   history and f_ext are those of the last one, and the explicit loop goes on. number: of the stage, for
-   history.csv. follow: loads follow the motion. */
+   collapsed (contacts outgrown), interrupted; or none, when no equilibrium was found, or there is no memory
+   for the factor: then displacements, history and f_ext are those of the last one, and the explicit loop
+   goes on. number: of the stage, for history.csv. follow: loads follow the motion. */
 PetscErrorCode NewtonRelax(const Scene *scene, const Model *model, const Stage *stage, PetscInt number,
                            PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
                            struct _p_Output *output, StageResult *result);

@@ -337,6 +337,8 @@ typedef struct {
   PetscInt64 solves;      /* with a factor of the stiffness */
   PetscInt64 factorisations;
   PetscBool preconditioned, explicit; /* which methods ran */
+  PetscInt64 wanted, available; /* [byte] a factor was not made for want of memory: what it takes, what there
+                                   was; 0: none was wanting */
 } Effort;
 
 enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* it may name a checkpoint */

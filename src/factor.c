@@ -1,0 +1,160 @@
+/* factor.c: the factor of the assembled stiffness for Newton's method, and the memory it takes: asked for
+   before it is made, and where it runs out all the same, the explicit loop goes on (newton.c). */
+#include "memory.h"
+#include "newton.h"
+
+static const PetscReal WORST_FACTOR = 1e-4; /* relative error of a solution */
+enum { CHOLMOD_NO_MEMORY = -2, CHOLMOD_TOO_LARGE = -3 };
+
+/* ---- memory */
+
+PetscErrorCode NewtonFits(const Model *m, double memory[2], PetscBool *fits)
+{
+  PetscInt64 n[2] = {m->n_dof, 0};
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    n[1] += (PetscInt64)m->condensed[b].n_kept * m->condensed[b].n_kept;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT64, MPI_SUM, m->comm));
+  const double mine = MemoryOfFactor((double)n[0], (double)n[1], m->size) / (double)m->size;
+  PetscCall(MemoryFits(m->comm, mine, memory, fits));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorWants(const Problem *p, const double memory[2])
+{
+  Effort *effort = &p->relax->effort;
+  PetscFunctionBeginUser;
+  if (!effort->wanted && !p->m->rank) {
+    fprintf(stderr,
+            "quoin: warning: stage %s: no memory for the factor of preconditioned relaxation: it takes about "
+            "%.3g GB, %.3g GB were available before: the stage goes on by explicit cycles; condensed bodies "
+            "take less, more machines or a larger memory_limit give more\n",
+            p->stage->name, 1e-9 * memory[0], 1e-9 * memory[1]);
+    fflush(stderr);
+  }
+  effort->wanted = (PetscInt64)memory[0], effort->available = (PetscInt64)memory[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* CHOLMOD says by an error whether it had no memory, or no factor. */
+static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function, const char *file,
+                                  PetscErrorCode code, PetscErrorType type, const char *message,
+                                  void *context)
+{
+  (void)comm, (void)line, (void)function, (void)file;
+  if (type == PETSC_ERROR_INITIAL) {
+    const char *word = strstr(message, "status ");
+    const int status = word ? atoi(word + strlen("status ")) : 0;
+    *(PetscBool *)context = (PetscBool)(code == PETSC_ERR_MEM || status == CHOLMOD_NO_MEMORY ||
+                                        status == CHOLMOD_TOO_LARGE);
+  }
+  return code;
+}
+
+/* What MUMPS gives up for (its manual, INFOG(1)): allocation, or a work space or buffer that is too small. */
+static PetscErrorCode mumps_wants(PC pc, PetscBool *wants)
+{
+  static const PetscInt wanting[] = {-5, -7, -8, -9, -11, -12, -13, -14, -15, -17, -19, -20};
+  Mat factor;
+  PetscInt said;
+  PetscFunctionBeginUser;
+  PetscCall(PCFactorGetMatrix(pc, &factor));
+  PetscCall(MatMumpsGetInfog(factor, 1, &said));
+  for (size_t i = 0; i < sizeof(wanting) / sizeof(wanting[0]); i++)
+    if (said == wanting[i]) *wants = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the factor */
+
+PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails)
+{
+  const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
+  PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
+  PC pc;
+  PCFailedReason failed;
+  PetscFunctionBeginUser;
+  if (!*ksp) {
+    PetscCall(KSPCreate(p->m->comm, ksp));
+    PetscCall(KSPSetType(*ksp, KSPFGMRES));
+    PetscCall(KSPGMRESSetRestart(*ksp, NEWTON_MOST_SOLVES));
+  }
+  PetscCall(KSPGetPC(*ksp, &pc));
+  PetscCall(PCSetType(pc, type));
+  PetscCall(PCFactorSetMatSolverType(pc, package));
+  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
+  PetscCall(KSPSetOperators(*ksp, p->newton->stiffness.tangent, p->newton->stiffness.tangent));
+  p->newton->wants = PETSC_FALSE;
+  if (refuses) PetscCall(PetscPushErrorHandler(keep_status, &p->newton->wants));
+  if (refuses) PetscErrorPrintf = PetscErrorPrintfNone;
+  const PetscErrorCode code = KSPSetUp(*ksp);
+  PetscErrorPrintf = print;
+  if (refuses) PetscCall(PetscPopErrorHandler());
+  *fails = (PetscBool)(refuses && code);
+  if (*fails) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(code);
+  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_TRUE));
+  PetscCall(PCGetFailedReason(pc, &failed));
+  *fails = (PetscBool)(failed != PC_NOERROR);
+  if (*fails && !refuses) PetscCall(mumps_wants(pc, &p->newton->wants));
+  p->relax->effort.factorisations++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On one rank by CHOLMOD, whose solves take half as long as those of MUMPS; by MUMPS on several, and where
+   rounding has left a pivot below zero, which it can live with. */
+static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
+{
+  PetscBool cholmod;
+  PetscFunctionBeginUser;
+  PetscCall(
+      MatGetFactorAvailable(p->newton->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
+  if (cholmod) PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
+  if (cholmod && (!*fails || p->newton->wants)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(ksp));
+  PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A body that can still move freely (nothing holds it, a joint has no k_s) leaves a pivot of rounding size,
+   and its motion in a solution is noise: K0 x = K0 x_0 is solved for a known x_0. */
+static PetscErrorCode check_factor(const Problem *p)
+{
+  Newton *n = p->newton;
+  PetscReal *x, error, size;
+  Vec x_0;
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(n->du, &x_0));
+  PetscCall(VecGetArrayWrite(x_0, &x));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = PetscSinReal((PetscReal)(n->stiffness.first + d + 1));
+  PetscCall(VecRestoreArrayWrite(x_0, &x));
+  PetscCall(MatMult(n->stiffness.tangent, x_0, n->r));
+  PetscCall(PCApply(n->pc, n->r, n->du));
+  PetscCall(VecAXPY(n->du, -1., x_0));
+  PetscCall(VecNorm(n->du, NORM_INFINITY, &error));
+  PetscCall(VecNorm(x_0, NORM_INFINITY, &size));
+  PetscCall(VecDestroy(&x_0));
+  n->fails = (PetscBool) !(error <= WORST_FACTOR * size);
+  p->relax->effort.solves++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorElastic(const Problem *p)
+{
+  Newton *n = p->newton;
+  PetscReal *undeformed;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
+  PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
+  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
+  PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
+  PetscCall(PetscFree(undeformed));
+  PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
+  PetscCall(factorise_symmetric(p, &n->elastic, &n->fails));
+  PetscCall(KSPGetPC(n->elastic, &n->pc));
+  if (!n->fails) PetscCall(check_factor(p));
+  if (!n->wants) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(&n->elastic)); // the explicit loop can use what they hold
+  PetscCall(StiffnessDestroy(&n->stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
