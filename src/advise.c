@@ -4,7 +4,7 @@
 #include "attempt.h"
 #include "memory.h"
 
-enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH };
+enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH, TAKEN = 80 };
 static const double PAYS = 1.2; /* times as fast, to be worth a word */
 
 /* The scene with something changed. */
@@ -197,10 +197,18 @@ static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What an attempt had taken when it was given up. */
+static const char *spent(const Attempt *t, char text[TAKEN])
+{
+  snprintf(text, TAKEN, "%lld force evaluations, %lld solves", (long long)t->spent.evaluations,
+           (long long)t->spent.solves);
+  return text;
+}
+
 static PetscErrorCode print_stages(const Advisor *a)
 {
   const Attempt *b = &a->base;
-  char text[6][32];
+  char text[6][32], taken[TAKEN];
   PetscFunctionBeginUser;
   if (b->cycle > 0.)
     PetscCall(PetscPrintf(
@@ -229,6 +237,8 @@ static PetscErrorCode print_stages(const Advisor *a)
     PetscCall(PetscPrintf(a->comm, "%-16s %12s %11s %11s %12s %11s %11s\n", a->scene->stages[s].name, text[0],
                           text[1], text[2], text[3], text[4], text[5]));
   }
+  if (b->spent.evaluations)
+    PetscCall(PetscPrintf(a->comm, "preconditioned: given up after %s\n", spent(b, taken)));
   if (b->n_solved && !b->solved)
     PetscCall(PetscPrintf(a->comm,
                           "no equilibrium of the first stages was found: their answers, and what leaving out "
@@ -238,17 +248,18 @@ static PetscErrorCode print_stages(const Advisor *a)
 
 static PetscErrorCode print_row(const Advisor *a, const char *what, const Attempt *t, const PetscReal d[2])
 {
-  char text[4][32];
+  char text[4][32], taken[TAKEN];
   PetscFunctionBeginUser;
   if (t->refused[0]) {
     PetscCall(PetscPrintf(a->comm, "%-24s refused: %s\n", what, t->refused));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscPrintf(a->comm, "%-24s %10.3g %14s %18s %14s %14s\n", what, 1e6 * t->cycle,
-                        number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
-                        number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
-                        number(100. * (double)d[0], "%.3g", text[2]),
-                        number(100. * (double)d[1], "%.3g", text[3])));
+  PetscCall(PetscPrintf(
+      a->comm, "%-24s %10.3g %14s %18s %14s %14s%s%s\n", what, 1e6 * t->cycle,
+      number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
+      number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
+      number(100. * (double)d[0], "%.3g", text[2]), number(100. * (double)d[1], "%.3g", text[3]),
+      t->spent.evaluations ? " given up after " : "", t->spent.evaluations ? spent(t, taken) : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -16,11 +16,12 @@ typedef struct {
 } TrialEffort;
 static const TrialEffort STANDS = {4.5, 0.12, 1.7, 0.22}, FAILS = {42., 0.2, 6.2, 0.};
 static const PetscReal EFFORT_RANGE = 2.5;
-static const PetscReal PER_FACTOR = 15.; /* [solves] what a factorisation takes */
 static const PetscReal AFFORDABLE = 5e7; /* blocks, and contacts four times, of explicit cycles after Newton's
                                             method has failed: some seconds */
 static const double TIMED =
     0.001; /* [s] of cycles in a row that a clock can tell; short, so that some meet no other work */
+/* [solves] of Newton's method in a stage: affordable cycles over DEARER; at least LEAST_WORK */
+static const PetscReal DEARER = 3., LEAST_WORK = 300.;
 enum { REPEATS = 40, FIRST_CYCLES = 1, DYNAMIC_CYCLES = 50 };
 
 /* Parts of a Quoin that an attempt works with. */
@@ -139,12 +140,6 @@ static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const
 
 /* ---- stages */
 
-/* [solves] What an effort amounts to: a force evaluation comes with a tangent and counts as one. */
-static PetscReal work_of(const Effort *e)
-{
-  return (PetscReal)(1 + e->evaluations + e->solves) + PER_FACTOR * (PetscReal)e->factorisations;
-}
-
 /* Of a stage that was solved: not a guess. */
 static void known_effort(const Effort *e, double seconds, Cost *cost)
 {
@@ -153,8 +148,8 @@ static void known_effort(const Effort *e, double seconds, Cost *cost)
   cost->seconds = seconds;
 }
 
-/* The static stages by Newton's method, contacts as found at the start; where it fails, by as many explicit
-   cycles as can be afforded. */
+/* The static stages by Newton's method, contacts as found at the start, as long as can be afforded; where it
+   fails, by as many explicit cycles. */
 static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
 {
   PetscInt n[2];
@@ -168,17 +163,20 @@ static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
     StageResult result;
     const double start = MPI_Wtime();
     stage.variable = 0;
+    p->relax->most_work = PetscMax(LEAST_WORK, cycles / DEARER);
+    PetscCall(PetscMemzero(&p->relax->spent, sizeof(p->relax->spent)));
     stage.max_cycles = (PetscInt)PetscMin((PetscReal)stage.max_cycles, cycles);
     PetscCall(PetscMemzero(&p->relax->effort, sizeof(p->relax->effort)));
     PetscCall(StageRelax(p->scene, p->m, &stage, s, p->contacts, p->state, p->relax, p->output, &result));
     const double last = slowest(p->m->comm, MPI_Wtime() - start);
+    a->spent = p->relax->spent;
     a->solved = (PetscBool)(result.verdict == VERDICT_CONVERGED);
     PetscCall(AttemptContacts(p->m, p->contacts, n));
     a->loose = (PetscReal)n[1] / (PetscReal)PetscMax(1, n[0]);
     PetscCall(NewtonLowestFrequency(p->m, p->state, p->relax->newton, &a->omega));
     a->cost[s] = relaxations(a, &stage, (PetscReal)stage.ramp, once);
     if (a->solved && p->relax->effort.preconditioned) known_effort(&p->relax->effort, last, a->cost + s);
-    if (a->solved && p->relax->effort.preconditioned) a->unit = last / (double)work_of(&p->relax->effort);
+    if (a->solved && p->relax->effort.preconditioned) a->unit = last / (double)EffortWork(&p->relax->effort);
     if (a->solved && p->relax->effort.explicit) // not a guess
       a->cost[s].cycles = a->cost[s].least = a->cost[s].most = (PetscReal)result.cycles;
   }

@@ -16,10 +16,11 @@ typedef struct {
   char refused[MESSAGE_LENGTH]; /* why it could not be set up, "": it could */
   PetscInt n_stages, n_static;  /* of the scene; the static ones it begins with */
   PetscInt n_solved;            /* the first ones: those, or the start of trials that come first */
-  PetscBool solved;             /* they all have an equilibrium */
-  PetscReal loose;              /* [-] part of the contacts that slip, are open or crushed at its end */
-  PetscReal omega;              /* [1/cycle] lowest frequency, 0: not known */
-  double cycle, step;           /* [s] of an explicit cycle, of a step in time; 0: there is none */
+  Effort spent;       /* when Newton's method was given up for taking too long; no evaluations: not */
+  PetscBool solved;   /* they all have an equilibrium */
+  PetscReal loose;    /* [-] part of the contacts that slip, are open or crushed at its end */
+  PetscReal omega;    /* [1/cycle] lowest frequency, 0: not known */
+  double cycle, step; /* [s] of an explicit cycle, of a step in time; 0: there is none */
   double unit;        /* [s] of a solve, or a force evaluation with its tangent, in the last solution */
   double condensed;   /* [s] that the factors of condensed bodies took */
   PetscReal moved;    /* [-] way of the blocks over that after which contacts are found again */

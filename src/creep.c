@@ -67,7 +67,9 @@ static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *it
   PetscReal norm = force, before = force, least = force;
   PetscInt i, least_at = 0;
   PetscFunctionBeginUser;
-  for (i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !(norm <= STEP_ERROR * force); i++) {
+  for (i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !(norm <= STEP_ERROR * force) &&
+              !NewtonSpent(p);
+       i++) {
     const PetscReal tolerance = PetscMax(TIGHTEST, 0.5 * PetscPowReal(norm / before, 1.5));
     before = norm;
     PetscCall(NewtonIterate(p, PetscMin(LOOSEST, tolerance), &norm));
@@ -181,7 +183,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
   const PetscReal most = MOST_DRAG * drag;
   PetscBool lost = PETSC_FALSE;
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < MOST_STEPS && drag < most && !*stop; i++) {
+  for (PetscInt i = 0; i < MOST_STEPS && drag < most && !*stop && !NewtonSpent(p); i++) {
     PetscInt iterations = 0;
     PetscBool good = PETSC_FALSE, again = PETSC_FALSE;
     PetscCall(PetscArraycpy(n->u_creep, p->state->u, p->m->n_dof));

@@ -264,6 +264,11 @@ PetscErrorCode NewtonLoads(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool NewtonSpent(const Problem *p)
+{
+  return (PetscBool)(p->relax->most_work > 0. && EffortWork(&p->relax->effort) > p->relax->most_work);
+}
+
 /* ---- increments */
 
 /* Iterates to equilibrium under the loads applied; stop: a signal or the limit of
@@ -279,7 +284,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   PetscCall(NewtonFresh(p));
   PetscCall(NewtonEvaluate(p, 0., NULL, &norm));
   if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
-  for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS; i++) {
+  for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !NewtonSpent(p); i++) {
     const PetscReal step = p->result->increment;
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
     p->result->increment = step / PetscMax(p->result->displacement, PETSC_MIN_REAL);
@@ -364,6 +369,7 @@ PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stag
       continue;
     }
     if (!found && result->verdict == VERDICT_NONE) {
+      if (NewtonSpent(&p)) relax->spent = relax->effort;
       PetscCall(restore(&p));
       break;
     }

@@ -60,6 +60,8 @@ PetscErrorCode NewtonLoads(const Problem *p);
 /* Forces at u_base + part du (du NULL: at the present u) from the committed history; newton->r: the
    unbalanced force less the drag, and its norm [N]. */
 PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm);
+/* Whether this stage has done the work it may (relax->most_work), alike on all ranks. */
+PetscBool NewtonSpent(const Problem *p);
 /* One iteration: the correction from the present tangent, to a relative residual `tolerance`, and the way
    along it. norm: of newton->r, before and after. */
 PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm);

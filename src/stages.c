@@ -83,6 +83,13 @@ const char *EffortMethod(const Effort *e)
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 
+/* A force evaluation comes with a tangent and counts as a solve. */
+PetscReal EffortWork(const Effort *e)
+{
+  static const PetscReal PER_FACTOR = 15.; /* [solves] what a factorisation takes */
+  return (PetscReal)(1 + e->evaluations + e->solves) + PER_FACTOR * (PetscReal)e->factorisations;
+}
+
 PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult *r)
 {
   PetscFunctionBeginUser;

@@ -40,6 +40,8 @@ typedef struct _p_Relaxation {
   PetscInt n_alpha;
   Newton *newton;          /* factor and work arrays of newton.c, NULL: not used so far */
   Effort effort;           /* of the stage so far */
+  PetscReal most_work;     /* [solves] of the stage by Newton's method, EffortWork; 0: no limit */
+  Effort spent;            /* when that limit ended it; no evaluations: it has not */
   PetscReal reached, step; /* Newton's method: part of the loads at the last equilibrium, the next part; step
                               0: not at work */
   PetscReal
@@ -172,6 +174,8 @@ PetscErrorCode StateDestroy(State *state);
 PetscErrorCode FixedOutgrown(const Model *model, const Contacts *contacts);
 /* "explicit", "preconditioned", or the one and then the other. */
 const char *EffortMethod(const Effort *effort);
+/* [solves] What it amounts to by Newton's method. */
+PetscReal EffortWork(const Effort *effort);
 /* Lines on stdout about how a stage ended. */
 PetscErrorCode StageReport(const Model *model, const Stage *stage, const StageResult *result);
 /* Collective. Runs one stage to its verdict. */

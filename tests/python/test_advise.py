@@ -163,6 +163,23 @@ def test_no_memory_for_the_factor(tmp_path):
     assert code == 11 and "need about" in errors
 
 
+def test_limit_of_effort(tmp_path):
+    """Blocks in stacks that slip apart under their own weight: creep would follow them for minutes; it is given up, which is
+    said, and the advice goes on."""
+    mesh = block_grid(60, 60, 1, 1)
+    write(str(tmp_path / "model.h5"), mesh)
+    scene = {"model": "model.h5", "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}},
+             "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 30}}, "supports": {"bottom": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight"}}, "stages": [{"all": {"loads": ["weight"], "ramp": 0}}]}  # fmt: skip
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-advise", "0.01"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    evaluations, solves = map(int, re.search(r"^preconditioned: given up after (\d+) force evaluations, (\d+) solves$", done.stdout, re.M).groups())
+    most = 5e7 / (60 * 60 + 4 * 7080) / 3  # blocks and contacts, src/attempt.c
+    assert most / 2 < evaluations + solves < most + 70  # the last iteration may take 60
+    assert "no equilibrium of the first stages was found" in done.stdout and re.search(r"^explicit: \S+ us a cycle", done.stdout, re.M)
+
+
 def test_changes(tmp_path):
     """What is said to change is what two runs differ by: displacements, and resultants of contacts."""
     tight = (*G1[:2], ("-relaxation_method", "preconditioned"))
