@@ -7,11 +7,12 @@
      plain      contacts reduced to moving their data: gather the four vertices, read the record, add to the
                 forces of the four vertices; no law
 
-     bench_cycle <scene.yaml> <seconds per measurement> [shake]
+     bench_cycle <scene.yaml> <seconds per measurement> [shake] [-key value ...]
 
-   after some cycles, and with every vertex displaced at random by up to `shake` [m] (so that joints open and
-   close in no order), prints one JSON object on rank 0: median and least nanoseconds per element, contact or
-   cycle of each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for
+   with keys of the scene overridden as on quoin's command line (-relaxation_damping paper), after some
+   cycles, and with every vertex displaced at random by up to `shake` [m] (so that joints open and close in
+   no order), prints one JSON object on rank 0: median and least nanoseconds per element, contact or cycle of
+   each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for
    valgrind --tool=callgrind with --toggle-collect (run.py does that). */
 #include "stages.h"
 #include <time.h>
@@ -256,13 +257,14 @@ static void shake_vertices(Bench *b, double size)
   for (PetscInt i = 0; i < 2 * b->model->n_deformable; i++) b->u[i] += size * (2. * rand() / RAND_MAX - 1.);
 }
 
-static PetscErrorCode run(const char *scene, double seconds, double shake)
+/* argv: "-key value" of the scene behind its first word. */
+static PetscErrorCode run(const char *scene, double seconds, double shake, int argc, char **argv)
 {
   Quoin quoin;
   Bench b;
   PetscFunctionBeginUser;
   PetscCall(QuoinCreate(PETSC_COMM_WORLD, &quoin));
-  PetscCall(QuoinSetFromOptions(quoin, scene, 0, NULL));
+  PetscCall(QuoinSetFromOptions(quoin, scene, argc, argv));
   PetscCall(QuoinSetUp(quoin));
   PetscCall(QuoinGetParts(quoin, &b.scene, &b.model, &b.state, &b.contacts, &b.relax));
   b.stage = b.scene->stages;
@@ -286,12 +288,14 @@ static PetscErrorCode run(const char *scene, double seconds, double shake)
 int main(int argc, char **argv)
 {
   if (argc < 3) {
-    fprintf(stderr, "use: bench_cycle <scene.yaml> <seconds per measurement> [shake]\n");
+    fprintf(stderr, "use: bench_cycle <scene.yaml> <seconds per measurement> [shake] [-key value ...]\n");
     return 2;
   }
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(QuoinErrorHandlerPush());
-  const PetscErrorCode code = run(argv[1], atof(argv[2]), argc > 3 ? atof(argv[3]) : 0.);
+  const int last = argc > 3 && argv[3][0] != '-' ? 3 : 2; // before the keys
+  const PetscErrorCode code = run(argv[1], atof(argv[2]), last == 3 ? atof(argv[3]) : 0., argc - last,
+                                  argv + last);
   PetscCall(PetscPopErrorHandler());
   if (code) MPI_Abort(MPI_COMM_WORLD, 1);
   return PetscFinalize();
