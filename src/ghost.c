@@ -1,4 +1,4 @@
-/* ghost.c: the one exchange of a step: displacements of owned vertices to the ranks that compute elements or
+/* ghost.c: the one exchange of a cycle: displacements of owned vertices to the ranks that compute elements or
    contacts with them. Forces never travel: every rank computes all that touches its own vertices.
 
    On one machine through shared memory: 33 vertices each way take 0.15 us there, 0.4 by MPI's messages

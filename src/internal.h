@@ -466,7 +466,8 @@ PetscErrorCode PartReportSetUp(MPI_Comm comm);
    present displacements. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
                       PetscReal *contact_scale);
-/* Collective. One cycle. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the
+/* Collective. One cycle, from displacements that ghosts have too, to displacements that ghosts have too.
+   contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the
    contacts' arrays of the last evaluation are written too. */
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                     State *state, struct _p_Relaxation *relax, PetscReal *contact_scale);

@@ -84,17 +84,23 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Damping(const Scene *scene, const Model *m, State *state, Relaxation *r,
-                       const QuotientSums *local)
+static PetscBool is_adaptive(const Scene *scene)
 {
-  QuotientSums total = *local;
+  return (PetscBool)(scene->damping != DAMPING_NONE && scene->damping != DAMPING_FIXED);
+}
+
+void DampingBegin(const Scene *scene, const Model *m, Relaxation *r, const QuotientSums *local)
+{
+  if (is_adaptive(scene)) SumsBegin(m, r->over_ranks, local);
+}
+
+PetscErrorCode DampingEnd(const Scene *scene, const Model *m, State *state, Relaxation *r)
+{
+  QuotientSums total;
   PetscFunctionBeginUser;
-  if (scene->damping == DAMPING_NONE) PetscFunctionReturn(PETSC_SUCCESS);
-  if (scene->damping == DAMPING_FIXED) {
-    state->alpha = scene->alpha_dt / state->dt;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SumsOver(m, r->over_ranks, &total));
+  if (scene->damping == DAMPING_FIXED) state->alpha = scene->alpha_dt / state->dt;
+  if (!is_adaptive(scene)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SumsEnd(m, r->over_ranks, &total));
   const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
   r->fault = (PetscBool) !(PetscAbsReal(num) + den < PETSC_MAX_REAL);
   const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * r->sums.num_max &&

@@ -157,9 +157,6 @@ PetscErrorCode FixedOutgrown(const Model *m, const Contacts *c)
 static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   PetscFunctionBeginUser;
-  // faces may have vertices of other ranks: their displacements are those before this cycle's step
-  PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
-  PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
   PetscCall(LoadsTarget(scene, m, stage, state));
   LoadsApply(m, state, state->ramp);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -11,8 +11,9 @@ typedef struct _p_Sums Sums;
 /* Collective. */
 PetscErrorCode SumsCreate(const Model *model, Sums **sums);
 PetscErrorCode SumsDestroy(Sums **sums);
-/* Collective. x: what this rank has; what all have together. */
-PetscErrorCode SumsOver(const Model *model, Sums *sums, QuotientSums *x);
+/* Tells what this rank has. Collective: waits for what all have together. */
+void SumsBegin(const Model *model, Sums *sums, const QuotientSums *mine);
+PetscErrorCode SumsEnd(const Model *model, Sums *sums, QuotientSums *all);
 
 /* ---- relax.c */
 typedef struct _p_Newton Newton;
@@ -67,9 +68,10 @@ PetscBool SlipStalls(const State *state, PetscReal ratio, Relaxation *r);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
 PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joint *joints,
                                const Contacts *contacts, State *state, Relaxation *r);
-/* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done. */
-PetscErrorCode Damping(const Scene *scene, const Model *model, State *state, Relaxation *r,
-                       const QuotientSums *local);
+/* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done: Begin tells those of
+   this rank, End waits for those of the others. */
+void DampingBegin(const Scene *scene, const Model *model, Relaxation *r, const QuotientSums *local);
+PetscErrorCode DampingEnd(const Scene *scene, const Model *model, State *state, Relaxation *r);
 /* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets
    ratio, increment, kinetic. */
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,

@@ -122,19 +122,13 @@ static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
   memset(f_vertex + 2 * m->n_owned, 0, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES) * sizeof *f);
 }
 
-/* The ghost exchange and the forces of contacts, which come first at every vertex. clear: f is zero at
-   degrees of freedom; keep: the contacts' arrays of the last evaluation are written as well. */
+/* The forces of contacts, which come first at every vertex. keep: the contacts' arrays of the last
+   evaluation are written as well. */
 static PetscErrorCode contact_forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
-                                     PetscBool clear, PetscBool keep, PetscReal *contact_scale)
+                                     PetscBool keep, PetscReal *contact_scale)
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  // what the other ranks' vertices did
-  PetscCall(PartBegin(PART_EXCHANGE));
-  PetscCall(GhostBegin(m, state->u + at));
-  clear_forces(m, (PetscBool)!clear, state->f);
-  PetscCall(GhostEnd(m, state->u + at));
-  PetscCall(PartEnd(PART_EXCHANGE));
   PetscCall(PartBegin(PART_CONTACTS));
   if (keep)
     PetscCall(ContactForces(m, joints, contacts, state->u + at, state->f + at)); // (1)-(6)
@@ -150,7 +144,13 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  PetscCall(contact_forces(m, joints, contacts, state, PETSC_FALSE, PETSC_TRUE, contact_scale));
+  // what the other ranks' vertices did
+  PetscCall(PartBegin(PART_EXCHANGE));
+  PetscCall(GhostBegin(m, state->u + at));
+  clear_forces(m, PETSC_TRUE, state->f);
+  PetscCall(GhostEnd(m, state->u + at));
+  PetscCall(PartEnd(PART_EXCHANGE));
+  PetscCall(contact_forces(m, joints, contacts, state, PETSC_TRUE, contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
   CondensedForces(m, state->u + at, state->f + at);
   PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
@@ -178,6 +178,26 @@ static void move_vertices(const Model *m, State *state, const QuotientSums *last
   IntegrateRange(m, state, last, at + 2 * moved, at + 2 * m->n_deformable, sums);
 }
 
+/* What ranks tell each other at the end of a cycle, all of it before they wait for any: who comes last
+   finds everything there. */
+static PetscErrorCode exchange(const Scene *scene, const Model *m, State *state, Relaxation *relax,
+                               const QuotientSums *local)
+{
+  PetscReal *u = state->u + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(PartBegin(PART_EXCHANGE));
+  DampingBegin(scene, m, relax, local);
+  PetscCall(GhostBegin(m, u));
+  PetscCall(PartEnd(PART_EXCHANGE));
+  PetscCall(PartBegin(PART_DAMPING));
+  PetscCall(DampingEnd(scene, m, state, relax)); // (35)-(38), for the next cycle
+  PetscCall(PartEnd(PART_DAMPING));
+  PetscCall(PartBegin(PART_EXCHANGE));
+  PetscCall(GhostEnd(m, u));
+  PetscCall(PartEnd(PART_EXCHANGE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts, State *state,
                     Relaxation *relax, PetscReal *contact_scale)
 {
@@ -189,8 +209,8 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   state->f_old = state->f;
   state->f = swap;
   state->f_old_clear = PETSC_FALSE;
-  PetscCall(
-      contact_forces(m, joints, contacts, state, clear, (PetscBool)(contact_scale != NULL), contact_scale));
+  clear_forces(m, (PetscBool)!clear, state->f);
+  PetscCall(contact_forces(m, joints, contacts, state, (PetscBool)(contact_scale != NULL), contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
   CondensedForces(m, state->u + 3 * m->n_bodies, state->f + 3 * m->n_bodies);
   move_vertices(m, state, &relax->sums, &local);
@@ -201,9 +221,7 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   state->f_old_clear = PETSC_TRUE;
   RigidMotion(m, state->u); // (21)-(22)
   PetscCall(PartEnd(PART_RIGID));
-  PetscCall(PartBegin(PART_DAMPING));
-  PetscCall(Damping(scene, m, state, relax, &local)); // (35)-(38), for the next cycle
-  PetscCall(PartEnd(PART_DAMPING));
+  PetscCall(exchange(scene, m, state, relax, &local));
   state->cycle++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

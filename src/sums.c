@@ -1,4 +1,4 @@
-/* sums.c: the one reduction of a step: the sums of the damping (37) over all ranks. They are binned
+/* sums.c: the one reduction of a cycle: the sums of the damping (37) over all ranks. They are binned
    (reproducible.h), so any order gives the same bits.
 
    On one machine through shared memory, by recursive doubling: in round k a rank and the one whose number
@@ -21,6 +21,7 @@ typedef struct _p_Sums {
   MPI_Datatype type;
   Shared memory; /* mine NULL: none */
   uint64_t count;
+  QuotientSums so_far; /* of the ranks heard of in this reduction */
   PetscInt n;
   struct {
     Line *mine, *theirs;     /* NULL: nothing to tell, to hear; [2] copies */
@@ -96,28 +97,47 @@ PetscErrorCode SumsDestroy(Sums **s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SumsOver(const Model *m, Sums *s, QuotientSums *x)
+/* ---- the reduction */
+
+static void tell(const Sums *s, PetscInt k)
+{
+  if (!s->round[k].mine) return;
+  Line *mine = s->round[k].mine + s->count % 2;
+  mine->sums = s->so_far;
+  SharedTell(&mine->count, s->count);
+}
+
+static PetscErrorCode hear(const Model *m, Sums *s, PetscInt k)
 {
   PetscFunctionBeginUser;
-  if (m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!s->memory.mine) {
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, x, 1, s->type, s->op, m->comm));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  const uint64_t count = ++s->count;
+  if (!s->round[k].theirs) PetscFunctionReturn(PETSC_SUCCESS);
+  const Line *theirs = s->round[k].theirs + s->count % 2;
+  PetscCall(SharedWait(m->comm, &theirs->count, s->count));
+  const QuotientSums other = theirs->sums, mine = s->so_far;
+  s->so_far = s->round[k].result  ? other
+              : s->round[k].lower ? QuotientSumsOf(&other, &mine)
+                                  : QuotientSumsOf(&mine, &other);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By messages all is left to the end: MPI_Iallreduce took 0.7 us longer than MPI_Allreduce. */
+void SumsBegin(const Model *m, Sums *s, const QuotientSums *mine)
+{
+  s->so_far = *mine;
+  if (m->size == 1 || !s->memory.mine) return;
+  s->count++;
+  tell(s, 0);
+}
+
+PetscErrorCode SumsEnd(const Model *m, Sums *s, QuotientSums *all)
+{
+  PetscFunctionBeginUser;
+  if (m->size > 1 && !s->memory.mine)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->so_far, 1, s->type, s->op, m->comm));
   for (PetscInt k = 0; k < s->n; k++) {
-    const PetscBool lower = s->round[k].lower;
-    if (s->round[k].mine) {
-      Line *mine = s->round[k].mine + count % 2;
-      mine->sums = *x;
-      SharedTell(&mine->count, count);
-    }
-    if (s->round[k].theirs) {
-      const Line *theirs = s->round[k].theirs + count % 2;
-      PetscCall(SharedWait(m->comm, &theirs->count, count));
-      const QuotientSums other = theirs->sums;
-      *x = s->round[k].result ? other : lower ? QuotientSumsOf(&other, x) : QuotientSumsOf(x, &other);
-    }
+    if (k) tell(s, k);
+    PetscCall(hear(m, s, k));
   }
+  *all = s->so_far;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -160,7 +160,8 @@ __attribute__((noinline)) static PetscErrorCode MeasureSums(Bench *b)
 {
   QuotientSums sums = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
-  PetscCall(SumsOver(b->model, b->relax->over_ranks, &sums));
+  SumsBegin(b->model, b->relax->over_ranks, &sums);
+  PetscCall(SumsEnd(b->model, b->relax->over_ranks, &sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -277,6 +278,8 @@ static PetscErrorCode run(const char *scene, double seconds, double shake, int a
   for (int i = 0; i < WARM_UP; i++)
     PetscCall(Step(b.scene, b.model, b.stage->joints, b.contacts, b.state, b.relax, NULL));
   shake_vertices(&b, shake);
+  PetscCall(GhostBegin(b.model, b.u));
+  PetscCall(GhostEnd(b.model, b.u));
   PetscCall(ContactForces(b.model, b.stage->joints, b.contacts, b.u, b.trash));
   PetscCall(report(&b, seconds));
   PetscCall(PetscFree(b.trash));

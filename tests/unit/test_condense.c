@@ -135,6 +135,8 @@ static PetscErrorCode UndampedMotionDoesNotGrow(void)
     PetscCall(ScaledMasses(f.scene, f.model, f.scene->joints, f.contacts, s));
     for (PetscInt d = 0; d < f.model->n_dof; d++) s->u[d] = s->f_ext[d] = 0., s->v[d] = 1e-9 * Uniform(-1, 1);
     RigidMotion(f.model, s->u);
+    PetscCall(GhostBegin(f.model, f.u_vertex));
+    PetscCall(GhostEnd(f.model, f.u_vertex));
     for (int step = 0; step < 2000 && stays; step++) {
       energy[1] = 0.;
       for (PetscInt d = 0; d < f.model->n_dof; d++) energy[1] += s->m[d] * s->v[d] * s->v[d];

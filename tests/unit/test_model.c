@@ -129,6 +129,34 @@ static PetscErrorCode GhostsReceiveWhatTheirOwnersHold(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Nothing is exchanged before a cycle: the one before has seen to it. */
+static PetscErrorCode GhostsHoldWhatTheirOwnersHoldAfterACycle(void)
+{
+  PetscFunctionBeginUser;
+  for (WallKind kind = 0; kind < WALLS; kind++) {
+    Fixture f;
+    PetscReal *held, moved = 0.;
+    Wall(kind);
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
+    const Model *m = f.model;
+    PetscCall(PetscMalloc1(2 * m->n_vertices, &held));
+    PetscCall(LoadsTarget(f.scene, m, f.scene->stages, f.state));
+    PetscCall(ScaledMasses(f.scene, m, f.scene->joints, f.contacts, f.state));
+    LoadsApply(m, f.state, 1.);
+    for (int cycle = 0; cycle < 50; cycle++)
+      PetscCall(Step(f.scene, m, f.scene->joints, f.contacts, f.state, f.relax, NULL));
+    PetscCall(PetscArraycpy(held, f.u_vertex, 2 * m->n_vertices));
+    PetscCall(GhostBegin(m, f.u_vertex));
+    PetscCall(GhostEnd(m, f.u_vertex));
+    ENSURE(!memcmp(held, f.u_vertex, 2 * m->n_vertices * sizeof *held));
+    for (PetscInt i = 2 * m->n_owned; i < 2 * m->n_vertices; i++) moved += PetscAbsReal(held[i]);
+    ENSURE(moved > 0. || !m->n_ghosts);
+    PetscCall(PetscFree(held));
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A set is whole at every owned vertex: loads and supports need no word from other ranks. */
 static PetscErrorCode SetsAndPointsAreFoundWhereTheyAreNeeded(void)
 {
@@ -197,6 +225,7 @@ int main(int argc, char **argv)
   RUN_TEST(WallsOfAllKindsAreOwnedOnce);
   RUN_TEST(MassesSumToDensityTimesArea);
   RUN_TEST(GhostsReceiveWhatTheirOwnersHold);
+  RUN_TEST(GhostsHoldWhatTheirOwnersHoldAfterACycle);
   RUN_TEST(SetsAndPointsAreFoundWhereTheyAreNeeded);
   RUN_TEST(ParallelRunHasTheBitsOfTheSerialOne);
   int failed = CheckSummary();

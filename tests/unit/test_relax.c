@@ -163,6 +163,14 @@ static PetscErrorCode LoadInOneStepMakesFalseSlip(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode DampingOf(Fixture *f, const QuotientSums *sums)
+{
+  PetscFunctionBeginUser;
+  DampingBegin(f->scene, f->model, f->relax, sums);
+  PetscCall(DampingEnd(f->scene, f->model, f->state, f->relax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* alpha dt never exceeds 1.9, and a quotient that is not positive leaves the last one. */
 static PetscErrorCode DampingIsCappedAndKeepsTheLastPositiveQuotient(void)
 {
@@ -171,14 +179,13 @@ static PetscErrorCode DampingIsCappedAndKeepsTheLastPositiveQuotient(void)
 
   PetscFunctionBeginUser;
   PetscCall(OpenChain(2, 0.9, 0, PETSC_FALSE, &f));
-  for (int i = 0; i < 2; i++)
-    PetscCall(Damping(f.scene, f.model, f.state, f.relax, &sums)); // the first sets the bins
+  for (int i = 0; i < 2; i++) PetscCall(DampingOf(&f, &sums)); // the first sets the bins
   ENSURE_NEAR(f.state->alpha, 1.9, 1e-15);
   sums.num[0] = 0.01;
-  PetscCall(Damping(f.scene, f.model, f.state, f.relax, &sums));
+  PetscCall(DampingOf(&f, &sums));
   ENSURE_NEAR(f.state->alpha, 0.2, 1e-15);
   sums.num[0] = -5;
-  PetscCall(Damping(f.scene, f.model, f.state, f.relax, &sums));
+  PetscCall(DampingOf(&f, &sums));
   ENSURE_NEAR(f.state->alpha, 0.2, 1e-15);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
