@@ -1,200 +1,176 @@
-/* distribute.c: BlockMesh on rank 0 -> bodies, partition -> DMPlex -> distributed DMPlex with one layer of
-   overlap, and what each point of it is (PointRecord). After this file and model.c nobody asks the Plex. */
+/* distribute.c: BlockMesh on rank 0 -> bodies, partition -> DMPlex -> on each rank the DMPlex of the blocks
+   that touch a vertex it owns, and what each point of it is (PointRecord). Rank 0 knows the whole mesh, so it
+   says which points go where, the layer of overlap included, and the Plex travels once. After this file and
+   model.c nobody asks the Plex. */
 #include "internal.h"
 #include "shared.h"
 #include <petscdmplex.h>
 
-/* Plex points are numbered blocks, vertices, faces. Cones run along the block's ring;
-   orientation -1 turns a face. */
-static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh, PetscInt n_edges,
-                                 const PetscInt *edge_vertices, const PetscInt *block_edges)
+/* Plex points are numbered blocks, vertices; cones run along the block's ring. Faces need no points: an outer
+   one is known by its block and its place in it. */
+static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh)
 {
-  const PetscInt nb = mesh->n_blocks, nv = mesh->n_vertices;
-  PetscInt *cone, *orientation, at = 0;
+  const PetscInt nb = mesh->n_blocks;
+  PetscInt *cone, at = 0;
   PetscFunctionBeginUser;
-  PetscCall(DMPlexSetChart(dm, 0, nb + nv + n_edges));
+  PetscCall(DMPlexSetChart(dm, 0, nb + mesh->n_vertices));
   for (PetscInt b = 0; b < nb; b++) PetscCall(DMPlexSetConeSize(dm, b, mesh->blocks[4 * b + 3] < 0 ? 3 : 4));
-  for (PetscInt e = 0; e < n_edges; e++) PetscCall(DMPlexSetConeSize(dm, nb + nv + e, 2));
   PetscCall(DMSetUp(dm));
   PetscCall(DMPlexGetCones(dm, &cone));
-  PetscCall(DMPlexGetConeOrientations(dm, &orientation));
-  for (PetscInt b = 0; b < nb; b++) {
-    for (PetscInt k = 0; k < (mesh->blocks[4 * b + 3] < 0 ? 3 : 4); k++, at++) {
-      // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): with blocks there are edges
-      const PetscInt e = block_edges[4 * b + k];
-      cone[at] = nb + nv + (e >= 0 ? e : -(e + 1));
-      orientation[at] = e >= 0 ? 0 : -1;
-    }
-  }
-  for (PetscInt i = 0; i < 2 * n_edges; i++, at++) {
-    cone[at] = nb + edge_vertices[i];
-    orientation[at] = 0;
-  }
-  PetscCall(DMPlexSymmetrize(dm));
-  PetscCall(DMPlexStratify(dm));
-  for (PetscInt b = 0; b < nb; b++)
-    PetscCall(DMPlexSetCellType(
-        dm, b, mesh->blocks[4 * b + 3] < 0 ? DM_POLYTOPE_TRIANGLE : DM_POLYTOPE_QUADRILATERAL));
-  for (PetscInt v = 0; v < nv; v++) PetscCall(DMPlexSetCellType(dm, nb + v, DM_POLYTOPE_POINT));
-  for (PetscInt e = 0; e < n_edges; e++) PetscCall(DMPlexSetCellType(dm, nb + nv + e, DM_POLYTOPE_SEGMENT));
+  for (PetscInt i = 0; i < 4 * nb; i++)
+    if (mesh->blocks[i] >= 0) cone[at++] = nb + mesh->blocks[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode plex_coordinates(DM dm, const BlockMesh *mesh)
+/* What each point of the whole mesh is (rank 0). A vertex where parts meet belongs to the last of them. */
+static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bodies, PointRecord *r)
 {
-  const PetscInt nb = mesh->n_blocks, nv = mesh->n_vertices;
-  PetscSection section;
-  DM cdm;
-  Vec coordinates;
-  PetscReal *x;
+  const PetscInt nb = mesh->n_blocks;
+  PetscInt n_outer, *outer;
   PetscFunctionBeginUser;
-  PetscCall(DMSetCoordinateDim(dm, 2));
-  PetscCall(DMGetCoordinateDM(dm, &cdm));
-  PetscCall(DMGetCoordinateSection(dm, &section));
-  PetscCall(PetscSectionSetNumFields(section, 1));
-  PetscCall(PetscSectionSetFieldComponents(section, 0, 2));
-  PetscCall(PetscSectionSetChart(section, nb, nb + nv));
-  for (PetscInt v = nb; v < nb + nv; v++) {
-    PetscCall(PetscSectionSetDof(section, v, 2));
-    PetscCall(PetscSectionSetFieldDof(section, v, 0, 2));
-  }
-  PetscCall(PetscSectionSetUp(section));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2 * nv, &coordinates));
-  PetscCall(PetscObjectSetName((PetscObject)coordinates, "coordinates"));
-  PetscCall(VecSetBlockSize(coordinates, 2));
-  PetscCall(VecGetArray(coordinates, &x));
-  PetscCall(PetscArraycpy(x, mesh->X, 2 * nv));
-  PetscCall(VecRestoreArray(coordinates, &x));
-  PetscCall(DMSetCoordinatesLocal(dm, coordinates));
-  PetscCall(VecDestroy(&coordinates));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* One label per face set, made on all ranks in the same order. */
-static PetscErrorCode plex_labels(DM dm, const BlockMesh *mesh, const PetscInt *block_edges)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt s = 0; s < mesh->n_face_sets; s++) {
-    DMLabel label;
-    PetscCall(DMCreateLabel(dm, mesh->face_set_names[s]));
-    PetscCall(DMGetLabel(dm, mesh->face_set_names[s], &label));
-    for (PetscInt i = 0; mesh->n_blocks && i < mesh->face_sets[s].n; i++) {
-      const PetscInt *face = mesh->face_sets[s].faces + 2 * i;
-      // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): with blocks there are edges
-      const PetscInt e = block_edges[4 * face[0] + face[1]];
-      PetscCall(DMLabelSetValue(label, mesh->n_blocks + mesh->n_vertices + (e >= 0 ? e : -(e + 1)), 1));
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What each point of the whole mesh is (rank 0). */
-static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bodies, PetscInt n_edges,
-                                   const PetscInt *block_edges, PointRecord *r)
-{
-  const PetscInt nb = mesh->n_blocks, nv = mesh->n_vertices;
-  PetscInt *uses;
-  PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < nv; v++)
-    r[nb + v] = (PointRecord){
-        .gid = v, .file = mesh->vertex_file[v], .rigid = -1, .condensed = -1, .inner = bodies->inner[v]};
-  PetscCall(PetscCalloc1(n_edges, &uses));
-  for (PetscInt e = 0; e < n_edges; e++) r[nb + nv + e] = (PointRecord){.gid = -1, .file = -1};
+  for (PetscInt v = 0; v < mesh->n_vertices; v++)
+    r[nb + v] = (PointRecord){.gid = v,
+                              .file = mesh->vertex_file[v],
+                              .rigid = -1,
+                              .condensed = -1,
+                              .inner = bodies->inner[v],
+                              .X = {mesh->X[2 * v], mesh->X[2 * v + 1]}};
   for (PetscInt b = 0; b < nb; b++) {
     r[b] = (PointRecord){.gid = b,
                          .file = mesh->block_file[b],
+                         .owner = mesh->part[b],
                          .group = mesh->block_group[b],
                          .body = mesh->body[b],
                          .rigid = bodies->rigid[b],
                          .condensed = bodies->condensed[b]};
     for (PetscInt k = 0; k < 4 && mesh->blocks[4 * b + k] >= 0; k++) {
       PointRecord *vertex = r + nb + mesh->blocks[4 * b + k];
-      const PetscInt e = block_edges[4 * b + k], edge = e >= 0 ? e : -(e + 1);
       vertex->body = mesh->body[b];
+      vertex->owner = PetscMax(vertex->owner, mesh->part[b]);
       if (bodies->rigid[b] >= 0) vertex->rigid = bodies->rigid[b];
       if (bodies->condensed[b] >= 0) vertex->condensed = bodies->condensed[b];
-      uses[edge]++;
-      // an outer face is known by its block and its place in it; an inner one has no number
-      r[nb + nv + edge].gid = uses[edge] == 1 ? 4 * b + k : -1;
     }
   }
-  PetscCall(PetscFree(uses));
+  PetscCall(MeshOuterFaces(mesh, &n_outer, &outer));
+  for (PetscInt f = 0; f < n_outer; f++) r[outer[2 * f]].outer |= 1 << outer[2 * f + 1];
+  PetscCall(PetscFree(outer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives DMPlex our parts. */
-static PetscErrorCode set_partition(DM dm, const BlockMesh *mesh)
+/* Which points a rank needs: blocks that touch a vertex it owns, and all their vertices. */
+typedef struct {
+  PetscMPIInt *n_blocks, *n_points, *start; /* (size,) of each rank; where its points start */
+  PetscInt *points;                         /* for rank after rank: blocks, then vertices, ascending */
+  PetscInt *last;                           /* (size,) point that was last added for a rank */
+} Needs;
+
+static void add_point(Needs *needs, PetscInt point, PetscInt rank)
 {
-  PetscPartitioner partitioner;
-  PetscMPIInt size;
-  PetscInt *sizes, *points, *offset;
+  if (needs->last[rank] == point) return;
+  needs->last[rank] = point;
+  if (needs->points) needs->points[needs->start[rank] + needs->n_points[rank]] = point;
+  needs->n_points[rank]++;
+}
+
+/* One sweep over the whole mesh: counts while needs->points is NULL, fills afterwards. vertex: records of the
+   vertices; start, blocks: blocks at each vertex. */
+static PetscErrorCode sweep_needs(const BlockMesh *mesh, const PointRecord *vertex, const PetscInt *start,
+                                  const PetscInt *blocks, PetscMPIInt size, Needs *needs)
+{
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)dm), &size));
-  PetscCall(PetscCalloc3(size, &sizes, size + 1, &offset, mesh->n_blocks, &points));
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) sizes[mesh->part[b]]++;
-  for (PetscMPIInt p = 0; p < size; p++) offset[p + 1] = offset[p] + sizes[p];
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) points[offset[mesh->part[b]]++] = b;
-  PetscCall(DMPlexGetPartitioner(dm, &partitioner));
-  PetscCall(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
-  PetscCall(PetscPartitionerShellSetPartition(partitioner, size, sizes, points));
-  PetscCall(PetscFree3(sizes, offset, points));
+  for (PetscMPIInt p = 0; p < size; p++) needs->n_points[p] = 0, needs->last[p] = -1;
+  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
+    if (mesh->blocks[i] >= 0) add_point(needs, i / 4, vertex[mesh->blocks[i]].owner);
+  PetscCall(PetscArraycpy(needs->n_blocks, needs->n_points, size));
+  for (PetscInt v = 0; v < mesh->n_vertices; v++)
+    for (PetscInt i = start[v]; i < start[v + 1]; i++)
+      for (const PetscInt *at = mesh->blocks + 4 * blocks[i], *end = at + 4; at < end && *at >= 0; at++)
+        add_point(needs, mesh->n_blocks + v, vertex[*at].owner);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends records along the migration SF of the distribution. */
-static PetscErrorCode migrate_records(PetscSF migration, PetscInt n_new, const PointRecord *old,
-                                      PointRecord **records)
+static PetscErrorCode find_needs(const BlockMesh *mesh, const PointRecord *record, PetscMPIInt size,
+                                 Needs *needs)
+{
+  PetscInt *start, *blocks;
+  PetscFunctionBeginUser;
+  PetscCall(MeshVertexBlocks(mesh, &start, &blocks));
+  PetscCall(sweep_needs(mesh, record + mesh->n_blocks, start, blocks, size, needs));
+  for (PetscMPIInt p = 0; p < size; p++) needs->start[p + 1] = needs->start[p] + needs->n_points[p];
+  PetscCall(PetscMalloc1(needs->start[size], &needs->points));
+  PetscCall(sweep_needs(mesh, record + mesh->n_blocks, start, blocks, size, needs));
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(blocks));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From the points of the whole mesh on rank 0 to those each rank needs. */
+static PetscErrorCode migration_sf(const BlockMesh *mesh, const PointRecord *record, const Model *m,
+                                   DealtMesh *dealt)
+{
+  Needs needs = {NULL};
+  PetscMPIInt n[2];
+  PetscInt *points;
+  PetscSFNode *remote;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc4(m->size, &needs.n_blocks, m->size, &needs.n_points, m->size + 1, &needs.start,
+                         m->size, &needs.last));
+  if (!m->rank) PetscCall(find_needs(mesh, record, m->size, &needs));
+  PetscCallMPI(MPI_Scatter(needs.n_blocks, 1, MPI_INT, &n[0], 1, MPI_INT, 0, m->comm));
+  PetscCallMPI(MPI_Scatter(needs.n_points, 1, MPI_INT, &n[1], 1, MPI_INT, 0, m->comm));
+  PetscCall(PetscMalloc1(n[1], &points));
+  PetscCall(PetscMalloc1(n[1], &remote));
+  PetscCallMPI(
+      MPI_Scatterv(needs.points, needs.n_points, needs.start, MPIU_INT, points, n[1], MPIU_INT, 0, m->comm));
+  for (PetscMPIInt i = 0; i < n[1]; i++) remote[i] = (PetscSFNode){0, points[i]};
+  PetscCall(PetscSFCreate(m->comm, &dealt->migration));
+  PetscCall(PetscSFSetGraph(dealt->migration, mesh->n_blocks + mesh->n_vertices, n[1], NULL,
+                            PETSC_OWN_POINTER, remote, PETSC_OWN_POINTER));
+  dealt->n_blocks = n[0], dealt->n_points = n[1];
+  PetscCall(PetscFree(points));
+  PetscCall(PetscFree(needs.points));
+  PetscCall(PetscFree4(needs.n_blocks, needs.n_points, needs.start, needs.last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sends Plex and records along the migration SF. */
+static PetscErrorCode migrate(DealtMesh *dealt)
 {
   MPI_Datatype unit;
+  PointRecord *record;
+  DM dm;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(n_new, records));
-  PetscCallMPI(MPI_Type_contiguous(sizeof(PointRecord) / sizeof(PetscInt), MPIU_INT, &unit));
+  PetscCall(DMCreate(PetscObjectComm((PetscObject)dealt->dm), &dm));
+  PetscCall(DMSetType(dm, DMPLEX));
+  PetscCall(DMPlexMigrate(dealt->dm, dealt->migration, dm));
+  PetscCall(DMDestroy(&dealt->dm));
+  dealt->dm = dm;
+  PetscCall(PetscMalloc1(dealt->n_points, &record));
+  PetscCallMPI(MPI_Type_contiguous(sizeof(PointRecord), MPI_BYTE, &unit));
   PetscCallMPI(MPI_Type_commit(&unit));
-  PetscCall(PetscSFBcastBegin(migration, unit, old, *records, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(migration, unit, old, *records, MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(dealt->migration, unit, dealt->record, record, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(dealt->migration, unit, dealt->record, record, MPI_REPLACE));
   PetscCallMPI(MPI_Type_free(&unit));
+  PetscCall(PetscFree(dealt->record));
+  dealt->record = record;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The mesh as mesh->part says, with one layer of overlap. */
-static PetscErrorCode distribute(MPI_Comm comm, const BlockMesh *mesh, const BodyNumbers *bodies, DM *plex,
-                                 PointRecord **records)
+/* The mesh as mesh->part says. */
+static PetscErrorCode distribute(const BlockMesh *mesh, const BodyNumbers *bodies, const Model *m,
+                                 DealtMesh *dealt)
 {
-  PetscInt n_edges = 0, *edge_vertices = NULL, *block_edges = NULL, p_end;
-  PointRecord *old;
-  PetscMPIInt rank;
-  PetscSF migration = NULL;
-  DM dm, distributed = NULL;
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(DMCreate(comm, &dm));
-  PetscCall(DMSetType(dm, DMPLEX));
-  PetscCall(DMPlexDistributeSetDefault(dm, PETSC_FALSE));
-  PetscCall(DMSetDimension(dm, 2));
-  if (rank == 0) PetscCall(MeshEdges(mesh, &n_edges, &edge_vertices, &block_edges));
-  PetscCall(plex_cones(dm, mesh, n_edges, edge_vertices, block_edges));
-  PetscCall(plex_coordinates(dm, mesh));
-  PetscCall(plex_labels(dm, mesh, block_edges));
-  PetscCall(PetscMalloc1(mesh->n_blocks + mesh->n_vertices + n_edges, &old));
-  if (rank == 0) PetscCall(fill_records(mesh, bodies, n_edges, block_edges, old));
-
-  // vertex adjacency, one layer: every element that touches an owned vertex
-  PetscCall(DMSetBasicAdjacency(dm, PETSC_FALSE, PETSC_TRUE));
-  PetscCall(set_partition(dm, mesh));
-  PetscCall(DMPlexDistribute(dm, 1, &migration, &distributed));
-  if (distributed) {
-    PetscCall(DMPlexGetChart(distributed, NULL, &p_end));
-    PetscCall(migrate_records(migration, p_end, old, records));
-    PetscCall(PetscSFDestroy(&migration));
-    PetscCall(PetscFree(old));
-    PetscCall(DMDestroy(&dm));
-    *plex = distributed;
-  } else {
-    *records = old;
-    *plex = dm;
-  }
-  PetscCall(PetscFree(edge_vertices));
-  PetscCall(PetscFree(block_edges));
+  *dealt = (DealtMesh){.n_blocks = mesh->n_blocks, .n_points = mesh->n_blocks + mesh->n_vertices};
+  PetscCall(DMCreate(m->comm, &dealt->dm));
+  PetscCall(DMSetType(dealt->dm, DMPLEX));
+  PetscCall(DMSetDimension(dealt->dm, 2));
+  PetscCall(plex_cones(dealt->dm, mesh));
+  PetscCall(PetscMalloc1(dealt->n_points, &dealt->record));
+  if (!m->rank) PetscCall(fill_records(mesh, bodies, dealt->record));
+  if (m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(migration_sf(mesh, dealt->record, m, dealt));
+  PetscCall(migrate(dealt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,7 +199,7 @@ static PetscErrorCode describe_mesh(const Scene *scene, const BlockMesh *mesh, B
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, DM *plex, PointRecord **records)
+PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, DealtMesh *dealt)
 {
   BodyNumbers bodies = {0};
   PetscFunctionBeginUser;
@@ -234,7 +210,7 @@ PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, DM 
     PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
   }
   PetscCall(PartEnd(PART_PARTITION));
-  PetscCall(distribute(m->comm, mesh, &bodies, plex, records));
+  PetscCall(distribute(mesh, &bodies, m, dealt));
   PetscCall(PetscFree(bodies.rigid));
   PetscCall(PetscFree(bodies.condensed));
   PetscCall(PetscFree(bodies.inner));

@@ -124,22 +124,31 @@ PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt 
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
                                PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
 
-/* ---- distribute.c: what a point of the Plex (block, vertex, face) is */
+/* ---- distribute.c */
+/* What a point of the Plex is. */
 typedef struct {
-  PetscInt gid;       /* block, vertex: its number; outer face: 4 * block gid + k; inner face: -1 */
-  PetscInt file;      /* block, vertex: file id */
+  PetscInt gid;       /* block, vertex: its number */
+  PetscInt file;      /* file id */
+  PetscInt owner;     /* rank: of a vertex, the one that moves it */
+  PetscInt body;      /* macroblock */
+  PetscInt rigid;     /* rigid body, -1: none */
+  PetscInt condensed; /* condensed body, -1: none */
   PetscInt group;     /* block */
-  PetscInt body;      /* block, vertex: macroblock */
-  PetscInt rigid;     /* block, vertex: rigid body, -1: none */
-  PetscInt condensed; /* block, vertex: condensed body, -1: none */
+  PetscInt outer;     /* block: bit k is set when face k is an outer one */
   PetscInt inner;     /* vertex: 1: of a condensed body, and not kept */
+  PetscReal X[2];     /* [m] vertex */
 } PointRecord;
+/* What a rank was dealt: the blocks that touch a vertex it owns, and all their vertices. */
 struct _p_DM;
-/* Collective. Numbers the bodies, finds mesh->part when there is none, and deals the mesh out. plex: with one
-   layer of overlap; records: (points of its chart,); model, with its comm: its ranks and the numbers that
-   describe the whole mesh. */
-PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, struct _p_DM **plex,
-                              PointRecord **records);
+typedef struct {
+  PetscInt n_blocks, n_points; /* points: blocks, then vertices, by ascending gid each */
+  struct _p_DM *dm;            /* cone of a block: its vertices along the ring */
+  PointRecord *record;         /* (n_points,) */
+  PetscSF migration;           /* from the whole mesh's points on rank 0; NULL: one rank, that has them all */
+} DealtMesh;
+/* Collective. Numbers the bodies, finds mesh->part when there is none, and deals the mesh out. model, with
+   its comm: its ranks and the numbers that describe the whole mesh. */
+PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, DealtMesh *dealt);
 
 /* ---- neighbours.c: what contacts need from other ranks */
 /* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference

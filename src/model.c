@@ -1,57 +1,15 @@
-/* model.c: from the distributed Plex to the flat arrays of types.h. Order of work: owned vertices get their
-   numbers; then the other vertices and outer faces of blocks at owned vertices; then the arrays. What
-   contacts need from other ranks comes from neighbours.c. */
+/* model.c: from the Plex of a rank to the flat arrays of types.h. Order of work: owned vertices get their
+   numbers; then the other vertices and outer faces of blocks; then the arrays. What contacts need from other
+   ranks comes from neighbours.c. */
 #include "internal.h"
 #include <petscdmplex.h>
 
 typedef struct {
-  DM dm;
-  PointRecord *record;
-  PetscInt c_start, c_end, v_start, v_end, e_start, e_end;
-  PetscInt *owner; /* (points,) rank that owns the point */
-  PetscInt *index; /* (vertices,) index of the vertex on its owner */
-  PetscReal *x;    /* (vertices,2) */
+  DealtMesh d;
+  PetscInt *index; /* (points,) of a vertex: its index on its owner; -1 for a block */
 } Builder;
 
 /* ---- owned vertices */
-
-static PetscErrorCode find_owners(Builder *b, PetscMPIInt rank)
-{
-  PetscSF sf;
-  PetscInt n_points, n_leaves, n_roots;
-  const PetscInt *leaves;
-  const PetscSFNode *remote;
-  PetscFunctionBeginUser;
-  PetscCall(DMPlexGetHeightStratum(b->dm, 0, &b->c_start, &b->c_end));
-  PetscCall(DMPlexGetDepthStratum(b->dm, 0, &b->v_start, &b->v_end));
-  PetscCall(DMPlexGetDepthStratum(b->dm, 1, &b->e_start, &b->e_end));
-  PetscCall(DMPlexGetChart(b->dm, NULL, &n_points));
-  PetscCall(PetscMalloc1(n_points, &b->owner));
-  for (PetscInt p = 0; p < n_points; p++) b->owner[p] = rank;
-  PetscCall(DMGetPointSF(b->dm, &sf));
-  PetscCall(PetscSFGetGraph(sf, &n_roots, &n_leaves, &leaves, &remote));
-  for (PetscInt i = 0; n_roots >= 0 && i < n_leaves; i++) b->owner[leaves ? leaves[i] : i] = remote[i].rank;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode read_coordinates(Builder *b)
-{
-  Vec coordinates;
-  PetscSection section;
-  const PetscScalar *x;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(2 * (b->v_end - b->v_start), &b->x));
-  PetscCall(DMGetCoordinatesLocal(b->dm, &coordinates));
-  PetscCall(DMGetCoordinateSection(b->dm, &section));
-  PetscCall(VecGetArrayRead(coordinates, &x));
-  for (PetscInt v = b->v_start; v < b->v_end; v++) {
-    PetscInt offset;
-    PetscCall(PetscSectionGetOffset(section, v, &offset));
-    PetscCall(PetscArraycpy(b->x + 2 * (v - b->v_start), x + offset, 2));
-  }
-  PetscCall(VecRestoreArrayRead(coordinates, &x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 typedef struct {
   PetscInt inner, body, gid, point; /* inner: condensed body of an inner vertex, -1; body: rigid one, -1 */
@@ -65,141 +23,93 @@ static int owned_order(const void *a, const void *b)
   return (f->gid > g->gid) - (f->gid < g->gid);
 }
 
+/* Tells every rank the index at the owner, by way of rank 0. */
+static PetscErrorCode share_index(Builder *b)
+{
+  PetscInt n, *whole;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSFGetGraph(b->d.migration, &n, NULL, NULL, NULL));
+  PetscCall(PetscMalloc1(n, &whole));
+  for (PetscInt p = 0; p < n; p++) whole[p] = -1;
+  PetscCall(PetscSFReduceBegin(b->d.migration, MPIU_INT, b->index, whole, MPI_MAX));
+  PetscCall(PetscSFReduceEnd(b->d.migration, MPIU_INT, b->index, whole, MPI_MAX));
+  PetscCall(PetscSFBcastBegin(b->d.migration, MPIU_INT, whole, b->index, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(b->d.migration, MPIU_INT, whole, b->index, MPI_REPLACE));
+  PetscCall(PetscFree(whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Numbers owned vertices: deformable by gid, then rigid by body and gid, then inner ones of condensed bodies
-   likewise; tells every rank the index at the owner. */
+   likewise. */
 static PetscErrorCode number_owned(Builder *b, Model *m)
 {
-  const PetscInt nv = b->v_end - b->v_start;
   OwnedVertex *owned;
-  PetscInt n_points, *all, n_roots;
-  PetscSF sf;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(nv, &owned));
-  PetscCall(PetscMalloc1(nv, &b->index));
+  PetscCall(PetscMalloc1(b->d.n_points - b->d.n_blocks, &owned));
+  PetscCall(PetscMalloc1(b->d.n_points, &b->index));
   m->n_owned = m->n_deformable = m->n_moving = 0;
-  for (PetscInt v = b->v_start; v < b->v_end; v++) {
-    b->index[v - b->v_start] = -1;
-    if (b->owner[v] != m->rank) continue;
-    const PointRecord *r = b->record + v;
+  for (PetscInt p = 0; p < b->d.n_points; p++) b->index[p] = -1;
+  for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
+    const PointRecord *r = b->d.record + v;
+    if (r->owner != m->rank) continue;
     owned[m->n_owned++] = (OwnedVertex){r->inner ? r->condensed : -1, r->rigid, r->gid, v};
     m->n_moving += !r->inner;
     m->n_deformable += !r->inner && r->rigid < 0;
   }
   if (m->n_owned) qsort(owned, m->n_owned, sizeof(OwnedVertex), owned_order);
-  for (PetscInt i = 0; i < m->n_owned; i++) b->index[owned[i].point - b->v_start] = i;
+  for (PetscInt i = 0; i < m->n_owned; i++) b->index[owned[i].point] = i;
   PetscCall(PetscFree(owned));
-
-  PetscCall(DMGetPointSF(b->dm, &sf));
-  PetscCall(PetscSFGetGraph(sf, &n_roots, NULL, NULL, NULL));
-  PetscCall(DMPlexGetChart(b->dm, NULL, &n_points));
-  if (n_roots >= 0) {
-    PetscCall(PetscMalloc1(n_points, &all));
-    for (PetscInt p = 0; p < n_points; p++)
-      all[p] = p >= b->v_start && p < b->v_end ? b->index[p - b->v_start] : -1;
-    PetscCall(PetscSFBcastBegin(sf, MPIU_INT, all, all, MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(sf, MPIU_INT, all, all, MPI_REPLACE));
-    for (PetscInt v = b->v_start; v < b->v_end; v++) b->index[v - b->v_start] = all[v];
-    PetscCall(PetscFree(all));
-  }
+  if (b->d.migration) PetscCall(share_index(b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- faces */
 
 /* The vertices of a block in ring order (Plex points); n: 3 or 4. */
-static PetscErrorCode block_vertices(DM dm, PetscInt c, PetscInt vertices[4], PetscInt *n)
+static PetscErrorCode block_vertices(const Builder *b, PetscInt block, const PetscInt **vertices, PetscInt *n)
 {
-  const PetscInt *cone, *orientation, *ends;
   PetscFunctionBeginUser;
-  PetscCall(DMPlexGetConeSize(dm, c, n));
-  PetscCall(DMPlexGetCone(dm, c, &cone));
-  PetscCall(DMPlexGetConeOrientation(dm, c, &orientation));
-  for (PetscInt k = 0; k < *n; k++) {
-    PetscCall(DMPlexGetCone(dm, cone[k], &ends));
-    vertices[k] = ends[orientation[k] >= 0 ? 0 : 1];
+  PetscCall(DMPlexGetConeSize(b->d.dm, block, n));
+  PetscCall(DMPlexGetCone(b->d.dm, block, vertices));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Face k of a block of n vertices v. */
+static FaceRecord face_of(const Builder *b, PetscInt block, const PetscInt *v, PetscInt n, PetscInt k)
+{
+  const PointRecord *r = b->d.record + block;
+  FaceRecord f = {.gid = 4 * r->gid + k, .group = r->group, .body = r->body, .rigid = r->rigid, .joint = -1};
+  for (int i = 0; i < 2; i++) {
+    const PetscInt end = v[(k + i) % n];
+    const PointRecord *vertex = b->d.record + end;
+    f.v_gid[i] = vertex->gid, f.v_file[i] = vertex->file;
+    f.v_owner[i] = vertex->owner, f.v_index[i] = b->index[end];
+    f.X[2 * i] = vertex->X[0], f.X[2 * i + 1] = vertex->X[1];
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A block is needed here when it touches an owned vertex. */
-static PetscErrorCode is_needed(const Builder *b, PetscInt c, PetscMPIInt rank, PetscInt v[4], PetscInt *n,
-                                PetscBool *needed)
-{
-  PetscFunctionBeginUser;
-  PetscCall(block_vertices(b->dm, c, v, n));
-  *needed = PETSC_FALSE;
-  for (PetscInt k = 0; k < *n; k++) *needed = (PetscBool)(*needed || b->owner[v[k]] == rank);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Faces by ascending gid, their Plex points along. */
-static PetscErrorCode sort_faces(PetscInt n, FaceRecord *face, PetscInt *point)
-{
-  PetscInt *gid, *order, *points;
-  FaceRecord *sorted;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc4(n, &gid, n, &order, n, &points, n, &sorted));
-  for (PetscInt f = 0; f < n; f++) gid[f] = face[f].gid, order[f] = f;
-  PetscCall(PetscSortIntWithArray(n, gid, order));
-  for (PetscInt f = 0; f < n; f++) sorted[f] = face[order[f]], points[f] = point[order[f]];
-  PetscCall(PetscArraycpy(face, sorted, n));
-  PetscCall(PetscArraycpy(point, points, n));
-  PetscCall(PetscFree4(gid, order, points, sorted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* First joint of the scene whose face set holds the face, -1: none. */
-static PetscErrorCode joint_of_face(const Builder *b, const Scene *scene, PetscInt point, PetscInt *joint)
-{
-  PetscFunctionBeginUser;
-  *joint = -1;
-  for (PetscInt j = 1; j < scene->n_joints && *joint < 0; j++) {
-    PetscBool is_set;
-    PetscInt value;
-    PetscCall(DMHasLabel(b->dm, scene->joints[j].name, &is_set));
-    if (!is_set) continue;
-    PetscCall(DMGetLabelValue(b->dm, scene->joints[j].name, point, &value));
-    if (value == 1) *joint = j;
+  for (PetscInt i = 0; i < n; i++) { // how far the block reaches behind the face
+    const PetscReal *P = b->d.record[v[i]].X, ex = f.X[2] - f.X[0], ey = f.X[3] - f.X[1];
+    f.thick = PetscMax(f.thick, ((P[1] - f.X[1]) * ex - (P[0] - f.X[0]) * ey) / PetscHypotReal(ex, ey));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return f;
 }
 
-/* Outer faces of local blocks at owned vertices; face_point: their Plex points. */
-static PetscErrorCode local_faces(const Builder *b, const Scene *scene, Model *m, PetscInt **face_point)
+/* Outer faces of local blocks, by ascending gid; joints come with the sets. */
+static PetscErrorCode local_faces(const Builder *b, Model *m)
 {
   FaceRecord *face;
   PetscInt n = 0;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(b->e_end - b->e_start, &face));
-  PetscCall(PetscMalloc1(b->e_end - b->e_start, face_point));
-  for (PetscInt e = b->e_start; e < b->e_end; e++) {
-    const PetscInt *cone, *support;
-    PetscInt n_support, v[4], k_max = 0;
-    PetscBool needed = PETSC_FALSE;
-    if (b->record[e].gid < 0) continue;
-    PetscCall(DMPlexGetSupportSize(b->dm, e, &n_support));
-    if (!n_support) continue;
-    PetscCall(DMPlexGetSupport(b->dm, e, &support));
-    PetscCall(is_needed(b, support[0], m->rank, v, &k_max, &needed));
-    if (!needed) continue;
-    PetscCall(DMPlexGetCone(b->dm, e, &cone));
-    const PointRecord *block = b->record + support[0];
-    FaceRecord *f = face + n;
-    (*face_point)[n++] = e;
-    *f = (FaceRecord){
-        .gid = b->record[e].gid, .group = block->group, .body = block->body, .rigid = block->rigid};
-    PetscCall(joint_of_face(b, scene, e, &f->joint));
-    for (int k = 0; k < 2; k++) {
-      f->v_gid[k] = b->record[cone[k]].gid, f->v_file[k] = b->record[cone[k]].file;
-      f->v_owner[k] = b->owner[cone[k]], f->v_index[k] = b->index[cone[k] - b->v_start];
-      PetscCall(PetscArraycpy(f->X + 2 * k, b->x + 2 * (cone[k] - b->v_start), 2));
-    }
-    for (PetscInt k = 0; k < k_max; k++) { // how far the block reaches behind the face
-      const PetscReal *P = b->x + 2 * (v[k] - b->v_start), ex = f->X[2] - f->X[0], ey = f->X[3] - f->X[1];
-      f->thick = PetscMax(f->thick, ((P[1] - f->X[1]) * ex - (P[0] - f->X[0]) * ey) / PetscHypotReal(ex, ey));
-    }
+  for (PetscInt c = 0; c < b->d.n_blocks; c++)
+    for (PetscInt k = 0; k < 4; k++) n += b->d.record[c].outer >> k & 1;
+  PetscCall(PetscMalloc1(n, &face));
+  n = 0;
+  for (PetscInt c = 0; c < b->d.n_blocks; c++) {
+    const PetscInt *v;
+    PetscInt n_vertices;
+    PetscCall(block_vertices(b, c, &v, &n_vertices));
+    for (PetscInt k = 0; k < n_vertices; k++)
+      if (b->d.record[c].outer >> k & 1) face[n++] = face_of(b, c, v, n_vertices, k);
   }
-  PetscCall(sort_faces(n, face, *face_point));
   PetscCall(FacesCreate(m, n, face));
   PetscCall(PetscFree(face));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -207,24 +117,19 @@ static PetscErrorCode local_faces(const Builder *b, const Scene *scene, Model *m
 
 /* ---- ghosts */
 
-/* Ghosts of elements: vertices of needed blocks that other ranks own; ascending gid, each once. */
+/* Ghosts of elements: vertices of our blocks that other ranks own; ascending gid. */
 static PetscErrorCode element_ghosts(const Builder *b, Model *m)
 {
-  PetscInt n = 0, v[4], k_max = 0;
-  PetscBool needed = PETSC_FALSE;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(4 * (b->c_end - b->c_start), &m->ghosts));
-  for (PetscInt c = b->c_start; c < b->c_end; c++) {
-    PetscCall(is_needed(b, c, m->rank, v, &k_max, &needed));
-    for (PetscInt k = 0; needed && k < k_max; k++) {
-      const PetscInt i = v[k] - b->v_start;
-      const PointRecord *p = b->record + v[k];
-      if (b->owner[v[k]] == m->rank) continue;
-      m->ghosts[n++] = (GhostRecord){
-          p->gid, p->file, p->body, p->rigid, b->owner[v[k]], b->index[i], {b->x[2 * i], b->x[2 * i + 1]}};
-    }
+  PetscCall(PetscMalloc1(b->d.n_points - b->d.n_blocks - m->n_owned, &m->ghosts));
+  m->n_ghosts = 0;
+  for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
+    const PointRecord *r = b->d.record + v;
+    if (r->owner == m->rank) continue;
+    m->ghosts[m->n_ghosts++] = (GhostRecord){r->gid,   r->file,     r->body,           r->rigid,
+                                             r->owner, b->index[v], {r->X[0], r->X[1]}};
   }
-  m->n_element_ghosts = m->n_ghosts = GhostsUnique(n, m->ghosts);
+  m->n_element_ghosts = m->n_ghosts;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -236,13 +141,14 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
   if (m->n_condensed_global) PetscCall(PetscMalloc1(m->n_owned, &m->vertex_condensed));
-  for (PetscInt v = b->v_start; v < b->v_end; v++) {
-    if (b->owner[v] != m->rank) continue;
-    const PetscInt i = b->index[v - b->v_start];
-    PetscCall(PetscArraycpy(m->X + 2 * i, b->x + 2 * (v - b->v_start), 2));
-    m->vertex_gid[i] = b->record[v].gid, m->vertex_file[i] = b->record[v].file;
-    m->vertex_body[i] = b->record[v].body, m->vertex_rigid[i] = b->record[v].rigid;
-    if (m->vertex_condensed) m->vertex_condensed[i] = b->record[v].condensed;
+  for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
+    const PointRecord *r = b->d.record + v;
+    const PetscInt i = b->index[v];
+    if (r->owner != m->rank) continue;
+    PetscCall(PetscArraycpy(m->X + 2 * i, r->X, 2));
+    m->vertex_gid[i] = r->gid, m->vertex_file[i] = r->file;
+    m->vertex_body[i] = r->body, m->vertex_rigid[i] = r->rigid;
+    if (m->vertex_condensed) m->vertex_condensed[i] = r->condensed;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -262,63 +168,98 @@ static BlockKind block_kind(const PointRecord *r)
 }
 
 /* One list of elements: n_nodes 3 or 4, of one kind. */
-static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_nodes, BlockKind kind,
+static PetscErrorCode fill_elements(const Builder *b, const Model *m, PetscInt n_nodes, BlockKind kind,
                                     Elements *e)
 {
-  PetscInt *point, v[4], k_max = 0, n = 0;
-  PetscBool needed = PETSC_FALSE;
+  const PointRecord *record = b->d.record;
+  const PetscInt *v;
+  PetscInt *point, n_vertices, n = 0;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(b->c_end - b->c_start, &point));
-  PetscCall(PetscMalloc1(b->c_end - b->c_start, &e->gid));
-  for (PetscInt c = b->c_start; c < b->c_end; c++) {
-    PetscCall(is_needed(b, c, m->rank, v, &k_max, &needed));
-    if (needed && k_max == n_nodes && block_kind(b->record + c) == kind)
-      e->gid[n] = b->record[c].gid, point[n++] = c;
+  PetscCall(PetscMalloc1(b->d.n_blocks, &point));
+  for (PetscInt c = 0; c < b->d.n_blocks; c++) {
+    PetscCall(block_vertices(b, c, &v, &n_vertices));
+    if (n_vertices == n_nodes && block_kind(record + c) == kind) point[n++] = c;
   }
-  PetscCall(PetscSortIntWithArray(n, e->gid, point));
   e->n = n;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
   e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
-  PetscCall(PetscRealloc(n * sizeof(PetscInt), &e->gid));
+  PetscCall(PetscMalloc1(n, &e->gid));
   PetscCall(PetscMalloc2(n, &e->file, n, &e->owned));
   for (PetscInt i = 0; i < n; i++) {
-    const PointRecord *r = b->record + point[i];
     PetscInt lowest = PETSC_MAX_INT;
-    e->group[i] = r->group, e->file[i] = r->file;
-    PetscCall(block_vertices(b->dm, point[i], v, &k_max));
-    for (int k = 0; k < n_nodes; k++) {
-      const PetscInt gid = b->record[v[k]].gid;
+    e->gid[i] = record[point[i]].gid, e->group[i] = record[point[i]].group,
+    e->file[i] = record[point[i]].file;
+    PetscCall(block_vertices(b, point[i], &v, &n_vertices));
+    for (PetscInt k = 0; k < n_nodes; k++) {
+      const PointRecord *r = record + v[k];
       e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH] = LocalVertex(
-          m, gid, (PetscMPIInt)b->owner[v[k]], b->index[v[k] - b->v_start]);
-      if (gid < lowest) lowest = gid, e->owned[i] = b->owner[v[k]] == m->rank;
+          m, r->gid, (PetscMPIInt)r->owner, b->index[v[k]]);
+      if (r->gid < lowest) lowest = r->gid, e->owned[i] = r->owner == m->rank;
     }
   }
   PetscCall(PetscFree(point));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Named sets: rows of local faces, ascending gid; points on this rank. */
-static PetscErrorCode fill_sets(const Builder *b, const PetscInt *face_point, const BlockMesh *mesh, Model *m)
+/* Face set s of the whole mesh on all ranks: face gids, ascending. */
+static PetscErrorCode share_set(const BlockMesh *mesh, const Model *m, PetscInt s, PetscInt *n,
+                                PetscInt **gids)
 {
-  PetscInt n = 0, *row, *vertex_of_point;
+  const PetscInt *face = mesh->face_sets[s].faces;
   PetscFunctionBeginUser;
-  m->n_face_sets = mesh->n_face_sets, m->n_points = mesh->n_points;
-  PetscCall(PetscMalloc2(m->n_face_sets, &m->face_set_names, m->n_points, &m->point_names));
+  *n = m->rank ? 0 : mesh->face_sets[s].n;
+  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, m->comm));
+  PetscCall(PetscMalloc1(*n, gids));
+  for (PetscInt i = 0; i < *n && !m->rank; i++) (*gids)[i] = 4 * face[2 * i] + face[2 * i + 1];
+  if (!m->rank) PetscCall(PetscSortInt(*n, *gids));
+  PetscCallMPI(MPI_Bcast(*gids, *n, MPIU_INT, 0, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Named sets: rows of local faces, ascending gid. */
+static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
+{
+  PetscInt n = 0, n_set, *gid, at;
+  PetscFunctionBeginUser;
+  m->n_face_sets = mesh->n_face_sets;
+  PetscCall(PetscMalloc2(m->n_face_sets, &m->face_set_names, m->n_face_sets + 1, &m->face_set_start));
   PetscCall(PetscArraycpy(m->face_set_names, mesh->face_set_names, m->n_face_sets));
-  PetscCall(PetscArraycpy(m->point_names, mesh->point_names, m->n_points));
-  PetscCall(PetscMalloc3(m->n_face_sets + 1, &m->face_set_start, m->n_face_sets * m->n_faces_local, &row,
-                         m->n_points, &m->point_vertex));
-  m->face_set_faces = row;
   m->face_set_start[0] = 0;
   for (PetscInt s = 0; s < m->n_face_sets; s++) {
-    for (PetscInt f = 0; f < m->n_faces_local; f++) {
-      PetscInt value;
-      PetscCall(DMGetLabelValue(b->dm, m->face_set_names[s], face_point[f], &value));
-      if (value == 1) row[n++] = f;
+    PetscCall(share_set(mesh, m, s, &n_set, &gid));
+    PetscCall(PetscRealloc((n + PetscMin(n_set, m->n_faces_local)) * sizeof(PetscInt), &m->face_set_faces));
+    for (PetscInt i = 0; i < n_set; i++) {
+      PetscCall(PetscFindInt(gid[i], m->n_faces_local, m->faces.gid, &at));
+      if (at >= 0) m->face_set_faces[n++] = at;
     }
+    PetscCall(PetscFree(gid));
     m->face_set_start[s + 1] = n;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Faces of a set with the name of a joint have that joint, of several the first. */
+static PetscErrorCode fill_joints(const Scene *scene, Model *m)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt j = scene->n_joints - 1; j > 0; j--)
+    for (PetscInt s = 0; s < m->n_face_sets; s++) {
+      if (strcmp(scene->joints[j].name, m->face_set_names[s])) continue;
+      for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
+        m->faces.joint[m->face_set_faces[i]] = j;
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Named points on this rank. */
+static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
+{
+  PetscInt *vertex_of_point;
+  PetscFunctionBeginUser;
+  m->n_points = mesh->n_points;
+  PetscCall(PetscMalloc2(m->n_points, &m->point_names, m->n_points, &m->point_vertex));
+  PetscCall(PetscArraycpy(m->point_names, mesh->point_names, m->n_points));
   PetscCall(PetscMalloc1(m->n_points, &vertex_of_point));
   if (m->rank == 0) PetscCall(PetscArraycpy(vertex_of_point, mesh->point_vertex, mesh->n_points));
   PetscCallMPI(MPI_Bcast(vertex_of_point, m->n_points, MPIU_INT, 0, m->comm));
@@ -404,35 +345,32 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
 {
   Builder b = {0};
   Elements *list[2 * KINDS];
-  PetscInt *face_point;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(m, sizeof(*m)));
   m->comm = comm;
   PetscCall(PartBegin(PART_DISTRIBUTION));
-  PetscCall(MeshDistribute(scene, mesh, m, &b.dm, &b.record));
+  PetscCall(MeshDistribute(scene, mesh, m, &b.d));
   PetscCall(PartEnd(PART_DISTRIBUTION));
   PetscCall(PartBegin(PART_MODEL));
-  PetscCall(find_owners(&b, m->rank));
-  PetscCall(read_coordinates(&b));
   PetscCall(number_owned(&b, m));
   PetscCall(element_ghosts(&b, m));
-  PetscCall(local_faces(&b, scene, m, &face_point));
+  PetscCall(local_faces(&b, m));
+  PetscCall(fill_face_sets(mesh, m));
+  PetscCall(fill_joints(scene, m));
   PetscCall(fill_materials(scene, mesh, m));
   PetscCall(fill_vertices(&b, m));
+  PetscCall(fill_points(mesh, m));
   element_lists(m, list);
   for (int l = 0; l < 2 * KINDS; l++)
     PetscCall(fill_elements(&b, m, l % 2 ? 3 : 4, (BlockKind)(l / 2), list[l]));
-  PetscCall(fill_sets(&b, face_point, mesh, m));
+  PetscCall(DMDestroy(&b.d.dm));
+  PetscCall(PetscSFDestroy(&b.d.migration));
+  PetscCall(PetscFree(b.d.record));
+  PetscCall(PetscFree(b.index));
   PetscCall(NeighboursUpdate(m, NULL));
   PetscCall(RigidBodiesCreate(m));
   PetscCall(fill_dofs(scene, m));
   PetscCall(ElementChunksDone(m));
-  PetscCall(DMDestroy(&b.dm));
-  PetscCall(PetscFree(b.record));
-  PetscCall(PetscFree(b.owner));
-  PetscCall(PetscFree(b.index));
-  PetscCall(PetscFree(b.x));
-  PetscCall(PetscFree(face_point));
   PetscCall(PartEnd(PART_MODEL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -458,8 +396,9 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree(m->ghosts));
   PetscCall(PetscFree7(m->group_names, m->group_rigid, m->group_condensed, m->lambda, m->mu, m->density,
                        m->group_upgradeable));
-  PetscCall(PetscFree2(m->face_set_names, m->point_names));
-  PetscCall(PetscFree3(m->face_set_start, m->face_set_faces, m->point_vertex));
+  PetscCall(PetscFree2(m->face_set_names, m->face_set_start));
+  PetscCall(PetscFree(m->face_set_faces));
+  PetscCall(PetscFree2(m->point_names, m->point_vertex));
   PetscCall(GhostDestroy(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
