@@ -297,6 +297,16 @@ static PetscBool is_idle(const char *line)
   return PETSC_FALSE;
 }
 
+uint64_t CheckpointRun(const Checkpoint *c)
+{
+  uint64_t h = c->mesh;
+  for (const char *line = c->scene->options, *end; line && *line; line = end + (*end == '\n')) {
+    end = line + strcspn(line, "\n");
+    if (!is_idle(line)) h = HashBytes(h, line, (size_t)(end - line));
+  }
+  return h;
+}
+
 /* The value of the key that `line` begins with, in `text`; NULL: it has none. */
 static const char *value_of(const char *text, const char *line)
 {

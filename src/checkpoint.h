@@ -38,6 +38,8 @@ typedef struct _p_Checkpoint {
 
 /* Collective. Call when the scene is read; catches signals. mesh: checksum, on rank 0. */
 PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh, Checkpoint *checkpoint);
+/* Rank 0. The same for runs of the same block mesh and options, those that change no result left out. */
+uint64_t CheckpointRun(const Checkpoint *checkpoint);
 PetscErrorCode CheckpointDestroy(Checkpoint *checkpoint);
 /* Collective. Reads what scene->restart names; refuses what is damaged, of another mesh or of another
    version; says which options have changed. Nothing happens when it is empty. */

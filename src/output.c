@@ -119,17 +119,19 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   Trials *t = &o->trials;
   if (!a->reading && !a->rank) settle_history(a, memory);
   const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
-  PetscInt64 counts[] = {o->n_stages,           o->results.n_frames,      t->n,   t->mechanism != NULL,
-                         memory->history_bytes, memory->history_checksum, written};
+  PetscInt64 counts[] = {
+      o->n_stages,           o->results.n_frames,      t->n,    t->mechanism != NULL,
+      memory->history_bytes, memory->history_checksum, written, (PetscInt64)o->results.run};
   PetscReal reals[] = {t->nominal, t->stable, t->failing};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveCounts(a, "counts", 7, counts));
+  PetscCall(ArchiveCounts(a, "counts", 8, counts));
   PetscCall(ArchiveReals(a, "trials", 3, reals));
   if (a->reading) {
     if (!a->rank && counts[6] != written)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
     if (!a->rank) o->n_stages = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
+    o->results.run = (uint64_t)counts[7];
     t->n = (PetscInt)counts[2];
     t->nominal = reals[0], t->stable = reals[1], t->failing = reals[2];
     memory->history_bytes = counts[4], memory->history_checksum = counts[5];
@@ -225,6 +227,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
     output->results.choice = WrittenChecksum(&output->results.written);
+    output->results.run = CheckpointRun(checkpoint);
     (void)FolderMake(output->folder, message);
   }
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
@@ -236,6 +239,8 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   output->memory = memory;
   *memory = (Memory){model, output, 0, 0};
   PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
+  if (!model->rank && resumed) ResultsFileCheck(&output->results, output->n_stages, message);
+  PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));
   if (!model->rank) PetscCall(open_files(scene, model, output, memory, resumed, message));
   PetscCall(close_mesh(output)); // a few bytes a block that only output reads
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));

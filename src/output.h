@@ -107,6 +107,7 @@ typedef struct {
   const Model *model; /* names only */
   Written written;    /* while a file is being written */
   uint64_t choice;    /* WrittenChecksum */
+  uint64_t run;       /* CheckpointRun of the run that began them, which a restart goes on */
   char *xdmf;         /* grids of the stages written so far */
   PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
   PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
@@ -117,6 +118,9 @@ PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]
    follows. Or writes a frame on the way into <stage>_<frame>.h5, until the stage ends. */
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
+/* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
+   called. Frames of another run count as not there. */
+void ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 /* After a restart: goes on with results.h5 when it holds the first n stages of the scene, else begins it anew
    with a warning; grids of stages and frames that are not in the folder are forgotten. */
 PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);

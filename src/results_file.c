@@ -244,6 +244,36 @@ static int write_contacts(hid_t stage, const StageFields *fields)
   return error;
 }
 
+/* ---- whose a file is */
+
+static int write_run(hid_t file, const ResultsFile *results)
+{
+  return write_attribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
+}
+
+/* Names of stages are alike in many scenes: the checksum of mesh and options is not. */
+static PetscBool is_of_this_run(hid_t file, const ResultsFile *results)
+{
+  uint64_t run = 0;
+  const hid_t attribute = H5Aexists(file, "run") > 0 ? H5Aopen(file, "run", H5P_DEFAULT) : -1;
+  const int error = attribute < 0 || H5Aread(attribute, H5T_NATIVE_UINT64, &run) < 0;
+  if (attribute >= 0) H5Aclose(attribute);
+  return (PetscBool)(!error && run == results->run);
+}
+
+void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const hid_t file = n ? H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT) : -1;
+  if (file < 0) return;
+  if (!is_of_this_run(file, results))
+    snprintf(message, MESSAGE_LENGTH,
+             "restart: '%.800s' is of another run than the checkpoint: give another folder as output", path);
+  H5Fclose(file);
+}
+
 /* ---- whole files */
 
 PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENGTH])
@@ -257,7 +287,7 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   int error = file < 0 || write_text(file, "format", "quoin-results") || write_count(file, "version", 1) ||
               write_text(file, "title", results->scene->title) ||
               write_text(file, "scene", results->scene->file) ||
-              write_text(file, "model", results->scene->model) ||
+              write_text(file, "model", results->scene->model) || write_run(file, results) ||
               write_number(file, "thickness", results->scene->thickness) || write_mesh(file, results);
   const hid_t stages = error ? -1 : H5Gcreate2(file, "stages", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   error = error || stages < 0;
@@ -289,10 +319,10 @@ static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
   return holds;
 }
 
-static hid_t open_with(const char *path, const char *group)
+static hid_t open_with(const ResultsFile *results, const char *path, const char *group)
 {
   hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
-  if (file >= 0 && H5Lexists(file, group, H5P_DEFAULT) <= 0) {
+  if (file >= 0 && (!is_of_this_run(file, results) || H5Lexists(file, group, H5P_DEFAULT) <= 0)) {
     H5Fclose(file);
     file = -1;
   }
@@ -306,11 +336,11 @@ static hid_t open_frame_of(const ResultsFile *results, const char *name, char wi
   char path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
   snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
   snprintf(within, 2 * NAME_LENGTH, "/%s", name);
-  const hid_t file = open_with(path, within);
+  const hid_t file = open_with(results, path, within);
   if (file >= 0) return file;
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
   snprintf(within, 2 * NAME_LENGTH, "/stages/%s", name);
-  return open_with(path, within);
+  return open_with(results, path, within);
 }
 
 /* Forgets the grids of frames that are not there; how many these are. */
@@ -405,10 +435,10 @@ static int open_part(ResultsFile *results, const char *part, PetscInt stage, hid
 }
 
 /* The same for a frame: a new file with one group. */
-static int open_frame(const char *part, hid_t *file, hid_t *stages)
+static int open_frame(const ResultsFile *results, const char *part, hid_t *file, hid_t *stages)
 {
   *file = H5Fcreate(part, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  *stages = *file < 0 ? -1 : H5Gopen2(*file, "/", H5P_DEFAULT);
+  *stages = *file < 0 || write_run(*file, results) ? -1 : H5Gopen2(*file, "/", H5P_DEFAULT);
   return *stages < 0 ? -1 : 0;
 }
 
@@ -426,7 +456,8 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt f
   if (frame) snprintf(file_name, sizeof(file_name), "%s.h5", name);
   snprintf(part, sizeof(part), "%s/%s.part", results->folder, file_name);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  int error = frame ? open_frame(part, &file, &stages) : open_part(results, part, stage, &file, &stages);
+  int error = frame ? open_frame(results, part, &file, &stages)
+                    : open_part(results, part, stage, &file, &stages);
   if (!error) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
           write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||

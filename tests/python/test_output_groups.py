@@ -197,6 +197,24 @@ def test_restart_with_other_groups_is_refused(folder):
     assert done.returncode == 0, done.stderr
 
 
+def test_restart_into_results_of_another_run_is_refused(folder):
+    """Its stages have the same names, its friction is another: results.h5 is refused and stays as it is. The same run again,
+    with other options that change no result, is not another."""
+    for out, *options in (("own",), ("own_again", "-checkpoint_keep", "9", "-title", "again"), ("others", "-joints_default_friction", "20")):
+        assert run_quoin(folder, out, 1, *options).returncode == 0
+    before = (folder / "others/results.h5").read_bytes()
+    done = run_quoin(folder, "others", 1, "-restart", str(folder / "own/checkpoints"))
+    assert done.returncode == 10
+    lines = [line for line in done.stderr.splitlines() if line.startswith("quoin: ")]
+    assert lines == ["quoin: error: restart: 'others/results.h5' is of another run than the checkpoint: give another folder as output"]
+    assert (folder / "others/results.h5").read_bytes() == before
+    for out in ("own", "own_again"):
+        done = run_quoin(folder, out, 1, "-restart", str(folder / "own/checkpoints"))
+        assert done.returncode == 0 and "goes on from" in done.stdout and "begins anew" not in done.stderr, done.stderr
+    with h5py.File(folder / "own/results.h5") as own, h5py.File(folder / "others/results.h5") as others:
+        assert own.attrs["run"] != others.attrs["run"]
+
+
 def test_an_interrupted_run_names_its_checkpoint(folder):
     done = run_quoin(folder, "n" * 200, 1, "-checkpoint_wall_limit", "1e-6")
     evidence = json.loads((folder / ("n" * 200) / "summary.json").read_text(encoding="utf-8"))["stages"][-1]["evidence"]
