@@ -62,7 +62,8 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_node
     BodyMotion *b = motion + m->vertex_condensed[vertex[0]];
     BlockGeometry(m->X, vertex, n_nodes, &area, centroid, &polar);
     b->energy += energy[i];
-    b->modulus += (m->lambda[e->group[i]] + 2. * m->mu[e->group[i]]) * area * m->thickness;
+    const Lame lame = m->lame[e->group[i]];
+    b->modulus += (lame.lambda + 2. * lame.mu) * area * m->thickness;
   }
   PetscCall(PetscFree(energy));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -9,15 +9,13 @@ static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GA
 /* h: model->hourglass; NULL, as a constant where speed matters, when all blocks are ELEMENT_FULL. */
 KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
 {
-  const PetscReal *lambda = model->lambda, *mu = model->mu;
-  const Lanes l = {lambda[g[0]], lambda[g[1]], lambda[g[2]], lambda[g[3]]},
-              n = {mu[g[0]], mu[g[1]], mu[g[2]], mu[g[3]]};
-  if (!h) return (LanesMaterial){l, n, {{0.}, {0.}, {0.}}, {0}};
+  const LanesVector lame = GatherVertex(&model->lame->lambda, g);
+  if (!h) return (LanesMaterial){lame.x, lame.y, {{0.}, {0.}, {0.}}, {0}};
   const PetscInt at[LANES] = {3 * g[0], 3 * g[1], 3 * g[2], 3 * g[3]};
   const Lanes c0 = {h[at[0]], h[at[1]], h[at[2]], h[at[3]]},
               c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
               c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
-  return (LanesMaterial){l, n, {c0, c1, c2}, c0 > 0.};
+  return (LanesMaterial){lame.x, lame.y, {c0, c1, c2}, c0 > 0.};
 }
 
 KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
@@ -26,9 +24,9 @@ KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
 }
 
 /* E and nu of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
-void ElementHourglass(Formulation element, PetscReal lambda, PetscReal mu, PetscReal coefficient,
-                      PetscReal hourglass[3])
+void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3])
 {
+  const PetscReal lambda = lame.lambda, mu = lame.mu;
   const PetscReal nu = lambda / (lambda + 2. * mu), E = 4. * mu * (lambda + mu) / (lambda + 2. * mu);
   for (int i = 0; i < 3; i++) hourglass[i] = 0.;
   if (element == ELEMENT_BENDING) hourglass[0] = E, hourglass[2] = -nu * E;
@@ -38,7 +36,8 @@ void ElementHourglass(Formulation element, PetscReal lambda, PetscReal mu, Petsc
 /* Vertices of LANES elements from element `first` on: vertex i of a lane stands at [i * BATCH + lane]. */
 KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
 {
-  return e->vertex + (first / BATCH) * n_nodes * BATCH + first % BATCH;
+  const size_t i = (size_t)first;
+  return e->vertex + (i / BATCH) * n_nodes * BATCH + i % BATCH;
 }
 
 /* ---- forces (10) */

@@ -147,32 +147,45 @@ KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, in
    where x_b = X_b + u_b are the current tangents. Neither F nor P is needed. In small strain P = S, and x_b
    is X_b.
 
-   How, without g_a and without Cartesian components: the strain has the natural components
+   How, without g_a and without Cartesian components: twice the strain has the natural components
 
-     E_ab = X_a . E X_b = (X_a . u_b + u_a . X_b + u_a . u_b)/2
-          = (h_a . u_b + h_b . u_a)/2,   h_a = X_a + u_a/2   (small strain: h_a = X_a),
+     D_ab = 2 X_a . E X_b = X_a . u_b + u_a . x_b,   so D_aa = (X_a + x_a) . u_a,
 
    the metric is G_ab = X_a . X_b with det G = J^2, and T = J G^-1 (lambda tr + 2 mu E) G^-1 in these. Let
 
-     A = J^2 G^-1 = [G_22 -G_12; -G_12 G_11],   e = sum A_ab E_ab,   so that tr E = e/J^2.
+     A = J^2 G^-1 = [G_22 -G_12; -G_12 G_11],   d = sum A_ab D_ab,   so that tr E = d / (2 J^2).
 
-   By Cayley and Hamilton A E A = e A - J^2 E*, with E* = [E_22 -E_12; -E_12 E_11], hence
+   By Cayley and Hamilton A D A = d A - J^2 D*, with D* = [D_22 -D_12; -D_12 D_11], hence
 
-     T = ((lambda + 2 mu) e / J^3) A - (2 mu / J) E*.
+     T = (c A - mu D*) / J,   c = (lambda/2 + mu) d / J^2.
 
    A change of scale in xi, eta leaves T as it is. */
-KERNEL LanesTensor NaturalStress(LanesVector X1, LanesVector X2, LanesVector u1, LanesVector u2,
-                                 const LanesMaterial *m, int large)
+typedef struct { /* a tangent in the reference state, its change, the present one; its G_aa, D_aa, mu D_aa */
+  LanesVector X, u, x;
+  Lanes G, D, mu_D;
+} LanesTangent;
+
+KERNEL LanesTangent TangentOf(LanesVector X, LanesVector u, Lanes mu, int large)
 {
-  const LanesVector h1 = large ? VectorAdd(X1, VectorScale(0.5, u1)) : X1,
-                    h2 = large ? VectorAdd(X2, VectorScale(0.5, u2)) : X2;
-  const Lanes E11 = VectorDot(h1, u1), E22 = VectorDot(h2, u2),
-              twice_E12 = VectorDot(h1, u2) + VectorDot(h2, u1);
-  const Lanes G11 = VectorDot(X1, X1), G22 = VectorDot(X2, X2), G12 = VectorDot(X1, X2);
-  const Lanes r = 1. / VectorCross(X1, X2), mu_r = m->mu * r, two_mu_r = mu_r + mu_r;
-  const Lanes e = G22 * E11 + G11 * E22 - G12 * twice_E12,
-              p = (m->lambda + (m->mu + m->mu)) * r * e * (r * r);
-  return (LanesTensor){p * G22 - two_mu_r * E22, p * G11 - two_mu_r * E11, mu_r * twice_E12 - p * G12};
+  const LanesVector x = large ? VectorAdd(X, u) : X;
+  const Lanes D = VectorDot(VectorAdd(X, x), u);
+  return (LanesTangent){X, u, x, VectorDot(X, X), D, mu * D};
+}
+
+/* p, q: along xi, eta. modulus: lambda/2 + mu. */
+KERNEL LanesTensor NaturalStress(const LanesTangent *p, const LanesTangent *q, Lanes modulus, Lanes mu)
+{
+  const Lanes r = 1. / VectorCross(p->X, q->X), G12 = VectorDot(p->X, q->X),
+              D12 = VectorDot(p->X, q->u) + VectorDot(p->u, q->x);
+  const Lanes d = q->G * p->D + p->G * q->D - (G12 + G12) * D12, c = modulus * (r * r) * d;
+  return (LanesTensor){(c * q->G - q->mu_D) * r, (c * p->G - p->mu_D) * r, (mu * D12 - c * G12) * r};
+}
+
+/* At the centre of a block. */
+KERNEL LanesTensor CentreStress(const LanesModes *X, const LanesModes *u, const LanesMaterial *m, int large)
+{
+  const LanesTangent p = TangentOf(X->a, u->a, m->mu, large), q = TangentOf(X->b, u->b, m->mu, large);
+  return NaturalStress(&p, &q, 0.5 * m->lambda + m->mu, m->mu);
 }
 
 /* From the forces on the modes to those on the vertices. */
@@ -193,22 +206,23 @@ KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVect
    modes, xi, eta = +-g and k = g h, this is
      R1 = t11 a + t12 b + s1 k,   R2 = t12 a + t22 b + s2 k,   RH = g (s1 a + s2 b + s3 k),   t_ab = sum T_ab,
      s1 = sum (eta T11 + xi T12)/g,  s2 = sum (eta T12 + xi T22)/g,  s3 = t11 + t22 + 2 sum xi eta T12/g^2.
-   Here a, b, h are four times the modes: T does not change, R is four times as large. */
+   Here a, b, h are four times the modes: T does not change, R is four times as large; w, for all of it, is in
+   the moduli. */
 KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
                     PetscReal thickness, int large, LanesVector f[4])
 {
+  const PetscReal w = 0.0625 * thickness;
+  const Lanes mu = w * m->mu, modulus = 0.5 * w * m->lambda + mu;
   const LanesModes XM = Q4FourModes(X), uM = Q4FourModes(u);
   const LanesVector Xk = VectorScale(GAUSS, XM.h), uk = VectorScale(GAUSS, uM.h);
-  /* tangents X,xi below and above the middle, X,eta left and right of it; of u likewise */
-  const LanesVector X1m = VectorSubtract(XM.a, Xk), X1p = VectorAdd(XM.a, Xk);
-  const LanesVector X2m = VectorSubtract(XM.b, Xk), X2p = VectorAdd(XM.b, Xk);
-  const LanesVector u1m = VectorSubtract(uM.a, uk), u1p = VectorAdd(uM.a, uk);
-  const LanesVector u2m = VectorSubtract(uM.b, uk), u2p = VectorAdd(uM.b, uk);
+  /* tangents along xi below and above the middle, along eta left and right of it */
+  const LanesTangent b1 = TangentOf(VectorSubtract(XM.a, Xk), VectorSubtract(uM.a, uk), mu, large),
+                     a1 = TangentOf(VectorAdd(XM.a, Xk), VectorAdd(uM.a, uk), mu, large),
+                     l2 = TangentOf(VectorSubtract(XM.b, Xk), VectorSubtract(uM.b, uk), mu, large),
+                     r2 = TangentOf(VectorAdd(XM.b, Xk), VectorAdd(uM.b, uk), mu, large);
   /* T at (xi, eta) = (-,-), (+,-), (+,+), (-,+) */
-  const LanesTensor T0 = NaturalStress(X1m, X2m, u1m, u2m, m, large);
-  const LanesTensor T1 = NaturalStress(X1m, X2p, u1m, u2p, m, large);
-  const LanesTensor T2 = NaturalStress(X1p, X2p, u1p, u2p, m, large);
-  const LanesTensor T3 = NaturalStress(X1p, X2m, u1p, u2m, m, large);
+  const LanesTensor T0 = NaturalStress(&b1, &l2, modulus, mu), T1 = NaturalStress(&b1, &r2, modulus, mu),
+                    T2 = NaturalStress(&a1, &r2, modulus, mu), T3 = NaturalStress(&a1, &l2, modulus, mu);
   /* sums over a row of points (below, above) or a column (left, right) */
   const Lanes below = T0.xx + T1.xx, above = T2.xx + T3.xx, left = T0.yy + T3.yy, right = T1.yy + T2.yy;
   const Lanes low = T0.xy + T1.xy, high = T2.xy + T3.xy, p = T1.xy - T0.xy, q = T2.xy - T3.xy;
@@ -217,11 +231,10 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
   const Lanes s3 = t11 + t22 + (d + d);
   const LanesVector a = large ? VectorAdd(XM.a, uM.a) : XM.a, b = large ? VectorAdd(XM.b, uM.b) : XM.b,
                     k = large ? VectorAdd(Xk, uk) : Xk;
-  const PetscReal w = 0.0625 * thickness, wg = GAUSS * w;
-  const LanesVector R1 = {w * (t11 * a.x + t12 * b.x + s1 * k.x), w * (t11 * a.y + t12 * b.y + s1 * k.y)};
-  const LanesVector R2 = {w * (t12 * a.x + t22 * b.x + s2 * k.x), w * (t12 * a.y + t22 * b.y + s2 * k.y)};
-  const LanesVector RH = {wg * (s1 * a.x + s2 * b.x + s3 * k.x), wg * (s1 * a.y + s2 * b.y + s3 * k.y)};
-  ModeForces(R1, R2, RH, f);
+  const LanesVector R1 = {t11 * a.x + t12 * b.x + s1 * k.x, t11 * a.y + t12 * b.y + s1 * k.y};
+  const LanesVector R2 = {t12 * a.x + t22 * b.x + s2 * k.x, t12 * a.y + t22 * b.y + s2 * k.y};
+  const LanesVector RH = {s1 * a.x + s2 * b.x + s3 * k.x, s1 * a.y + s2 * b.y + s3 * k.y};
+  ModeForces(R1, R2, VectorScale(GAUSS, RH), f);
 }
 
 /* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly; bending
@@ -277,7 +290,7 @@ KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], cons
   const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
   const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
   const LanesHourglass o = Hourglass(&XM, &uM, &x, m);
-  const LanesTensor T = NaturalStress(XM.a, XM.b, uM.a, uM.b, m, large);
+  const LanesTensor T = CentreStress(&XM, &uM, m, large);
   const Lanes c1 = VectorDot(o.g1, o.c), c2 = VectorDot(o.g2, o.c);
   const Lanes h1 = VectorDot(o.g1, XM.h), h2 = VectorDot(o.g2, XM.h);
   const LanesVector Fc = {x.a.x * c1 + x.b.x * c2, x.a.y * c1 + x.b.y * c2};
@@ -296,7 +309,7 @@ KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesM
 {
   const LanesModes XM = T3Modes(X), uM = T3Modes(u);
   const LanesVector x1 = large ? VectorAdd(XM.a, uM.a) : XM.a, x2 = large ? VectorAdd(XM.b, uM.b) : XM.b;
-  const LanesTensor T = NaturalStress(XM.a, XM.b, uM.a, uM.b, m, large);
+  const LanesTensor T = CentreStress(&XM, &uM, m, large);
   const PetscReal w = 0.5 * thickness;
   f[1] = (LanesVector){w * (T.xx * x1.x + T.xy * x2.x), w * (T.xx * x1.y + T.xy * x2.y)};
   f[2] = (LanesVector){w * (T.xy * x1.x + T.yy * x2.x), w * (T.xy * x1.y + T.yy * x2.y)};

@@ -27,31 +27,53 @@ KERNEL void BinAddLanes(const Bins *bins, Lanes x, Lanes sum[2])
   sum[1] += (rest + bins->a[1]) - bins->a[1];
 }
 
+/* Terms of (37) of LANES degrees of freedom. */
+typedef struct {
+  Lanes num, den;
+} Terms;
+
+KERNEL void AddTerms(Sweep *w, Terms t)
+{
+  w->num_max = Larger(Absolute(t.num), w->num_max);
+  w->den_max = Larger(t.den, w->den_max);
+  BinAddLanes(&w->num_bins, t.num, w->num);
+  BinAddLanes(&w->den_bins, t.den, w->den);
+}
+
 /* LANES degrees of freedom. in_q: NULL when all enter the quotient. f_old has done its work then and is
    cleared for the forces of the next cycle while it is in the cache. */
-KERNEL void MoveLanes(Sweep *w, const PetscReal *f_now, PetscReal *f_old, const PetscReal *f_ext,
-                      const PetscReal *mass, const PetscReal *m_inv, const PetscReal *in_q, PetscReal *v_at,
-                      PetscReal *u_at)
+KERNEL Terms MoveLanes(const Sweep *w, const PetscReal *f_now, PetscReal *f_old, const PetscReal *f_ext,
+                       const PetscReal *mass, const PetscReal *m_inv, const PetscReal *in_q, PetscReal *v_at,
+                       PetscReal *u_at)
 {
   const Lanes f = LoadLanes(f_now), df = f - LoadLanes(f_old), v = LoadLanes(v_at);
   StoreLanes(f_old, LanesOf(0.));
   // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see relax.c
   Lanes num = v * df, den = LoadLanes(mass) * v * v;
   if (in_q) num *= LoadLanes(in_q), den *= LoadLanes(in_q);
-  w->num_max = Larger(Absolute(num), w->num_max);
-  w->den_max = Larger(den, w->den_max);
-  BinAddLanes(&w->num_bins, num, w->num);
-  BinAddLanes(&w->den_bins, den, w->den);
   // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step
   const Lanes r = LoadLanes(f_ext) - f - w->beta * df;
   const Lanes v_new = (v * w->d1 + LoadLanes(m_inv) * r * w->dt) * w->d2;
   StoreLanes(v_at, v_new);
   StoreLanes(u_at, LoadLanes(u_at) + v_new * w->dt);
+  return (Terms){num, den};
+}
+
+/* x + y of the vertices of two vectors, a term of each: the same on any rank, and half as many to be cut into
+   bins as degrees of freedom. */
+KERNEL Lanes ByVertex(Lanes p, Lanes q)
+{
+  return __builtin_shufflevector(p, q, 0, 4, 2, 6) + __builtin_shufflevector(p, q, 1, 5, 3, 7);
+}
+
+KERNEL void AddVertices(Sweep *w, Terms p, Terms q)
+{
+  AddTerms(w, (Terms){ByVertex(p.num, q.num), ByVertex(p.den, q.den)});
 }
 
 /* The last n < LANES of them, by way of copies filled up with zeros. */
-static void move_rest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *f_old, PetscReal *v,
-                      PetscReal *u)
+static Terms move_rest(const Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *f_old,
+                       PetscReal *v, PetscReal *u)
 {
   PetscReal copy[8][LANES] = {{0.}};
   for (int i = 0; i < 6; i++)
@@ -59,29 +81,53 @@ static void move_rest(Sweep *w, PetscInt n, const PetscReal *const in[6], PetscR
   memset(f_old, 0, n * sizeof(PetscReal));
   memcpy(copy[6], v, n * sizeof(PetscReal));
   memcpy(copy[7], u, n * sizeof(PetscReal));
-  MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], in[5] ? copy[5] : NULL, copy[6], copy[7]);
+  const Terms t = MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], in[5] ? copy[5] : NULL, copy[6],
+                            copy[7]);
   memcpy(v, copy[6], n * sizeof(PetscReal));
   memcpy(u, copy[7], n * sizeof(PetscReal));
+  return t;
 }
 
-KERNEL void Move_code(const Model *m, State *s, PetscInt from, PetscInt to, Sweep *w)
+/* Degrees of freedom from d on, in arrays of the state. */
+KERNEL Terms MoveAt(const Sweep *w, const State *s, const PetscReal *q, PetscInt d)
 {
-  const PetscReal *q = m->in_quotient;
+  return MoveLanes(w, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, q ? q + d : NULL,
+                   s->v + d, s->u + d);
+}
+
+/* vertices: the range is of whole vertices, not of bodies. */
+KERNEL void MoveLoop(Sweep *w, const State *s, const PetscReal *q, int vertices, PetscInt from, PetscInt to)
+{
+  const Terms none = {LanesOf(0.), LanesOf(0.)};
   PetscInt d = from;
-  Sweep sums = *w; // in registers
-  if (q)
-    for (; d + LANES <= to; d += LANES)
-      MoveLanes(&sums, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, q + d, s->v + d,
-                s->u + d);
-  else
-    for (; d + LANES <= to; d += LANES)
-      MoveLanes(&sums, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, NULL, s->v + d,
-                s->u + d);
-  if (d < to) {
+  if (vertices)
+    for (; d + 2 * LANES <= to; d += 2 * LANES) {
+      const Terms first = MoveAt(w, s, q, d);
+      AddVertices(w, first, MoveAt(w, s, q, d + LANES));
+    }
+  while (d < to) {
+    const PetscInt n = PetscMin(LANES, to - d);
     const PetscReal *const in[6] = {s->f + d, s->f_old + d, s->f_ext + d,
                                     s->m + d, s->m_inv + d, q ? q + d : NULL};
-    move_rest(&sums, to - d, in, s->f_old + d, s->v + d, s->u + d);
+    const Terms t = n == LANES ? MoveAt(w, s, q, d) : move_rest(w, n, in, s->f_old + d, s->v + d, s->u + d);
+    if (vertices)
+      AddVertices(w, t, none);
+    else
+      AddTerms(w, t);
+    d += n;
   }
+}
+
+KERNEL void Move_code(const Model *m, State *state, PetscInt from, PetscInt to, Sweep *w)
+{
+  const State s = *state; // no store changes its pointers, the compiler sees
+  Sweep sums = *w;        // in registers
+  if (from < 3 * m->n_bodies) MoveLoop(&sums, &s, m->in_quotient, 0, from, PetscMin(to, 3 * m->n_bodies));
+  from = PetscMax(from, 3 * m->n_bodies);
+  if (m->in_quotient)
+    MoveLoop(&sums, &s, m->in_quotient, 1, from, to);
+  else
+    MoveLoop(&sums, &s, NULL, 1, from, to);
   *w = sums;
 }
 

@@ -214,8 +214,7 @@ void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead
 PetscErrorCode ElementChunksDone(Model *model);
 /* Stiffness [Pa] of a one-point block against its hourglass modes, see element_kernels.h: Q4OnePointForce;
    zero for ELEMENT_FULL. coefficient: of ELEMENT_REDUCED. */
-void ElementHourglass(Formulation element, PetscReal lambda, PetscReal mu, PetscReal coefficient,
-                      PetscReal hourglass[3]);
+void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3]);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);

@@ -278,9 +278,9 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
   m->n_groups = mesh->n_groups;
   m->thickness = scene->thickness;
   m->strain = scene->strain;
-  PetscCall(PetscMalloc7(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups,
-                         &m->group_condensed, m->n_groups, &m->lambda, m->n_groups, &m->mu, m->n_groups,
-                         &m->density, m->n_groups, &m->group_upgradeable));
+  PetscCall(PetscMalloc6(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups,
+                         &m->group_condensed, m->n_groups, &m->lame, m->n_groups, &m->density, m->n_groups,
+                         &m->group_upgradeable));
   for (PetscInt g = 0; g < m->n_groups; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson;
@@ -289,13 +289,13 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
     m->group_condensed[g] = material->condensed;
     m->density[g] = material->density;
     m->group_upgradeable[g] = material->upgradeable;
-    m->mu[g] = E / (2. * (1. + nu));
-    m->lambda[g] = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
-                                                : E * nu / (1. - nu * nu);
+    m->lame[g].mu = E / (2. * (1. + nu));
+    m->lame[g].lambda = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
+                                                     : E * nu / (1. - nu * nu);
     if (material->element != ELEMENT_FULL && !m->hourglass)
       PetscCall(PetscCalloc1(3 * m->n_groups, &m->hourglass));
     if (material->element != ELEMENT_FULL)
-      ElementHourglass(material->element, m->lambda[g], m->mu[g], material->hourglass, m->hourglass + 3 * g);
+      ElementHourglass(material->element, m->lame[g], material->hourglass, m->hourglass + 3 * g);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -394,7 +394,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree(m->vertex_condensed));
   PetscCall(FacesDestroy(m));
   PetscCall(PetscFree(m->ghosts));
-  PetscCall(PetscFree7(m->group_names, m->group_rigid, m->group_condensed, m->lambda, m->mu, m->density,
+  PetscCall(PetscFree6(m->group_names, m->group_rigid, m->group_condensed, m->lame, m->density,
                        m->group_upgradeable));
   PetscCall(PetscFree2(m->face_set_names, m->face_set_start));
   PetscCall(PetscFree(m->face_set_faces));

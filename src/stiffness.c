@@ -153,7 +153,7 @@ static PetscErrorCode add_bodies(const Model *m, const PetscReal *u_vertex, cons
   PetscReal stiffest = 1.;
   PetscFunctionBeginUser;
   for (PetscInt g = 0; g < m->n_groups; g++)
-    if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->mu[g] * m->thickness);
+    if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->lame[g].mu * m->thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
   PetscCall(add_elements(m, &m->q4, 4, u_vertex, s, matrix));

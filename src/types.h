@@ -123,6 +123,11 @@ typedef struct {
   PetscReal *thick;  /* [m] (n,) reach of its block behind the face, reference state */
 } Faces;
 
+/* Lame constants of the plane problem [Pa]: in plane stress lambda is reduced. */
+typedef struct {
+  PetscReal lambda, mu;
+} Lame;
+
 typedef struct {
   MPI_Comm comm;
   PetscMPIInt rank, size;
@@ -182,9 +187,9 @@ typedef struct {
   char (*group_names)[NAME_LENGTH];
   PetscInt *group_rigid;
   PetscBool *group_condensed;
-  PetscReal *hourglass;   /* [Pa] (n_groups,3) ElementHourglass of each group; NULL: all are ELEMENT_FULL */
-  PetscReal *lambda, *mu; /* [Pa] Lame constants of the plane problem (plane stress: lambda reduced) */
-  PetscReal *density;     /* [kg/m3] */
+  PetscReal *hourglass; /* [Pa] (n_groups,3) ElementHourglass of each group; NULL: all are ELEMENT_FULL */
+  Lame *lame;           /* of each group */
+  PetscReal *density;   /* [kg/m3] */
   PetscBool *group_upgradeable;
   PetscReal thickness; /* [m] */
   StrainMeasure strain;

@@ -71,7 +71,7 @@ __attribute__((noinline)) static PetscErrorCode MeasureTextbook(Bench *b)
   PetscFunctionBeginUser;
   for (PetscInt e = 0; e < m->q4.n; e++) {
     const PetscInt *vertex = m->q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, g = m->q4.group[e];
-    const PetscReal lambda = m->lambda[g], mu = m->mu[g], sum = lambda + 2. * mu;
+    const PetscReal lambda = m->lame[g].lambda, mu = m->lame[g].mu, sum = lambda + 2. * mu;
     const PetscReal D[3][3] = {{sum, lambda, 0.}, {lambda, sum, 0.}, {0., 0., mu}};
     PetscReal X[4][2], u[8], f[8];
     for (int i = 0; i < 8; i++) {

@@ -207,7 +207,8 @@ static PetscErrorCode Permute(const Model *m, Contacts *c, const PetscInt *to)
 }
 
 /* The pairs share no vertex, so only the lane, what the other lanes of its batch are and do, and whether
-   results are asked for, could change bits. Where faces match, lanes that do so together take a shorter way. */
+   results are asked for, could change bits. Where faces match, lanes that do so together take a shorter
+   way. */
 static PetscErrorCode ForceDoesNotDependOnTheLane(void)
 {
   static PetscReal u[MAX_DOF], force[2][MAX_DOF];

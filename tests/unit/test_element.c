@@ -11,7 +11,8 @@ typedef struct {
   Model model;
   int n_nodes;
   PetscReal X[2 * (MAX_VERTICES + DUMMY_VERTICES)], u[2 * (MAX_VERTICES + DUMMY_VERTICES)];
-  PetscReal f[2 * (MAX_VERTICES + DUMMY_VERTICES)], lambda[2], mu[2], density[2], hourglass[6];
+  PetscReal f[2 * (MAX_VERTICES + DUMMY_VERTICES)], density[2], hourglass[6];
+  Lame lame[2];
   PetscInt vertex[4 * MAX_ELEMENTS], group[MAX_ELEMENTS];
   bool owned[MAX_ELEMENTS];
 } Patch;
@@ -44,7 +45,7 @@ static void PatchCreate(Patch *p, int n_vertices, const PetscReal (*X)[2], int n
                                                                        : n_vertices + i;
   }
   p->model.X = p->X, p->model.thickness = 1, p->model.n_groups = 2;
-  p->model.lambda = p->lambda, p->model.mu = p->mu, p->model.density = p->density;
+  p->model.lame = p->lame, p->model.density = p->density;
 }
 
 /* of groups 0 and 1 of every patch */
@@ -54,10 +55,8 @@ static void PatchMaterial(Patch *p, PetscReal young, PetscReal poisson, PetscRea
 {
   PetscReal mu = young / (2 * (1 + poisson)), lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   if (plane == PLANE_STRESS) lambda = 2 * lambda * mu / (lambda + 2 * mu);
-  for (int g = 0; g < 2; g++)
-    p->lambda[g] = (g + 1) * lambda, p->mu[g] = (g + 1) * mu, p->density[g] = density;
-  for (int g = 0; g < 2; g++)
-    ElementHourglass(formulation[g], p->lambda[g], p->mu[g], 0.1, p->hourglass + 3 * g);
+  for (int g = 0; g < 2; g++) p->lame[g] = (Lame){(g + 1) * lambda, (g + 1) * mu}, p->density[g] = density;
+  for (int g = 0; g < 2; g++) ElementHourglass(formulation[g], p->lame[g], 0.1, p->hourglass + 3 * g);
   p->model.hourglass = formulation[0] || formulation[1] ? p->hourglass : NULL;
 }
 
@@ -167,8 +166,8 @@ static PetscErrorCode TestRotation(void)
       PetscCall(PatchForces(&p));
       for (int i = 8; i < 16; i++) ENSURE_NEAR(p.f[i], 0, 1e-14 * 1e6);
       /* E_xx = a + a^2/2, S = lambda tr E + 2 mu E, sigma_xx = F_xx^2 S_xx / F_xx, sigma_yy = S_yy / F_xx */
-      const PetscReal E = a + a * a / 2, sx = (1 + a) * (p.lambda[0] + 2 * p.mu[0]) * E,
-                      sy = p.lambda[0] * E / (1 + a);
+      const PetscReal E = a + a * a / 2, sx = (1 + a) * (p.lame[0].lambda + 2 * p.lame[0].mu) * E,
+                      sy = p.lame[0].lambda * E / (1 + a);
       PetscCall(EnsureStress(
           &p, (PetscReal[3]){c * c * sx + s * s * sy, s * s * sx + c * c * sy, c * s * (sx - sy)},
           1e-14 * 1e6));
@@ -437,7 +436,7 @@ static PetscErrorCode TestLanes(void)
     for (int k = 0; k < 11; k++) {
       LanesVector x[4], d[4], F[4];
       const Lanes zero = {0};
-      const LanesMaterial material = {.lambda = zero + p.lambda[k % 2], .mu = zero + p.mu[k % 2]};
+      const LanesMaterial material = {.lambda = zero + p.lame[k % 2].lambda, .mu = zero + p.lame[k % 2].mu};
       for (int i = 0; i < 4; i++) {
         x[i] = (LanesVector){zero + X[4 * k + i][0], zero + X[4 * k + i][1]};
         d[i] = (LanesVector){zero + u[8 * k + 2 * i], zero + u[8 * k + 2 * i + 1]};
