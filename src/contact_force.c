@@ -43,14 +43,18 @@ static int are_zero(PetscInt first, const PetscReal *x)
   return !any;
 }
 
+static int same_place(const PetscReal *x, const PetscReal *y)
+{
+  return x[0] == y[0] && x[1] == y[1];
+}
+
 /* Whether the faces of contact i are one line in the reference state. */
 static int faces_match(const PetscReal *X, const Contacts *c, PetscInt i)
 {
   const PetscReal *x[CONTACT_ROWS];
   for (int row = 0; row < CONTACT_ROWS; row++) x[row] = X + 2 * c->vertex[CONTACT_ROW(i, row)];
   return c->klass[i] == FF1_12 && c->t[SUB(i, 0)] == 1. && c->t[SUB(i, 1)] == 0. &&
-         !memcmp(x[ROW_P], x[ROW_B], 2 * sizeof(PetscReal)) &&
-         !memcmp(x[ROW_Q], x[ROW_A], 2 * sizeof(PetscReal));
+         same_place(x[ROW_P], x[ROW_B]) && same_place(x[ROW_Q], x[ROW_A]);
 }
 
 void ContactsSetTraits(const Model *m, Contacts *c)
