@@ -71,23 +71,6 @@ KERNEL void AddVertices(Sweep *w, Terms p, Terms q)
   AddTerms(w, (Terms){ByVertex(p.num, q.num), ByVertex(p.den, q.den)});
 }
 
-/* The last n < LANES of them, by way of copies filled up with zeros. */
-static Terms move_rest(const Sweep *w, PetscInt n, const PetscReal *const in[6], PetscReal *f_old,
-                       PetscReal *v, PetscReal *u)
-{
-  PetscReal copy[8][LANES] = {{0.}};
-  for (int i = 0; i < 6; i++)
-    if (in[i]) memcpy(copy[i], in[i], n * sizeof(PetscReal));
-  memset(f_old, 0, n * sizeof(PetscReal));
-  memcpy(copy[6], v, n * sizeof(PetscReal));
-  memcpy(copy[7], u, n * sizeof(PetscReal));
-  const Terms t = MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], in[5] ? copy[5] : NULL, copy[6],
-                            copy[7]);
-  memcpy(v, copy[6], n * sizeof(PetscReal));
-  memcpy(u, copy[7], n * sizeof(PetscReal));
-  return t;
-}
-
 /* Degrees of freedom from d on, in arrays of the state. */
 KERNEL Terms MoveAt(const Sweep *w, const State *s, const PetscReal *q, PetscInt d)
 {
@@ -95,26 +78,38 @@ KERNEL Terms MoveAt(const Sweep *w, const State *s, const PetscReal *q, PetscInt
                    s->v + d, s->u + d);
 }
 
+/* The last n < LANES of them, by way of copies filled up with zeros. */
+static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, PetscInt d, PetscInt n)
+{
+  const PetscReal *const in[8] = {s->f + d,     s->f_old + d,     s->f_ext + d, s->m + d,
+                                  s->m_inv + d, q ? q + d : NULL, s->v + d,     s->u + d};
+  const size_t bytes = n * sizeof(PetscReal);
+  PetscReal copy[8][LANES] = {{0.}};
+  for (int i = 0; i < 8; i++)
+    if (in[i]) memcpy(copy[i], in[i], bytes);
+  const Terms t = MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], q ? copy[5] : NULL, copy[6],
+                            copy[7]);
+  memset(s->f_old + d, 0, bytes);
+  memcpy(s->v + d, copy[6], bytes);
+  memcpy(s->u + d, copy[7], bytes);
+  return t;
+}
+
 /* vertices: the range is of whole vertices, not of bodies. */
 KERNEL void MoveLoop(Sweep *w, const State *s, const PetscReal *q, int vertices, PetscInt from, PetscInt to)
 {
   const Terms none = {LanesOf(0.), LanesOf(0.)};
   PetscInt d = from;
-  if (vertices)
-    for (; d + 2 * LANES <= to; d += 2 * LANES) {
-      const Terms first = MoveAt(w, s, q, d);
-      AddVertices(w, first, MoveAt(w, s, q, d + LANES));
-    }
-  while (d < to) {
-    const PetscInt n = PetscMin(LANES, to - d);
-    const PetscReal *const in[6] = {s->f + d, s->f_old + d, s->f_ext + d,
-                                    s->m + d, s->m_inv + d, q ? q + d : NULL};
-    const Terms t = n == LANES ? MoveAt(w, s, q, d) : move_rest(w, n, in, s->f_old + d, s->v + d, s->u + d);
+  for (; vertices && d + 2 * LANES <= to; d += 2 * LANES) {
+    const Terms first = MoveAt(w, s, q, d);
+    AddVertices(w, first, MoveAt(w, s, q, d + LANES));
+  }
+  for (; d < to; d += LANES) {
+    const Terms t = d + LANES <= to ? MoveAt(w, s, q, d) : move_rest(w, s, q, d, to - d);
     if (vertices)
       AddVertices(w, t, none);
     else
       AddTerms(w, t);
-    d += n;
   }
 }
 
