@@ -13,11 +13,16 @@
    cycles, and with every vertex displaced at random by up to `shake` [m] (so that joints open and close in
    no order), prints one JSON object on rank 0: median and least nanoseconds per element, contact or cycle of
    each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for
-   valgrind --tool=callgrind with --toggle-collect (run.py does that). */
+   valgrind --tool=callgrind with --toggle-collect (run.py does that). On several ranks every rank also has
+   the whole scene to itself, and "speed_up" is the median of what a cycle takes the slower one of them
+   alone over what it takes them together, one directly after the other. */
 #include "stages.h"
 #include <time.h>
 
-typedef struct {
+typedef struct _Bench Bench;
+struct _Bench {
+  Quoin quoin;
+  Bench *alone; /* the whole scene on this rank; NULL on one rank */
   Scene *scene;
   Model *model;
   State *state;
@@ -28,7 +33,7 @@ typedef struct {
   PetscReal *trash;             /* (2 n_vertices + dummies) forces of the plain loops */
   PetscReal *v, *moved, *f_old; /* (n_dof,) velocities, displacements, forces of their update */
   PetscReal sums[2];            /* of the update */
-} Bench;
+};
 
 /* ---- the textbook loop */
 
@@ -184,47 +189,95 @@ static double processor_time(void)
   return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
-/* Median and least seconds of one call over all ranks (the slowest counts), from samples of at least 0.3 ms:
-   short, so that on a machine with other work some pass undisturbed. */
-static PetscErrorCode seconds_of(Bench *b, Measured measured, double seconds, double *median, double *least)
+enum { CYCLE = 5, MEASURED = 8, MOST = 4001 };
+
+static const struct {
+  const char *name;
+  Measured run;
+} parts[MEASURED] = {{"textbook", MeasureTextbook}, {"update", MeasureUpdate},
+                     {"elements", MeasureElements}, {"plain", MeasurePlain},
+                     {"contacts", MeasureContacts}, [CYCLE] = {"cycle", MeasureCycle},
+                     {"exchange", MeasureExchange}, {"sums", MeasureSums}};
+
+/* Seconds of one of `calls` calls; the call before them is not counted: it brings the part's own data into
+   the caches. */
+static PetscErrorCode seconds_of(Bench *b, Measured measured, int calls, double *took)
 {
-  enum { MOST = 4001 };
-  static double sample[MOST];
-  int calls = 1, n = 0, go_on = 1;
-  const MPI_Comm comm = b->model->comm;
   PetscFunctionBeginUser;
-  *median = *least = 0.;
-  if (seconds <= 0.) {
-    PetscCall(measured(b));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(measured(b));
+  PetscCallMPI(MPI_Barrier(b->model->comm));
+  const double from = processor_time();
+  for (int i = 0; i < calls; i++) PetscCall(measured(b));
+  *took = (processor_time() - from) / calls;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On the slowest rank. */
+static PetscErrorCode together(Bench *b, Measured measured, int calls, double *took)
+{
+  PetscFunctionBeginUser;
+  PetscCall(seconds_of(b, measured, calls, took));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, took, 1, MPI_DOUBLE, MPI_MAX, b->model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The slower one of the ranks, each with a cycle of the whole scene, one rank after the other. */
+static PetscErrorCode in_turn(Bench *b, int calls, double *took)
+{
+  PetscFunctionBeginUser;
+  for (int rank = 0; rank < b->model->size; rank++) {
+    PetscCallMPI(MPI_Barrier(b->model->comm));
+    if (rank == b->model->rank) PetscCall(seconds_of(b->alone, MeasureCycle, calls, took));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, took, 1, MPI_DOUBLE, MPI_MAX, b->model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static double median_of(double *sample, int n)
+{
+  qsort(sample, n, sizeof *sample, by_size);
+  return sample[n / 2];
+}
+
+typedef struct {
+  double median[MEASURED], least[MEASURED]; /* [s] */
+  double speed_up;                          /* 0 on one rank */
+} Times;
+
+/* All parts take turns, in samples of at least 0.3 ms: a processor's clock goes up and down by a third with
+   what neighbours do, for seconds at a time, and what is compared must see the same. */
+static PetscErrorCode measure(Bench *b, double seconds, Times *times)
+{
+  static double sample[MEASURED][MOST], speed_up[MOST];
+  int calls[MEASURED], n = 0, go_on = 1;
+  PetscFunctionBeginUser;
+  for (int p = 0; p < MEASURED; p++) {
+    double took;
+    for (calls[p] = 1;; calls[p] *= 2) {
+      PetscCall(together(b, parts[p].run, calls[p], &took));
+      if (took * calls[p] >= 3e-4) break;
+    }
   }
   const double start = MPI_Wtime();
-  while (go_on && n < MOST) {
-    PetscCallMPI(MPI_Barrier(comm));
-    const double from = processor_time();
-    for (int i = 0; i < calls; i++) PetscCall(measured(b));
-    double took = (processor_time() - from) / calls;
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &took, 1, MPI_DOUBLE, MPI_MAX, comm));
-    if (took * calls < 3e-4)
-      calls *= 2;
-    else
-      sample[n++] = took;
-    go_on = n < 5 || MPI_Wtime() - start < seconds;
-    PetscCallMPI(MPI_Bcast(&go_on, 1, MPI_INT, 0, comm));
+  for (; go_on && n < MOST; n++) {
+    for (int p = 0; p < MEASURED; p++) {
+      PetscCall(together(b, parts[p].run, calls[p], &sample[p][n]));
+      if (p != CYCLE || !b->alone) continue;
+      PetscCall(in_turn(b, calls[p], &speed_up[n]));
+      speed_up[n] /= sample[p][n];
+    }
+    go_on = n < 4 || MPI_Wtime() - start < seconds * MEASURED;
+    PetscCallMPI(MPI_Bcast(&go_on, 1, MPI_INT, 0, b->model->comm));
   }
-  qsort(sample, n, sizeof *sample, by_size);
-  *median = sample[n / 2], *least = sample[0];
+  for (int p = 0; p < MEASURED; p++)
+    times->median[p] = median_of(sample[p], n), times->least[p] = sample[p][0];
+  times->speed_up = b->alone ? median_of(speed_up, n) : 0.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode report(Bench *b, double seconds)
 {
-  static const struct {
-    const char *name;
-    Measured run;
-  } parts[] = {{"textbook", MeasureTextbook}, {"update", MeasureUpdate},     {"elements", MeasureElements},
-               {"plain", MeasurePlain},       {"contacts", MeasureContacts}, {"cycle", MeasureCycle},
-               {"exchange", MeasureExchange}, {"sums", MeasureSums}};
+  Times times = {{0.}, {0.}, 0.};
   PetscInt n[3] = {0, 0, b->model->n_owned};
   PetscInt sliding = 0;
   PetscFunctionBeginUser;
@@ -239,12 +292,13 @@ static PetscErrorCode report(Bench *b, double seconds)
       b->model->comm,
       "{\"ranks\": %d, \"n_elements\": %d, \"n_contacts\": %d, \"n_vertices\": %d, \"inelastic\": %d",
       b->model->size, (int)n[0], (int)n[1], (int)n[2], (int)sliding));
-  for (size_t p = 0; p < sizeof parts / sizeof parts[0]; p++) {
-    double median, least;
-    PetscCall(seconds_of(b, parts[p].run, seconds, &median, &least));
-    PetscCall(PetscPrintf(b->model->comm, ", \"%s\": %.6g, \"%s_least\": %.6g", parts[p].name, 1e9 * median,
-                          parts[p].name, 1e9 * least));
+  if (seconds > 0.) PetscCall(measure(b, seconds, &times));
+  for (int p = 0; p < MEASURED; p++) {
+    if (seconds <= 0.) PetscCall(parts[p].run(b));
+    PetscCall(PetscPrintf(b->model->comm, ", \"%s\": %.6g, \"%s_least\": %.6g", parts[p].name,
+                          1e9 * times.median[p], parts[p].name, 1e9 * times.least[p]));
   }
+  if (b->alone) PetscCall(PetscPrintf(b->model->comm, ", \"speed_up\": %.4g", times.speed_up));
   PetscCall(PetscPrintf(b->model->comm, "}\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -259,32 +313,52 @@ static void shake_vertices(Bench *b, double size)
 }
 
 /* argv: "-key value" of the scene behind its first word. */
+static PetscErrorCode prepare(MPI_Comm comm, const char *scene, double shake, int argc, char **argv, Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(QuoinCreate(comm, &b->quoin));
+  PetscCall(QuoinSetFromOptions(b->quoin, scene, argc, argv));
+  PetscCall(QuoinSetUp(b->quoin));
+  PetscCall(QuoinGetParts(b->quoin, &b->scene, &b->model, &b->state, &b->contacts, &b->relax));
+  b->stage = b->scene->stages;
+  PetscCall(LoadsTarget(b->scene, b->model, b->stage, b->state));
+  PetscCall(ScaledMasses(b->scene, b->model, b->stage->joints, b->contacts, b->state));
+  LoadsApply(b->model, b->state, 1.);
+  b->u = b->state->u + 3 * b->model->n_bodies, b->f = b->state->f + 3 * b->model->n_bodies;
+  PetscCall(PetscCalloc1(3 * b->model->n_bodies + 2 * (b->model->n_vertices + DUMMY_VERTICES), &b->trash));
+  PetscCall(PetscCalloc3(b->model->n_dof, &b->v, b->model->n_dof, &b->moved, b->model->n_dof, &b->f_old));
+  for (int i = 0; i < WARM_UP; i++)
+    PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, b->relax, NULL));
+  shake_vertices(b, shake);
+  PetscCall(GhostBegin(b->model, b->u));
+  PetscCall(GhostEnd(b->model, b->u));
+  PetscCall(ContactForces(b->model, b->stage->joints, b->contacts, b->u, b->trash));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(Bench *b)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(b->trash));
+  PetscCall(PetscFree3(b->v, b->moved, b->f_old));
+  PetscCall(QuoinDestroy(&b->quoin));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode run(const char *scene, double seconds, double shake, int argc, char **argv)
 {
-  Quoin quoin;
-  Bench b;
+  Bench b = {0}, alone = {0};
+  PetscMPIInt size;
   PetscFunctionBeginUser;
-  PetscCall(QuoinCreate(PETSC_COMM_WORLD, &quoin));
-  PetscCall(QuoinSetFromOptions(quoin, scene, argc, argv));
-  PetscCall(QuoinSetUp(quoin));
-  PetscCall(QuoinGetParts(quoin, &b.scene, &b.model, &b.state, &b.contacts, &b.relax));
-  b.stage = b.scene->stages;
-  PetscCall(LoadsTarget(b.scene, b.model, b.stage, b.state));
-  PetscCall(ScaledMasses(b.scene, b.model, b.stage->joints, b.contacts, b.state));
-  LoadsApply(b.model, b.state, 1.);
-  b.u = b.state->u + 3 * b.model->n_bodies, b.f = b.state->f + 3 * b.model->n_bodies;
-  PetscCall(PetscCalloc1(3 * b.model->n_bodies + 2 * (b.model->n_vertices + DUMMY_VERTICES), &b.trash));
-  PetscCall(PetscCalloc3(b.model->n_dof, &b.v, b.model->n_dof, &b.moved, b.model->n_dof, &b.f_old));
-  for (int i = 0; i < WARM_UP; i++)
-    PetscCall(Step(b.scene, b.model, b.stage->joints, b.contacts, b.state, b.relax, NULL));
-  shake_vertices(&b, shake);
-  PetscCall(GhostBegin(b.model, b.u));
-  PetscCall(GhostEnd(b.model, b.u));
-  PetscCall(ContactForces(b.model, b.stage->joints, b.contacts, b.u, b.trash));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(prepare(PETSC_COMM_WORLD, scene, shake, argc, argv, &b));
+  if (size > 1 && seconds > 0.) {
+    b.alone = &alone;
+    PetscCall(prepare(PETSC_COMM_SELF, scene, shake, argc, argv, &alone));
+  }
   PetscCall(report(&b, seconds));
-  PetscCall(PetscFree(b.trash));
-  PetscCall(PetscFree3(b.v, b.moved, b.f_old));
-  PetscCall(QuoinDestroy(&quoin));
+  if (b.alone) PetscCall(destroy(&alone));
+  PetscCall(destroy(&b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -7,7 +7,8 @@
 
 Scenes of run.py: `block`, one body of side x side blocks; `wall`, single blocks with joints (tptm) all around, as many.
 Set-up: seconds of wall time that quoin prints, from the start of reading to the first cycle, with its parts. A cycle:
-bench_cycle's least processor time (run.py); its parts: shares that quoin prints. Memory: resident pages of all ranks,
+bench_cycle's least processor time (run.py); its parts: shares that quoin prints. How many times as fast two ranks are:
+its median over turns of a cycle together and a cycle of the whole scene on the slower one of the two processors. Memory: resident pages of all ranks,
 largest, and the median between set-up and the end of the cycles. With --same-bits the two smallest sizes run on 1, 2 and 4 ranks, and the checksums of the
 state are compared. Writes docs/data/scaling.csv, docs/img/scaling_size.png, docs/img/scaling_ranks.png and the table of
 docs/performance.md."""
@@ -42,7 +43,7 @@ SAID, MEMORY = {"block": "one body", "wall": "single blocks"}, ("peak_MiB", "res
 MOST = {"block": 2000, "wall": 1000}  # sides: 4e6 single blocks with 8e6 contacts would take 25 GiB
 SET_UP = ("reading", "checks", "order", "partition", "distribution", "model", "contacts", "output")
 CYCLE = ("exchange", "contacts", "blocks", "rigid bodies", "damping")
-COLUMNS = ("scene", "blocks", "contacts", "ranks", "cycle_ns_per_block", "set_up_s", "peak_MiB", "resident_MiB", "checksum",
+COLUMNS = ("scene", "blocks", "contacts", "ranks", "cycle_ns_per_block", "speed_up", "set_up_s", "peak_MiB", "resident_MiB", "checksum",
            *(f"set_up_{p}" for p in SET_UP), *(f"cycle_{p}" for p in CYCLE))
 
 
@@ -104,7 +105,7 @@ def row_of(options, scene, side, ranks):
         bench = run.measure(options.bench, SCENES[scene], side_of(scene, side), ranks, options.seconds)
     blocks = bench["n_elements"]
     return ({"scene": scene, "blocks": blocks, "contacts": bench["n_contacts"], "ranks": ranks,
-             "cycle_ns_per_block": run.least(bench, "cycle") / blocks, "set_up_s": set_up, "peak_MiB": peak, "resident_MiB": float(np.median(running or [peak])),
+             "cycle_ns_per_block": run.least(bench, "cycle") / blocks, "speed_up": bench.get("speed_up", 1.0), "set_up_s": set_up, "peak_MiB": peak, "resident_MiB": float(np.median(running or [peak])),
              "checksum": stage["checksum"]} | {f"set_up_{k}": v for k, v in parts.items()}
             | {f"cycle_{k}": v for k, v in step.items()})
 
@@ -153,7 +154,7 @@ def draw_ranks(rows):
             pair = {int(r["ranks"]): r for r in rows if r["scene"] == scene and int(r["blocks"]) == blocks}
             whole = float(pair[1]["cycle_ns_per_block"])
             for ranks, r in pair.items():
-                height = float(r["cycle_ns_per_block"]) / whole
+                height = 1.0 / float(r["speed_up"])
                 bottom, x = 0.0, place + 0.2 * (2 * ranks - 3)
                 total = sum(float(r[f"cycle_{p}"]) for p in CYCLE) or 1.0
                 for part, colour in zip(CYCLE, ("tab:red", "tab:orange", "tab:blue", "tab:green", "tab:purple")):
@@ -172,11 +173,9 @@ def draw_ranks(rows):
 
 def write_table(rows):
     ordered = sorted(rows, key=lambda r: (r["scene"], int(r["blocks"]), int(r["ranks"])))
-    one = {(r["scene"], r["blocks"]): float(r["cycle_ns_per_block"]) for r in ordered if r["ranks"] == "1"}
     lines = []
     for r in ordered:
-        own, alone = float(r["cycle_ns_per_block"]), one.get((r["scene"], r["blocks"]))
-        lines.append([SAID[r["scene"]], r["blocks"], r["contacts"], r["ranks"], f"{own:.1f}", f"{alone / own:.2f}" if alone and r["ranks"] != "1" else "",
+        lines.append([SAID[r["scene"]], r["blocks"], r["contacts"], r["ranks"], f"{float(r['cycle_ns_per_block']):.1f}", f"{float(r['speed_up']):.2f}" if r["ranks"] != "1" else "",
                       r["set_up_s"], f"{float(r['set_up_distribution']) + float(r['set_up_partition']):.0%}", *(f"{float(r[k]):.0f}" for k in MEMORY)])  # fmt: skip
     head = ["", "blocks", "contacts", "ranks", "cycle [ns a block]", "times as fast as 1 rank", "reading to first cycle [s]", "of it dealing out to ranks",
             "peak [MiB]", "median after set-up [MiB]"]  # fmt: skip
@@ -207,7 +206,7 @@ def measure(options):
                     writer = csv.DictWriter(f, COLUMNS, lineterminator="\n")
                     writer.writeheader()
                     writer.writerows(rows[key] for key in sorted(rows))
-                print({k: row[k] for k in COLUMNS[:8]}, flush=True)
+                print({k: row[k] for k in COLUMNS[:9]}, flush=True)
 
 
 def main():
