@@ -7,12 +7,15 @@
      plain      contacts reduced to moving their data: gather the four vertices, read the record, add to the
                 forces of the four vertices; no law
 
-     bench_cycle <scene.yaml> <seconds per measurement> [shake] [-key value ...]
+     bench_cycle <scene.yaml>[,<scene.yaml> ...] <seconds per measurement> [shake] [-key value ...]
 
-   with keys of the scene overridden as on quoin's command line (-relaxation_damping paper), after some
-   cycles, and with every vertex displaced at random by up to `shake` [m] (so that joints open and close in
-   no order), prints one JSON object on rank 0: median and least nanoseconds per element, contact or cycle of
-   each part. With 0 seconds every part runs once, inside its own Measure<Part> function, for
+   measures one scene after the other, with keys of each overridden as on quoin's command line
+   (-relaxation_damping paper), after some cycles, and with every vertex displaced at random by up to `shake`
+   [m] (so that joints open and close in no order), and prints a line of JSON for each on rank 0: how many
+   blocks, contacts, ... there are, median and least nanoseconds of one call of each part. Joints start from
+   the history before the shake at every evaluation, as in a static stage with adaptive damping; contacts of a
+   scene whose first stage is dynamic are those in time, results included. With 0 seconds every part runs
+   once, inside its own Measure<Part> function, for
    valgrind --tool=callgrind with --toggle-collect (run.py does that). On several ranks every rank also has
    the whole scene to itself, and "speed_up" is the median of what a cycle takes the slower one of them
    alone over what it takes them together, one directly after the other. */
@@ -131,6 +134,17 @@ __attribute__((noinline)) static PetscErrorCode MeasurePlain(Bench *b)
 
 /* ---- Quoin's own */
 
+/* Into arrays of the bench: what the others measure stays where it is. */
+__attribute__((noinline)) static PetscErrorCode MeasureMotion(Bench *b)
+{
+  State own = *b->state;
+  QuotientSums sums;
+  PetscFunctionBeginUser;
+  own.u = b->moved, own.v = b->v, own.f = b->trash, own.f_old = b->f_old;
+  Integrate(b->model, &own, &b->relax->sums, &sums);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 __attribute__((noinline)) static PetscErrorCode MeasureElements(Bench *b)
 {
   PetscFunctionBeginUser;
@@ -141,7 +155,25 @@ __attribute__((noinline)) static PetscErrorCode MeasureElements(Bench *b)
 __attribute__((noinline)) static PetscErrorCode MeasureContacts(Bench *b)
 {
   PetscFunctionBeginUser;
-  PetscCall(ContactForcesOnly(b->model, b->stage->joints, b->contacts, b->u, b->trash));
+  if (b->contacts->rate != 0.)
+    PetscCall(ContactForces(b->model, b->stage->joints, b->contacts, b->u, b->trash));
+  else
+    PetscCall(ContactForcesOnly(b->model, b->stage->joints, b->contacts, b->u, b->trash));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+__attribute__((noinline)) static PetscErrorCode MeasureRigid(Bench *b)
+{
+  PetscFunctionBeginUser;
+  RigidForces(b->model, b->state->u, b->trash);
+  RigidMotion(b->model, b->state->u);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+__attribute__((noinline)) static PetscErrorCode MeasureCondensed(Bench *b)
+{
+  PetscFunctionBeginUser;
+  CondensedForces(b->model, b->u, b->trash);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,15 +221,22 @@ static double processor_time(void)
   return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
-enum { CYCLE = 5, MEASURED = 8, MOST = 4001 };
+enum { CYCLE = 8, MEASURED = 11, MOST = 4001 };
 
 static const struct {
   const char *name;
   Measured run;
-} parts[MEASURED] = {{"textbook", MeasureTextbook}, {"update", MeasureUpdate},
-                     {"elements", MeasureElements}, {"plain", MeasurePlain},
-                     {"contacts", MeasureContacts}, [CYCLE] = {"cycle", MeasureCycle},
-                     {"exchange", MeasureExchange}, {"sums", MeasureSums}};
+} parts[MEASURED] = {{"textbook", MeasureTextbook},
+                     {"update", MeasureUpdate},
+                     {"motion", MeasureMotion},
+                     {"elements", MeasureElements},
+                     {"plain", MeasurePlain},
+                     {"contacts", MeasureContacts},
+                     {"rigid", MeasureRigid},
+                     {"condensed", MeasureCondensed},
+                     [CYCLE] = {"cycle", MeasureCycle},
+                     {"exchange", MeasureExchange},
+                     {"sums", MeasureSums}};
 
 /* Seconds of one of `calls` calls; the call before them is not counted: it brings the part's own data into
    the caches. */
@@ -277,21 +316,26 @@ static PetscErrorCode measure(Bench *b, double seconds, Times *times)
 
 static PetscErrorCode report(Bench *b, double seconds)
 {
+  enum { BLOCKS, CONTACTS, VERTICES, INELASTIC, BODIES, ENTRIES, COUNTS };
+  const Model *m = b->model;
+  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
+  const Contacts *c = b->contacts;
   Times times = {{0.}, {0.}, 0.};
-  PetscInt n[3] = {0, 0, b->model->n_owned};
-  PetscInt sliding = 0;
+  PetscInt n[COUNTS] = {[VERTICES] = m->n_owned, [BODIES] = m->n_bodies};
   PetscFunctionBeginUser;
-  for (PetscInt e = 0; e < b->model->q4.n; e++) n[0] += b->model->q4.owned[e];
-  for (PetscInt i = 0; i < b->contacts->n_padded; i++) {
-    n[1] += b->contacts->owned[i];
-    sliding += b->contacts->owned[i] && (b->contacts->state[SUB(i, 0)] || b->contacts->state[SUB(i, 1)]);
+  for (int l = 0; l < 6; l++)
+    for (PetscInt e = 0; e < list[l]->n; e++) n[BLOCKS] += list[l]->owned[e];
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    n[CONTACTS] += c->owned[i];
+    n[INELASTIC] += c->owned[i] && (c->state[SUB(i, 0)] || c->state[SUB(i, 1)]);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 3, MPIU_INT, MPI_SUM, b->model->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sliding, 1, MPIU_INT, MPI_SUM, b->model->comm));
-  PetscCall(PetscPrintf(
-      b->model->comm,
-      "{\"ranks\": %d, \"n_elements\": %d, \"n_contacts\": %d, \"n_vertices\": %d, \"inelastic\": %d",
-      b->model->size, (int)n[0], (int)n[1], (int)n[2], (int)sliding));
+  for (PetscInt i = 0; i < m->n_condensed; i++) n[ENTRIES] += m->condensed[i].n_kept * m->condensed[i].n_kept;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, COUNTS, MPIU_INT, MPI_SUM, m->comm));
+  PetscCall(PetscPrintf(m->comm,
+                        "{\"ranks\": %d, \"n_elements\": %d, \"n_contacts\": %d, \"n_vertices\": %d, "
+                        "\"inelastic\": %d, \"n_bodies\": %d, \"n_entries\": %d",
+                        m->size, (int)n[BLOCKS], (int)n[CONTACTS], (int)n[VERTICES], (int)n[INELASTIC],
+                        (int)n[BODIES], (int)n[ENTRIES]));
   if (seconds > 0.) PetscCall(measure(b, seconds, &times));
   for (int p = 0; p < MEASURED; p++) {
     if (seconds <= 0.) PetscCall(parts[p].run(b));
@@ -309,6 +353,7 @@ enum { WARM_UP = 20 };
 
 static void shake_vertices(Bench *b, double size)
 {
+  srand(1); // the same in every scene
   for (PetscInt i = 0; i < 2 * b->model->n_deformable; i++) b->u[i] += size * (2. * rand() / RAND_MAX - 1.);
 }
 
@@ -324,11 +369,13 @@ static PetscErrorCode prepare(MPI_Comm comm, const char *scene, double shake, in
   PetscCall(LoadsTarget(b->scene, b->model, b->stage, b->state));
   PetscCall(ScaledMasses(b->scene, b->model, b->stage->joints, b->contacts, b->state));
   LoadsApply(b->model, b->state, 1.);
+  ContactsHold(b->contacts);
   b->u = b->state->u + 3 * b->model->n_bodies, b->f = b->state->f + 3 * b->model->n_bodies;
   PetscCall(PetscCalloc1(3 * b->model->n_bodies + 2 * (b->model->n_vertices + DUMMY_VERTICES), &b->trash));
   PetscCall(PetscCalloc3(b->model->n_dof, &b->v, b->model->n_dof, &b->moved, b->model->n_dof, &b->f_old));
   for (int i = 0; i < WARM_UP; i++)
     PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, b->relax, NULL));
+  if (b->stage->kind == STAGE_DYNAMIC) b->contacts->rate = 1. / b->state->dt;
   shake_vertices(b, shake);
   PetscCall(GhostBegin(b->model, b->u));
   PetscCall(GhostEnd(b->model, b->u));
@@ -365,14 +412,16 @@ static PetscErrorCode run(const char *scene, double seconds, double shake, int a
 int main(int argc, char **argv)
 {
   if (argc < 3) {
-    fprintf(stderr, "use: bench_cycle <scene.yaml> <seconds per measurement> [shake] [-key value ...]\n");
+    fprintf(stderr,
+            "use: bench_cycle <scene.yaml>[,...] <seconds per measurement> [shake] [-key value ...]\n");
     return 2;
   }
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(QuoinErrorHandlerPush());
   const int last = argc > 3 && argv[3][0] != '-' ? 3 : 2; // before the keys
-  const PetscErrorCode code = run(argv[1], atof(argv[2]), last == 3 ? atof(argv[3]) : 0., argc - last,
-                                  argv + last);
+  PetscErrorCode code = PETSC_SUCCESS;
+  for (char *scene = strtok(argv[1], ","); scene && !code; scene = strtok(NULL, ","))
+    code = run(scene, atof(argv[2]), last == 3 ? atof(argv[3]) : 0., argc - last, argv + last);
   PetscCall(PetscPopErrorHandler());
   if (code) MPI_Abort(MPI_COMM_WORLD, 1);
   return PetscFinalize();

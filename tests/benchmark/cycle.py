@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The tables of a cycle in docs/performance.md: what run.py measures, kept in docs/data/cycle.json.
 
-    PYTHONPATH=tools python tests/benchmark/cycle.py                     # two minutes, on a quiet machine
+    PYTHONPATH=tools python tests/benchmark/cycle.py                     # some minutes, on a quiet machine
     PYTHONPATH=tools python tests/benchmark/cycle.py --scenes tptm --sides 32    # these anew, the others stay
 
 Nanoseconds on one rank, instructions at side 32, what two ranks tell each other, and the cycle with plain sums
@@ -14,21 +14,37 @@ import run
 from record import keep, replace_between, table
 
 IDENTITY = ("unit", "program", "scene", "side", "ranks", "exchange_by")
-SIDES = {"block": [32, 100, 316, 1000], "t2pt": [32, 100, 316], "tptm": [32, 100, 316], "tptm open": [32]}
+SIDES = {scene: [32] for scene in run.SCENES} | {"block": [32, 100, 316, 1000], "t2pt": [32, 100, 316], "tptm": [32, 100, 316]}
+KERNELS = [  # what, of each, scene and part
+    ("4 vertices, full", "block", "block", "elements"),
+    ("4 vertices, full, small strain", "block", "block small", "elements"),
+    ("4 vertices, `bending`", "block", "bending", "elements"),
+    ("4 vertices, `reduced`", "block", "reduced", "elements"),
+    ("3 vertices", "block", "triangles", "elements"),
+    ("3 vertices, small strain", "block", "triangles small", "elements"),
+    ("rigid, of 4 vertices", "body", "rigid", "rigid"),
+    ("condensed", "entry of S", "condensed", "condensed"),
+    ("motion, sums included", "vertex", "block small", "motion"),
+    ("elastic, any stress model, faces match", "contact", "tptm", "contacts"),
+    ("elastic, any stress model, faces do not match", "contact", "tptm uneven", "contacts"),
+    *((f"slides or is open, {model}", "contact", f"{model} slides", "contacts") for model in ("pt", "r2pt", "r3pt", "t2pt", "t3pt", "tptm")),
+    ("half open, tptm, cohesion breaks", "contact", "tptm open", "contacts"),
+    ("slides or is open, tptm, dynamic stage", "contact", "tptm in time", "contacts"),
+]
 UNITS = {"ns": "{:.1f}", "instructions": "{:.0f}"}
 EXCHANGE = {"auto": "through shared memory", "messages": "by messages (PetscSF, MPI_Allreduce)"}
 
 
 def measured(options):
     """Rows of one scene after another, each with what identifies it."""
-    for scene in options.scenes:
-        for program in ("bench_cycle", "bench_plain_sums") if scene == "block" else ("bench_cycle",):
-            path = os.path.join(options.folder, program)
-            own = {"program": program, "exchange_by": "auto"}
-            for side in (options.sides or SIDES[scene]) if "ns" in options.units else ():
+    for program, scenes in (("bench_cycle", options.scenes), ("bench_plain_sums", [s for s in options.scenes if s == "block"])):
+        path = os.path.join(options.folder, program)
+        own = {"program": program, "exchange_by": "auto"}
+        for scene in scenes if "ns" in options.units else ():
+            for side in options.sides or SIDES[scene]:
                 yield run.show(run.measure(path, scene, side, 1, options.seconds)) | own | {"unit": "ns"}
-            if "instructions" in options.units:
-                yield run.show(run.instructions(path, scene, 32)) | own | {"unit": "instructions"}
+        for row in run.instructions(path, scenes) if scenes and "instructions" in options.units else ():
+            yield run.show(row) | own | {"unit": "instructions"}
     both = "block" in options.scenes and "ns" in options.units
     for row in run.exchange(os.path.join(options.folder, "bench_cycle"), [32, 316], [2], options.seconds) if both else ():
         yield row | {"unit": "ns", "program": "bench_cycle", "exchange_by": row.pop("how")}
@@ -64,12 +80,22 @@ def document(rows):
             cells += [form.format(per["contacts"]), form.format(per["plain"]), f"{per['contacts'] / per['plain']:.1f}"] if per else ["", "", ""]
         return cells
 
+    def kernel(what, each, scene, part):
+        row, cells = {"program": "bench_cycle", "scene": scene, "side": 32, "ranks": 1, "exchange_by": "auto"}, []
+        for unit, form in UNITS.items():
+            per, full = like(rows, row, unit=unit), like(rows, row, unit=unit, scene="block")
+            own = per[part] if per else 0.0
+            cells += [form.format(own) if own >= 10.0 else f"{own:.2g}", f"{own / full['elements']:.2g}"] if own else ["", ""]
+        return [what, each, *cells]
+
     told = [[row["n_elements"], EXCHANGE[row["exchange_by"]], *(f"{run.least(row, part) / 1e3:.3g}" for part in ("exchange", "sums", "cycle"))]
             for row in sorted(rows, key=lambda row: row["side"]) if row["ranks"] == 2]  # fmt: skip
     head = ["ratio", "cycle", "textbook", "ratio", "cycle, plain sums"]
     replace_between("cycle", table(["blocks", "forces", "textbook", *head], lines_of(rows, "block", "n_elements", cycle)))
     head = ["contacts", *(word for model in ("t2pt", "tptm", "tptm, half open") for word in (model, "plain", "ratio"))]
     replace_between("contacts", table(head, lines_of(rows, "t2pt", "n_contacts", contacts)))
+    head = ["", "of each", "ns", "over full", "instructions (x86-64-v3)", "over full"]
+    replace_between("kernels", table(head, [kernel(*line) for line in KERNELS]))
     replace_between("exchange", table(["blocks", "", "exchange", "sums", "cycle"], told))
 
 
