@@ -51,6 +51,16 @@ static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
+/* Its own line about an error is said better by ours; who asks for CHOLMOD's messages gets them. */
+static PetscErrorCode silence_cholmod(void)
+{
+  PetscBool asked;
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-mat_cholmod_print", &asked));
+  if (!asked) PetscCall(PetscOptionsSetValue(NULL, "-mat_cholmod_print", "0"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What MUMPS gives up for (its manual, INFOG(1)): allocation, or a work space or buffer that is too small. */
 static PetscErrorCode mumps_wants(PC pc, PetscBool *wants)
 {
@@ -85,6 +95,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, p->newton->stiffness.tangent, p->newton->stiffness.tangent));
   p->newton->wants = PETSC_FALSE;
+  if (refuses) PetscCall(silence_cholmod());
   if (refuses) PetscCall(PetscPushErrorHandler(keep_status, &p->newton->wants));
   if (refuses) PetscErrorPrintf = PetscErrorPrintfNone;
   const PetscErrorCode code = KSPSetUp(*ksp);
