@@ -161,16 +161,18 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 
 /* ---- stiffness and factor */
 
-static PetscErrorCode refuse_memory(const Model *m, const char *what, const double memory[2])
+/* asked: before any was taken. */
+static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const double memory[2])
 {
   char message[MESSAGE_LENGTH];
   PetscFunctionBeginUser;
-  PetscCall(
-      PetscSNPrintf(message, MESSAGE_LENGTH,
-                    "the factors of %" PetscInt_FMT " condensed bod%s %s about %.3g GB of memory, "
-                    "%.3g GB are available: leave `condensed` out of some groups, or take more machines",
-                    m->n_condensed_global, m->n_condensed_global == 1 ? "y" : "ies", what, 1e-9 * memory[0],
-                    1e-9 * memory[1]));
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "%s %" PetscInt_FMT " condensed bod%s%s about %.3g GB of memory, %.3g GB %s: leave "
+                          "`condensed` out of some groups, or take more machines",
+                          asked ? "the factors of" : "MUMPS has no memory left for the factors of",
+                          m->n_condensed_global, m->n_condensed_global == 1 ? "y" : "ies",
+                          asked ? " take" : ", which were to take", 1e-9 * memory[0], 1e-9 * memory[1],
+                          asked ? "are available" : "were available before"));
   PetscCall(Refuse(m->comm, ERROR_MEMORY, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -184,7 +186,7 @@ static PetscErrorCode check_memory(const Model *m, double memory[2])
   for (PetscInt b = 0; b < m->n_condensed; b++)
     mine += MemoryOfBody((double)m->condensed[b].n_inner, (double)m->condensed[b].n_kept);
   PetscCall(MemoryFits(m->comm, mine, memory, &fits));
-  if (!fits) PetscCall(refuse_memory(m, "take", memory));
+  if (!fits) PetscCall(refuse_memory(m, PETSC_TRUE, memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,7 +257,7 @@ static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
   PetscCall(MatCholeskyFactorSymbolic(c->factor, K, NULL, &info));
   PetscCall(MatCholeskyFactorNumeric(c->factor, K, &info));
   PetscCall(MatFactorGetError(c->factor, &error));
-  *wants = (PetscBool)(error == MAT_FACTOR_OUTMEMORY);
+  PetscCall(MumpsWants(c->factor, wants));
   if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(error == MAT_FACTOR_NOERROR, PETSC_COMM_SELF, PETSC_ERR_LIB,
              "MUMPS cannot factor the stiffness of a condensed body with %" PetscInt_FMT
@@ -305,7 +307,7 @@ static PetscErrorCode factor_bodies(Model *m, const PetscInt *local, const doubl
   }
   PetscCall(PetscFree2(row, K));
   PetscCallMPI(MPI_Allreduce(&wants, &any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
-  if (any) PetscCall(refuse_memory(m, "were to take", memory));
+  if (any) PetscCall(refuse_memory(m, PETSC_FALSE, memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -61,20 +61,6 @@ static PetscErrorCode silence_cholmod(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What MUMPS gives up for (its manual, INFOG(1)): allocation, or a work space or buffer that is too small. */
-static PetscErrorCode mumps_wants(PC pc, PetscBool *wants)
-{
-  static const PetscInt wanting[] = {-5, -7, -8, -9, -11, -12, -13, -14, -15, -17, -19, -20};
-  Mat factor;
-  PetscInt said;
-  PetscFunctionBeginUser;
-  PetscCall(PCFactorGetMatrix(pc, &factor));
-  PetscCall(MatMumpsGetInfog(factor, 1, &said));
-  for (size_t i = 0; i < sizeof(wanting) / sizeof(wanting[0]); i++)
-    if (said == wanting[i]) *wants = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- the factor */
 
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails)
@@ -107,7 +93,11 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_TRUE));
   PetscCall(PCGetFailedReason(pc, &failed));
   *fails = (PetscBool)(failed != PC_NOERROR);
-  if (*fails && !refuses) PetscCall(mumps_wants(pc, &p->newton->wants));
+  if (*fails && !refuses) {
+    Mat factor;
+    PetscCall(PCFactorGetMatrix(pc, &factor));
+    PetscCall(MumpsWants(factor, &p->newton->wants));
+  }
   p->relax->effort.factorisations++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -96,12 +96,52 @@ double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, Pe
   return sum;
 }
 
+/* A solve with a dense matrix of one entry: a small call of BLAS that takes its working memory. */
+static PetscErrorCode call_blas(void)
+{
+  Mat A;
+  Vec x, b;
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &A));
+  PetscCall(MatSetValue(A, 0, 0, 1., INSERT_VALUES));
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatCreateVecs(A, &x, &b));
+  PetscCall(MatLUFactor(A, NULL, NULL, NULL));
+  PetscCall(MatSolve(A, b, x));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&b));
+  PetscCall(MatDestroy(&A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* OpenBLAS takes 128 MB of addresses, few of which it touches, at its first such call, keeps them, and asks
+   for ever when it gets none. Here, before a factor, it takes them if they are there. */
+static PetscErrorCode blas_room(PetscBool *has)
+{
+  static const size_t ROOM = (size_t)160 << 20;
+  static PetscBool taken = PETSC_FALSE;
+  void *volatile room = taken ? NULL
+                              : malloc(ROOM); // volatile: a compiler may leave out what is freed unused
+  PetscFunctionBeginUser;
+  if (room) {
+    free(room);
+    PetscCall(call_blas());
+    taken = PETSC_TRUE;
+  }
+  *has = taken;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MemoryFits(MPI_Comm comm, double mine, double sum[2], PetscBool *fits)
 {
-  double here[2] = {mine, 1024. * kilobytes("/proc/self/status", "VmRSS:")}, available = MemoryAvailable();
+  double here[2] = {mine, 1024. * kilobytes("/proc/self/status", "VmRSS:")};
   MPI_Comm machine;
   PetscMPIInt rank;
+  PetscBool works;
   PetscFunctionBeginUser;
+  PetscCall(blas_room(&works));
+  double available = works ? MemoryAvailable() : 0.;
   PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
   PetscCallMPI(MPI_Comm_rank(machine, &rank));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, here, 2, MPI_DOUBLE, MPI_SUM, machine));
@@ -112,6 +152,19 @@ PetscErrorCode MemoryFits(MPI_Comm comm, double mine, double sum[2], PetscBool *
   PetscCallMPI(MPI_Allreduce(&good, fits, 1, MPI_PETSC_BOOL, MPI_LAND, comm));
   sum[0] = mine, sum[1] = rank ? 0. : available; // once a machine
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MumpsWants(Mat factor, PetscBool *wants)
+{
+  /* its manual, INFOG(1): allocation, or a work space or buffer that is too small */
+  static const PetscInt wanting[] = {-5, -7, -8, -9, -11, -12, -13, -14, -15, -17, -19, -20};
+  PetscInt said;
+  PetscFunctionBeginUser;
+  PetscCall(MatMumpsGetInfog(factor, 1, &said));
+  *wants = PETSC_FALSE;
+  for (size_t i = 0; i < sizeof(wanting) / sizeof(wanting[0]); i++)
+    if (said == wanting[i]) *wants = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -30,12 +30,20 @@ const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "di
 /* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
 static PetscErrorCode refused = PETSC_SUCCESS;
 
+/* PETSc 3.18 gives the line of the call in place of the code, and its function in place of the message. */
+static PetscBool is_of_malloc(const char *function)
+{
+  return (PetscBool)(function &&
+                     (!strcmp(function, "PetscMallocAlign") || !strcmp(function, "PetscReallocAlign")));
+}
+
 /* What is refused is one line on stderr of rank 0, want of memory one of the rank it meets; everything else
    is a fault of the program and keeps PETSc's trace. */
 static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
                                PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {
   PetscMPIInt rank = 0;
+  if (type == PETSC_ERROR_INITIAL && is_of_malloc(function)) code = ERROR_MEMORY;
   if (code == ERROR_MEMORY && code != refused) {
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (type == PETSC_ERROR_INITIAL)

@@ -22,7 +22,7 @@ static inline double Uniform(double a, double b)
 
 /* ---- sketch */
 
-enum { SKETCH_VERTICES = 1024, SKETCH_BLOCKS = 512, SKETCH_NAMES = 8, SKETCH_SET = 64 };
+enum { SKETCH_VERTICES = 2048, SKETCH_BLOCKS = 2048, SKETCH_NAMES = 8, SKETCH_SET = 64 };
 typedef enum { QUADS, TRIANGLES } SketchShape;
 
 typedef struct {
@@ -181,14 +181,14 @@ static inline PetscErrorCode FixtureOnError(MPI_Comm comm, int line, const char 
                                             PetscErrorCode code, PetscErrorType type, const char *message,
                                             void *context)
 {
-  if (code != PETSC_ERR_USER_INPUT)
+  if (code != PETSC_ERR_USER_INPUT && code != PETSC_ERR_MEM)
     return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
   if (type == PETSC_ERROR_INITIAL) snprintf(fixture_message, sizeof fixture_message, "%s", message);
   return code;
 }
 
-/* Collective. yaml: printf format of the scene less its model. PETSC_ERR_USER_INPUT, with fixture_message,
-   when Quoin refuses it. */
+/* Collective. yaml: printf format of the scene less its model. PETSC_ERR_USER_INPUT, or PETSC_ERR_MEM,
+   with fixture_message, when Quoin refuses it. */
 static inline PetscErrorCode FixtureOpen(MPI_Comm comm, const Sketch *s, Fixture *f, const char *yaml, ...)
     __attribute__((format(printf, 4, 5)));
 static inline PetscErrorCode FixtureOpen(MPI_Comm comm, const Sketch *s, Fixture *f, const char *yaml, ...)

@@ -1,34 +1,46 @@
 /* Memory of a factor: foreseen from the size of the model, refused where it does not fit, and, where it runs
-   out on the way (CHOLMOD on one rank, MUMPS on several), left for explicit cycles with a line that says so.
-   Only small allocations are refused here, by the solvers' own settings: nothing can hang. ranks: 1 2 */
+   out on the way (CHOLMOD on one rank, MUMPS on several), left for explicit cycles with a line that says so;
+   condensed bodies, which are nothing without their factors, are refused. Only small allocations are refused here, by the solvers' own settings: nothing can hang. ranks: 1 2 */
 #include "checkpoint.h"
 #include "memory.h"
 #include "output.h"
 #include "scene_fixture.h"
 #include <dlfcn.h>
 #include <errno.h>
+#include <sys/resource.h>
+
+#ifdef __SANITIZE_ADDRESS__ // it ends the program where malloc would give nothing
+enum { SANITIZED = 1 };
+#else
+enum { SANITIZED = 0 };
+#endif
 
 enum { SIDE = 20 };
 static Sketch sketch;
 
 /* A wall on the ground, which has some thousand entries in its factor. */
-static PetscErrorCode OpenWall(const char *limit, Fixture *f)
+static PetscErrorCode OpenWallOf(int side, const char *stones, const char *limit, Fixture *f)
 {
   PetscFunctionBeginUser;
   memset(&sketch, 0, sizeof sketch);
   const int ground = SketchGroup(&sketch, "ground", 1), stone = SketchGroup(&sketch, "stone", 0);
   const double wall[8] = {0, 0, 4, 0, 4, 4, 0, 4};
   SketchBox(&sketch, ground, -1, -1, 6, 1);
-  SketchGrid(&sketch, stone, wall, SIDE, SIDE, QUADS);
-  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, f,
-                        "memory_limit: %s\nmaterials: {ground: {density: 0},\n"
-                        "  stone: {density: 2400, young: 2e9, poisson: 0.2}}\n"
-                        "relaxation: {method: preconditioned}\n"
-                        "joints: {default: {k_n: 3e9, k_s: 1e9, friction: 25}}\n"
-                        "supports: {ground: {fix: xy}}\nloads: {weight: {type: self_weight}}\n"
-                        "stages: [all: {loads: [weight], ramp: 10, tolerance: 1e-4, max_cycles: 20000}]\n",
-                        limit));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  SketchGrid(&sketch, stone, wall, side, side, QUADS);
+  PetscFunctionReturn(
+      FixtureOpen(PETSC_COMM_WORLD, &sketch, f,
+                  "memory_limit: %s\nmaterials: {ground: {density: 0},\n"
+                  "  stone: {density: 2400, young: 2e9, poisson: 0.2%s}}\n"
+                  "relaxation: {method: preconditioned}\n"
+                  "joints: {default: {k_n: 3e9, k_s: 1e9, friction: 25}}\n"
+                  "supports: {ground: {fix: xy}}\nloads: {weight: {type: self_weight}}\n"
+                  "stages: [all: {loads: [weight], ramp: 10, tolerance: 1e-4, max_cycles: 20000}]\n",
+                  limit, stones));
+}
+
+static PetscErrorCode OpenWall(const char *limit, Fixture *f)
+{
+  return OpenWallOf(SIDE, "", limit, f);
 }
 
 /* The stage, nothing written. */
@@ -193,10 +205,65 @@ static PetscErrorCode WantOnTheWayIsToldAndLeft(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* MUMPS gives up for a work space that its analysis found too small, or that it may not have. */
+static PetscErrorCode CondensedBodiesWithoutFactorsAreRefused(void)
+{
+  static const char *const options[2][2] = {{"-mat_mumps_icntl_14", "-95"}, {"-mat_mumps_icntl_23", "1"}};
+  Fixture f;
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 2; i++) {
+    PetscCall(PetscOptionsSetValue(NULL, options[i][0], options[i][1]));
+    fixture_refusal = "";
+    LEAKS_ALLOWED();
+    const PetscErrorCode code = OpenWallOf(2 * SIDE, ", condensed: true", "0", &f);
+    LEAKS_COUNT();
+    fixture_refusal = NULL;
+    PetscCall(PetscOptionsClearValue(NULL, options[i][0]));
+    ENSURE(code == PETSC_ERR_MEM && QuoinErrorIsShared(code));
+    ENSURE(strstr(fixture_message,
+                  "MUMPS has no memory left for the factors of 1 condensed body, which were ") != NULL);
+    PetscCall(FixtureClose(&f));
+  }
+  PetscCall(OpenWallOf(2 * SIDE, ", condensed: true", "0", &f)); // and with it they are there
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* OpenBLAS would ask for its working memory for ever. */
+static PetscErrorCode NoFactorWithoutRoomForBlas(void)
+{
+  struct rlimit before, limit;
+  double sum[2], kilobytes = 0.;
+  char line[256];
+  PetscBool fits;
+  PetscFunctionBeginUser;
+  FILE *status = fopen("/proc/self/status", "r");
+  while (status && fgets(line, sizeof line, status))
+    if (!strncmp(line, "VmSize:", 7)) kilobytes = strtod(line + 7, NULL);
+  if (status) fclose(status);
+  getrlimit(RLIMIT_AS, &before);
+  limit = before, limit.rlim_cur = (rlim_t)(1024. * kilobytes + 64e6);
+  ENSURE(kilobytes > 0. && !setrlimit(RLIMIT_AS, &limit));
+  PetscCall(MemoryFits(PETSC_COMM_WORLD, 1e6, sum, &fits));
+  setrlimit(RLIMIT_AS, &before);
+  ENSURE(!fits && sum[1] == 0.);
+  PetscCall(MemoryFits(PETSC_COMM_WORLD, 1e6, sum, &fits));
+  ENSURE(fits && sum[1] > 1e6);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What PETSc itself finds no memory for ends the program with the exit code of want of memory. */
 static PetscErrorCode RefuseAnArray(void)
 {
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "Memory requested 1e18");
+}
+
+static PetscErrorCode AskForTooMuch(void)
+{
+  char *array;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1((size_t)1 << 50, &array));
+  PetscFunctionReturn(PetscFree(array));
 }
 
 static PetscErrorCode ExitCodeOfNoMemory(void)
@@ -204,6 +271,7 @@ static PetscErrorCode ExitCodeOfNoMemory(void)
   PetscFunctionBeginUser;
   PetscCall(QuoinErrorHandlerPush());
   const PetscErrorCode code = RefuseAnArray();
+  if (!SANITIZED) ENSURE(AskForTooMuch() == PETSC_ERR_MEM);
   PetscCall(PetscPopErrorHandler());
   ENSURE(code == PETSC_ERR_MEM && QuoinErrorExitCode(code) == QUOIN_MEMORY && !QuoinErrorIsShared(code));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -212,11 +280,13 @@ static PetscErrorCode ExitCodeOfNoMemory(void)
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  if (!SANITIZED) RUN_TEST(NoFactorWithoutRoomForBlas); // first: then it has its memory
   RUN_TEST(FactorOfTheModel);
   RUN_TEST(LimitIsOfTheMachine);
   RUN_TEST(NoRoomIsToldAndLeft);
   RUN_TEST(WantOnTheWayIsToldAndLeft);
   RUN_TEST(ExitCodeOfNoMemory);
+  RUN_TEST(CondensedBodiesWithoutFactorsAreRefused);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
