@@ -214,6 +214,22 @@ def test_view_leaves_the_rock_out(folder):
     assert plots.view(mesh)[1].tolist() == [0, 1]
 
 
+def test_blocks_that_move_far_stand_where_they_are(folder):
+    mesh = Results(folder).mesh
+    box, _ = plots.view(mesh)  # of the body: 2 m wide, round (1, 1)
+    seen, size = plots.inside(mesh.vertices, box), box[1] - box[0]
+    moved = np.zeros_like(mesh.vertices)
+    moved[seen] = 1e-3, 0.0
+    assert plots.magnification(mesh, moved, box) == (100.0, box)  # of 0.06 * 2.64 m / 1e-3 m
+    moved[seen] = 1.5 * size, -0.5 * size
+    factor, wider = plots.magnification(mesh, moved, box)
+    assert factor == 1.0 and wider[0] == box[0] and wider[3] == box[3]
+    assert np.allclose(wider[1], 2.0 + 1.54 * size) and np.allclose(wider[2], -0.54 * size)
+    moved[seen] = 1000 * size, 0.0
+    factor, same = plots.magnification(mesh, moved, box)
+    assert factor < 1e-4 and same == box
+
+
 def test_history_shows_the_points_that_move_most():
     history = {f"p{i}_{x}_m": np.array([0.0, i if x == "ux" else 0.0]) for i in range(9) for x in ("ux", "uy")}
     assert plots.moving_points(history) == [f"p{i}" for i in range(3, 9)]

@@ -34,6 +34,7 @@ FILLS = ("#d9c8a9", "#b5c4cf", "#cfdcb4", "#e3c3c3", "#cfc4e0", "#c2ddd6")
 LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: colour-blind safe
 TENSION, COMPRESSION, GREY = "#d55e00", "#0072b2", "#5a5a5a"
 MANY = 30_000  # blocks beyond which their outlines would only blacken the picture
+FAR = 2.0  # views; blocks that have moved farther are drawn short, or they would leave nothing of the rest to see
 DOMINANT = 2.0  # a group this many times larger than all others together is left out of the view
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
 CROSSES = 26  # along the longer side of the view
@@ -110,17 +111,24 @@ def plain(value):
 
 
 def magnification(mesh, displacement, box):
-    """Makes the largest displacement in view about a twentieth of it."""
+    """Factor of the displacements, and the view [m] for it.
+
+    The largest displacement in view becomes about a twentieth of it. Blocks that move farther than that stand where they are, in a
+    view that holds them: on the way there they would overlap. Only what has flown off by more than FAR views is drawn short."""
     seen = inside(mesh.vertices, box)
     largest = np.hypot(*displacement[seen].T).max(initial=0.0)
     size = max(box[1] - box[0], box[3] - box[2])
-    return nice(0.06 * size / largest) if np.isfinite(largest) and largest > 0 else 1.0
+    factor = nice(0.06 * size / largest) if np.isfinite(largest) and largest > 0 else 1.0
+    if factor >= 1.0 or largest > FAR * size:
+        return factor, box
+    moved, margin = (mesh.vertices + displacement)[seen], 0.04 * size
+    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
+    return 1.0, (min(box[0], low[0]), max(box[1], high[0]), min(box[2], low[1]), max(box[3], high[1]))
 
 
 def plot_mesh(results, path, whole=False):
     mesh, stage = results.mesh, results.stage()
-    box, _ = view(mesh, whole)
-    factor = magnification(mesh, stage.displacement, box)
+    factor, box = magnification(mesh, stage.displacement, view(mesh, whole)[0])
     moved = mesh.vertices + factor * stage.displacement
     figure, axes = pyplot.subplots(figsize=figure_size(box, height=6.5, extra=1.0))
     ring = mesh.rings(moved)
