@@ -326,6 +326,21 @@ def test_sheet_says_what_it_must(run):
 
 
 @solver
+def test_sheet_says_how_it_was_solved(run, tmp_path):
+    text = sheet(run)
+    assert "<td>dam</td><td>full</td>" in text and "Condensed" not in text and ">completed<" not in text
+    first = Results(run).summary["stages"][0]
+    assert f"<td>hp</td><td>explicit</td><td class=\"n\">{first['force_evaluations']}</td>" in text
+    solve(tmp_path / "quick", "-relaxation_method", "preconditioned", "-materials_dam_condensed", "true", "-materials_rock_element", "bending")
+    text, summary = sheet(tmp_path / "quick"), Results(tmp_path / "quick").summary
+    assert "<td>dam</td><td>condensed</td>" in text and "<td>rock</td><td>bending</td>" in text
+    assert f"1 condensed body in small strain, {summary['condensed']['inner_dofs']} inner dofs left out" in text
+    row = re.search("<td>hp</td><td>preconditioned</td>(.*?)</tr>", text).group(1)
+    counts = [int(n) for n in re.findall(r">(\d+)<", row)]
+    assert counts == [summary["stages"][0][name] for name in ("force_evaluations", "solves", "factorisations")] and counts[2] == 1
+
+
+@solver
 def test_no_uplift_is_incomplete(run):
     text = sheet(run, "--guideline", "usace", "--condition", "swhp=unusual", "--strength", "10e6")
     assert "<b>INCOMPLETE</b>" in text and "presuppose uplift" in text

@@ -214,6 +214,21 @@ def test_view_leaves_the_rock_out(folder):
     assert plots.view(mesh)[1].tolist() == [0, 1]
 
 
+def test_table_says_how_stages_were_solved(folder, capsys):
+    summary = json.loads((folder / "summary.json").read_text())
+    results.main([str(folder)])
+    assert "How they were solved" not in capsys.readouterr().out  # a summary of before
+    effort = {"method": "preconditioned, then explicit", "force_evaluations": 6021, "solves": 31, "factorisations": 2}
+    summary["stages"][1] |= effort
+    summary["condensed"] = {"bodies": 1, "kept_dofs": 112, "inner_dofs": 3511, "factors": 1, "factor_wall_s": 0.02}
+    (folder / "summary.json").write_text(json.dumps(summary))
+    results.main([str(folder)])
+    text = capsys.readouterr().out
+    assert "1 condensed body in small strain, 3511 inner dofs left out" in text
+    row = next(line for line in text.splitlines() if "then explicit" in line)
+    assert row.split() == ["a-flood", "preconditioned,", "then", "explicit", "6021", "31", "2"]
+
+
 def test_blocks_that_move_far_stand_where_they_are(folder):
     mesh = Results(folder).mesh
     box, _ = plots.view(mesh)  # of the body: 2 m wide, round (1, 1)

@@ -19,7 +19,7 @@ from quoin_tools import browser, guidelines, plots, scene, section, uplift
 from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.mechanism import plot_mechanisms
-from quoin_tools.results import fixed
+from quoin_tools.results import condensed_words, effort_rows, fixed
 
 STYLE = """
 :root { --ink: #1b1f24; --soft: #5b6570; --rule: #c9d0d6; --accent: #12456b }
@@ -90,6 +90,7 @@ def heading(case):
                         f"sheet by quoin_tools {quoin_tools.__version__}"),
             ("Model size", f"{summary['n_blocks']} blocks in {summary['n_macroblocks']} bodies, {summary['n_contacts']} contacts, "
                            f"{summary['n_dofs']} degrees of freedom"),
+            *([("Condensed", condensed_words(summary))] if summary.get("condensed") else []),
             ("Slice", f"{summary['thickness']:g} m thick; forces are those of the slice"),
             ("State checksum", f"{summary['stages'][-1]['checksum']} (stage {summary['stages'][-1]['name']})"),
             ("Sheet written", datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
@@ -151,6 +152,8 @@ def displacements_part(case):
             pair = [ends["s1_max"], ends["s2_min"]]
             if None not in pair:
                 stresses.append((s["name"], group, *(x for end in pair for x in (fixed(end["value"], 1e-6, 3), f"({end['x']:.2f}, {end['y']:.2f})"))))
+    if not probes and not stresses:  # rigid blocks without named points
+        return ""
     part = "<h2>Displacements and stresses of the block model</h2>"
     if probes:
         part += table(("stage", "point", "at [m]", "u_x [mm]", "u_y [mm]"), probes, (3, 4))
@@ -163,7 +166,7 @@ def stages_part(case):
     rows = []
     for s in case.results.summary["stages"]:
         loads = ", ".join(case.scene.stages.get(s["name"], {}).get("loads") or ())
-        rows.append((s["name"], loads, (s["verdict"], "pass" if s["verdict"] == "converged" else "fail"), fixed(s["applied"]["x"], 1e-3, 1),
+        rows.append((s["name"], loads, (s["verdict"], "pass" if s["verdict"] in ("converged", "completed") else "fail"), fixed(s["applied"]["x"], 1e-3, 1),
                      fixed(s["applied"]["y"], 1e-3, 1), fixed(s["reaction"]["x"], 1e-3, 1), fixed(s["reaction"]["y"], 1e-3, 1)))  # fmt: skip
     header = ("stage", "loads at its end", "verdict", "applied x [kN]", "applied y [kN]", "supports x [kN]", "supports y [kN]")
     return "<h2>Stages</h2>" + table(header, rows, (3, 4, 5, 6))
@@ -207,10 +210,18 @@ def local_part(case):
               "toe, the least factor falls with every refinement of the mesh.</small></p>")  # fmt: skip
 
 
+def blocks_of(case, name):
+    """What the blocks of a group are: a scene may leave it to the mesh whether they are rigid."""
+    material, mesh = case.scene.materials[name], case.results.mesh
+    if name in mesh.group_names and mesh.group_rigid[mesh.group_names.index(name)]:
+        return "rigid"
+    return "condensed" if material.get("condensed") is True else str(material.get("element", "full"))
+
+
 def inputs_part(case):
     """Materials, and joints as they are in the last stage."""
     last = case.results.stages[-1]
-    materials = [(name, cell(m.get("density"), 0), "rigid" if m.get("rigid") is True else cell_of(m.get("young"), 1e-9, 2),
+    materials = [(name, blocks_of(case, name), cell(m.get("density"), 0), cell_of(m.get("young"), 1e-9, 2),
                   cell_of(m.get("poisson"), 1, 2), cell_of(m.get("tension"), 1e-3, 0), cell_of(m.get("compression"), 1e-3, 0),
                   cell_of(m.get("cohesion"), 1e-3, 0), cell_of(m.get("friction"), 1, 1)) for name, m in case.scene.materials.items()]  # fmt: skip
     joints = []
@@ -222,7 +233,7 @@ def inputs_part(case):
                        cell_of(peak[1], 1e-3, 1)))  # fmt: skip
     loads = [(name, load.get("type", ""), ", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"))
              for name, load in case.scene.loads.items()]  # fmt: skip
-    return ("<h2>Materials, joints and loads</h2>" + table(("group", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"), materials, range(1, 8))
+    return ("<h2>Materials, joints and loads</h2>" + table(("group", "blocks", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"), materials, range(2, 9))
             + f"<h3>Joints in stage {esc(last)}</h3>"
             + table(("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]"),
                     joints, range(3, 9))
@@ -283,6 +294,9 @@ def convergence_part(case, pictures):
             for s in case.results.summary["stages"]]  # fmt: skip
     part = "<h2>Evidence of convergence</h2>" + table(
         ("stage", "verdict", "evidence", "cycles", "unbalanced ratio", "checksum"), rows, (3, 4))  # fmt: skip
+    effort = [(s["name"], *row) for s in case.results.summary["stages"] for row in effort_rows(s)]
+    if effort:
+        part += table(("stage", "method", "force evaluations", "solves", "factorisations"), effort, (2, 3, 4))
     for path in pictures:
         if os.path.basename(path) == "history.png":
             part += file_picture(path, "History: unbalanced ratio, displacement of named points, damping.")

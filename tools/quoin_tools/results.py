@@ -281,6 +281,17 @@ def stage_rows(s):
     return [(s["verdict"], s["cycles"], fixed(s["wall_s"], 1, 2), ratio, *forces)]
 
 
+def effort_rows(s):
+    """How the stage was solved; none for results of before the summary had it."""
+    return [(s["method"], s["force_evaluations"], s["solves"], s["factorisations"])] if "method" in s else []
+
+
+def condensed_words(summary):
+    """None without condensed bodies."""
+    c = summary.get("condensed")
+    return c and f"{c['bodies']} condensed bod{'ies' if c['bodies'] != 1 else 'y'} in small strain, {c['inner_dofs']} inner dofs left out"
+
+
 def probe_rows(s):
     return [(name, fixed(p["u_x"], 1e3), fixed(p["u_y"], 1e3)) for name, p in s["probes"].items()]
 
@@ -334,6 +345,7 @@ def energy_rows(s):
 
 SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
+    ("How they were solved", "method|force evaluations|solves|factorisations", effort_rows),
     ("What each support adds", "support|x kN|y kN", support_rows),
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak|residual|length m|open m|slipping m|"
@@ -349,6 +361,7 @@ def report(summary):
     names = ("blocks", "vertices", "macroblocks", "contacts", "dofs")
     sizes = [f"{summary['n_' + name]} {name}" for name in names]
     lines = [summary["title"] or summary["model"], ", ".join(sizes + [f"{ranks} rank{'s' * (ranks != 1)}"])]
+    lines += filter(None, [condensed_words(summary)])
     for title, header, rows_of in SECTIONS:
         rows = [(s["name"], *row) for s in stages for row in rows_of(s)]
         if rows:
