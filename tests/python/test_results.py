@@ -518,3 +518,18 @@ def test_a_folder_that_cannot_be_made(runs, ranks):
     code, error = run_quoin(runs, ranks, "-output", "model.h5/out")
     lines = [line for line in error.splitlines() if "model.h5/out" in line]
     assert code == 8 and len(lines) == 1 and "cannot make the folder" in lines[0]
+
+
+@solver
+def test_full_blocks_that_lock_are_told(runs):
+    """Nothing is computed: there is no folder for results."""
+    def told(*options):
+        error = run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1]
+        return [line for line in error.splitlines() if "much too stiff" in line]
+
+    assert told("-materials_upper_poisson", "0.44") == []
+    both = told("-materials_upper_poisson", "0.46", "-materials_lower_poisson", "0.49")
+    assert len(both) == 2 and "materials.lower: at Poisson's ratio 0.49" in both[0] and "upper" in both[1]
+    assert told("-materials_upper_poisson", "0.46", "-materials_upper_element", "bending") == []
+    assert told("-materials_upper_poisson", "0.46", "-materials_upper_rigid", "true") == []
+    assert told("-materials_upper_poisson", "0.46", "-plane", "stress") == []
