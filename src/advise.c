@@ -302,6 +302,24 @@ static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Stages whose answers, such as where trials fail, were compared with nothing. */
+static PetscErrorCode print_untried(const Advisor *a)
+{
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < a->scene->n_stages; s++) {
+    const Stage *stage = a->scene->stages + s;
+    if (s < a->base.n_solved && stage->kind == STAGE_STATIC) continue; // of trials only the start is solved
+    PetscCall(PetscPrintf(a->comm, "%s %s", any ? "," : "not tried:", stage->name));
+    any = PETSC_TRUE;
+  }
+  if (any)
+    PetscCall(PetscPrintf(a->comm,
+                          ": what is left out may change more there; condensed bodies that turn too far "
+                          "end the run, exit code 2\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Connectivity that is variable, where nothing moves far enough to ask for it. */
 static PetscErrorCode print_connectivity(const Advisor *a)
 {
@@ -350,6 +368,7 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
     }
     PetscCall(print_cheapest(&a, "displacements and joint forces", PETSC_TRUE));
     PetscCall(print_cheapest(&a, "joint forces alone", PETSC_FALSE));
+    PetscCall(print_untried(&a));
   }
   for (PetscInt i = 0; i < a.n; i++) {
     PetscCall(AttemptDestroy(&a.variant[i].attempt));
