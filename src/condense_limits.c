@@ -98,6 +98,10 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
         (double)(100. * share)));
   }
   PetscCall(PetscFree(motion));
+  if (worst > ROTATION_REFUSED)
+    PetscCall(PetscStrlcat(message,
+                           ", more than 1 %: nothing of this stage is kept; do not condense its group",
+                           MESSAGE_LENGTH));
   if (worst > ROTATION_TOLD && worst <= ROTATION_REFUSED) {
     fprintf(stderr, "quoin: warning: %s\n", message);
     fflush(stderr);

@@ -11,18 +11,20 @@ int FolderMake(const char *path, char message[MESSAGE_LENGTH])
 {
   char part[PETSC_MAX_PATH_LEN];
   struct stat status;
+  int why = 0; // stat() has a reason of its own
   snprintf(part, sizeof(part), "%s", path);
   for (char *end = part + 1;; end++) {
     if (*end && *end != '/') continue;
     const char kept = *end;
     *end = 0;
-    if (mkdir(part, 0777) && errno != EEXIST) break;
+    why = mkdir(part, 0777) ? errno : 0;
+    if (why && why != EEXIST) break;
     *end = kept;
     if (!kept) break;
   }
   if (!stat(path, &status) && S_ISDIR(status.st_mode)) return 0;
   snprintf(message, MESSAGE_LENGTH, "output: cannot make the folder '%.800s': %s", path,
-           strerror(errno == EEXIST ? ENOTDIR : errno));
+           strerror(why == EEXIST ? ENOTDIR : why));
   return -1;
 }
 

@@ -517,7 +517,7 @@ def test_old_results_stay_until_a_stage_is_complete(runs, tmp_path):
 def test_a_folder_that_cannot_be_made(runs, ranks):
     code, error = run_quoin(runs, ranks, "-output", "model.h5/out")
     lines = [line for line in error.splitlines() if "model.h5/out" in line]
-    assert code == 8 and len(lines) == 1 and "cannot make the folder" in lines[0]
+    assert code == 8 and len(lines) == 1 and "cannot make the folder" in lines[0] and "Not a directory" in lines[0]
 
 
 @solver
@@ -533,3 +533,13 @@ def test_full_blocks_that_lock_are_told(runs):
     assert told("-materials_upper_poisson", "0.46", "-materials_upper_element", "bending") == []
     assert told("-materials_upper_poisson", "0.46", "-materials_upper_rigid", "true") == []
     assert told("-materials_upper_poisson", "0.46", "-plane", "stress") == []
+
+
+@solver
+@pytest.mark.skipif(not os.path.isdir("/sys/kernel"), reason="no file system that refuses folders to all")
+def test_the_reason_why_a_folder_cannot_be_made(runs):
+    """Not that of looking for it afterwards, which was `No such file or directory`."""
+    code, error = run_quoin(runs, 1, "-output", "/sys/quoin/out")
+    with pytest.raises(OSError) as refused:
+        os.mkdir("/sys/quoin")
+    assert code == 8 and f"cannot make the folder '/sys/quoin/out': {refused.value.strerror}" in error
