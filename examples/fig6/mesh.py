@@ -12,7 +12,7 @@ from quoin_tools.fig6 import triangle_dam
 
 
 def main():
-    if not 2 <= len(sys.argv) <= 4:
+    if not 2 <= len(sys.argv) <= 4 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     output, n, family = (sys.argv[1:] + ["16", "M"][len(sys.argv) - 2:])[:3]
     if not n.isdigit() or int(n) < 2:

@@ -9,6 +9,6 @@ import sys
 from quoin_tools.dam import main
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (2, 3):
+    if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     sys.exit(main(["-o", sys.argv[1], "--columns", sys.argv[2] if len(sys.argv) > 2 else "24"]))

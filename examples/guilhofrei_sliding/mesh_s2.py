@@ -69,7 +69,7 @@ def plane_mesh(columns=15):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (2, 3):
+    if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     made = plane_mesh(*map(int, sys.argv[2:]))
     check(made)

@@ -9,7 +9,7 @@ import sys
 from quoin_tools.voronoi import main
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     seed, *options = sys.argv[2:] or ["1"]
     sys.exit(main(["-o", sys.argv[1], "--seed", seed, "--square", *options]))

@@ -30,6 +30,17 @@ def load(path):
     return module
 
 
+@pytest.mark.parametrize("script", sorted(ROOT.glob("examples/*/mesh*.py")), ids=lambda path: "/".join(path.parts[-2:]))
+def test_mesh_scripts_make_the_folder_and_take_h_for_help(script, tmp_path):
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
+    said = subprocess.run([sys.executable, script, "-h"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert "PYTHONPATH=tools python examples" in said.stderr
+    assert os.listdir(tmp_path) == []
+    more = ["column"] if script.parent.name == "motion" else []
+    subprocess.run([sys.executable, script, "out/new/model.h5", *more], cwd=tmp_path, env=environment, check=True)
+    assert os.listdir(tmp_path / "out" / "new") == ["model.h5"]
+
+
 def run(example, folder, ranks=1, mesh=(), options=()):
     """summary.json of an example; its stages by name."""
     folder.mkdir(parents=True)

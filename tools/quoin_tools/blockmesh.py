@@ -133,10 +133,12 @@ def cross(a, b):
 # ---- file --------------------------------------------------------------------------------------------------
 
 def write(path, mesh):
-    """Write to a temporary name and rename, so that a reader never sees half a file."""
+    """Write to a temporary name and rename, so that a reader never sees half a file; its folder is made, like that of results."""
     check_names(mesh)  # a slash in a name would make a group of its own
     path = os.fspath(path)
-    handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path) or ".", prefix=".", suffix=".h5")
+    folder = os.path.dirname(path) or "."
+    os.makedirs(folder, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=folder, prefix=".", suffix=".h5")
     os.close(handle)
     try:
         with h5py.File(temporary, "w") as file:
