@@ -26,6 +26,7 @@ typedef struct _p_Archive {
   char part[NAME_LENGTH]; /* names are taken below it */
   PetscInt n;             /* rank 0 */
   ArchiveEntry *entries;  /* (n,) rank 0 */
+  uint64_t checksum;      /* of the file it was read from; rank 0 */
   char
       message[MESSAGE_LENGTH]; /* rank 0: first thing that was to be read and is missing or of another size */
 } Archive;

@@ -297,14 +297,24 @@ static PetscBool is_idle(const char *line)
   return PETSC_FALSE;
 }
 
-uint64_t CheckpointRun(const Checkpoint *c)
+/* Of the options that change results. */
+static uint64_t hash_options(const Checkpoint *c, uint64_t h)
 {
-  uint64_t h = c->mesh;
   for (const char *line = c->scene->options, *end; line && *line; line = end + (*end == '\n')) {
     end = line + strcspn(line, "\n");
     if (!is_idle(line)) h = HashBytes(h, line, (size_t)(end - line));
   }
   return h;
+}
+
+uint64_t CheckpointRun(const Checkpoint *c)
+{
+  return hash_options(c, c->mesh);
+}
+
+uint64_t CheckpointGoesOn(const Checkpoint *c, uint64_t run)
+{
+  return c->branch ? HashBytes(c->branch, &run, sizeof(run)) : run;
 }
 
 /* The value of the key that `line` begins with, in `text`; NULL: it has none. */
@@ -332,15 +342,22 @@ static void say(const char *line, const char *old, const char *new)
          new ? new : "not given");
 }
 
-/* Rank 0: says which options differ, key by key. */
-static void compare_options(const char *old, const char *new)
+/* Rank 0: says which options differ, key by key; whether any does. */
+static PetscBool compare_options(const char *old, const char *new)
 {
+  PetscBool differ = PETSC_FALSE;
   for (const char *line = new; *line; line = strchr(line, '\n') + 1) {
     const char *before = value_of(old, line), *now = line + strcspn(line, " ") + 1;
-    if (!is_idle(line) && !(before && values_equal(before, now))) say(line, before, now);
+    if (is_idle(line) || (before && values_equal(before, now))) continue;
+    say(line, before, now);
+    differ = PETSC_TRUE;
   }
-  for (const char *line = old; *line; line = strchr(line, '\n') + 1)
-    if (!is_idle(line) && !value_of(new, line)) say(line, line + strcspn(line, " ") + 1, NULL);
+  for (const char *line = old; *line; line = strchr(line, '\n') + 1) {
+    if (is_idle(line) || value_of(new, line)) continue;
+    say(line, line + strcspn(line, " ") + 1, NULL);
+    differ = PETSC_TRUE;
+  }
+  return differ;
 }
 
 /* Rank 0: one file into c->resume; message: why not. */
@@ -427,7 +444,8 @@ PetscErrorCode CheckpointRestart(Checkpoint *c)
   prepare_line(c);
   PetscCall(PetscStrncpy(c->resume.part, "run", sizeof(c->resume.part)));
   PetscCall(ArchiveText(&c->resume, "options", &old));
-  if (!c->rank) compare_options(old ? old : "", c->scene->options);
+  if (!c->rank && compare_options(old ? old : "", c->scene->options))
+    c->branch = hash_options(c, c->resume.checksum);
   free(old);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

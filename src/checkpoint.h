@@ -29,6 +29,7 @@ typedef struct _p_Checkpoint {
   CheckpointPart parts[MOST_PARTS];
   Archive resume; /* what a restart has not taken back yet */
   PetscBool resuming;
+  uint64_t branch;       /* a restart with other options: of these and of its checkpoint; 0: none; rank 0 */
   PetscInt64 last_cycle; /* when the last was written: [cycles], and [s] of MPI_Wtime */
   double last_wall, start_wall, poll_wall;
   PetscBool limit_near;               /* the limit of wall time has been seen to come */
@@ -40,6 +41,9 @@ typedef struct _p_Checkpoint {
 PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh, Checkpoint *checkpoint);
 /* Rank 0. The same for runs of the same block mesh and options, those that change no result left out. */
 uint64_t CheckpointRun(const Checkpoint *checkpoint);
+/* Rank 0. The run that goes on from the checkpoint of `run` that was read: `run` itself; or, where options
+   that change results are others than in it, one of its own, the same only from this checkpoint with them. */
+uint64_t CheckpointGoesOn(const Checkpoint *checkpoint, uint64_t run);
 PetscErrorCode CheckpointDestroy(Checkpoint *checkpoint);
 /* Collective. Reads what scene->restart names; refuses what is damaged, of another mesh or of another
    version; says which options have changed. Nothing happens when it is empty. */

@@ -218,8 +218,8 @@ PetscErrorCode ArchiveWriteFile(const Archive *a, const char *path, char message
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Version and checksum of a file that is whole; "" when it is good. */
-static void check_header(const char *data, size_t size, char message[MESSAGE_LENGTH])
+/* Version and checksum of a file that is whole; "" when it is good. sum: the checksum. */
+static void check_header(const char *data, size_t size, uint64_t *sum, char message[MESSAGE_LENGTH])
 {
   char text[HEADER] = "", version[64], header[HEADER];
   unsigned long long bytes, checksum;
@@ -235,7 +235,8 @@ static void check_header(const char *data, size_t size, char message[MESSAGE_LEN
              HEADER + bytes);
     return;
   }
-  make_header(bytes, HashBytes(0, data + HEADER, bytes), version, header);
+  *sum = HashBytes(0, data + HEADER, bytes);
+  make_header(bytes, *sum, version, header);
   if (format == CHECKPOINT_FORMAT && memcmp(header, data, HEADER))
     snprintf(message, MESSAGE_LENGTH, "it is damaged: its checksum is wrong");
   else if (format != CHECKPOINT_FORMAT || strcmp(version, QUOIN_VERSION))
@@ -254,7 +255,7 @@ PetscErrorCode ArchiveReadFile(Archive *a, const char *path, char message[MESSAG
     snprintf(message, MESSAGE_LENGTH, "cannot read it: %s", strerror(errno ? errno : ENOENT));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  check_header(data, size, message);
+  check_header(data, size, &a->checksum, message);
   if (!message[0]) {
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     const hid_t file = open_core(data + HEADER, size - HEADER);

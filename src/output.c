@@ -131,7 +131,10 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
     if (!a->rank) o->n_stages = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
-    o->results.run = (uint64_t)counts[7];
+    if (!a->anew) { // the same run goes on, on another partition
+      o->results.origin = (uint64_t)counts[7];
+      o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
+    }
     t->n = (PetscInt)counts[2];
     t->nominal = reals[0], t->stable = reals[1], t->failing = reals[2];
     memory->history_bytes = counts[4], memory->history_checksum = counts[5];
@@ -227,7 +230,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
     output->results.choice = WrittenChecksum(&output->results.written);
-    output->results.run = CheckpointRun(checkpoint);
+    output->results.run = output->results.origin = CheckpointRun(checkpoint);
     (void)FolderMake(output->folder, message);
   }
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));

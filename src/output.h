@@ -107,7 +107,8 @@ typedef struct {
   const Model *model; /* names only */
   Written written;    /* while a file is being written */
   uint64_t choice;    /* WrittenChecksum */
-  uint64_t run;       /* CheckpointRun of the run that began them, which a restart goes on */
+  uint64_t run;       /* that writes them: CheckpointRun, after a restart CheckpointGoesOn */
+  uint64_t origin;    /* the run of the checkpoint, whose files it takes over; else run */
   char *xdmf;         /* grids of the stages written so far */
   PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
   PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */

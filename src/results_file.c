@@ -246,19 +246,22 @@ static int write_contacts(hid_t stage, const StageFields *fields)
 
 /* ---- whose a file is */
 
+/* Anew in a file that a branch has taken over. */
 static int write_run(hid_t file, const ResultsFile *results)
 {
+  if (H5Aexists(file, "run") > 0 && H5Adelete(file, "run") < 0) return -1;
   return write_attribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
 }
 
-/* Names of stages are alike in many scenes: the checksum of mesh and options is not. */
+/* Names of stages are alike in many scenes: the checksum of mesh and options is not. A run that goes on with
+   other options takes over what its checkpoint's run has left, and makes it its own. */
 static PetscBool is_of_this_run(hid_t file, const ResultsFile *results)
 {
   uint64_t run = 0;
   const hid_t attribute = H5Aexists(file, "run") > 0 ? H5Aopen(file, "run", H5P_DEFAULT) : -1;
   const int error = attribute < 0 || H5Aread(attribute, H5T_NATIVE_UINT64, &run) < 0;
   if (attribute >= 0) H5Aclose(attribute);
-  return (PetscBool)(!error && run == results->run);
+  return (PetscBool)(!error && (run == results->run || run == results->origin));
 }
 
 void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
@@ -431,7 +434,10 @@ static int open_part(ResultsFile *results, const char *part, PetscInt stage, hid
   results->has_part = PETSC_TRUE;
   *file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
   *stages = *file < 0 ? -1 : H5Gopen2(*file, "stages", H5P_DEFAULT);
-  return *stages < 0 || drop_stages(results, *stages, stage) || copy_frames(results, *stages, stage) ? -1 : 0;
+  return *stages < 0 || write_run(*file, results) || drop_stages(results, *stages, stage) ||
+                 copy_frames(results, *stages, stage)
+             ? -1
+             : 0;
 }
 
 /* The same for a frame: a new file with one group. */

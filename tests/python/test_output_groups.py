@@ -4,6 +4,7 @@ ranks: 1 2"""
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -213,6 +214,34 @@ def test_restart_into_results_of_another_run_is_refused(folder):
         assert done.returncode == 0 and "goes on from" in done.stdout and "begins anew" not in done.stderr, done.stderr
     with h5py.File(folder / "own/results.h5") as own, h5py.File(folder / "others/results.h5") as others:
         assert own.attrs["run"] != others.attrs["run"]
+
+
+def test_branches_of_a_checkpoint_are_runs_of_their_own(folder):
+    """With other options each is a run of its own: results.h5 of one is refused to the other and to the run they come from; the
+    same branch once more is the same, and may take over the folder it starts from."""
+    def branch(start, out, friction, code=0):
+        done = run_quoin(folder, out, 1, "-restart", str(folder / start), "-joints_default_friction", str(friction), *keep)
+        assert done.returncode == code, done.stderr
+        assert ("is of another run than the checkpoint" in done.stderr) == (code == 10)
+        with h5py.File(folder / out / "results.h5") as file:
+            return file.attrs["run"]
+
+    keep = ("-checkpoint_keep", "99")
+    assert run_quoin(folder, "stem", 1, *keep).returncode == 0
+    shutil.copytree(folder / "stem", folder / "taken_over")
+    rest = "stem/checkpoints/checkpoint_000001.h5"  # at its end
+    stem, low, high = branch(rest, "stem", 30), branch(rest, "low", 20), branch(rest, "high", 25)
+    assert len({stem, low, high}) == 3
+    before = (folder / "low/results.h5").read_bytes()
+    branch("high/checkpoints", "low", 25, 10)
+    branch(rest, "low", 25, 10)
+    branch(rest, "low", 30, 10)
+    assert (folder / "low/results.h5").read_bytes() == before
+    assert branch(rest, "low", 20) == low and branch("low/checkpoints", "low", 20) == low
+    assert branch(rest, "taken_over", 20) == low  # its first stage is that of the stem
+    with h5py.File(folder / "taken_over/results.h5") as file:
+        assert {"rest", "fall"} <= set(file["stages"])
+    branch(rest, "taken_over", 30, 10)
 
 
 def test_an_interrupted_run_names_its_checkpoint(folder):

@@ -1,6 +1,7 @@
 /* Memory of a factor: foreseen from the size of the model, refused where it does not fit, and, where it runs
    out on the way (CHOLMOD on one rank, MUMPS on several), left for explicit cycles with a line that says so;
-   condensed bodies, which are nothing without their factors, are refused. Only small allocations are refused here, by the solvers' own settings: nothing can hang. ranks: 1 2 */
+   condensed bodies, which are nothing without their factors, are refused. Only small allocations are refused
+   here, by the solvers' own settings, or where nothing was asked for yet: nothing can hang. ranks: 1 2 */
 #include "checkpoint.h"
 #include "memory.h"
 #include "output.h"
@@ -9,7 +10,8 @@
 #include <errno.h>
 #include <sys/resource.h>
 
-#ifdef __SANITIZE_ADDRESS__ // it ends the program where malloc would give nothing
+/* they end the program where malloc would give nothing */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 enum { SANITIZED = 1 };
 #else
 enum { SANITIZED = 0 };
@@ -142,8 +144,8 @@ static int count_line(const char *format, ...)
   return cholmod_lines++;
 }
 
-/* SuiteSparse takes its memory, and prints, by functions that a program may set: by a function for each, before
-   version 6 in a table malloc, calloc, realloc, free, printf. */
+/* SuiteSparse takes its memory, and prints, by functions that a program may set: by a function for each,
+   before version 6 in a table malloc, calloc, realloc, free, printf. */
 static PetscBool SetOfSuiteSparse(const char *what, int place, void (*function)(void))
 {
   char name[64];
