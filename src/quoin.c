@@ -173,6 +173,25 @@ static void warn_locking(const Scene *scene)
   fflush(stderr);
 }
 
+/* Newton's method keeps its contacts. */
+static void warn_explicit(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  PetscBool any = PETSC_FALSE;
+  if (told || scene->method != METHOD_PRECONDITIONED) return;
+  told = PETSC_TRUE;
+  for (PetscInt s = 0; s < scene->n_stages; s++) {
+    const Stage *stage = scene->stages + s;
+    if (stage->kind == STAGE_DYNAMIC || !stage->variable) continue;
+    fprintf(stderr, "%s %s",
+            any ? "," : "quoin: warning: preconditioned needs fixed connectivity; by explicit cycles:",
+            stage->name);
+    any = PETSC_TRUE;
+  }
+  if (any) fprintf(stderr, "\n");
+  fflush(stderr);
+}
+
 /* What only shows when mesh, scene and ranks are seen together. */
 static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
 {
@@ -193,7 +212,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
                               q->scene.model, size, mesh->n_blocks));
   }
   PetscCall(CheckMessage(q->comm, message));
-  if (rank == 0) warn_slender(mesh), warn_locking(&q->scene);
+  if (rank == 0) warn_slender(mesh), warn_locking(&q->scene), warn_explicit(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -85,7 +85,7 @@ static const Key Keys[] = {
       "least influence length of a vertex on a face, over the shorter face"),
 
   KEY(RELAXATION, "method", CHOICE, Scene, method, "explicit", NULL, "",
-      "of static stages. explicit: damped motion; preconditioned: Newton's method with a factor of the stiffness",
+      "of static stages. explicit: damped motion; preconditioned: Newton's method with one factor, fixed connectivity only",
       .choices = Methods),
   KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
       "preconditioned: steps in which the loads of a stage with a ramp are applied"),

@@ -536,6 +536,17 @@ def test_full_blocks_that_lock_are_told(runs):
 
 
 @solver
+def test_stages_that_newtons_method_leaves_out_are_told(runs):
+    def told(*options):
+        return [line for line in run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1].splitlines() if "fixed connectivity" in line]
+
+    newton = ("-relaxation_method", "preconditioned")
+    assert told(*newton) == told("-contact_connectivity", "variable") == []
+    assert [line.split(": ")[-1] for line in told(*newton, "-contact_connectivity", "variable")] == ["weight, push"]
+    assert [line.split(": ")[-1] for line in told(*newton, "-stages_push_variable", "true")] == ["push"]
+
+
+@solver
 @pytest.mark.skipif(not os.path.isdir("/sys/kernel"), reason="no file system that refuses folders to all")
 def test_the_reason_why_a_folder_cannot_be_made(runs):
     """Not that of looking for it afterwards, which was `No such file or directory`."""
