@@ -24,16 +24,6 @@ static const double TIMED =
 static const PetscReal DEARER = 3., LEAST_WORK = 300.;
 enum { REPEATS = 40, FIRST_CYCLES = 1, DYNAMIC_CYCLES = 50 };
 
-/* Parts of a Quoin that an attempt works with. */
-typedef struct {
-  Scene *scene;
-  Model *m;
-  State *state;
-  Contacts *contacts;
-  Relaxation *relax;
-  Output *output;
-} Parts;
-
 static double slowest(MPI_Comm comm, double seconds)
 {
   MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_MAX, comm);
@@ -43,7 +33,7 @@ static double slowest(MPI_Comm comm, double seconds)
 /* ---- cycles */
 
 /* [s] of an explicit cycle, the least of some repeats, from the state as it is. */
-static PetscErrorCode time_cycles(const Parts *p, const Stage *stage, double *seconds)
+static PetscErrorCode time_cycles(const Problem *p, const Stage *stage, double *seconds)
 {
   PetscInt n = FIRST_CYCLES;
   PetscFunctionBeginUser;
@@ -150,7 +140,7 @@ static void known_effort(const Effort *e, double seconds, Cost *cost)
 
 /* The static stages by Newton's method, contacts as found at the start, as long as can be afforded; where it
    fails, by as many explicit cycles. */
-static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
+static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
 {
   PetscInt n[2];
   PetscFunctionBeginUser;
@@ -161,13 +151,15 @@ static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
     static const PetscReal once[3] = {1., 1., 1.};
     Stage stage = p->scene->stages[s];
     StageResult result;
+    Problem tried = *p;
     const double start = MPI_Wtime();
+    tried.stage = &stage, tried.number = s, tried.result = &result;
     stage.variable = 0;
     p->relax->most_work = PetscMax(LEAST_WORK, cycles / DEARER);
     PetscCall(PetscMemzero(&p->relax->spent, sizeof(p->relax->spent)));
     stage.max_cycles = (PetscInt)PetscMin((PetscReal)stage.max_cycles, cycles);
     PetscCall(PetscMemzero(&p->relax->effort, sizeof(p->relax->effort)));
-    PetscCall(StageRelax(p->scene, p->m, &stage, s, p->contacts, p->state, p->relax, p->output, &result));
+    PetscCall(StageRelax(&tried));
     const double last = slowest(p->m->comm, MPI_Wtime() - start);
     a->spent = p->relax->spent;
     a->solved = (PetscBool)(result.verdict == VERDICT_CONVERGED);
@@ -184,19 +176,21 @@ static PetscErrorCode solve_stages(const Parts *p, Attempt *a)
 }
 
 /* [s] per step of the first dynamic stage, for which some steps are run: silently. */
-static PetscErrorCode time_dynamic(const Parts *p, PetscInt s, double *seconds)
+static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds)
 {
   FILE *shown = PETSC_STDOUT;
   Stage stage = p->scene->stages[s];
   PetscReal limit;
   StageResult result;
+  Problem tried = *p;
   PetscFunctionBeginUser;
+  tried.stage = &stage, tried.number = s, tried.result = &result;
   PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->state, &limit));
   stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * stage.dt_factor * limit);
   stage.frames = 0;
   PETSC_STDOUT = fopen("/dev/null", "w");
   const double start = MPI_Wtime();
-  PetscCall(StageRunDynamic(p->scene, p->m, &stage, s, p->contacts, p->state, p->output, &result));
+  PetscCall(StageRunDynamic(&tried));
   *seconds = slowest(p->m->comm, MPI_Wtime() - start) / (double)PetscMax(1, result.cycles);
   if (PETSC_STDOUT) fclose(PETSC_STDOUT);
   PETSC_STDOUT = shown;
@@ -204,7 +198,7 @@ static PetscErrorCode time_dynamic(const Parts *p, PetscInt s, double *seconds)
 }
 
 /* What variable connectivity would do here: how far blocks have moved, and what a search takes. */
-static PetscErrorCode time_search(const Parts *p, const Stage *stage, Attempt *a)
+static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt *a)
 {
   StageResult counts = {.verdict = VERDICT_NONE};
   PetscReal far;
@@ -221,7 +215,7 @@ static PetscErrorCode time_search(const Parts *p, const Stage *stage, Attempt *a
 }
 
 /* Stages that are not solved: trials, and motion in time, whose steps are known. */
-static PetscErrorCode other_stages(const Parts *p, Attempt *a)
+static PetscErrorCode other_stages(const Problem *p, Attempt *a)
 {
   static const PetscReal once[3] = {1., 1., 1.};
   PetscReal limit;
@@ -317,29 +311,30 @@ static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function
 
 PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
 {
-  Parts p;
+  Scene *scene;
   Output output = {.lock = -1};
+  Problem p = {.output = &output};
   double memory[2];
   PetscBool fits;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(a, sizeof(*a)));
-  PetscCall(QuoinGetParts(q, &p.scene, &p.m, &p.state, &p.contacts, &p.relax));
-  Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = p.scene}; // catches no signal
+  PetscCall(QuoinGetParts(q, &scene, &p.m, &p.state, &p.contacts, &p.relax));
+  p.scene = scene;
+  Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = scene}; // catches no signal
   PetscCall(NewtonFits(p.m, memory, &fits));
-  p.scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
-  p.scene->checkpoint_minutes = p.scene->wall_limit = 0.; // is never due
-  p.scene->checkpoint_every = 0;
-  p.output = &output;
+  scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
+  scene->checkpoint_minutes = scene->wall_limit = 0.; // is never due
+  scene->checkpoint_every = 0;
   output.checkpoint = &none;
   PetscCall(PetscCalloc1(4 * p.m->n_points + 1, &output.probes));
-  a->n_stages = p.scene->n_stages;
+  a->n_stages = scene->n_stages;
   a->condensed = p.m->condensed_wall;
-  while (a->n_static < a->n_stages && p.scene->stages[a->n_static].kind == STAGE_STATIC) a->n_static++;
+  while (a->n_static < a->n_stages && scene->stages[a->n_static].kind == STAGE_STATIC) a->n_static++;
   a->n_solved = a->n_static;
-  if (!a->n_static && p.scene->stages[0].kind != STAGE_DYNAMIC) a->n_solved = 1;
+  if (!a->n_static && scene->stages[0].kind != STAGE_DYNAMIC) a->n_solved = 1;
   PetscCall(PetscCalloc1(a->n_stages, &a->cost));
   PetscCall(solve_stages(&p, a));
-  const Stage *last = p.scene->stages + PetscMax(0, a->n_solved - 1);
+  const Stage *last = scene->stages + PetscMax(0, a->n_solved - 1);
   PetscCall(CondensedRecover(p.m, p.state));
   PetscCall(GatherMesh(p.m, &a->mesh));
   PetscCall(GatherStage(p.m, p.state, p.contacts, last, &a->mesh, &a->fields));

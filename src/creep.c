@@ -82,11 +82,12 @@ static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *it
 /* Motion since the step began, kept in relax->du_chunk, and the state it led to. */
 static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
 {
+  const Newton *n = p->relax->newton;
   PetscReal *before = p->relax->du_chunk, sum[3] = {0., 0., 0.}, place[2];
   PetscFunctionBeginUser;
   now->way = 0.;
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
-    const PetscReal du = p->state->u[d] - p->newton->u_creep[d], mass = p->state->m[d];
+    const PetscReal du = p->state->u[d] - n->u_creep[d], mass = p->state->m[d];
     now->way = PetscMax(now->way, PetscAbsReal(du) * DofLength(p->m, p->state, d));
     sum[0] += mass * du * before[d], sum[1] += mass * du * du, sum[2] += mass * before[d] * before[d];
     before[d] = du;
@@ -94,8 +95,8 @@ static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &now->way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPI_SUM, p->m->comm));
   now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
-  now->pace = now->way * p->newton->drag / (2. * c->omega);
-  PetscCall(Unbalanced(p->m, p->state, p->newton->contact_scale, p->result));
+  now->pace = now->way * n->drag / (2. * c->omega);
+  PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
   PetscCall(ContactsParted(p->m, p->contacts, &now->parted, place));
   now->ratio = p->result->ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -146,7 +147,7 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
   for (int i = 2; i > 0; i--) c->last[i] = c->last[i - 1];
   c->last[0] = now, c->steps++;
   if (now.parted <= c->parted + SEEN || c->steps == 1) c->seen = now;
-  PetscCall(JudgeContacts(p->m, p->contacts, p->result));
+  PetscCall(JudgeContacts(p));
   if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -178,7 +179,7 @@ static PetscReal next_drag(PetscReal drag, PetscInt iterations, PetscReal gain)
 /* Steps, until one of them has an answer. */
 static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, PetscBool *stop)
 {
-  Newton *n = p->newton;
+  Newton *n = p->relax->newton;
   PetscReal drag = c->omega * c->omega, least = 0., force;
   const PetscReal most = MOST_DRAG * drag;
   PetscBool lost = PETSC_FALSE;
@@ -187,7 +188,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     PetscInt iterations = 0;
     PetscBool good = PETSC_FALSE, again = PETSC_FALSE;
     PetscCall(PetscArraycpy(n->u_creep, p->state->u, p->m->n_dof));
-    PetscCall(NewtonLoads(p));
+    PetscCall(StageLoads(p));
     n->drag = 0.;
     PetscCall(NewtonEvaluate(p, 0., NULL, &force));
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
@@ -214,6 +215,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
 
 PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
 {
+  Newton *n = p->relax->newton;
   Course c = {.steps = 0};
   PetscReal force, omega_2, place[2];
   PetscFunctionBeginUser;
@@ -225,7 +227,7 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
   PetscCall(ContactsParted(p->m, p->contacts, &c.parted, place));
   c.omega = PetscSqrtReal(omega_2);
   if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
-  p->newton->drag = 0.;
-  if (p->newton->stiffness.turns) PetscCall(StiffnessBodies(p->m, NULL, &p->newton->stiffness));
+  n->drag = 0.;
+  if (n->stiffness.turns) PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -99,84 +99,89 @@ static void half_step(const Model *m, State *s, PetscReal sign)
     s->v[d] += sign * 0.5 * s->dt * (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * s->v[d]);
 }
 
-static PetscErrorCode start(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                            Contacts *contacts, State *s, StageResult *result)
+static PetscErrorCode start(const Problem *p)
 {
+  const Stage *stage = p->stage;
+  Model *m = p->m;
+  State *s = p->state;
   PetscReal limit;
   PetscFunctionBeginUser;
-  if (!number || scene->stages[number - 1].kind != STAGE_DYNAMIC)
+  if (!p->number || p->scene->stages[p->number - 1].kind != STAGE_DYNAMIC)
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
-  if (s->time == 0.) PetscCall(start_velocities(scene, m, s));
-  PetscCall(DynamicTimeStep(scene, m, stage, s, &limit));
+  if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
+  PetscCall(DynamicTimeStep(p->scene, m, stage, s, &limit));
   s->dt = stage->dt_factor * limit;
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
   s->alpha = stage->alpha;
-  contacts->rate = -1.; // no motion yet to damp
-  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  p->contacts->rate = -1.; // no motion yet to damp
+  PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
   if (stage->variable) {
-    PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
-    PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+    PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
+    PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
   }
-  PetscCall(LoadsTarget(scene, m, stage, s)); // loads act in full from the first step
-  if (LoadsPress(scene, stage)) PetscCall(LoadsDead(scene, m, stage, s));
+  PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
+  if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
   half_step(m, s, -1.);
-  contacts->rate = 1. / s->dt;
+  p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- on the way */
 
 /* Forces at the present time, and what contacts have done to get there. */
-static PetscErrorCode evaluate(Model *m, const Stage *stage, Contacts *contacts, State *s,
-                               EnergyAccount *energy)
+static PetscErrorCode evaluate(const Problem *p, EnergyAccount *energy)
 {
+  State *s = p->state;
   PetscReal *swap = s->f_old;
   PetscFunctionBeginUser;
   PartSample(s->cycle);
   s->f_old = s->f, s->f_old_clear = PETSC_FALSE;
   s->f = swap;
-  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
-  EnergyOfContacts(m, contacts, energy);
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, s, NULL));
+  EnergyOfContacts(p->m, p->contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A block that has moved farther than blocks are deep may have gone through another between two looks. */
-static PetscErrorCode run_over(const Model *m, const State *s, PetscReal moved, StageResult *result)
+static PetscErrorCode run_over(const Problem *p, PetscReal moved)
 {
   PetscReal thinnest = PETSC_MAX_REAL;
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < m->faces.n; f++) thinnest = PetscMin(thinnest, m->faces.thick[f]);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &thinnest, 1, MPIU_REAL, MPI_MIN, m->comm));
+  for (PetscInt f = 0; f < p->m->faces.n; f++) thinnest = PetscMin(thinnest, p->m->faces.thick[f]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &thinnest, 1, MPIU_REAL, MPI_MIN, p->m->comm));
   if (!(moved > thinnest)) PetscFunctionReturn(PETSC_SUCCESS);
-  result->verdict = VERDICT_DIVERGED;
+  p->result->verdict = VERDICT_DIVERGED;
   PetscCall(
-      PetscSNPrintf(result->evidence, sizeof(result->evidence),
+      PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
                     "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
                     "passed through others: the step is too large (lower dt_factor)",
-                    (double)s->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest));
+                    (double)p->state->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Whether contacts were found again; then the forces are those of the new ones. */
-static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts, State *s,
-                             EnergyAccount *energy, PetscBool *verified, StageResult *result)
+static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool *verified)
 {
+  const Joint *joints = p->stage->joints;
+  Model *m = p->m;
+  State *s = p->state;
+  StageResult *result = p->result;
   PetscReal stored[2], moved;
   PetscFunctionBeginUser;
-  PetscCall(ContactsNeedVerify(scene, m, s, verified, &moved));
+  PetscCall(ContactsNeedVerify(p->scene, m, s, verified, &moved));
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(run_over(m, s, moved, result));
-  PetscCall(evaluate(m, stage, contacts, s, energy));
-  stored[0] = EnergyInJoints(m, stage->joints, contacts);
+  PetscCall(run_over(p, moved));
+  PetscCall(evaluate(p, energy));
+  stored[0] = EnergyInJoints(m, joints, p->contacts);
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
-  PetscCall(ContactsVerify(scene, stage->joints, m, s, contacts, result));
-  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
+  PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
+  PetscCall(Forces(m, joints, p->contacts, s, NULL));
   EnergyOfExchange(m, s, energy);
-  stored[1] = EnergyInJoints(m, stage->joints, contacts);
+  stored[1] = EnergyInJoints(m, joints, p->contacts);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
   energy->detection += stored[1] - stored[0];
-  PetscCall(EnergyContactsChanged(contacts, energy));
+  PetscCall(EnergyContactsChanged(p->contacts, energy));
   if (result->deepest > PRESSED_THROUGH) {
     result->verdict = VERDICT_DIVERGED;
     PetscCall(
@@ -191,32 +196,34 @@ static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, C
 /* Applied forces at the displacements of the forces just evaluated. Water stays normal to its face,
    and as deep as the face is; dead loads keep their direction, but their moments about the centres
    of rigid bodies turn. */
-static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const Stage *stage, State *s)
+static PetscErrorCode follow_motion(const Problem *p)
 {
+  State *s = p->state;
   PetscFunctionBeginUser;
-  if (LoadsPress(scene, stage))
-    PetscCall(LoadsFollow(scene, m, stage, s));
+  if (LoadsPress(p->scene, p->stage))
+    PetscCall(LoadsFollow(p->scene, p->m, p->stage, s));
   else if (s->loads_turn)
-    (void)LoadsTurn(m, s->u, s->f_target);
+    (void)LoadsTurn(p->m, s->u, s->f_target);
   else
     PetscFunctionReturn(PETSC_SUCCESS);
-  LoadsApply(m, s, 1.);
+  LoadsApply(p->m, s, 1.);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* On to the next time, by the forces just evaluated. */
-static PetscErrorCode advance(const Scene *scene, const Model *m, const Stage *stage, State *s,
-                              SupportMotion *motions, EnergyAccount *energy)
+static PetscErrorCode advance(const Problem *p, SupportMotion *motions, EnergyAccount *energy)
 {
   const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
+  const Model *m = p->m;
+  State *s = p->state;
   QuotientSums sums;
   PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_INTEGRATION));
-  PetscCall(follow_motion(scene, m, stage, s));
+  PetscCall(follow_motion(p));
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
   EnergyAfterStep(m, s, energy);
-  SupportsMove(scene, m, motions, s);
+  SupportsMove(p->scene, m, motions, s);
   RigidMotion(m, s->u);
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
@@ -224,23 +231,24 @@ static PetscErrorCode advance(const Scene *scene, const Model *m, const Stage *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode look(const Model *m, const Stage *stage, const State *s, const Contacts *contacts,
-                           EnergyAccount *energy, PetscBool first, StageResult *result)
+static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool first)
 {
+  const State *s = p->state;
+  StageResult *result = p->result;
   PetscReal top[3] = {0., 0., 0.};
   PetscFunctionBeginUser;
-  PetscCall(EnergyReport(m, stage->joints, contacts, energy, first, &result->energy));
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    if (d < 3 * m->n_bodies && d % 3 == 2) continue;
+  PetscCall(EnergyReport(p->m, p->stage->joints, p->contacts, energy, first, &result->energy));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
     top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
     if (!(PetscAbsReal(s->u[d]) < PETSC_MAX_REAL / 4.)) top[1] = 1.;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, p->m->comm));
   result->displacement = top[0];
   result->kinetic = result->energy.kinetic;
   result->time = s->time - s->dt; // energies belong to the time before the step just made
   result->finite = (PetscBool)(top[1] == 0.);
-  if (!result->finite || top[0] > 1e3 * m->diameter) {
+  if (!result->finite || top[0] > 1e3 * p->m->diameter) {
     result->verdict = VERDICT_DIVERGED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "t = %.6g s: displacements are %s: the step is too large (lower dt_factor)",
@@ -250,30 +258,29 @@ static PetscErrorCode look(const Model *m, const Stage *stage, const State *s, c
 }
 
 /* The four models that derive from no potential make or destroy energy where contacts open and close. */
-static PetscErrorCode warn_models(const Scene *scene, const Model *m, const Stage *stage, const Contacts *c)
+static PetscErrorCode warn_models(const Problem *p)
 {
+  const Contacts *c = p->contacts;
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
-  for (PetscInt j = 0; j < scene->n_joints && stage->variable; j++) { // contacts yet to be made
-    const StressModelKind model = stage->joints[j].stress_model;
-    n += stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
+    const StressModelKind model = p->stage->joints[j].stress_model;
+    n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
   if (n)
-    PetscCall(PetscPrintf(m->comm,
+    PetscCall(PetscPrintf(p->m->comm,
                           "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
                           "destroy energy when they open and close: use pt or tptm in dynamic stages\n",
-                          stage->name));
+                          p->stage->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What the loop of steps remembers, see archive.h. */
 typedef struct {
-  const Model *m;
-  const Contacts *contacts;
-  EnergyAccount *energy;
-  StageResult *result;
+  const Problem *p;
+  EnergyAccount energy;
   PetscInt frame;               /* the last written */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
   double start;                 /* [s] of MPI_Wtime */
@@ -282,67 +289,70 @@ typedef struct {
 static PetscErrorCode archive_loop(Archive *a, void *context)
 {
   Loop *loop = context;
+  const Problem *p = loop->p;
   PetscFunctionBeginUser;
-  loop->result->wall = MPI_Wtime() - loop->start;
+  p->result->wall = MPI_Wtime() - loop->start;
   if (a->anew) {
-    PetscCall(EnergyDestroy(loop->energy));
-    PetscCall(EnergyCreate(loop->m, loop->energy));
+    PetscCall(EnergyDestroy(&loop->energy));
+    PetscCall(EnergyCreate(p->m, &loop->energy));
   }
-  PetscCall(ArchiveResult(a, "result", loop->result));
+  PetscCall(ArchiveResult(a, "result", p->result));
   PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
-  PetscCall(EnergyArchive(a, loop->m, loop->contacts, loop->energy));
-  if (!a->anew) loop->start = MPI_Wtime() - loop->result->wall;
+  PetscCall(EnergyArchive(a, p->m, p->contacts, &loop->energy));
+  if (!a->anew) loop->start = MPI_Wtime() - p->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode name_fault(const Model *m, const State *s, Loop *loop)
+static PetscErrorCode name_fault(Loop *loop)
 {
+  const Problem *p = loop->p;
   char where[128];
   PetscInt64 first = loop->fault_step;
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT64, MPI_MIN, m->comm));
-  if (loop->fault < 0) loop->fault = FaultFind(m, s);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT64, MPI_MIN, p->m->comm));
+  if (loop->fault < 0) loop->fault = FaultFind(p->m, p->state);
   // a rank that met it later has it from a neighbour
-  PetscCall(FaultName(m, loop->fault_step == first ? loop->fault : FAULT_NONE, where));
+  PetscCall(FaultName(p->m, loop->fault_step == first ? loop->fault : FAULT_NONE, where));
   PetscCall(
-      PetscSNPrintf(loop->result->evidence, sizeof(loop->result->evidence),
+      PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
                     "t = %.6g s: a force or displacement is not a finite number, first in %s: the step is "
                     "too large (lower dt_factor)",
-                    (double)s->time, where));
+                    (double)p->state->time, where));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The steps of a stage; frames are written where forces and displacements are of one time. */
-static PetscErrorCode run(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                          Contacts *contacts, State *s, SupportMotion *motions, Loop *loop, Output *output)
+static PetscErrorCode run(Loop *loop, SupportMotion *motions)
 {
+  const Problem *p = loop->p;
+  const Stage *stage = p->stage;
+  const State *s = p->state;
+  EnergyAccount *energy = &loop->energy;
+  StageResult *result = p->result;
   const PetscInt64 steps = (PetscInt64)rint(stage->duration / s->dt);
-  EnergyAccount *energy = loop->energy;
-  StageResult *result = loop->result;
   PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(m->comm,
+  PetscCall(PetscPrintf(p->m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
                         stage->name, steps, (double)s->dt, (double)stage->dt_factor));
   for (PetscInt64 i = result->cycles; i < steps && result->verdict == VERDICT_NONE; i++) {
     PetscBool verified = PETSC_FALSE;
-    if (stage->variable && i % VERIFY_EVERY == 0)
-      PetscCall(verify(scene, m, stage, contacts, s, energy, &verified, result));
-    if (!verified) PetscCall(evaluate(m, stage, contacts, s, energy));
+    if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, energy, &verified));
+    if (!verified) PetscCall(evaluate(p, energy));
     if (loop->frame < stage->frames && i * (stage->frames + 1) >= steps * (loop->frame + 1))
-      PetscCall(OutputFrame(output, scene, m, s, contacts, number, ++loop->frame, result));
-    const PetscBool report = (PetscBool)(!i || (i + 1) % scene->history_every == 0 || i + 1 == steps);
-    if (report) PetscCall(EnergyOfBlocks(m, s, energy));
-    PetscCall(advance(scene, m, stage, s, motions, energy));
+      PetscCall(OutputFrame(p, ++loop->frame));
+    const PetscBool report = (PetscBool)(!i || (i + 1) % p->scene->history_every == 0 || i + 1 == steps);
+    if (report) PetscCall(EnergyOfBlocks(p->m, s, energy));
+    PetscCall(advance(p, motions, energy));
     result->cycles++;
     if (loop->fault < 0 && !(energy->kinetic < PETSC_MAX_REAL))
-      loop->fault = FaultFind(m, s), loop->fault_step = i;
+      loop->fault = FaultFind(p->m, s), loop->fault_step = i;
     if (!report) continue;
-    PetscCall(look(m, stage, s, contacts, energy, (PetscBool)(i == 0), result));
-    if (!result->finite) PetscCall(name_fault(m, s, loop));
+    PetscCall(look(p, energy, (PetscBool)(i == 0)));
+    if (!result->finite) PetscCall(name_fault(loop));
     result->wall = MPI_Wtime() - loop->start;
-    PetscCall(OutputHistory(output, scene, m, s, number, 1., result));
-    PetscCall(RepartitionPoll(output->checkpoint, stage, s->cycle, result));
-    PetscCall(CheckpointPoll(output->checkpoint, s->cycle, result));
+    PetscCall(OutputHistory(p));
+    PetscCall(RepartitionPoll(p));
+    PetscCall(CheckpointPoll(p->output->checkpoint, s->cycle, result));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -371,9 +381,9 @@ static PetscErrorCode tell_account(const Energies *e, PetscReal out, PetscReal m
 
 /* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
    gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
-static PetscErrorCode judge_account(const Model *m, const Stage *stage, const EnergyAccount *energy,
-                                    StageResult *r)
+static PetscErrorCode judge_account(const Problem *p, const EnergyAccount *energy)
 {
+  StageResult *r = p->result;
   const Energies *e = &r->energy;
   const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + energy->kinetic_0 +
                           energy->strain_0 + energy->joints_0;
@@ -388,47 +398,45 @@ static PetscErrorCode judge_account(const Model *m, const Stage *stage, const En
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (out > UNBALANCED * moved)
-    PetscCall(PetscPrintf(m->comm, "warning: stage %s: %s\n", stage->name, words));
+    PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
   r->verdict = VERDICT_COMPLETED;
   PetscCall(PetscSNPrintf(r->evidence, sizeof(r->evidence),
                           "%.6g s in %" PetscInt64_FMT
                           " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
                           "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT
                           " made, %" PetscInt64_FMT " lost",
-                          (double)stage->duration, r->cycles, (double)e->balance, (double)e->detection,
+                          (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection,
                           (double)moved, r->verifications, r->contacts_made, r->contacts_lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRunDynamic(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                               Contacts *contacts, State *s, struct _p_Output *output, StageResult *result)
+PetscErrorCode StageRunDynamic(const Problem *p)
 {
-  EnergyAccount energy;
   SupportMotion *motions;
   PetscBool resumed;
-  Loop loop = {m, contacts, &energy, result, 0, -1, PETSC_MAX_INT, MPI_Wtime()};
+  Loop loop = {.p = p, .fault = -1, .fault_step = PETSC_MAX_INT, .start = MPI_Wtime()};
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(result, sizeof(*result)));
-  PetscCall(SupportMotionsRead(scene, m->comm, &motions));
-  PetscCall(EnergyCreate(m, &energy));
-  PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  PetscCall(PetscMemzero(p->result, sizeof(*p->result)));
+  PetscCall(SupportMotionsRead(p->scene, p->m->comm, &motions));
+  PetscCall(EnergyCreate(p->m, &loop.energy));
+  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
   if (!resumed) {
-    PetscCall(start(scene, m, stage, number, contacts, s, result));
-    PetscCall(EnergyContactsChanged(contacts, &energy));
+    PetscCall(start(p));
+    PetscCall(EnergyContactsChanged(p->contacts, &loop.energy));
   }
-  PetscCall(warn_models(scene, m, stage, contacts));
-  if (!resumed) PetscCall(SupportMotionsWarn(scene, m->comm, motions, s->time, s->time + stage->duration));
-  PetscCall(run(scene, m, stage, number, contacts, s, motions, &loop, output));
-  PetscCall(CheckpointDetach(output->checkpoint));
-  contacts->rate = -1.;
-  PetscCall(Forces(m, stage->joints, contacts, s, NULL));
-  PetscCall(follow_motion(scene, m, stage, s));
-  half_step(m, s, 1.);
-  result->wall = MPI_Wtime() - loop.start;
-  if (result->verdict == VERDICT_NONE) PetscCall(judge_account(m, stage, &energy, result));
-  PetscCall(SupportMotionsDestroy(scene, &motions));
-  PetscCall(EnergyDestroy(&energy));
-  PetscCall(StageReport(m, stage, result));
-  if (!stage->variable) PetscCall(FixedOutgrown(m, contacts));
+  PetscCall(warn_models(p));
+  if (!resumed) PetscCall(SupportMotionsWarn(p, motions));
+  PetscCall(run(&loop, motions));
+  PetscCall(CheckpointDetach(p->output->checkpoint));
+  p->contacts->rate = -1.;
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(follow_motion(p));
+  half_step(p->m, p->state, 1.);
+  p->result->wall = MPI_Wtime() - loop.start;
+  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &loop.energy));
+  PetscCall(SupportMotionsDestroy(p->scene, &motions));
+  PetscCall(EnergyDestroy(&loop.energy));
+  PetscCall(StageReport(p));
+  if (!p->stage->variable) PetscCall(FixedOutgrown(p->m, p->contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -67,6 +67,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
 {
   const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
   PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
+  Newton *n = p->relax->newton;
   PC pc;
   PCFailedReason failed;
   PetscFunctionBeginUser;
@@ -79,10 +80,10 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(PCSetType(pc, type));
   PetscCall(PCFactorSetMatSolverType(pc, package));
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
-  PetscCall(KSPSetOperators(*ksp, p->newton->stiffness.tangent, p->newton->stiffness.tangent));
-  p->newton->wants = PETSC_FALSE;
+  PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
+  n->wants = PETSC_FALSE;
   if (refuses) PetscCall(silence_cholmod());
-  if (refuses) PetscCall(PetscPushErrorHandler(keep_status, &p->newton->wants));
+  if (refuses) PetscCall(PetscPushErrorHandler(keep_status, &n->wants));
   if (refuses) PetscErrorPrintf = PetscErrorPrintfNone;
   const PetscErrorCode code = KSPSetUp(*ksp);
   PetscErrorPrintf = print;
@@ -96,7 +97,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   if (*fails && !refuses) {
     Mat factor;
     PetscCall(PCFactorGetMatrix(pc, &factor));
-    PetscCall(MumpsWants(factor, &p->newton->wants));
+    PetscCall(MumpsWants(factor, &n->wants));
   }
   p->relax->effort.factorisations++;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -106,12 +107,12 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
    rounding has left a pivot below zero, which it can live with. */
 static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
 {
+  const Newton *n = p->relax->newton;
   PetscBool cholmod;
   PetscFunctionBeginUser;
-  PetscCall(
-      MatGetFactorAvailable(p->newton->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
+  PetscCall(MatGetFactorAvailable(n->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
   if (cholmod) PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
-  if (cholmod && (!*fails || p->newton->wants)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (cholmod && (!*fails || n->wants)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPDestroy(ksp));
   PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,7 +122,7 @@ static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool 
    and its motion in a solution is noise: K0 x = K0 x_0 is solved for a known x_0. */
 static PetscErrorCode check_factor(const Problem *p)
 {
-  Newton *n = p->newton;
+  Newton *n = p->relax->newton;
   PetscReal *x, error, size;
   Vec x_0;
   PetscFunctionBeginUser;
@@ -142,7 +143,7 @@ static PetscErrorCode check_factor(const Problem *p)
 
 PetscErrorCode FactorElastic(const Problem *p)
 {
-  Newton *n = p->newton;
+  Newton *n = p->relax->newton;
   PetscReal *undeformed;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));

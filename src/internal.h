@@ -346,6 +346,9 @@ PetscErrorCode SupportsApply(const Scene *scene, Model *model);
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Whether water acts that follows the faces it presses on. */
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
+/* Whether applied forces change with the displacements: by such water, or because the arms of forces about
+   the mass centre of a rigid body turn with it. */
+PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage);
 /* For stages in time, which have no ramp: the loads that are not such into state->f_start; and, every step,
    state->f_target from these and the water on the faces as they are. Nothing is allocated. */
 PetscErrorCode LoadsDead(const Scene *scene, const Model *model, const Stage *stage, State *state);
@@ -387,10 +390,6 @@ PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state)
 /* Adds the forces of the load to f. u, f: vertex arrays. */
 void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *model,
                   const PetscReal *u, PetscReal *f);
-/* Collective. Measures the open lengths of the stage's cracked uplift loads. again: one has changed (before
-   equilibrium, grown), so the stage must go on; a crack through the joint sets the verdict. */
-PetscErrorCode UpliftCrack(const Scene *scene, const Model *model, const Stage *stage,
-                           const Contacts *contacts, State *state, StageResult *result, PetscBool *again);
 
 /* ---- timestep.c */
 /* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */

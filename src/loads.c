@@ -247,6 +247,14 @@ static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage)
+{
+  PetscBool change = LoadsPress(scene, stage);
+  for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
+    if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) change = PETSC_TRUE;
+  return change;
+}
+
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   const PetscInt at = 3 * m->n_bodies;

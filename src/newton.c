@@ -33,7 +33,7 @@ static const PetscReal LOOSEST = 0.3;          /* relative residual a linear sol
 /* Whether the factor is that of these contacts and joint stiffnesses. */
 static PetscErrorCode is_current(const Problem *p, PetscBool *current)
 {
-  const Newton *n = p->newton;
+  const Newton *n = p->relax->newton;
   const Contacts *c = p->contacts;
   PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->n_vertices && n->n_padded == c->n_padded);
   PetscFunctionBeginUser;
@@ -87,9 +87,10 @@ PetscErrorCode NewtonDestroy(Newton **newton)
 
 static PetscErrorCode commit(const Problem *p)
 {
+  Newton *n = p->relax->newton;
   PetscFunctionBeginUser;
-  p->newton->result = *p->result, p->newton->effort = p->relax->effort, p->newton->cycle = p->state->cycle;
-  PetscCall(PetscArraycpy(p->newton->u, p->state->u, p->m->n_dof));
+  n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
+  PetscCall(PetscArraycpy(n->u, p->state->u, p->m->n_dof));
   ContactsHold(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -110,14 +111,14 @@ static PetscErrorCode restore(const Problem *p)
 {
   PetscFunctionBeginUser;
   ContactsGoBack(p->contacts);
-  PetscCall(NewtonMove(p, p->newton->u));
-  if (p->follow) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+  PetscCall(NewtonMove(p, p->relax->newton->u));
+  if (LoadsChange(p->scene, p->m, p->stage)) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
 {
-  const Newton *n = p->newton;
+  const Newton *n = p->relax->newton;
   const Model *m = p->m;
   State *state = p->state;
   PetscReal *r, sum = 0.;
@@ -142,7 +143,7 @@ PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal 
 /* Drag of a creep step, on the diagonal of the tangent. */
 static PetscErrorCode add_drag(const Problem *p)
 {
-  Newton *n = p->newton;
+  Newton *n = p->relax->newton;
   PetscReal *drag;
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayWrite(n->dragged, &drag));
@@ -155,7 +156,7 @@ static PetscErrorCode add_drag(const Problem *p)
 /* du from K_t du = r to the relative residual `tolerance`. */
 static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
 {
-  Newton *n = p->newton;
+  Newton *n = p->relax->newton;
   PetscBool fails = PETSC_FALSE;
   PetscFunctionBeginUser;
   StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
@@ -175,17 +176,18 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
 
 PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
 {
+  const Newton *n = p->relax->newton;
   const PetscReal *r, *du;
   PetscReal sum[2] = {0., 0.};
   PetscFunctionBeginUser;
   *omega_2 = 0.;
-  PetscCall(PCApply(p->newton->pc, p->newton->r, p->newton->du));
+  PetscCall(PCApply(n->pc, n->r, n->du));
   p->relax->effort.solves++;
-  PetscCall(VecGetArrayRead(p->newton->r, &r));
-  PetscCall(VecGetArrayRead(p->newton->du, &du));
+  PetscCall(VecGetArrayRead(n->r, &r));
+  PetscCall(VecGetArrayRead(n->du, &du));
   for (PetscInt d = 0; d < p->m->n_dof; d++) sum[0] += du[d] * r[d], sum[1] += p->state->m[d] * du[d] * du[d];
-  PetscCall(VecRestoreArrayRead(p->newton->du, &du));
-  PetscCall(VecRestoreArrayRead(p->newton->r, &r));
+  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscCall(VecRestoreArrayRead(n->r, &r));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, p->m->comm));
   if (sum[0] > 0. && sum[1] > 0.) *omega_2 = sum[0] / sum[1];
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,11 +226,12 @@ static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *
    may press corners together as a body turns, but not lift it off, which the next step does not repair. */
 static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscReal *norm)
 {
-  const PetscReal most = *norm * (p->newton->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
+  const Newton *n = p->relax->newton;
+  const PetscReal most = *norm * (n->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
   PetscReal part = 0., trial = PETSC_MAX_REAL;
   PetscFunctionBeginUser;
   PetscCall(bounded(p, du, &part));
-  PetscCall(PetscArraycpy(p->newton->u_base, p->state->u, p->m->n_dof));
+  PetscCall(PetscArraycpy(n->u_base, p->state->u, p->m->n_dof));
   for (int i = 0; i <= MOST_HALVINGS && !(trial < most); i++, part *= 0.5)
     PetscCall(NewtonEvaluate(p, part, du, &trial));
   *norm = trial;
@@ -237,7 +240,7 @@ static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscRe
 
 PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm)
 {
-  Newton *n = p->newton;
+  Newton *n = p->relax->newton;
   const PetscReal *du;
   PetscFunctionBeginUser;
   PetscCall(solve(p, tolerance));
@@ -250,17 +253,8 @@ PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *n
 PetscErrorCode NewtonFresh(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(KSPDestroy(&p->newton->worn));
-  p->newton->last_solves = 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode NewtonLoads(const Problem *p)
-{
-  PetscFunctionBeginUser;
-  if (!p->follow) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
-  LoadsApply(p->m, p->state, p->state->ramp);
+  PetscCall(KSPDestroy(&p->relax->newton->worn));
+  p->relax->newton->last_solves = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -275,7 +269,7 @@ PetscBool NewtonSpent(const Problem *p)
    wall time has ended that. */
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
 {
-  Newton *n = p->newton;
+  const Newton *n = p->relax->newton;
   PetscReal norm, before = 0., least = PETSC_MAX_REAL;
   PetscInt least_at = 0;
   PetscFunctionBeginUser;
@@ -298,32 +292,32 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     PetscCall(NewtonIterate(p, tolerance, &norm));
     PetscCall(CheckpointStop(p->output->checkpoint, stop));
     if (*stop) break;
-    PetscCall(NewtonLoads(p));
+    PetscCall(StageLoads(p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The factor of this stage; p->newton NULL: there is no memory for it. */
-static PetscErrorCode prepare(Problem *p)
+/* The factor of this stage. works: FALSE: there is no memory for it, or K0 has none. */
+static PetscErrorCode prepare(const Problem *p, PetscBool *works)
 {
+  Newton **newton = &p->relax->newton;
   PetscBool current = PETSC_FALSE, fits;
   double memory[2];
   PetscFunctionBeginUser;
-  p->newton = p->relax->newton;
-  if (p->newton) PetscCall(is_current(p, &current));
+  *works = PETSC_FALSE;
+  if (*newton) PetscCall(is_current(p, &current));
   if (!current) {
-    PetscCall(NewtonDestroy(&p->relax->newton));
-    p->newton = NULL;
+    PetscCall(NewtonDestroy(newton));
     PetscCall(NewtonFits(p->m, memory, &fits));
     if (!fits) PetscCall(FactorWants(p, memory));
     if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(create(p, &p->relax->newton));
-    p->newton = p->relax->newton;
-    PetscCall(PetscArraycpy(p->newton->memory, memory, 2));
+    PetscCall(create(p, newton));
+    PetscCall(PetscArraycpy((*newton)->memory, memory, 2));
     PetscCall(FactorElastic(p));
   }
+  *works = (PetscBool) !(*newton)->fails;
   p->relax->effort.preconditioned = PETSC_TRUE;
-  if (p->newton->fails && p->newton->wants) PetscCall(FactorWants(p, p->newton->memory));
+  if (!*works && (*newton)->wants) PetscCall(FactorWants(p, (*newton)->memory));
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
   PetscCall(commit(p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -332,60 +326,59 @@ static PetscErrorCode prepare(Problem *p)
 /* An increment that was stopped on its way has never been. */
 static PetscErrorCode take_back(const Problem *p)
 {
+  const Newton *n = p->relax->newton;
   PetscFunctionBeginUser;
   PetscCall(restore(p));
-  *p->result = p->newton->result;
-  p->relax->effort = p->newton->effort;
-  p->state->cycle = p->newton->cycle;
+  *p->result = n->result, p->relax->effort = n->effort, p->state->cycle = n->cycle;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode NewtonRelax(const Scene *scene, const Model *m, const Stage *stage, PetscInt number,
-                           PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
-                           struct _p_Output *output, StageResult *result)
+PetscErrorCode NewtonRelax(const Problem *p)
 {
-  Problem p = {scene, m, stage, follow, contacts, state, relax, NULL, result, output};
-  PetscReal *const reached = &relax->reached, *const step = &relax->step;
+  State *state = p->state;
+  StageResult *result = p->result;
+  PetscReal *const reached = &p->relax->reached, *const step = &p->relax->step;
   char creep[128]; // of the last increment, if it took any
+  PetscBool works;
   PetscFunctionBeginUser;
-  if (!(*step > 0.)) *reached = 0., *step = stage->ramp ? 1. / (PetscReal)scene->increments : 1.;
-  PetscCall(prepare(&p));
-  while (p.newton && !p.newton->fails && *reached < 1.) {
+  if (!(*step > 0.)) *reached = 0., *step = p->stage->ramp ? 1. / (PetscReal)p->scene->increments : 1.;
+  PetscCall(prepare(p, &works));
+  while (works && *reached < 1.) {
     const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
     PetscBool found, stop;
-    PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
+    PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
     if (result->verdict != VERDICT_NONE) break;
-    LoadsApply(m, state, target);
+    LoadsApply(p->m, state, target);
     result->evidence[0] = 0;
-    PetscCall(equilibrium(&p, &found, &stop));
-    if (found) PetscCall(JudgeContacts(m, contacts, result));
+    PetscCall(equilibrium(p, &found, &stop));
+    if (found) PetscCall(JudgeContacts(p));
     if (!found && !stop) {
-      PetscCall(restore(&p));
-      LoadsApply(m, state, target);
-      PetscCall(NewtonCreep(&p, &found, &stop));
+      PetscCall(restore(p));
+      LoadsApply(p->m, state, target);
+      PetscCall(NewtonCreep(p, &found, &stop));
     }
     if (stop) {
-      PetscCall(take_back(&p));
+      PetscCall(take_back(p));
       continue;
     }
     if (!found && result->verdict == VERDICT_NONE) {
-      if (NewtonSpent(&p)) relax->spent = relax->effort;
-      PetscCall(restore(&p));
+      if (NewtonSpent(p)) p->relax->spent = p->relax->effort;
+      PetscCall(restore(p));
       break;
     }
     *reached = target;
-    PetscCall(commit(&p));
-    PetscCall(OutputHistory(output, scene, m, state, number, target, result));
+    PetscCall(commit(p));
+    PetscCall(OutputHistory(p));
     if (result->verdict != VERDICT_NONE) break;
   }
   *step = 0.;
   if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
-  LoadsApply(m, state, *reached);
+  LoadsApply(p->m, state, *reached);
   if (*reached < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_CONVERGED;
   PetscCall(PetscStrncpy(creep, result->evidence, sizeof(creep)));
   PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g%s",
-                          (double)result->ratio, (double)stage->tolerance, creep));
+                          (double)result->ratio, (double)p->stage->tolerance, creep));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -28,21 +28,7 @@ struct _p_Newton {
 
 enum { NEWTON_MOST_SOLVES = 60 }; /* in one iteration */
 
-/* Everything an iteration reads. */
-typedef struct {
-  const Scene *scene;
-  const Model *m;
-  const Stage *stage;
-  PetscBool follow;
-  Contacts *contacts;
-  State *state;
-  Relaxation *relax;
-  Newton *newton;
-  StageResult *result;
-  Output *output;
-} Problem;
-
-/* ---- factor.c. Collective, all of them. */
+/* ---- factor.c. Collective, all of them; newton is p->relax->newton. */
 /* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. fails: it has
    none; newton->wants: for want of memory. */
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails);
@@ -52,11 +38,9 @@ PetscErrorCode FactorElastic(const Problem *p);
    NewtonFits. */
 PetscErrorCode FactorWants(const Problem *p, const double memory[2]);
 
-/* ---- newton.c. Collective, all of them. */
+/* ---- newton.c. Likewise. */
 /* Displacements u (n_dof,) become the present ones, on all ranks that read them. */
 PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u);
-/* Loads that follow the motion, at the present displacements. */
-PetscErrorCode NewtonLoads(const Problem *p);
 /* Forces at u_base + part du (du NULL: at the present u) from the committed history; newton->r: the
    unbalanced force less the drag, and its norm [N]. */
 PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm);

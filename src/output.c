@@ -23,20 +23,21 @@ static void write_echo(const char *folder, const Scene *scene, char message[MESS
 }
 
 /* Collective. Values of the named points into output->probes, and the largest displacement [m]. */
-static PetscErrorCode update_probes(const Model *model, const State *state, Output *output, PetscReal *u_max)
+static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
 {
-  const PetscReal *u = state->u + 3 * model->n_bodies;
+  const Model *model = p->m;
+  const PetscReal *u = p->state->u + 3 * model->n_bodies;
   const PetscInt n = 4 * model->n_points;
   PetscReal *all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(n + 1, &all));
   for (PetscInt i = 0; i < n; i++) all[i] = -INFINITY;
-  for (PetscInt p = 0; p < model->n_points; p++) {
-    const PetscInt v = model->point_vertex[p];
+  for (PetscInt i = 0; i < model->n_points; i++) {
+    const PetscInt v = model->point_vertex[i];
     if (v < 0 || v >= model->n_owned) continue;
     for (int x = 0; x < 2; x++) {
-      all[4 * p + x] = model->X[2 * v + x];
-      all[4 * p + 2 + x] = u[2 * v + x];
+      all[4 * i + x] = model->X[2 * v + x];
+      all[4 * i + 2 + x] = u[2 * v + x];
     }
   }
   all[n] = 0;
@@ -46,7 +47,7 @@ static PetscErrorCode update_probes(const Model *model, const State *state, Outp
   }
   // one owner per point: the largest is its value
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n + 1, MPIU_REAL, MPI_MAX, model->comm));
-  PetscCall(PetscArraycpy(output->probes, all, n));
+  PetscCall(PetscArraycpy(p->output->probes, all, n));
   *u_max = PetscSqrtReal(all[n]);
   PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -61,13 +62,14 @@ static PetscBool in_time(const Scene *scene)
 }
 
 /* Energies of a static stage are not accounted for: nan. */
-static void history_energies(FILE *f, const Stage *stage, const State *state, const Energies *e)
+static void history_energies(FILE *f, const Problem *p)
 {
+  const Energies *e = &p->result->energy;
   const PetscReal value[] = {e->strain,   e->joints,  e->outside,   e->supports,
                              e->friction, e->damping, e->detection, e->balance};
-  fprintf(f, ",%.10g", state->time);
+  fprintf(f, ",%.10g", p->state->time);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(value); i++)
-    fprintf(f, ",%.10g", stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
+    fprintf(f, ",%.10g", p->stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
 }
 
 static void history_header(FILE *f, const Scene *scene, const Model *model)
@@ -262,73 +264,69 @@ static void check_history(const Output *o, char message[MESSAGE_LENGTH])
     snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
 }
 
-static void history_row(const Output *output, const Scene *scene, const Model *model, const State *state,
-                        PetscInt stage, PetscReal ramp, PetscReal u_max, const StageResult *result)
+static void history_row(const Problem *p, PetscReal u_max)
 {
-  FILE *f = output->history;
-  fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)state->cycle,
-          scene->stages[stage].name, ramp, result->ratio, result->kinetic, state->alpha, state->dt,
-          state->alpha * state->dt, u_max);
-  if (in_time(scene)) history_energies(f, scene->stages + stage, state, &result->energy);
-  for (PetscInt p = 0; p < model->n_points; p++) {
-    fprintf(f, ",%.10g,%.10g", output->probes[4 * p + 2], output->probes[4 * p + 3]);
-  }
+  FILE *f = p->output->history;
+  const PetscReal *probes = p->output->probes;
+  const State *s = p->state;
+  fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
+          s->ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
+  if (in_time(p->scene)) history_energies(f, p);
+  for (PetscInt i = 0; i < p->m->n_points; i++)
+    fprintf(f, ",%.10g,%.10g", probes[4 * i + 2], probes[4 * i + 3]);
   fprintf(f, "\n");
   fflush(f);
 }
 
-PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
-                             PetscInt stage, PetscReal ramp, const StageResult *result)
+PetscErrorCode OutputHistory(const Problem *p)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscReal u_max;
   PetscFunctionBeginUser;
-  PetscCall(update_probes(model, state, output, &u_max));
-  if (output->history) {
-    history_row(output, scene, model, state, stage, ramp, u_max, result);
-    check_history(output, message);
+  PetscCall(update_probes(p, &u_max));
+  if (p->output->history) {
+    history_row(p, u_max);
+    check_history(p->output, message);
   }
-  PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
+  PetscCall(CheckpointRefuse(p->output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *model, const State *state,
-                           const Contacts *contacts, PetscInt stage, PetscInt frame,
-                           const StageResult *result)
+PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
 {
+  Output *output = p->output;
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
   PetscFunctionBeginUser;
-  PetscCall(open_mesh(scene, model, output));
-  PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
-  if (!model->rank) PetscCall(ResultsFileStage(&output->results, stage, frame, result, &fields, message));
+  PetscCall(open_mesh(p->scene, p->m, output));
+  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  if (!p->m->rank)
+    PetscCall(ResultsFileStage(&output->results, p->number, frame, p->result, &fields, message));
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,
-                           const Contacts *contacts, PetscInt stage, const StageResult *result)
+PetscErrorCode OutputStage(const Problem *p)
 {
+  Output *output = p->output;
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
   PetscReal u_max;
   uint64_t checksum;
   PetscFunctionBeginUser;
-  PetscCall(update_probes(model, state, output, &u_max));
-  PetscCall(StateChecksum(model, state, contacts, &checksum));
-  PetscCall(open_mesh(scene, model, output));
-  PetscCall(GatherStage(model, state, contacts, &scene->stages[stage], &output->mesh, &fields));
-  PetscCall(GatherMechanism(model, output->trials.mechanism, &fields));
-  if (!model->rank) {
+  PetscCall(update_probes(p, &u_max));
+  PetscCall(StateChecksum(p->m, p->state, p->contacts, &checksum));
+  PetscCall(open_mesh(p->scene, p->m, output));
+  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
+  if (!p->m->rank) {
     const PetscInt first = !output->n_stages;
-    PetscCall(SafetyFields(scene, &output->mesh, &fields));
-    PetscCall(ResultsFileStage(&output->results, stage, 0, result, &fields, message));
-    PetscCall(SummaryStage(scene, model, state, &output->mesh, &fields, stage, result, output->probes,
-                           checksum, &output->trials, &output->stages[output->n_stages++]));
-    PetscCall(SummaryWrite(output->folder, scene, model, &output->mesh, &fields, output->n_stages,
-                           output->stages, message));
+    PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
+    PetscCall(ResultsFileStage(&output->results, p->number, 0, p->result, &fields, message));
+    PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
+    PetscCall(SummaryWrite(p, &fields, message));
     if (first) PartRename(output->folder, "history.csv", message);
     if (!message[0]) check_history(output, message);
   }

@@ -166,33 +166,24 @@ typedef struct {
   PetscReal stable, failing; /* the bracket; NaN: no such trial */
   PetscReal *mechanism;      /* (n_owned,2) velocities at the failing end, largest 1; NULL: none */
 } Trials;
-/* Collective. Keeps what the trial just run has come to; label: its value in words,
-   printed with the verdict. */
-PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *model, const State *state,
-                         const Contacts *contacts, const Stage *stage, PetscReal value,
-                         const StageResult *result);
+/* Collective. Keeps in p->output what the trial of this value, just run, has come to, and prints it. */
+PetscErrorCode TrialsAdd(const Problem *p, PetscReal value);
 /* Collective. Takes the present motion as the mechanism. */
-PetscErrorCode TrialsMechanism(Trials *trials, const Model *model, const State *state,
-                               const Relaxation *relax);
+PetscErrorCode TrialsMechanism(const Problem *p);
 PetscErrorCode TrialsReset(Trials *trials);
 /* Members of a stage's object in summary.json. */
 void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials);
-void SummaryUplift(FILE *f, const Scene *scene, const State *state, const Stage *stage);
+void SummaryUplift(FILE *f, const Problem *p);
 
 /* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
 /* "name": value, and what follows; null for what is not finite. */
 void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
 void JsonText(FILE *f, const char *name, const char *value, const char *tail);
 void JsonCount(FILE *f, const char *name, long long value, const char *tail);
-/* One JSON object of a stage, to be freed with free(). probes: (n_points,4) x y [m], u_x u_y [m]. */
-PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
-                            const MeshFields *mesh, const StageFields *fields, PetscInt stage,
-                            const StageResult *result, const PetscReal *probes, uint64_t checksum,
-                            const Trials *trials, char **json);
+/* One JSON object of a stage, to be freed with free(); the mesh, probes and trials of p->output. */
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
 /* The whole file from the objects of the stages so far, replaced in one go. */
-PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model,
-                            const MeshFields *mesh, const StageFields *fields, PetscInt n_stages,
-                            char *const *stages, char message[MESSAGE_LENGTH]);
+PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char message[MESSAGE_LENGTH]);
 
 /* ---- summary_joints.c: rank 0 only */
 /* The "joints" member of a stage's object, from the joints table of the stage. */
@@ -217,15 +208,11 @@ typedef struct _p_Output {
    Results of an older run stay until the first stage is complete. `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output);
-/* A row of history.csv. ramp: part of the stage's load change that acts, 0 to 1. */
-PetscErrorCode OutputHistory(Output *output, const Scene *scene, const Model *model, const State *state,
-                             PetscInt stage, PetscReal ramp, const StageResult *result);
+/* A row of history.csv. */
+PetscErrorCode OutputHistory(const Problem *p);
 /* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
-PetscErrorCode OutputFrame(Output *output, const Scene *scene, const Model *model, const State *state,
-                           const Contacts *contacts, PetscInt stage, PetscInt frame,
-                           const StageResult *result);
+PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
 /* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json;
    history.csv takes its name. */
-PetscErrorCode OutputStage(Output *output, const Scene *scene, const Model *model, const State *state,
-                           const Contacts *contacts, PetscInt stage, const StageResult *result);
+PetscErrorCode OutputStage(const Problem *p);
 PetscErrorCode OutputClose(Output *output);

@@ -405,15 +405,11 @@ PetscErrorCode QuoinRun(Quoin q)
   }
   PetscCall(begin(q));
   while (q->stage < q->scene.n_stages) {
-    const PetscInt s = q->stage;
-    const Stage *stage = q->scene.stages + s;
-    if (stage->kind == STAGE_DYNAMIC)
-      PetscCall(
-          StageRunDynamic(&q->scene, &q->model, stage, s, &q->contacts, &q->state, &q->output, &q->last));
-    else
-      PetscCall(
-          StageRun(&q->scene, &q->model, stage, s, &q->contacts, &q->state, &q->relax, &q->output, &q->last));
-    PetscCall(OutputStage(&q->output, &q->scene, &q->model, &q->state, &q->contacts, s, &q->last));
+    const Stage *stage = q->scene.stages + q->stage;
+    const Problem p = {&q->model, &q->contacts, &q->state, &q->relax, &q->output,
+                       &q->scene, stage,        q->stage,  &q->last};
+    PetscCall(stage->kind == STAGE_DYNAMIC ? StageRunDynamic(&p) : StageRun(&p));
+    PetscCall(OutputStage(&p));
     // after any other verdict the next stage would start from no equilibrium
     if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
     q->stage++;

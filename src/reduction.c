@@ -18,17 +18,11 @@ typedef struct {
 
 typedef struct {
   const Scene *scene; /* as the user wrote it */
-  Model *m;
-  Contacts *contacts;
-  State *state;
-  Relaxation *relax;
-  Output *output;
-  PetscInt number;
-  const Stage *given;
-  Stage stage;  /* of the trial: joints and ramp change */
-  Scene raised; /* the scene of the trial: levels of water change */
+  Problem p;          /* the trial, of the two that follow */
+  Stage stage;        /* joints and ramp change */
+  Scene raised;       /* levels of water change */
   Snapshot snapshot;
-  StageResult *result, last_stable;
+  StageResult last_stable;
   PetscInt trial;            /* of the steps: 0: the start */
   PetscReal value;           /* of the trial that runs */
   PetscReal stable, failing; /* NaN: none yet */
@@ -38,12 +32,12 @@ typedef struct {
 
 /* ---- the stable state */
 
-static PetscErrorCode snapshot_create(const Driver *d, Snapshot *s)
+static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
 {
-  const Model *m = d->m;
+  const Model *m = p->m;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
-                         d->scene->n_loads, &s->crack));
+                         p->scene->n_loads, &s->crack));
   PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -56,38 +50,36 @@ static PetscErrorCode snapshot_destroy(Snapshot *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode snapshot_take(Driver *d)
+static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
 {
-  Snapshot *s = &d->snapshot;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(s->u, d->state->u, ModelApplied(d->m)));
-  if (d->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, d->state->u_verified, d->m->n_dof));
-  PetscCall(PetscArraycpy(s->f_ext, d->state->f_ext, ModelApplied(d->m)));
+  PetscCall(PetscArraycpy(s->u, p->state->u, ModelApplied(p->m)));
+  if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
+  PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
   PetscCall(ContactsDestroy(&s->contacts));
-  PetscCall(ContactsCopy(d->contacts, &s->contacts));
-  for (PetscInt l = 0; l < d->scene->n_loads; l++) s->crack[l] = d->state->uplift[l].crack;
-  s->alpha = d->state->alpha, s->q_ray = d->relax->q_ray;
+  PetscCall(ContactsCopy(p->contacts, &s->contacts));
+  for (PetscInt l = 0; l < p->scene->n_loads; l++) s->crack[l] = p->state->uplift[l].crack;
+  s->alpha = p->state->alpha, s->q_ray = p->relax->q_ray;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode snapshot_restore(Driver *d)
+static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
 {
-  const Snapshot *s = &d->snapshot;
   PetscFunctionBeginUser;
-  if (d->given->variable) { // the local numbers in the contacts hold where they were found
-    PetscCall(PetscArraycpy(d->state->u_verified, s->u_verified, d->m->n_dof));
-    PetscCall(NeighboursAt(d->m, d->state, s->u_verified));
+  if (p->stage->variable) { // the local numbers in the contacts hold where they were found
+    PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
+    PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
   }
-  PetscReal *u = d->state->u;
-  PetscCall(PetscArraycpy(u, s->u, ModelApplied(d->m)));
-  PetscCall(PetscArrayzero(d->state->v, d->m->n_dof));
-  PetscCall(PetscArraycpy(d->state->f_ext, s->f_ext, ModelApplied(d->m)));
-  PetscCall(ContactsDestroy(d->contacts));
-  PetscCall(ContactsCopy(&s->contacts, d->contacts));
-  for (PetscInt l = 0; l < d->scene->n_loads; l++) d->state->uplift[l].crack = s->crack[l];
-  d->state->alpha = s->alpha, d->relax->q_ray = s->q_ray;
-  PetscCall(GhostBegin(d->m, u + 3 * d->m->n_bodies));
-  PetscCall(GhostEnd(d->m, u + 3 * d->m->n_bodies));
+  PetscReal *u = p->state->u;
+  PetscCall(PetscArraycpy(u, s->u, ModelApplied(p->m)));
+  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
+  PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
+  PetscCall(ContactsDestroy(p->contacts));
+  PetscCall(ContactsCopy(&s->contacts, p->contacts));
+  for (PetscInt l = 0; l < p->scene->n_loads; l++) p->state->uplift[l].crack = s->crack[l];
+  p->state->alpha = s->alpha, p->relax->q_ray = s->q_ray;
+  PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
+  PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,23 +103,22 @@ PetscReal ReducedFriction(const Scene *scene, const Stage *stage)
 }
 
 /* Strengths of the trial: friction no more than `value` degrees, or every strength times `value`. */
-static void reduce_joints(const Scene *scene, const Stage *given, const Joint *full, PetscReal value,
-                          Joint *joints)
+static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *full, PetscReal value)
 {
   for (PetscInt j = 0; j < scene->n_joints; j++) {
-    Joint *joint = joints + j;
+    Joint *joint = stage->joints + j;
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there is always the default joint
     *joint = full[j];
-    if (!is_reduced(given, joint)) continue;
+    if (!is_reduced(stage, joint)) continue;
     for (int i = 0; i < 2; i++) {
-      if (given->what == REDUCE_FRICTION) {
+      if (stage->what == REDUCE_FRICTION) {
         joint->friction[i] = PetscMin(joint->friction[i], value);
       } else {
         joint->friction[i] = atan(value * joint->tan_phi[i]) * (180. / PETSC_PI);
         joint->cohesion[i] *= value, joint->tension[i] *= value;
       }
     }
-    if (given->what == REDUCE_STRENGTHS)
+    if (stage->what == REDUCE_STRENGTHS)
       joint->compression = PetscMax(joint->compression * value, PETSC_MIN_REAL);
     JointPrepare(joint);
   }
@@ -151,33 +142,31 @@ static void raise_water(const Scene *scene, PetscReal rise, Load *loads)
 static PetscErrorCode run_trial(Driver *d, const Joint *full)
 {
   const PetscReal value = d->value;
-  Verdict *verdict = &d->result->verdict;
+  Verdict *verdict = &d->p.result->verdict;
   PetscFunctionBeginUser;
   if (d->trial && d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
   if (d->stage.kind == STAGE_FLOOD)
-    raise_water(d->scene, value - d->given->start, d->raised.loads);
+    raise_water(d->scene, value - d->stage.start, d->raised.loads);
   else
-    reduce_joints(d->scene, d->given, full, value, d->stage.joints);
-  PetscCall(StageRelax(&d->raised, d->m, &d->stage, d->number, d->contacts, d->state, d->relax, d->output,
-                       d->result));
+    reduce_joints(d->scene, &d->stage, full, value);
+  PetscCall(StageRelax(&d->p));
   // far away but finite: it fell
-  if (*verdict == VERDICT_DIVERGED && d->result->finite) *verdict = VERDICT_COLLAPSED;
-  PetscCall(
-      TrialsAdd(&d->output->trials, &d->raised, d->m, d->state, d->contacts, &d->stage, value, d->result));
+  if (*verdict == VERDICT_DIVERGED && d->p.result->finite) *verdict = VERDICT_COLLAPSED;
+  PetscCall(TrialsAdd(&d->p, value));
   if (*verdict == VERDICT_CONVERGED) {
     d->stable = value;
-    d->last_stable = *d->result;
-    PetscCall(snapshot_take(d));
+    d->last_stable = *d->p.result;
+    PetscCall(snapshot_take(&d->p, &d->snapshot));
   } else if (*verdict == VERDICT_COLLAPSED) {
     d->failing = value;
-    PetscCall(TrialsMechanism(&d->output->trials, d->m, d->state, d->relax));
+    PetscCall(TrialsMechanism(&d->p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscBool decided(const Driver *d)
 {
-  return (PetscBool)(d->result->verdict == VERDICT_CONVERGED || d->result->verdict == VERDICT_COLLAPSED);
+  return (PetscBool)(d->p.result->verdict == VERDICT_CONVERGED || d->p.result->verdict == VERDICT_COLLAPSED);
 }
 
 /* The value after `value` on the way from start to limit. */
@@ -199,12 +188,12 @@ static PetscErrorCode next_trial(Driver *d, PetscBool *go)
   *go = PETSC_FALSE;
   if (!decided(d)) PetscFunctionReturn(PETSC_SUCCESS);
   if (PetscIsNanReal(d->failing)) {
-    if (d->stable == d->given->limit) PetscFunctionReturn(PETSC_SUCCESS);
+    if (d->stable == d->stage.limit) PetscFunctionReturn(PETSC_SUCCESS);
     d->value = next_value(&d->stage, ++d->trial);
   } else {
-    if (!(d->given->bracket > 0. && PetscAbsReal(d->stable - d->failing) > d->given->bracket))
+    if (!(d->stage.bracket > 0. && PetscAbsReal(d->stable - d->failing) > d->stage.bracket))
       PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(snapshot_restore(d));
+    PetscCall(snapshot_restore(&d->p, &d->snapshot));
     d->value = 0.5 * (d->stable + d->failing);
   }
   *go = PETSC_TRUE;
@@ -216,11 +205,11 @@ static PetscErrorCode settle(Driver *d, const Joint *full)
 {
   PetscFunctionBeginUser;
   if (d->stage.kind == STAGE_FLOOD)
-    raise_water(d->scene, d->stable - d->given->start, d->raised.loads);
+    raise_water(d->scene, d->stable - d->stage.start, d->raised.loads);
   else
-    reduce_joints(d->scene, d->given, full, d->stable, d->stage.joints);
-  PetscCall(snapshot_restore(d));
-  PetscCall(Forces(d->m, d->stage.joints, d->contacts, d->state, NULL));
+    reduce_joints(d->scene, &d->stage, full, d->stable);
+  PetscCall(snapshot_restore(&d->p, &d->snapshot));
+  PetscCall(Forces(d->p.m, d->stage.joints, d->p.contacts, d->p.state, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,19 +217,20 @@ static PetscErrorCode refuse_start(const Driver *d)
 {
   char message[MESSAGE_LENGTH] = "", where[64] = "";
   PetscFunctionBeginUser;
-  if (d->given->line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", d->given->line));
+  if (d->stage.line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", d->stage.line));
   PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                           "%s%s: stages.%s: it does not stand at its start (%.6g): %s", d->scene->file, where,
-                          d->given->name, (double)d->stage.start, d->result->evidence));
-  PetscCall(CheckMessage(d->m->comm, message));
+                          d->stage.name, (double)d->stage.start, d->p.result->evidence));
+  PetscCall(CheckMessage(d->p.m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What the stage comes to: the last stable state with its numbers; undecided and interrupted trials pass on
    their verdict. */
-static PetscErrorCode conclude(const Driver *d, StageResult *result)
+static PetscErrorCode conclude(const Driver *d)
 {
-  const PetscInt n = d->output->trials.n;
+  StageResult *result = d->p.result;
+  const PetscInt n = d->p.output->trials.n;
   const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
   const StageResult last = *result;
   PetscFunctionBeginUser;
@@ -275,79 +265,75 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
   s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
   d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
-  PetscCall(ArchiveEffort(a, &d->relax->effort));
+  PetscCall(ArchiveEffort(a, &d->p.relax->effort));
   if (PetscIsNanReal(d->stable)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveResult(a, "last_stable", &d->last_stable));
-  PetscCall(ArchiveApplied(a, d->m, "u", s->u));
-  PetscCall(ArchiveDofs(a, d->m, "u_verified", s->u_verified));
-  PetscCall(ArchiveApplied(a, d->m, "f_ext", s->f_ext));
+  PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
+  PetscCall(ArchiveDofs(a, d->p.m, "u_verified", s->u_verified));
+  PetscCall(ArchiveApplied(a, d->p.m, "f_ext", s->f_ext));
   PetscCall(ArchiveReals(a, "crack", d->scene->n_loads, s->crack));
-  const PetscBool moves = (PetscBool)(a->reading && d->state->u_verified);
-  if (a->reading) RigidMotion(d->m, s->u);
-  if (moves) PetscCall(NeighboursAt(d->m, d->state, s->u_verified));
-  PetscCall(ArchiveContacts(a, d->scene, d->m, "contacts", &s->contacts));
-  if (moves) PetscCall(NeighboursAt(d->m, d->state, d->state->u_verified));
+  const PetscBool moves = (PetscBool)(a->reading && d->p.state->u_verified);
+  if (a->reading) RigidMotion(d->p.m, s->u);
+  if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, s->u_verified));
+  PetscCall(ArchiveContacts(a, d->scene, d->p.m, "contacts", &s->contacts));
+  if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, d->p.state->u_verified));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Start, search, end; nominal: friction of the summary's safety factors. */
 static PetscErrorCode drive(Driver *d, const Joint *full, PetscReal nominal)
 {
-  Trials *trials = &d->output->trials;
+  Trials *trials = &d->p.output->trials;
   PetscBool go = PETSC_TRUE, resumed;
   PetscFunctionBeginUser;
-  PetscCall(snapshot_create(d, &d->snapshot));
+  d->p.scene = &d->raised, d->p.stage = &d->stage;
+  PetscCall(snapshot_create(&d->p, &d->snapshot));
   d->stable = d->failing = NAN;
-  d->trial = 0, d->value = d->stage.start, d->first_cycle = d->state->cycle, d->start = MPI_Wtime();
-  PetscCall(CheckpointAttach(d->output->checkpoint, "trials", archive_trials, d, &resumed));
+  d->trial = 0, d->value = d->stage.start, d->first_cycle = d->p.state->cycle, d->start = MPI_Wtime();
+  PetscCall(CheckpointAttach(d->p.output->checkpoint, "trials", archive_trials, d, &resumed));
   if (!resumed) PetscCall(TrialsReset(trials));
   while (go) {
     PetscCall(run_trial(d, full));
-    if (PetscIsNanReal(d->stable) && d->result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
+    if (PetscIsNanReal(d->stable) && d->p.result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
     PetscCall(next_trial(d, &go));
     if (!go) break;
     StageResult between = {.verdict = VERDICT_NONE};
-    PetscCall(CheckpointPoll(d->output->checkpoint, d->state->cycle, &between));
+    PetscCall(CheckpointPoll(d->p.output->checkpoint, d->p.state->cycle, &between));
     if (between.verdict == VERDICT_NONE) continue;
-    *d->result = between;
+    *d->p.result = between;
     break;
   }
-  PetscCall(CheckpointDetach(d->output->checkpoint));
+  PetscCall(CheckpointDetach(d->p.output->checkpoint));
   if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
-  PetscCall(conclude(d, d->result));
-  d->result->cycles = d->state->cycle - d->first_cycle;
-  d->result->wall = MPI_Wtime() - d->start;
+  PetscCall(conclude(d));
+  d->p.result->cycles = d->p.state->cycle - d->first_cycle;
+  d->p.result->wall = MPI_Wtime() - d->start;
   trials->stable = d->stable, trials->failing = d->failing, trials->nominal = nominal;
   PetscCall(snapshot_destroy(&d->snapshot));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ReductionRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                            Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                            StageResult *result)
+PetscErrorCode ReductionRun(const Problem *p)
 {
-  Driver d = {scene,           m,      contacts, state,           relax,
-              output,          number, stage,    .stage = *stage, .raised = *scene,
-              .result = result};
-  const PetscReal nominal = ReducedFriction(scene, stage);
+  const Stage *stage = p->stage;
+  const PetscInt n = p->scene->n_joints;
+  const PetscReal nominal = ReducedFriction(p->scene, stage);
+  Driver d = {.scene = p->scene, .p = *p, .stage = *stage, .raised = *p->scene};
   Joint *full;
   PetscFunctionBeginUser;
   if (PetscIsNanReal(stage->start)) d.stage.start = stage->what == REDUCE_FRICTION ? nominal : 1.;
-  PetscCall(PetscMalloc1(scene->n_joints, &full));
-  PetscCall(PetscArraycpy(full, stage->joints, scene->n_joints));
+  PetscCall(PetscMalloc1(n, &full));
+  PetscCall(PetscArraycpy(full, stage->joints, n));
   PetscCall(drive(&d, full, nominal)); // d.stage.joints is stage->joints
   PetscCall(PetscFree(full));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FloodRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number, Contacts *contacts,
-                        State *state, Relaxation *relax, struct _p_Output *output, StageResult *result)
+PetscErrorCode FloodRun(const Problem *p)
 {
-  Driver d = {scene,           m,      contacts, state,           relax,
-              output,          number, stage,    .stage = *stage, .raised = *scene,
-              .result = result};
+  Driver d = {.scene = p->scene, .p = *p, .stage = *p->stage, .raised = *p->scene};
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(scene->n_loads, &d.raised.loads));
+  PetscCall(PetscMalloc1(p->scene->n_loads, &d.raised.loads));
   PetscCall(drive(&d, NULL, NAN));
   PetscCall(PetscFree(d.raised.loads));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -277,15 +277,14 @@ PetscErrorCode RelaxationReset(const Model *m, const State *state, Relaxation *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode RelaxationStill(const Scene *scene, const Model *m, const Joint *joints,
-                               const Contacts *contacts, State *state, Relaxation *r)
+PetscErrorCode RelaxationStill(const Problem *p)
 {
   PetscFunctionBeginUser;
-  state->beta = BETA_STILL;
-  r->tangent_only = PETSC_TRUE;
-  r->q_secant = 0.;
-  PetscCall(ScaledMasses(scene, m, joints, contacts, state));
-  PetscCall(RelaxationReset(m, state, r));
+  p->state->beta = BETA_STILL;
+  p->relax->tangent_only = PETSC_TRUE;
+  p->relax->q_secant = 0.;
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
+  PetscCall(RelaxationReset(p->m, p->state, p->relax));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -375,14 +374,17 @@ static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Judge(const Stage *stage, const Model *m, const State *state, Relaxation *r,
-                     StageResult *result)
+PetscErrorCode Judge(const Problem *p)
 {
+  const Stage *stage = p->stage;
+  const State *state = p->state;
+  Relaxation *r = p->relax;
+  StageResult *result = p->result;
   PetscFunctionBeginUser;
-  if (!result->finite || result->displacement > 1e3 * m->diameter) {
+  if (!result->finite || result->displacement > 1e3 * p->m->diameter) {
     char where[128];
     result->verdict = VERDICT_DIVERGED;
-    PetscCall(FaultName(m, FaultFind(m, state), where));
+    PetscCall(FaultName(p->m, FaultFind(p->m, state), where));
     if (result->finite)
       PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                               "displacement %.6g m is a thousand times the model",
@@ -404,7 +406,7 @@ PetscErrorCode Judge(const Stage *stage, const Model *m, const State *state, Rel
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (r->n_ratios < r->max_ratios) r->ratios[r->n_ratios++] = result->ratio;
-  if (state->cycle - r->chunk_start >= r->chunk_length) PetscCall(judge_chunk(m, state, r, result));
+  if (state->cycle - r->chunk_start >= r->chunk_length) PetscCall(judge_chunk(p->m, state, r, result));
   if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
@@ -454,11 +456,12 @@ PetscErrorCode ContactsParted(const Model *m, const Contacts *c, PetscReal *frac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode JudgeContacts(const Model *m, const Contacts *c, StageResult *result)
+PetscErrorCode JudgeContacts(const Problem *p)
 {
+  StageResult *result = p->result;
   PetscReal moved, place[2];
   PetscFunctionBeginUser;
-  PetscCall(ContactsParted(m, c, &moved, place));
+  PetscCall(ContactsParted(p->m, p->contacts, &moved, place));
   if (!(moved > OUTGROWN)) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_COLLAPSED;
   PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),

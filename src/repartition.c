@@ -112,18 +112,19 @@ static PetscErrorCode look(Repartition *r, Checkpoint *checkpoint, PetscInt64 cy
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode RepartitionPoll(Checkpoint *checkpoint, const Stage *stage, PetscInt64 cycle,
-                               const StageResult *result)
+PetscErrorCode RepartitionPoll(const Problem *p)
 {
-  Repartition *r = checkpoint->repartition;
+  const Stage *stage = p->stage;
+  const PetscInt64 cycle = p->state->cycle;
+  Repartition *r = p->output->checkpoint->repartition;
   PetscFunctionBeginUser;
-  if (!r || !r->possible || !stage->variable || result->verdict != VERDICT_NONE ||
+  if (!r || !r->possible || !stage->variable || p->result->verdict != VERDICT_NONE ||
       (stage->kind != STAGE_STATIC && stage->kind != STAGE_DYNAMIC) ||
       cycle - r->looked < r->scene->repartition_every)
     PetscFunctionReturn(PETSC_SUCCESS);
   r->looked = cycle;
   PetscCall(PartBegin(PART_REPARTITION));
-  PetscCall(look(r, checkpoint, cycle));
+  PetscCall(look(r, p->output->checkpoint, cycle));
   PetscCall(PartEnd(PART_REPARTITION));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,7 @@
    when blocks have moved. */
 #pragma once
 #include "checkpoint.h"
+#include "stages.h"
 
 typedef struct _p_Repartition {
   PetscBool possible; /* more than one rank, a static or dynamic stage with variable connectivity, no
@@ -25,5 +26,4 @@ PetscErrorCode RepartitionDestroy(Repartition *repartition);
    passed since the last look: a partition for where the blocks are now; if it leaves the busiest rank less to
    do by more than scene->repartition_gain, the run goes on on it, with the same bits. What stages allocate by
    the size of the model must be attached to the checkpoint. */
-PetscErrorCode RepartitionPoll(Checkpoint *checkpoint, const Stage *stage, PetscInt64 cycle,
-                               const StageResult *result);
+PetscErrorCode RepartitionPoll(const Problem *p);

@@ -35,16 +35,6 @@ PetscErrorCode StateDestroy(State *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applied forces that change with the displacements: the pressure of water follows its face; other forces
-   keep their direction, but their arms about the centroid of a rigid body turn with it. */
-static PetscBool loads_follow(const Scene *scene, const Model *m, const Stage *stage)
-{
-  PetscBool follow = LoadsPress(scene, stage);
-  for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
-    if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) follow = PETSC_TRUE;
-  return follow;
-}
-
 /* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun
    puts a terminal of its own between its ranks and wherever its output goes. */
 static PetscBool on_terminal(void)
@@ -61,16 +51,16 @@ static PetscBool on_terminal(void)
 
 /* On a terminal, twice a second: where the stage is and about how long it still takes, from the decay of the
    ratio since it started. */
-static void progress(const Model *m, const Stage *stage, const StageResult *now, const State *state,
-                     PetscReal first_ratio, double first_wall)
+static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
 {
   static double last_shown = 0.;
-  if (m->rank || MPI_Wtime() - last_shown < 0.5 || !on_terminal()) return;
+  const StageResult *now = p->result;
+  if (p->m->rank || MPI_Wtime() - last_shown < 0.5 || !on_terminal()) return;
   last_shown = MPI_Wtime();
   const double decay = log(first_ratio / PetscMax(now->ratio, 1e-300)),
-               left = log(now->ratio / stage->tolerance);
-  printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", stage->name, now->cycles,
-         (double)now->ratio, (double)state->alpha);
+               left = log(now->ratio / p->stage->tolerance);
+  printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", p->stage->name, now->cycles,
+         (double)now->ratio, (double)p->state->alpha);
   if (decay > 0.5 && left > 0.)
     printf("  about %.0f s left   ", (now->wall - first_wall) / decay * left);
   else
@@ -90,37 +80,39 @@ PetscReal EffortWork(const Effort *e)
   return (PetscReal)(1 + e->evaluations + e->solves) + PER_FACTOR * (PetscReal)e->factorisations;
 }
 
-PetscErrorCode StageReport(const Model *m, const Stage *stage, const StageResult *r)
+PetscErrorCode StageReport(const Problem *p)
 {
+  const MPI_Comm comm = p->m->comm;
+  const StageResult *r = p->result;
   PetscFunctionBeginUser;
-  if (!m->rank && on_terminal()) printf("\r%100s\r", "");
-  PetscCall(PetscPrintf(m->comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
-                        stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
+  if (!p->m->rank && on_terminal()) printf("\r%100s\r", "");
+  PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
+                        p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
                         r->evidence));
   if (r->effort.preconditioned)
-    PetscCall(PetscPrintf(m->comm,
+    PetscCall(PetscPrintf(comm,
                           "  %s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT
                           " solves, %" PetscInt64_FMT " factorisation%s\n",
                           EffortMethod(&r->effort), r->effort.evaluations, r->effort.solves,
                           r->effort.factorisations, Plural(r->effort.factorisations)));
-  PetscCall(PartReport(m->comm, r->cycles));
+  PetscCall(PartReport(comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Variable connectivity: contacts found again when blocks have moved enough (or when `now`), and
    masses to go with them. */
-static PetscErrorCode verify(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
-                             State *state, PetscBool now, StageResult *result)
+static PetscErrorCode verify(const Problem *p, PetscBool now)
 {
+  const Joint *joints = p->stage->joints;
   PetscBool need = now;
   PetscFunctionBeginUser;
-  if (!now) PetscCall(ContactsNeedVerify(scene, m, state, &need, NULL));
+  if (!now) PetscCall(ContactsNeedVerify(p->scene, p->m, p->state, &need, NULL));
   if (!need) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Forces(m, stage->joints, contacts, state, NULL));
-  PetscCall(CondensedRecover(m, state)); // a contact may come anywhere
-  PetscCall(ContactsVerify(scene, stage->joints, m, state, contacts, result));
-  PetscCall(CondensedCheckContacts(scene, m, contacts));
-  PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  PetscCall(Forces(p->m, joints, p->contacts, p->state, NULL));
+  PetscCall(CondensedRecover(p->m, p->state)); // a contact may come anywhere
+  PetscCall(ContactsVerify(p->scene, joints, p->m, p->state, p->contacts, p->result));
+  PetscCall(CondensedCheckContacts(p->scene, p->m, p->contacts));
+  PetscCall(ScaledMasses(p->scene, p->m, joints, p->contacts, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -153,31 +145,31 @@ PetscErrorCode FixedOutgrown(const Model *m, const Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Loads anew at the present displacements. */
-static PetscErrorCode follow_motion(const Scene *scene, const Model *m, const Stage *stage, State *state)
+PetscErrorCode StageLoads(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(LoadsTarget(scene, m, stage, state));
-  LoadsApply(m, state, state->ramp);
+  if (!LoadsChange(p->scene, p->m, p->stage)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+  LoadsApply(p->m, p->state, p->state->ramp);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* At equilibrium, and after each chunk of cycles without one, the open length of a cracked base is measured;
    when it has changed, the new pressure is ramped up and the stage goes on. */
-static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const Stage *stage,
-                                    Contacts *contacts, State *state, const Relaxation *relax,
-                                    StageResult *result, PetscInt64 *ramp_start)
+static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
 {
+  State *state = p->state;
+  StageResult *result = p->result;
   const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->ramp >= 1. &&
-                                            relax->chunk_start == state->cycle);
+                                            p->relax->chunk_start == state->cycle);
   PetscBool again;
   PetscFunctionBeginUser;
   if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(UpliftCrack(scene, m, stage, contacts, state, result, &again));
+  PetscCall(UpliftCrack(p, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (result->verdict == VERDICT_CONVERGED && contacts->held) ContactsHold(contacts);
-  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
-  PetscCall(LoadsTarget(scene, m, stage, state));
+  if (result->verdict == VERDICT_CONVERGED && p->contacts->held) ContactsHold(p->contacts);
+  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
+  PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   result->verdict = VERDICT_NONE;
   state->ramp = 0.;
   *ramp_start = result->cycles;
@@ -185,26 +177,22 @@ static PetscErrorCode follow_cracks(const Scene *scene, const Model *m, const St
 }
 
 /* Newton's method, again when a crack has grown; verdict none: the explicit loop goes on from where it is. */
-static PetscErrorCode precondition(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                                   PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
-                                   Output *output, StageResult *result)
+static PetscErrorCode precondition(const Problem *p)
 {
   PetscInt64 ramp_start;
   PetscBool again = PETSC_TRUE;
   PetscFunctionBeginUser;
-  while (again && result->verdict == VERDICT_NONE) {
-    PetscCall(NewtonRelax(scene, m, stage, number, follow, contacts, state, relax, output, result));
-    again = (PetscBool)(result->verdict == VERDICT_CONVERGED);
-    if (again) PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &ramp_start));
+  while (again && p->result->verdict == VERDICT_NONE) {
+    PetscCall(NewtonRelax(p));
+    again = (PetscBool)(p->result->verdict == VERDICT_CONVERGED);
+    if (again) PetscCall(follow_cracks(p, &ramp_start));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What the loop of cycles remembers, see archive.h. */
 typedef struct {
-  const Model *m;
-  StageResult *result;
-  Effort *effort;
+  const Problem *p;
   PetscReal *contact_scale; /* (n_dof,) |contact force| at the last check */
   PetscInt64 ramp_start;    /* cycle of the stage at which the ramp began */
   double start;             /* [s] of MPI_Wtime */
@@ -213,76 +201,77 @@ typedef struct {
 static PetscErrorCode archive_loop(Archive *a, void *context)
 {
   Loop *loop = context;
+  const Problem *p = loop->p;
   PetscFunctionBeginUser;
-  loop->result->wall = MPI_Wtime() - loop->start;
+  p->result->wall = MPI_Wtime() - loop->start;
   if (a->anew) {
     PetscCall(PetscFree(loop->contact_scale));
-    PetscCall(PetscCalloc1(loop->m->n_dof, &loop->contact_scale));
+    PetscCall(PetscCalloc1(p->m->n_dof, &loop->contact_scale));
   }
-  PetscCall(ArchiveResult(a, "result", loop->result));
-  PetscCall(ArchiveEffort(a, loop->effort));
+  PetscCall(ArchiveResult(a, "result", p->result));
+  PetscCall(ArchiveEffort(a, &p->relax->effort));
   PetscCall(ArchiveCounts(a, "ramp_start", 1, &loop->ramp_start));
-  if (!a->anew) loop->start = MPI_Wtime() - loop->result->wall;
+  if (!a->anew) loop->start = MPI_Wtime() - p->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Whether a joint can slip: only then can friction feed an oscillation. */
-static PetscErrorCode can_slip(const Model *m, const Stage *stage, const Contacts *c, PetscBool *slips)
+static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
 {
-  PetscBool mine = stage->variable; // contacts of any joint may come
+  const Contacts *c = p->contacts;
+  PetscBool mine = p->stage->variable; // contacts of any joint may come
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded && !mine; i++)
-    mine = (PetscBool)(stage->joints[c->joint[i]].law != LAW_ELASTIC);
-  PetscCallMPI(MPI_Allreduce(&mine, slips, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+    mine = (PetscBool)(p->stage->joints[c->joint[i]].law != LAW_ELASTIC);
+  PetscCallMPI(MPI_Allreduce(&mine, slips, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Loads, contacts and masses at the start of a stage, or of a trial of one. */
-static PetscErrorCode begin(const Scene *scene, Model *m, const Stage *stage, Contacts *contacts,
-                            State *state, StageResult *result)
+static PetscErrorCode begin(const Problem *p)
 {
+  const Scene *scene = p->scene;
+  State *state = p->state;
   PetscBool slips;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
-  PetscCall(UpliftStart(scene, stage, state));
-  PetscCall(LoadsTarget(scene, m, stage, state));
-  if (state->time > 0.) PetscCall(PetscArrayzero(state->v, m->n_dof)); // velocities in time mean nothing here
-  if (stage->variable) PetscCall(verify(scene, m, stage, contacts, state, PETSC_TRUE, result));
-  PetscCall(can_slip(m, stage, contacts, &slips));
+  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
+  PetscCall(UpliftStart(scene, p->stage, state));
+  PetscCall(LoadsTarget(scene, p->m, p->stage, state));
+  // velocities in time mean nothing here
+  if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
+  if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
+  PetscCall(can_slip(p, &slips));
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
-  ContactsHold(contacts);
-  PetscCall(ScaledMasses(scene, m, stage->joints, contacts, state));
+  ContactsHold(p->contacts);
+  PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Up to the verdict or to the first cycle of the explicit loop. */
-static PetscErrorCode before_cycles(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                                    PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
-                                    Output *output, Loop *loop)
+static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 {
-  StageResult *result = loop->result;
+  State *state = p->state;
   PetscFunctionBeginUser;
-  if (scene->method == METHOD_PRECONDITIONED && !stage->variable)
-    PetscCall(precondition(scene, m, stage, number, follow, contacts, state, relax, output, result));
-  if (result->verdict == VERDICT_NONE) {
-    relax->effort.explicit = PETSC_TRUE;
-    PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(m)));
-    loop->ramp_start = result->cycles;
+  if (p->scene->method == METHOD_PRECONDITIONED && !p->stage->variable) PetscCall(precondition(p));
+  if (p->result->verdict == VERDICT_NONE) {
+    p->relax->effort.explicit = PETSC_TRUE;
+    PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
+    *ramp_start = p->result->cycles;
     state->ramp = 0.;
-    PetscCall(
-        Forces(m, stage->joints, contacts, state, NULL)); // what the first change of forces is counted from
-    if (scene->damping != DAMPING_ADAPTIVE) contacts->held = PETSC_FALSE; // as in the paper
+    // what the first change of forces is counted from
+    PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
+    if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE; // as in the paper
   }
-  PetscCall(SecantStart(m, contacts, state, relax));
+  PetscCall(SecantStart(p->m, p->contacts, state, p->relax));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the
    forces at these displacements with friction that starts from the last equilibrium do, when
    they are out of balance. */
-static PetscErrorCode tell_path(const Model *m, const Stage *stage, Contacts *contacts, State *state,
-                                PetscReal *contact_scale)
+static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
 {
+  Contacts *contacts = p->contacts;
   const PetscInt n = 2 * contacts->n_padded;
   StageResult other = {.ratio = 0.};
   PetscReal *slip, *broken;
@@ -291,39 +280,42 @@ static PetscErrorCode tell_path(const Model *m, const Stage *stage, Contacts *co
   PetscCall(PetscArraycpy(slip, contacts->slip, n));
   PetscCall(PetscArraycpy(broken, contacts->broken, n));
   contacts->held = PETSC_TRUE;
-  PetscCall(Forces(m, stage->joints, contacts, state, contact_scale));
-  PetscCall(Unbalanced(m, state, contact_scale, &other));
+  PetscCall(Forces(p->m, p->stage->joints, contacts, p->state, contact_scale));
+  PetscCall(Unbalanced(p->m, p->state, contact_scale, &other));
   contacts->held = PETSC_FALSE;
   PetscCall(PetscArraycpy(contacts->slip, slip, n));
   PetscCall(PetscArraycpy(contacts->broken, broken, n));
   PetscCall(PetscFree2(slip, broken));
-  if (m->rank == 0 && other.ratio > PATH_RATIO) {
+  if (p->m->rank == 0 && other.ratio > PATH_RATIO) {
     fprintf(stderr,
             "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
             "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use damping: adaptive, "
             "method: preconditioned, or a longer ramp\n",
-            stage->name, (double)other.ratio);
+            p->stage->name, (double)other.ratio);
     fflush(stderr);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, PetscInt number,
-                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                          StageResult *result)
+PetscErrorCode StageRelax(const Problem *p)
 {
-  const PetscBool follow = loads_follow(scene, m, stage);
+  const Scene *scene = p->scene;
+  const Stage *stage = p->stage;
+  Model *m = p->m;
+  Contacts *contacts = p->contacts;
+  State *state = p->state;
+  Relaxation *relax = p->relax;
+  StageResult *result = p->result;
   PetscReal first_ratio = 0.;
   double first_wall = 0.;
-  Loop loop = {m, result, &relax->effort, NULL, 0, MPI_Wtime()};
+  Loop loop = {p, NULL, 0, MPI_Wtime()};
   PetscBool resumed;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(PetscCalloc1(m->n_dof, &loop.contact_scale));
-  PetscCall(CheckpointAttach(output->checkpoint, "stage", archive_loop, &loop, &resumed));
-  if (!resumed) PetscCall(begin(scene, m, stage, contacts, state, result));
-  if (!resumed || relax->step > 0.) // else it was in the loop
-    PetscCall(before_cycles(scene, m, stage, number, follow, contacts, state, relax, output, &loop));
+  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  if (!resumed) PetscCall(begin(p));
+  if (!resumed || relax->step > 0.) PetscCall(before_cycles(p, &loop.ramp_start)); // else it was in the loop
   while (result->verdict == VERDICT_NONE) {
     const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
     if (state->ramp < 1.) {
@@ -338,25 +330,24 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
     PetscCall(Unbalanced(m, state, loop.contact_scale, result));
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;
-    PetscCall(Judge(stage, m, state, relax, result));
+    PetscCall(Judge(p));
     if (contacts->held && SlipStalls(state, result->ratio, relax)) contacts->held = PETSC_FALSE;
-    if (relax->still) PetscCall(RelaxationStill(scene, m, stage->joints, contacts, state, relax));
-    if (!stage->variable && result->finite) PetscCall(JudgeContacts(m, contacts, result));
-    PetscCall(follow_cracks(scene, m, stage, contacts, state, relax, result, &loop.ramp_start));
+    if (relax->still) PetscCall(RelaxationStill(p));
+    if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
+    PetscCall(follow_cracks(p, &loop.ramp_start));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
-      PetscCall(OutputHistory(output, scene, m, state, number, state->ramp, result));
+      PetscCall(OutputHistory(p));
     if (state->ramp >= 1. && first_ratio == 0.) first_ratio = result->ratio, first_wall = result->wall;
-    progress(m, stage, result, state, first_ratio, first_wall);
-    if (stage->variable && result->verdict == VERDICT_NONE)
-      PetscCall(verify(scene, m, stage, contacts, state, PETSC_FALSE, result));
-    if (follow) PetscCall(follow_motion(scene, m, stage, state));
-    PetscCall(RepartitionPoll(output->checkpoint, stage, state->cycle, result));
-    PetscCall(CheckpointPoll(output->checkpoint, state->cycle, result));
+    progress(p, first_ratio, first_wall);
+    if (stage->variable && result->verdict == VERDICT_NONE) PetscCall(verify(p, PETSC_FALSE));
+    PetscCall(StageLoads(p));
+    PetscCall(RepartitionPoll(p));
+    PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
   }
-  PetscCall(CheckpointDetach(output->checkpoint));
+  PetscCall(CheckpointDetach(p->output->checkpoint));
   if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held && !stage->variable &&
       stage->kind == STAGE_STATIC)
-    PetscCall(tell_path(m, stage, contacts, state, loop.contact_scale));
+    PetscCall(tell_path(p, loop.contact_scale));
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
@@ -369,29 +360,28 @@ PetscErrorCode StageRelax(const Scene *scene, Model *m, const Stage *stage, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-typedef PetscErrorCode (*StageRunner)(const Scene *, Model *, const Stage *, PetscInt, Contacts *, State *,
-                                      Relaxation *, Output *, StageResult *);
-
-PetscErrorCode StageRun(const Scene *scene, Model *m, const Stage *stage, PetscInt number, Contacts *contacts,
-                        State *state, Relaxation *relax, struct _p_Output *output, StageResult *result)
+PetscErrorCode StageRun(const Problem *p)
 {
-  static const StageRunner runners[] = {
+  static PetscErrorCode (*const runners[])(const Problem *) = {
       [STAGE_STATIC] = StageRelax, [STAGE_STRENGTH_REDUCTION] = ReductionRun, [STAGE_FLOOD] = FloodRun};
+  Effort *effort = &p->relax->effort;
+  StageResult *result = p->result;
   PetscFunctionBeginUser;
-  contacts->rate = 0.; // not in time: joints have no dashpots
-  PetscCall(PetscMemzero(&relax->effort, sizeof(relax->effort)));
-  PetscCall(runners[stage->kind](scene, m, stage, number, contacts, state, relax, output, result));
-  result->effort = relax->effort;
-  if (relax->effort.wanted) {
+  p->contacts->rate = 0.; // not in time: joints have no dashpots
+  PetscCall(PetscMemzero(effort, sizeof(*effort)));
+  PetscCall(runners[p->stage->kind](p));
+  result->effort = *effort;
+  if (effort->wanted) {
     char more[128];
     PetscCall(PetscSNPrintf(more, sizeof(more),
                             "; no memory for the factor: it takes about %.3g GB, %.3g GB were available",
-                            1e-9 * (double)relax->effort.wanted, 1e-9 * (double)relax->effort.available));
+                            1e-9 * (double)effort->wanted, 1e-9 * (double)effort->available));
     PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
   }
-  PetscCall(CondensedRecover(m, state));
-  PetscCall(StageReport(m, stage, result));
-  if (!stage->variable) PetscCall(FixedOutgrown(m, contacts));
-  if (result->verdict == VERDICT_CONVERGED) PetscCall(CondensedCheckRotation(scene, m, stage, state));
+  PetscCall(CondensedRecover(p->m, p->state));
+  PetscCall(StageReport(p));
+  if (!p->stage->variable) PetscCall(FixedOutgrown(p->m, p->contacts));
+  if (result->verdict == VERDICT_CONVERGED)
+    PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,23 @@
 #include "internal.h"
 
 struct _p_Archive;
-struct _p_Output;
+
+/* A stage that runs, and all that its functions hand on to each other; owns nothing. Who starts a stage puts
+   it together: quoin.c a stage of the scene, reduction.c a trial, attempt.c what it tries. None of the
+   pointers changes while the stage runs; what they point to does. */
+typedef struct {
+  /* of the run: the same in all its stages; on a new partition they are built anew in their places */
+  Model *m;
+  Contacts *contacts;
+  State *state;
+  struct _p_Relaxation *relax; /* static stages and trials only */
+  struct _p_Output *output;    /* has the checkpoint too */
+  /* of the stage */
+  const Scene *scene;  /* that of the run; a trial of a flood has one with levels of water of its own */
+  const Stage *stage;  /* its row, or a copy; a trial has joints and a ramp of its own */
+  PetscInt number;     /* of that row in scene->stages */
+  StageResult *result; /* so far, from zero at the start of the stage or trial */
+} Problem;
 
 /* ---- sums.c: the sums of the damping, over all ranks */
 typedef struct _p_Sums Sums;
@@ -66,8 +82,7 @@ PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, R
    equilibrium then has to be let slip. */
 PetscBool SlipStalls(const State *state, PetscReal ratio, Relaxation *r);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
-PetscErrorCode RelaxationStill(const Scene *scene, const Model *model, const Joint *joints,
-                               const Contacts *contacts, State *state, Relaxation *r);
+PetscErrorCode RelaxationStill(const Problem *p);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done: Begin tells those of
    this rank, End waits for those of the others. */
 void DampingBegin(const Scene *scene, const Model *model, Relaxation *r, const QuotientSums *local);
@@ -77,8 +92,7 @@ PetscErrorCode DampingEnd(const Scene *scene, const Model *model, State *state, 
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
                           StageResult *result);
 /* Collective. The verdict after a check, VERDICT_NONE: go on. */
-PetscErrorCode Judge(const Stage *stage, const Model *model, const State *state, Relaxation *r,
-                     StageResult *result);
+PetscErrorCode Judge(const Problem *p);
 
 /* Collective. Farthest that two faces in contact have parted or slid, over the length of the contact (of the
    shorter face, where they are staggered), and where [m]. */
@@ -86,7 +100,7 @@ PetscErrorCode ContactsParted(const Model *model, const Contacts *contacts, Pets
                               PetscReal place[2]);
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */
-PetscErrorCode JudgeContacts(const Model *model, const Contacts *contacts, StageResult *result);
+PetscErrorCode JudgeContacts(const Problem *p);
 
 /* ---- factor.c */
 /* Collective. Whether there is memory for the factor of NewtonRelax. memory: [0] what it is foreseen to
@@ -98,10 +112,8 @@ PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits)
    factor of the elastic stiffness, under loads that go from f_start to f_target. Verdict: converged,
    collapsed (contacts outgrown), interrupted; or none, when no equilibrium was found, or there is no memory
    for the factor: then displacements, history and f_ext are those of the last one, and the explicit loop
-   goes on. number: of the stage, for history.csv. follow: loads follow the motion. */
-PetscErrorCode NewtonRelax(const Scene *scene, const Model *model, const Stage *stage, PetscInt number,
-                           PetscBool follow, Contacts *contacts, State *state, Relaxation *relax,
-                           struct _p_Output *output, StageResult *result);
+   goes on. */
+PetscErrorCode NewtonRelax(const Problem *p);
 PetscErrorCode NewtonDestroy(Newton **newton);
 /* Collective. Lowest frequency [1/cycle] of the scaled masses with the elastic joints that the factor belongs
    to, after NewtonRelax; 0: there is no factor. Overwrites the last correction. */
@@ -153,20 +165,21 @@ typedef struct {
 /* Collective. (n_supports,) motion of each support that has one; refuses a file that is none. */
 PetscErrorCode SupportMotionsRead(const Scene *scene, MPI_Comm comm, SupportMotion **motions);
 PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions);
-/* Collective. Warns of supports whose file ends in motion before t_end [s], the end of the stage:
-   they stop at once there, which is a blow; an accelerogram without base line correction does so.
-   t: start of the stage. */
-PetscErrorCode SupportMotionsWarn(const Scene *scene, MPI_Comm comm, const SupportMotion *motions,
-                                  PetscReal t, PetscReal t_end);
+/* Collective. At the start of a stage: warns of supports whose file ends in motion before its end: they
+   stop at once there, which is a blow; an accelerogram without base line correction does so. */
+PetscErrorCode SupportMotionsWarn(const Problem *p, const SupportMotion *motions);
 /* After Integrate: velocities and displacements of what moving supports hold, at half
    a step and a step on. */
 void SupportsMove(const Scene *scene, const Model *model, SupportMotion *motions, State *state);
 
 /* ---- dynamics.c */
 /* Collective. Runs a dynamic stage for its duration. */
-PetscErrorCode StageRunDynamic(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
-                               Contacts *contacts, State *state, struct _p_Output *output,
-                               StageResult *result);
+PetscErrorCode StageRunDynamic(const Problem *p);
+
+/* ---- uplift.c */
+/* Collective. Measures the open lengths of the stage's cracked uplift loads. again: one has changed (before
+   equilibrium, grown), so the stage must go on; a crack through the joint sets the verdict. */
+PetscErrorCode UpliftCrack(const Problem *p, PetscBool *again);
 
 /* ---- stages.c */
 /* Collective. The undeformed state, at rest. */
@@ -179,27 +192,21 @@ const char *EffortMethod(const Effort *effort);
 /* [solves] What it amounts to by Newton's method. */
 PetscReal EffortWork(const Effort *effort);
 /* Lines on stdout about how a stage ended. */
-PetscErrorCode StageReport(const Model *model, const Stage *stage, const StageResult *result);
-/* Collective. Runs one stage to its verdict. */
-PetscErrorCode StageRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
-                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                        StageResult *result);
+PetscErrorCode StageReport(const Problem *p);
+/* Loads that follow the motion, anew at the present displacements. */
+PetscErrorCode StageLoads(const Problem *p);
+/* Collective. Runs one stage that is not dynamic to its verdict. */
+PetscErrorCode StageRun(const Problem *p);
 /* Collective. Relaxes under the stage's loads and joints, to a verdict that nobody is told yet: a static
    stage, or one trial of another. */
-PetscErrorCode StageRelax(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
-                          Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                          StageResult *result);
+PetscErrorCode StageRelax(const Problem *p);
 
 /* ---- reduction.c: the stages that are made of trials */
 /* [degree] Largest friction among the joints whose strength the stage reduces, NaN: it reduces none. */
 PetscReal ReducedFriction(const Scene *scene, const Stage *stage);
-/* Collective. Same arguments as StageRun; stage->joints are left as in the last stable trial. */
-PetscErrorCode ReductionRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
-                            Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                            StageResult *result);
-PetscErrorCode FloodRun(const Scene *scene, Model *model, const Stage *stage, PetscInt number,
-                        Contacts *contacts, State *state, Relaxation *relax, struct _p_Output *output,
-                        StageResult *result);
+/* Collective. p->stage->joints are left as in the last stable trial. */
+PetscErrorCode ReductionRun(const Problem *p);
+PetscErrorCode FloodRun(const Problem *p);
 
 /* ---- advise.c */
 /* Collective. Prints what a Quoin that is set up will cost and what could be left out of it; writes nothing.

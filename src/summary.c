@@ -199,11 +199,11 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
 
 /* ---- a stage and the file */
 
-PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State *state,
-                            const MeshFields *mesh, const StageFields *fields, PetscInt stage,
-                            const StageResult *result, const PetscReal *probes, uint64_t checksum,
-                            const Trials *trials, char **json)
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json)
 {
+  const Scene *scene = p->scene;
+  const StageResult *result = p->result;
+  const MeshFields *mesh = &p->output->mesh;
   char hex[32];
   size_t size = 0;
   FILE *f;
@@ -213,7 +213,7 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
   fprintf(f, "    {\n      ");
-  JsonText(f, "name", scene->stages[stage].name, ",\n      ");
+  JsonText(f, "name", p->stage->name, ",\n      ");
   JsonText(f, "verdict", VerdictNames[result->verdict], ",\n      ");
   JsonText(f, "evidence", result->evidence, ",\n      ");
   JsonCount(f, "cycles", result->cycles, ",\n      ");
@@ -227,38 +227,39 @@ PetscErrorCode SummaryStage(const Scene *scene, const Model *model, const State 
   JsonNumber(f, "ratio", result->ratio, ",\n      ");
   JsonCount(f, "worst_macroblock", result->worst_body, ",\n      ");
   JsonNumber(f, "increment", result->increment, ",\n      ");
-  JsonNumber(f, "alpha", state->alpha, ",\n      ");
-  JsonNumber(f, "dt", state->dt, ",\n      ");
-  JsonNumber(f, "time", state->time, ",\n      ");
+  JsonNumber(f, "alpha", p->state->alpha, ",\n      ");
+  JsonNumber(f, "dt", p->state->dt, ",\n      ");
+  JsonNumber(f, "time", p->state->time, ",\n      ");
   JsonCount(f, "verifications", result->verifications, ",\n      ");
   JsonCount(f, "contacts_made", result->contacts_made, ",\n      ");
   JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
   JsonText(f, "checksum", hex, ",\n");
-  put_probes(f, model, probes);
-  if (scene->stages[stage].kind != STAGE_FLOOD) SummaryUplift(f, scene, state, scene->stages + stage);
+  put_probes(f, p->m, p->output->probes);
+  if (p->stage->kind != STAGE_FLOOD) SummaryUplift(f, p);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);
   PetscCall(put_supports(f, scene, mesh, fields));
-  if (scene->stages[stage].kind == STAGE_DYNAMIC)
+  if (p->stage->kind == STAGE_DYNAMIC)
     put_account(f, &result->energy);
   else
     put_energies(f, mesh, fields, result);
-  put_extremes(f, model, mesh, fields);
+  put_extremes(f, p->m, mesh, fields);
   SummarySafety(f, scene, mesh, fields);
-  if (trials->n) SummaryTrials(f, scene->stages + stage, trials);
-  PetscCall(SummaryJoints(f, scene, scene->stages[stage].joints, fields));
+  if (p->output->trials.n) SummaryTrials(f, p->stage, &p->output->trials);
+  PetscCall(SummaryJoints(f, scene, p->stage->joints, fields));
   fprintf(f, "    }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model *model,
-                            const MeshFields *mesh, const StageFields *fields, PetscInt n_stages,
-                            char *const *stages, char message[MESSAGE_LENGTH])
+PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char message[MESSAGE_LENGTH])
 {
+  const Scene *scene = p->scene;
+  const Model *model = p->m;
+  const Output *o = p->output;
   PetscFunctionBeginUser;
-  FILE *f = message[0] ? NULL : PartOpen(folder, "summary.json", message);
+  FILE *f = message[0] ? NULL : PartOpen(o->folder, "summary.json", message);
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(f, "{\n  ");
   JsonText(f, "format", "quoin-summary", ",\n  ");
@@ -274,8 +275,8 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
   JsonCount(f, "ranks", model->size, ",\n  ");
   JsonText(f, "isa", IsaName(), ",\n  ");
   JsonNumber(f, "thickness", scene->thickness, ",\n  ");
-  JsonCount(f, "n_blocks", mesh->n_blocks, ",\n  ");
-  JsonCount(f, "n_vertices", mesh->n_vertices, ",\n  ");
+  JsonCount(f, "n_blocks", o->mesh.n_blocks, ",\n  ");
+  JsonCount(f, "n_vertices", o->mesh.n_vertices, ",\n  ");
   JsonCount(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
   JsonCount(f, "n_rigid", model->n_rigid_global, ",\n  ");
   JsonCount(f, "n_contacts", fields->n_contacts, ",\n  ");
@@ -289,11 +290,12 @@ PetscErrorCode SummaryWrite(const char *folder, const Scene *scene, const Model 
     JsonNumber(f, "factor_wall_s", model->condensed_wall, "},\n");
   }
   fprintf(f, "  \"stages\": [\n");
-  for (PetscInt s = 0; s < n_stages; s++) fprintf(f, "%s%s\n", stages[s], s + 1 < n_stages ? "," : "");
+  for (PetscInt s = 0; s < o->n_stages; s++)
+    fprintf(f, "%s%s\n", o->stages[s], s + 1 < o->n_stages ? "," : "");
   fprintf(f, "  ]\n}\n");
   const int failed = ferror(f);
   if (fclose(f) || failed)
     snprintf(message, MESSAGE_LENGTH, "output: cannot write summary.json: %s", strerror(errno));
-  PartRename(folder, "summary.json", message);
+  PartRename(o->folder, "summary.json", message);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -90,9 +90,10 @@ PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SupportMotionsWarn(const Scene *scene, MPI_Comm comm, const SupportMotion *motions,
-                                  PetscReal t, PetscReal t_end)
+PetscErrorCode SupportMotionsWarn(const Problem *p, const SupportMotion *motions)
 {
+  const Scene *scene = p->scene;
+  const PetscReal t = p->state->time, t_end = t + p->stage->duration;
   const PetscReal rounding = 1e-9 * t_end, negligible = 0.01; // of the largest velocity
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
@@ -107,7 +108,7 @@ PetscErrorCode SupportMotionsWarn(const Scene *scene, MPI_Comm comm, const Suppo
         most = PetscMax(most, PetscAbsReal(motion->v[2 * j + k]));
       }
     if (last > negligible * most)
-      PetscCall(PetscPrintf(comm,
+      PetscCall(PetscPrintf(p->m->comm,
                             "warning: supports.%s.motion: %s ends at %.6g s with %.3g m/s: the support stops "
                             "there at once; end it at rest, or let it go on past the stage\n",
                             scene->supports[i].name, scene->supports[i].motion,

@@ -30,10 +30,10 @@ static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode write_trial(const Scene *scene, const Model *m, const State *state, const Stage *stage,
-                                  const StageFields *fields, const PetscReal *probes, PetscReal value,
-                                  const StageResult *r, char **json)
+static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const PetscReal *probes,
+                                  PetscReal value, char **json)
 {
+  const StageResult *r = p->result;
   size_t size = 0;
   FILE *f;
   PetscFunctionBeginUser;
@@ -47,35 +47,36 @@ static PetscErrorCode write_trial(const Scene *scene, const Model *m, const Stat
   JsonNumber(f, "wall_s", r->wall, ", ");
   JsonText(f, "evidence", r->evidence, ",\n      ");
   JsonNumber(f, "max_displacement", r->displacement, ", ");
-  SummaryUplift(f, scene, state, stage);
-  put_probes(f, m, probes);
-  PetscCall(SummaryJoints(f, scene, stage->joints, fields));
+  SummaryUplift(f, p);
+  put_probes(f, p->m, probes);
+  PetscCall(SummaryJoints(f, p->scene, p->stage->joints, fields));
   fprintf(f, "        }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *m, const State *state,
-                         const Contacts *contacts, const Stage *stage, PetscReal value,
-                         const StageResult *result)
+PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
 {
   static const char *const units[] = {" m", " degree", " of the strengths"};
-  const char *unit = units[stage->kind == STAGE_FLOOD ? 0 : stage->what == REDUCE_FRICTION ? 1 : 2];
+  const char *unit = units[p->stage->kind == STAGE_FLOOD ? 0 : p->stage->what == REDUCE_FRICTION ? 1 : 2];
+  const Model *m = p->m;
+  const StageResult *result = p->result;
+  Trials *trials = &p->output->trials;
   StageFields fields = {0};
   MeshFields mesh;
   PetscReal *probes;
   PetscFunctionBeginUser;
   PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s\n",
-                        stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
+                        p->stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
                         Plural(result->cycles), result->wall));
   PetscCall(PetscMalloc1(2 * m->n_points, &probes));
-  PetscCall(find_probes(m, state, probes));
+  PetscCall(find_probes(m, p->state, probes));
   PetscCall(GatherMesh(m, &mesh));
-  PetscCall(GatherContacts(m, state, contacts, stage, &mesh, &fields));
+  PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
   PetscCall(GatherMeshDestroy(&mesh));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
-    PetscCall(write_trial(scene, m, state, stage, &fields, probes, value, result, trials->json + trials->n));
+    PetscCall(write_trial(p, &fields, probes, value, trials->json + trials->n));
   }
   trials->n++;
   PetscCall(GatherStageDestroy(&fields));
@@ -84,8 +85,12 @@ PetscErrorCode TrialsAdd(Trials *trials, const Scene *scene, const Model *m, con
 }
 
 /* The motion over the last chunk of cycles: single velocities still carry what vibrates in the blocks. */
-PetscErrorCode TrialsMechanism(Trials *trials, const Model *m, const State *state, const Relaxation *r)
+PetscErrorCode TrialsMechanism(const Problem *p)
 {
+  const Model *m = p->m;
+  const State *state = p->state;
+  const Relaxation *r = p->relax;
+  Trials *trials = &p->output->trials;
   const PetscInt at = 3 * m->n_bodies;
   const PetscBool chunk_ended = (PetscBool)(r->chunk_start == state->cycle);
   const PetscReal *u = state->u + at;
@@ -158,12 +163,13 @@ void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials)
 
 /* Of each uplift load that acts: open length, and the diagram with its resultants on
    both sides of the drain. */
-void SummaryUplift(FILE *f, const Scene *scene, const State *state, const Stage *stage)
+void SummaryUplift(FILE *f, const Problem *p)
 {
+  const Scene *scene = p->scene;
   const char *before = "      \"uplift\": {\n";
-  for (PetscInt i = 0; i < stage->n_loads; i++) {
-    const Load *load = scene->loads + stage->loads[i];
-    const Uplift *u = state->uplift + stage->loads[i];
+  for (PetscInt i = 0; i < p->stage->n_loads; i++) {
+    const Load *load = scene->loads + p->stage->loads[i];
+    const Uplift *u = p->state->uplift + p->stage->loads[i];
     UpliftDiagram d;
     PetscReal part[2] = {0., 0.};
     if (load->kind != LOAD_UPLIFT) continue;

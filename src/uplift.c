@@ -15,7 +15,7 @@
 
    npb is the paper's; what the user must compare with the guideline in force: usbr (written for X <= 0.05
    H1), usace and ferc, and the crack in all of them (docs/scene.md). */
-#include "internal.h"
+#include "stages.h"
 
 /* ---- the diagram */
 
@@ -369,9 +369,9 @@ PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftCrack(const Scene *scene, const Model *m, const Stage *stage, const Contacts *c,
-                           State *state, StageResult *result, PetscBool *again)
+PetscErrorCode UpliftCrack(const Problem *p, PetscBool *again)
 {
+  StageResult *result = p->result;
   enum { MOST_ROUNDS = 200 };
   const PetscReal through = 0.99; // of the joint: what is left is crushed before it holds
   const PetscBool at_rest = (PetscBool)(result->verdict == VERDICT_CONVERGED);
@@ -380,11 +380,11 @@ PetscErrorCode UpliftCrack(const Scene *scene, const Model *m, const Stage *stag
   PetscReal crack = 0.;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
-  for (PetscInt l = 0; l < stage->n_loads; l++) {
-    const Load *load = scene->loads + stage->loads[l];
-    Uplift *u = state->uplift + stage->loads[l];
+  for (PetscInt l = 0; l < p->stage->n_loads; l++) {
+    const Load *load = p->scene->loads + p->stage->loads[l];
+    Uplift *u = p->state->uplift + p->stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
-    PetscCall(gather_profile(m, c, u->n_gids, u->gids, &n, &rows));
+    PetscCall(gather_profile(p->m, p->contacts, u->n_gids, u->gids, &n, &rows));
     PetscCall(open_length(u, n, rows, &crack));
     PetscCall(PetscFree(rows));
     const PetscBool runs = (PetscBool)(crack > through * u->length);

@@ -50,11 +50,12 @@ static PetscErrorCode Relax(Fixture *f, StageResult *result)
 {
   Output output = {.lock = -1};
   Checkpoint none = {.comm = f->model->comm, .rank = f->model->rank, .scene = f->scene};
+  const Problem p = {f->model, f->contacts,      f->state, f->relax, &output,
+                     f->scene, f->scene->stages, 0,        result};
   PetscFunctionBeginUser;
   output.checkpoint = &none;
   PetscCall(PetscCalloc1(1, &output.probes));
-  PetscCall(
-      StageRun(f->scene, f->model, f->scene->stages, 0, f->contacts, f->state, f->relax, &output, result));
+  PetscCall(StageRun(&p));
   PetscCall(PetscFree(output.probes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
