@@ -152,8 +152,8 @@ static void warn_slender(const BlockMesh *mesh)
   fflush(stderr);
 }
 
-/* Poisson's ratios from which full blocks lock: a cantilever of 20 by 4 of them is 10 % too stiff in bending at 0.2,
-   19 % at 0.45, 49 % at 0.49 (bending blocks: 0, 2 and 3 %). Plane stress never does. */
+/* Poisson's ratios from which full blocks lock: a cantilever of 20 by 4 of them is 10 % too stiff in bending
+   at 0.2, 19 % at 0.45, 49 % at 0.49 (bending blocks: 0, 2 and 3 %). Plane stress never does. */
 static const PetscReal LOCKS_FROM = 0.45;
 
 static void warn_locking(const Scene *scene)
