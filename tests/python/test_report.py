@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import yaml
@@ -354,6 +355,19 @@ def test_flawed_runs_are_flagged(copy):
     (copy / "summary.json").write_text(json.dumps(summary))
     text = sheet(copy, *USACE, *UPLIFT, "--condition", "swhp=unusual")
     assert "<b>INCOMPLETE</b>" in text and "ended undecided" in text
+
+
+@solver
+def test_stages_without_a_result_are_told(copy):
+    assert "No result of stage" not in sheet(copy) and "no result" not in sheet(copy)
+    summary = json.loads((copy / "summary.json").read_text())
+    del summary["stages"][-1]  # as when the run is refused or killed in its last stage
+    (copy / "summary.json").write_text(json.dumps(summary))
+    with h5py.File(copy / "results.h5", "r+") as file:
+        del file["stages/swhp"]
+    text = sheet(copy)
+    assert "No result of stage swhp: the run was refused" in text
+    assert '<td>swhp</td><td>weight, water</td><td class="fail">no result</td>' in text
 
 
 @solver

@@ -130,6 +130,19 @@ def account_boxes(case):
                    for s in case.results.summary["stages"] if "balance" in s["energy"] and (said := account_complaints(s)))
 
 
+def without_result(case):
+    """Stages of the scene that the run has not come to the end of."""
+    done = {s["name"] for s in case.results.summary["stages"]}
+    return [name for name in case.scene.stages if name not in done]
+
+
+def unfinished_note(case):
+    """What happens in these stages may be what matters."""
+    names = without_result(case)
+    return notes([f"No result of stage{'s' * (len(names) != 1)} {', '.join(names)}: the run was refused, stopped or broke off before, or goes "
+                  "on. The sheet knows nothing of it."]) if names else ""  # fmt: skip
+
+
 def limits_part(case, found):
     """Every limit with the number held against it."""
     rows = [(a.stage, a.condition, a.name, j.text, j.bound, j.printed(j.value), (j.verdict, verdict_class(j.verdict)),
@@ -168,6 +181,7 @@ def stages_part(case):
         loads = ", ".join(case.scene.stages.get(s["name"], {}).get("loads") or ())
         rows.append((s["name"], loads, (s["verdict"], "pass" if s["verdict"] in ("converged", "completed") else "fail"), fixed(s["applied"]["x"], 1e-3, 1),
                      fixed(s["applied"]["y"], 1e-3, 1), fixed(s["reaction"]["x"], 1e-3, 1), fixed(s["reaction"]["y"], 1e-3, 1)))  # fmt: skip
+    rows += [(name, ", ".join(case.scene.stages[name].get("loads") or ()), ("no result", "fail"), "-", "-", "-", "-") for name in without_result(case)]
     header = ("stage", "loads at its end", "verdict", "applied x [kN]", "applied y [kN]", "supports x [kN]", "supports y [kN]")
     return "<h2>Stages</h2>" + table(header, rows, (3, 4, 5, 6))
 
@@ -362,7 +376,7 @@ def page(case, pictures):
     found, complaints = assess(case)
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
-        heading(case), account_boxes(case), verdict_box(case, found, complaints), SIGNATURES, limits_part(case, found), sections_part(case, found),
+        heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
         stages_part(case), inputs_part(case), assessments_part(case, found, complaints), trials_part(case), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
