@@ -136,6 +136,15 @@ static void raise_water(const Scene *scene, PetscReal rise, Load *loads)
   }
 }
 
+/* Joints or water as they are at `value`. */
+static void set_value(Driver *d, const Joint *full, PetscReal value)
+{
+  if (d->stage.kind == STAGE_FLOOD)
+    raise_water(d->scene, value - d->stage.start, d->raised.loads);
+  else
+    reduce_joints(d->scene, &d->stage, full, value);
+}
+
 /* ---- trials */
 
 /* Runs the trial of d->value from the present state. */
@@ -145,10 +154,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
   Verdict *verdict = &d->p.result->verdict;
   PetscFunctionBeginUser;
   if (d->trial && d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
-  if (d->stage.kind == STAGE_FLOOD)
-    raise_water(d->scene, value - d->stage.start, d->raised.loads);
-  else
-    reduce_joints(d->scene, &d->stage, full, value);
+  set_value(d, full, value);
   PetscCall(StageRelax(&d->p));
   // far away but finite: it fell
   if (*verdict == VERDICT_DIVERGED && d->p.result->finite) *verdict = VERDICT_COLLAPSED;
@@ -204,10 +210,7 @@ static PetscErrorCode next_trial(Driver *d, PetscBool *go)
 static PetscErrorCode settle(Driver *d, const Joint *full)
 {
   PetscFunctionBeginUser;
-  if (d->stage.kind == STAGE_FLOOD)
-    raise_water(d->scene, d->stable - d->stage.start, d->raised.loads);
-  else
-    reduce_joints(d->scene, &d->stage, full, d->stable);
+  set_value(d, full, d->stable);
   PetscCall(snapshot_restore(&d->p, &d->snapshot));
   PetscCall(Forces(d->p.m, d->stage.joints, d->p.contacts, d->p.state, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
