@@ -35,6 +35,12 @@ UNITS = {"ns": "{:.1f}", "instructions": "{:.0f}"}
 EXCHANGE = {"auto": "through shared memory", "messages": "by messages (PetscSF, MPI_Allreduce)"}
 
 
+def at_full_clock(options, path, scene, side):
+    """Of several runs, seconds apart, the one in which the processor's clock was the fastest."""
+    rows = [run.measure(path, scene, side, 1, options.seconds) for _ in range(options.tries)]
+    return min(rows, key=lambda row: sum(run.least(row, part) for part in run.PARTS))
+
+
 def measured(options):
     """Rows of one scene after another, each with what identifies it."""
     for program, scenes in (("bench_cycle", options.scenes), ("bench_plain_sums", [s for s in options.scenes if s == "block"])):
@@ -42,7 +48,7 @@ def measured(options):
         own = {"program": program, "exchange_by": "auto"}
         for scene in scenes if "ns" in options.units else ():
             for side in options.sides or SIDES[scene]:
-                yield run.show(run.measure(path, scene, side, 1, options.seconds)) | own | {"unit": "ns"}
+                yield run.show(at_full_clock(options, path, scene, side)) | own | {"unit": "ns"}
         for row in run.instructions(path, scenes) if scenes and "instructions" in options.units else ():
             yield run.show(row) | own | {"unit": "instructions"}
     both = "block" in options.scenes and "ns" in options.units
@@ -106,6 +112,7 @@ def main():
     parser.add_argument("--sides", type=int, nargs="+", help="of each scene, instead of its own")
     parser.add_argument("--units", nargs="+", default=list(UNITS), choices=list(UNITS))
     parser.add_argument("--seconds", type=float, default=0.3, help="for each measurement")
+    parser.add_argument("--tries", type=int, default=3, help="runs of each, of which the fastest counts")
     options = parser.parse_args()
     options.folder, rows = os.path.abspath(options.folder), keep("cycle", [], IDENTITY)
     run.header("ns, then instr.,")
