@@ -36,7 +36,6 @@ from quoin_tools.fig6 import triangle_dam  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from record import DATA, DOCS, replace_between, table  # noqa: E402
 
-EXPLICIT = ("-relaxation_method", "explicit")
 NEWTON = ("-relaxation_method", "preconditioned")
 PAPER = ("-relaxation_damping", "paper")
 # name: (scene, mesh of n blocks along the base, sizes, size of the reference, what every run of the case adds, last stage)
