@@ -163,13 +163,18 @@ static void put_line(FILE *f, const JointLine *line, const JointSums *sums, Pets
   put_end(f, "end", line->last, ",\n");
 }
 
-/* Strength over demand: (N tan phi + c L thickness) / |T|. */
+static PetscReal closed_length(const JointLine *line, const JointSums *sums)
+{
+  return PetscMax(0., line->length - sums->open);
+}
+
+/* Strength over demand: (N tan phi + c L' thickness) / |T|. Cohesion acts on the closed length L' only. */
 static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const JointSums *sums,
                                 PetscReal thickness, int residual)
 {
   const PetscReal tangent = tan(joint->friction[residual] * PETSC_PI / 180.);
   const PetscReal strength = PetscMax(0., sums->N) * tangent +
-                             joint->cohesion[residual] * line->length * thickness;
+                             joint->cohesion[residual] * closed_length(line, sums) * thickness;
   return joint->law == LAW_ELASTIC ? NAN : strength / fabs(sums->T);
 }
 
@@ -183,6 +188,7 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
           joint->law == LAW_ELASTIC ? "elastic" : "mohr_coulomb", (int)line->n);
   JsonNumber(f, "length", line->length, ",\n          ");
   JsonNumber(f, "open_length", sums->open, ",\n          ");
+  JsonNumber(f, "closed_length", closed_length(line, sums), ",\n          ");
   JsonNumber(f, "slipping_length", sums->slipping, ",\n          ");
   JsonNumber(f, "crushing_length", sums->crushing, ",\n          ");
   JsonNumber(f, "N", sums->N, ",\n          ");

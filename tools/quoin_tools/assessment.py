@@ -21,6 +21,7 @@ ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
 BENT = 0.02  # [-] of its chord: a path that goes farther from it is no plane
 ALIKE = 0.01  # applied forces of run and scene may differ by this
+SLIDES = "sliding factor, {}, c on the closed length"
 WHOLE_WAY = "; --path names a way through several joints"
 ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
           guidelines.GuidelineError)  # fmt: skip
@@ -137,7 +138,8 @@ def open_part(opening, is_open):
     """Part of each contact's length that is open: where one end is, up to where the opening passes zero."""
     size = np.abs(opening)
     own = np.where(is_open[:, 0], size[:, 0], size[:, 1])
-    one = own / np.where(size.sum(axis=1) > 0, size.sum(axis=1), 1.0)
+    crosses = opening.min(axis=1) * opening.max(axis=1) < 0  # else nobody knows where: half, as summary.json has it
+    one = np.where(crosses, own / np.where(size.sum(axis=1) > 0, size.sum(axis=1), 1.0), 0.5)
     return np.where(is_open.all(axis=1), 1.0, np.where(is_open.any(axis=1), one, 0.0))
 
 
@@ -164,8 +166,8 @@ def block_on_path(case, stage, path, base, strength):
     values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
               "end": hand.linear[1], "crack": float(opened), "compression": float(-contacts.sigma[mine].min()),
               "friction": hand.friction_needed}  # fmt: skip
-    length = float(contacts.length[mine].sum())
-    return values | factors(hand, strength, length)
+    closed = max(0.0, float(contacts.length[mine].sum() - opened))
+    return values | factors(hand, strength, closed)
 
 
 # ---- the hand method ------------------------------------------------------------------------------------------
@@ -449,7 +451,7 @@ def lines(found):
             ("resultant from the start", "m", "resultant", 1, 3), ("straight-line stress at the start", "kPa", "start", 1e-3, 1),
             ("straight-line stress at the end", "kPa", "end", 1e-3, 1), ("crack length, no tension", "m", "crack", 1, 3),
             ("largest compression", "kPa", "compression", 1e-3, 1), ("atan |T| / N", "deg", "friction", 1, 2),
-            ("sliding factor, peak", "", "peak", 1, 3), ("sliding factor, residual", "", "residual", 1, 3))  # fmt: skip
+            (SLIDES.format("peak"), "", "peak", 1, 3), (SLIDES.format("residual"), "", "residual", 1, 3))  # fmt: skip
     sources = found.block or {}, numbers(found.hand), numbers(found.with_uplift)
     result = []
     for words, unit, key, factor, digits in rows:

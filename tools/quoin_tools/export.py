@@ -15,10 +15,10 @@ import numpy as np
 
 from quoin_tools.results import Results, ResultsError
 
-JOINT = ("law", "length", "open_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
+JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
          "sliding_factor_residual", "chord", "sigma_linear_start", "sigma_linear_end")  # fmt: skip
 UNITS = {"length": "m", "chord": "m", "N": "N", "T": "N", "M": "N m", "friction_needed": "deg", "sigma_linear_start": "Pa",
-         "sigma_linear_end": "Pa", "open_length": "m", "slipping_length": "m", "crushing_length": "m"}  # fmt: skip
+         "sigma_linear_end": "Pa", "open_length": "m", "closed_length": "m", "slipping_length": "m", "crushing_length": "m"}  # fmt: skip
 
 
 def plain(value):

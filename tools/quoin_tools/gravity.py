@@ -122,7 +122,7 @@ class Hand:
         return float(np.degrees(np.arctan2(abs(self.T), self.N)))
 
     def sliding_factor(self, friction, cohesion=0.0, length=None):
-        """(N tan(friction) + cohesion * length) / |T|; length: where cohesion acts, by default the uncracked part."""
+        """(N tan(friction) + cohesion * length) / |T|; length: closed, where cohesion acts; by default the uncracked part."""
         length = (self.ligament or 0.0) if length is None else length
         strength = max(self.N, 0.0) * np.tan(np.radians(friction)) + cohesion * length * self.base.thickness
         return float(strength / abs(self.T)) if abs(self.T) > 1e-12 * max(abs(self.N), 1.0) else float("inf")

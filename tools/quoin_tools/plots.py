@@ -312,7 +312,7 @@ def plot_joint(results, stage, joint, path):
 def joint_facts(facts):
     words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
     if facts["sliding_factor_peak"] is not None:
-        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)}")
+        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)} (c on {facts['length'] - facts['open_length']:.2f} m closed)")
     words += [
         f"{word} {facts[word + '_length']:.2f} m"
         for word in ("open", "slipping")

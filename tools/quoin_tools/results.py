@@ -308,7 +308,7 @@ def joint_rows(s):
         ends = [fixed(j[end]["sigma"] if j["line"] else None, 1e-6) for end in ("start", "end")]
         forces = (fixed(j["N"], 1e-3, 1), fixed(j["T"], 1e-3, 1), fixed(j["friction_needed"], 1, 2))
         factors = (sliding(j["sliding_factor_peak"]), sliding(j["sliding_factor_residual"]))
-        lengths = (fixed(j["length"]), fixed(j["open_length"]), fixed(j["slipping_length"]))
+        lengths = (fixed(j["length"]), fixed(j["open_length"]), fixed(j["length"] - j["open_length"]), fixed(j["slipping_length"]))
         rows.append((name, *forces, *factors, *lengths, *ends))
     return rows
 
@@ -348,7 +348,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     ("How they were solved", "method|force evaluations|solves|factorisations", effort_rows),
     ("What each support adds", "support|x kN|y kN", support_rows),
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
-    ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak|residual|length m|open m|slipping m|"
+    ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak, c on closed|residual|length m|open m|closed m|slipping m|"
                "sigma start MPa|sigma end MPa", joint_rows),
     ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),
     ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),

@@ -73,8 +73,20 @@ def run(case):
                        [gap / width, -base["end"]["opening"] * 1e3, base["start"]["opening"] * 1e3],
                        [5.527e-6, 0.1397, 0.0261], relative=2e-3)
             case.check("... friction needed [degree]", base["friction_needed"], 34.78, relative=1e-4)
+    cohesion_on_closed_length(case)
     many_contacts(case)
     with_uplift(case)
+
+
+def cohesion_on_closed_length(case):
+    """Sliding factors: no cohesion where the joint is open."""
+    crack, _, normal = gravity_method(30.0)
+    strong = changed(STIFF, ("joints.base.cohesion", 1e6), ("joints.base.cohesion_residual", 4e5))
+    base = case.run(triangle(30.0, 1), strong).stage_summary("full")["joints"]["base"]
+    thrust = WATER * G * H**2 / 2
+    case.check("cohesion 1 MPa, residual 0.4 MPa: closed length [m]", base["closed_length"], 30.0 - crack, relative=1e-5)
+    case.check("... sliding factors peak and residual, cohesion on the closed length", [base["sliding_factor_peak"], base["sliding_factor_residual"]],
+               [(normal + c * (30.0 - crack)) / thrust for c in (1e6, 4e5)], relative=1e-5)
 
 
 def many_contacts(case):
