@@ -267,6 +267,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
+    PetscCall(CompleteLoads(r, path, stage, (PetscBool)(i == 0)));
     PetscCall(read_stage_joints(r, path, scene, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));

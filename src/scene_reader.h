@@ -87,6 +87,8 @@ PetscErrorCode EchoEnd(Reader *r, char **text);
 /* ---- scene_safety.c: what keys of one load or stage say together; path: its section */
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
+/* first: no stage of the scene comes before it. */
+PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
 /* Writes the one message to show: wrong value, unknown key (an entry that nobody

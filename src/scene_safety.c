@@ -54,6 +54,19 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Without loads a structure can swing, follow its supports, or be relieved of what acted before. */
+PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "loads", &given));
+  if (!given || stage->n_loads || stage->kind == STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS);
+  if (stage->kind == STAGE_STATIC && !first) PetscFunctionReturn(PETSC_SUCCESS);
+  COMPLAIN(r, "no loads: only a dynamic stage, or a static one behind another, needs none");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 // the joints named exist and have a strength
 static void check_reduced(Reader *r, const Stage *stage)
 {
@@ -80,6 +93,10 @@ PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
   if (isnan(nominal) && !stage->n_reduce)
     COMPLAIN_MISSING(r, "all joints are elastic in this stage: there is no strength");
   if (isnan(nominal)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (friction && nominal == 0) {
+    COMPLAIN(r, "no joint reduced has friction in this stage (friction: 0 [degree]): choose what: strengths");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(is_given(r, path, "factor", &given));
   if (given && friction) COMPLAIN(r, "friction goes by degrees: give step, or choose what: strengths");
   PetscCall(is_given(r, path, "step", &step));

@@ -192,7 +192,8 @@ static PetscErrorCode convert_loads(Reader *r, const char *text, PetscInt *n, Pe
   size_t used = 0;
 
   PetscFunctionBeginUser;
-  if (!text[0]) COMPLAIN(r, "a stage needs at least one load");
+  *n = 0;
+  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS); // CompleteLoads says whether none will do
   for (PetscInt l = 0; l < r->scene->n_loads && used < sizeof known; l++)
     used += snprintf(known + used, sizeof known - used, "%s%s", l ? ", " : "", r->scene->loads[l].name);
   PetscCall(convert_names(r, text, n, &names));

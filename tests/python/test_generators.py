@@ -260,6 +260,13 @@ def test_graded(first, length, n):
     assert steps[1:] / steps[:-1] == pytest.approx(np.full(n - 1, steps[1] / steps[0]))
 
 
+def test_steps_that_meet_zero_give_zero():
+    mesh = meshing.rectangle(-4, -1, 12, 3, 3, 3)
+    assert mesh.vertices[:4, 0].tolist() == [-4.0, 0.0, 4.0, 8.0]
+    assert mesh.vertices[4:8, 1].tolist() == [0.0] * 4
+    assert meshing.line((0.1, 0), (0.3, 1), 7)[[0, -1]].tolist() == [[0.1, 0.0], [0.3, 1.0]]
+
+
 def test_graded_refuses_what_does_not_fit():
     with pytest.raises(MeshError, match="the first of 2 m, is not possible"):
         meshing.graded(2.0, 1.0, 4)

@@ -202,7 +202,9 @@ def file_faults():
 def motion_faults():
     """(what, content or None for no file) of a file of support motion."""
     return [("no such file", None), ("an empty file", b""), ("one row", b"0, 0, 0\n"), ("a row of two numbers", b"0, 0, 0\n1, 0\n"),
-            ("times that go back", b"0, 0, 0\n1, 0, 0\n0.5, 0, 0\n"), ("a time twice", b"0, 0, 0\n0, 0, 0\n"), ("words", b"t, x, y\n0, 0, 0\n1, 0, 0\n"),
+            ("times that go back", b"0, 0, 0\n1, 0, 0\n0.5, 0, 0\n"), ("a time twice", b"0, 0, 0\n0, 0, 0\n"),
+            ("a time three times", b"0, 0, 0\n1, 0, 0\n1, 1, 0\n1, 2, 0\n2, 0, 0\n"), ("two lines of names", b"t, x, y\ns, m/s, m/s\n0, 0, 0\n1, 0, 0\n"),
+            ("a fourth column", b"0, 0, 0, 0\n1, 0, 0, 0\n"),
             ("a velocity that is not a number", b"0, 0, 0\n1, nan, 0\n"), ("an infinite time", b"0, 0, 0\ninf, 0, 0\n"),
             ("a velocity of 1e400", b"0, 0, 0\n1, 1e400, 0\n"), ("rows with semicolons", b"0; 0; 0\n1; 0; 0\n"),
             ("bytes", bytes(range(256)))]  # fmt: skip
