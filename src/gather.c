@@ -1,6 +1,7 @@
 /* gather.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order).
    Everything that is written or summed for people goes through here, so that it has the same bits on any
    number of ranks. */
+#include "contact_geometry.h"
 #include "output.h"
 #include <stdlib.h>
 
@@ -260,7 +261,14 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
   }
 }
 
-/* Where end k of contact i stands, and the outward normal of its destination face in contact_force.c. */
+/* Which side the vertex P of end k is on, 0: a, 1: b; its destination in contact_force.c is the other one. */
+static int side_of_vertex(const Contacts *c, PetscInt i, int k)
+{
+  return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
+}
+
+/* Where end k of contact i stands, and the normal from side b to side a. The outward normal of the destination
+   leads from it to the vertex; turned round it leaves F_n and F_s as they are, for they act on the other side. */
 static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
                               ContactEnd *end)
 {
@@ -275,8 +283,24 @@ static void contact_end_place(const Model *model, const PetscReal *u, const Cont
     along[x] = model->X[2 * B + x] - model->X[2 * A + x] + moving * (u[2 * B + x] - u[2 * A + x]);
   }
   const PetscReal length = PetscSqrtReal(along[0] * along[0] + along[1] * along[1]);
-  end->normal[0] = along[1] / length;
-  end->normal[1] = -along[0] / length;
+  const PetscReal from_b = side_of_vertex(c, i, k) ? -1 : 1;
+  end->normal[0] = from_b * along[1] / length;
+  end->normal[1] = -from_b * along[0] / length;
+}
+
+static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
+{
+  return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
+}
+
+/* A corner, or much shorter than both faces. */
+static PetscBool is_sliver(const Model *model, const Contacts *c, PetscInt i)
+{
+  PetscInt v[CONTACT_ROWS];
+  if (c->klass[i] == VERTEX_FACE) return PETSC_TRUE;
+  for (int r = 0; r < CONTACT_ROWS; r++) v[r] = c->vertex[CONTACT_ROW(i, r)];
+  return (PetscBool)(c->length[i] < 0.1 * PetscMin(distance(model, v[ROW_P], v[ROW_Q]),
+                                                   distance(model, v[ROW_A], v[ROW_B])));
 }
 
 /* Whether a closed end bears all the shear it can. The law's own word is for the evaluation just done: a slip
@@ -297,6 +321,7 @@ static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRo
   const PetscReal N = row->end[0].force[0] + row->end[1].force[0], sigma = row->end[0].sigma;
   const PetscBool moving = (PetscBool)(i >= c->model_start[STRESS_TPTM]);
   row->face[1] = -2 - model->vertex_file[c->vertex[CONTACT_ROW(i, ROW_P)]];
+  row->body[1] = model->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]];
   row->length = moving && sigma < 0. ? N / (model->thickness * sigma) : (moving ? 1. : 0.5) * row->length;
   for (int x = 0; x < 2; x++) row->end[0].force[x] += row->end[1].force[x];
   row->end[1] = row->end[0];
@@ -311,6 +336,7 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   row->klass = c->klass[i];
   row->joint = c->joint[i];
   row->length = c->length[i];
+  row->sliver = is_sliver(model, c, i);
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
     ContactEnd *end = &row->end[k];
@@ -355,7 +381,9 @@ PetscErrorCode GatherContacts(const Model *model, const State *state, const Cont
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     for (int k = 0; k < 2; k++) {
       const PetscInt face = s->contact[i].face[k];
-      if (face >= 0) s->contact[i].face[k] = 4 * mesh->file[face / 4] + face % 4;
+      if (face < 0) continue;
+      s->contact[i].face[k] = 4 * mesh->file[face / 4] + face % 4;
+      s->contact[i].body[k] = mesh->macroblock[mesh->file[face / 4]];
     }
   }
   if (s->n_contacts) qsort(s->contact, s->n_contacts, sizeof(ContactRow), compare_contacts);

@@ -25,7 +25,7 @@ enum {
 
 typedef struct {
   PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
-  PetscReal normal[2];                 /* [-] outward normal of the destination face that forces act along */
+  PetscReal normal[2];                 /* [-] from side b to side a; force acts along it on side b */
   PetscReal opening, sliding, slip;    /* [m] u_n less rest; u_s; plastic part of u_s */
   PetscReal broken;                    /* [-] */
   PetscReal sigma, tau;                /* [Pa] */
@@ -37,7 +37,10 @@ enum { FACE_NOT_WRITTEN = -1 }; /* in ContactRow.face: see WrittenStage */
 
 typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
+  PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
   PetscInt klass, joint;
+  PetscBool
+      sliver; /* a corner, or less than a tenth of the shorter face: its stress stands for no more than itself */
   PetscReal length;  /* [m] */
   ContactEnd end[2]; /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;

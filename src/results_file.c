@@ -228,6 +228,8 @@ static int write_contacts(hid_t stage, const StageFields *fields)
   const int error = write_faces_lengths(group, fields) ||
                     write_contact_ints(group, "joint", fields, 1, offsetof(ContactRow, joint), 0) ||
                     write_contact_ints(group, "class", fields, 1, offsetof(ContactRow, klass), 0) ||
+                    write_contact_ints(group, "macroblock", fields, 2, offsetof(ContactRow, body),
+                                       sizeof(PetscInt)) ||
                     write_contact_ints(group, "state", fields, 2, ends + offsetof(ContactEnd, state),
                                        sizeof(ContactEnd)) ||
                     write_end_reals(group, "point", fields, 2, offsetof(ContactEnd, point)) ||

@@ -13,10 +13,10 @@
 typedef struct {
   PetscInt n; /* contacts */
   PetscBool is_line;
-  PetscReal start[2], end[2]; /* [m] ends of the chord */
-  PetscReal e[2];             /* [-] from start to end */
-  PetscReal chord, length;    /* [m] of the chord; sum over contacts */
-  const ContactEnd *first, *last;
+  PetscReal start[2], end[2];     /* [m] ends of the chord */
+  PetscReal e[2];                 /* [-] from start to end */
+  PetscReal chord, length;        /* [m] of the chord; sum over contacts */
+  const ContactEnd *first, *last; /* the outermost; of contacts that are no slivers, where there are such */
 } JointLine;
 
 typedef struct {
@@ -62,27 +62,36 @@ static PetscReal deviation(const StageFields *s, PetscInt joint, const JointLine
   return most;
 }
 
-static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
+/* Outermost ends along e. What has slid leaves slivers there, whose stress is that of their own past: values are
+   taken from the outermost contact that is none. */
+static void outermost(const StageFields *s, PetscInt joint, PetscBool slivers, JointLine *line)
 {
   PetscReal low = INFINITY, high = -INFINITY;
-  *line = (JointLine){.n = 0};
-  main_direction(s, joint, line->e);
   for (PetscInt i = 0; i < 2 * s->n_contacts; i++) {
     const ContactRow *c = &s->contact[i / 2];
     const ContactEnd *end = &c->end[i % 2];
-    if (c->joint != joint) continue;
+    if (c->joint != joint || (c->sliver && !slivers)) continue;
     const PetscReal at = end->point[0] * line->e[0] + end->point[1] * line->e[1];
     if (at < low) low = at, line->first = end;
     if (at > high) high = at, line->last = end;
-    if (i % 2) line->n++, line->length += c->length;
   }
+}
+
+static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
+{
+  *line = (JointLine){.n = 0};
+  main_direction(s, joint, line->e);
+  for (PetscInt i = 0; i < s->n_contacts; i++)
+    if (s->contact[i].joint == joint) line->n++, line->length += s->contact[i].length;
   if (!line->n) return;
+  outermost(s, joint, PETSC_TRUE, line);
 
   // the chord joins the outermost points
   for (int x = 0; x < 2; x++) {
     line->start[x] = line->first->point[x];
     line->end[x] = line->last->point[x];
   }
+  outermost(s, joint, PETSC_FALSE, line);
   line->chord = hypot(line->end[0] - line->start[0], line->end[1] - line->start[1]);
   if (!(line->chord > 0)) return;
   for (int x = 0; x < 2; x++) line->e[x] = (line->end[x] - line->start[x]) / line->chord;
@@ -103,7 +112,8 @@ static PetscReal open_part(const ContactRow *c)
 static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sums)
 {
   const PetscReal *e = line->e, *n = end->normal, *F = end->force;
-  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0 ? 1 : -1; // 1: the destination is the lower side
+  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0 ? 1
+                                                        : -1; // 1: side b, on which F acts, is the lower one
   const PetscReal R[2] = {side * (F[0] * n[0] - F[1] * n[1]), side * (F[0] * n[1] + F[1] * n[0])};
   const PetscReal dx = end->point[0] - 0.5 * (line->start[0] + line->end[0]);
   const PetscReal dy = end->point[1] - 0.5 * (line->start[1] + line->end[1]), up = R[1] * e[0] - R[0] * e[1];
@@ -136,12 +146,12 @@ static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *
   }
 }
 
-static void put_end(FILE *f, const char *name, const ContactEnd *end, const char *tail)
+static void put_end(FILE *f, const char *name, const PetscReal at[2], const ContactEnd *end, const char *tail)
 {
   fprintf(f, "          \"%s\": {", name);
+  JsonNumber(f, "x", at[0], ", ");
+  JsonNumber(f, "y", at[1], ", ");
   // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): called for joints with contacts only
-  JsonNumber(f, "x", end->point[0], ", ");
-  JsonNumber(f, "y", end->point[1], ", ");
   JsonNumber(f, "sigma", end->sigma, ", ");
   JsonNumber(f, "tau", end->tau, ", ");
   JsonNumber(f, "opening", end->opening, ", ");
@@ -159,8 +169,8 @@ static void put_line(FILE *f, const JointLine *line, const JointSums *sums, Pets
   JsonNumber(f, "chord", L, ",\n          ");
   JsonNumber(f, "sigma_linear_start", (-N / L - 6 * M / (L * L)) / thickness, ",\n          ");
   JsonNumber(f, "sigma_linear_end", (-N / L + 6 * M / (L * L)) / thickness, ",\n");
-  put_end(f, "start", line->first, ",\n");
-  put_end(f, "end", line->last, ",\n");
+  put_end(f, "start", line->start, line->first, ",\n");
+  put_end(f, "end", line->end, line->last, ",\n");
 }
 
 static PetscReal closed_length(const JointLine *line, const JointSums *sums)
@@ -200,8 +210,8 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
     put_line(f, line, sums, thickness);
   else
     fprintf(f, "\n");
-  put_end(f, "sigma_min", sums->lowest, ",\n");
-  put_end(f, "sigma_max", sums->highest, "\n        }");
+  put_end(f, "sigma_min", sums->lowest->point, sums->lowest, ",\n");
+  put_end(f, "sigma_max", sums->highest->point, sums->highest, "\n        }");
 }
 
 PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, const StageFields *fields)

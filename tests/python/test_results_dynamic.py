@@ -168,7 +168,7 @@ def test_vertex_on_a_face(dropped):
                 assert np.array_equal(ends[0], ends[1]), field
             assert np.all(contacts.force[i, 1] == 0)
             assert contacts.force[i, 0, 0] == pytest.approx(contacts.sigma[i, 0] * contacts.length[i], rel=1e-12)
-            assert contacts.normal[i, 0] == pytest.approx([0, 1])
+            assert contacts.normal[i, 0] == pytest.approx([0, -1])  # from the vertex, side b, to the face, side a
     assert seen > 0
     facts = run.stage_summary("fall")
     assert facts["contacts_made"] >= 1 and facts["verdict"] == "completed"

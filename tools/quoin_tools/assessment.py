@@ -151,14 +151,12 @@ def block_on_path(case, stage, path, base, strength):
     inside = cut.LineString(path).intersection(case.body.buffer(ON_PATH)).length
     if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
         return None
-    normal, force, point = contacts.normal[mine], contacts.force[mine], contacts.point[mine]
-    tangent = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
-    on_destination = force[..., :1] * normal + force[..., 1:] * tangent
+    normal, on_b, point = contacts.normal[mine], contacts.on_b()[mine], contacts.point[mine]
     pieces = np.diff(path, axis=0)
     nearest = np.argmin(np.linalg.norm(point.mean(axis=1)[:, None] - middles, axis=2), axis=1)
     up = np.stack([-pieces[nearest, 1], pieces[nearest, 0]], axis=1)[:, None]
-    below = (normal * up).sum(axis=2, keepdims=True) > 0  # the destination's outward normal points to the upper side
-    forces = np.where(below, on_destination, -on_destination)
+    below = (normal * up).sum(axis=2, keepdims=True) > 0  # the normal leads from b, the lower side then
+    forces = np.where(below, on_b, -on_b)
     system = sum((cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
     N, T, M = base.resultants(system)
     hand = Hand(base, N, T, M)

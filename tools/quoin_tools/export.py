@@ -67,11 +67,13 @@ def numbered(mesh, face):
 def contacts(results, stage):
     header = ("contact", "end", "joint", "class", "block a", "face a", "block b", "face b", "length [m]", "x [m]", "y [m]", "normal x",
               "normal y", "opening [m]", "sliding [m]", "slip [m]", "broken", "sigma [Pa]", "tau [Pa]", "force normal [N]", "force along [N]",
-              "state")  # fmt: skip
+              "state", "macroblock a", "macroblock b", "force on b x [N]", "force on b y [N]")  # fmt: skip
     c, names = stage.contacts, results.mesh.joint_names
-    face = numbered(results.mesh, c.face)
+    face, on_b = numbered(results.mesh, c.face), c.on_b()
+    body = c.macroblock if c.macroblock is not None else np.full((len(c), 2), np.nan)
     rows = ((i, end, names[c.joint[i]], c.klass[i], *face[i], c.length[i], *c.point[i, end], *c.normal[i, end], c.opening[i, end],
-             c.sliding[i, end], c.slip[i, end], c.broken[i, end], c.sigma[i, end], c.tau[i, end], *c.force[i, end], c.state[i, end])
+             c.sliding[i, end], c.slip[i, end], c.broken[i, end], c.sigma[i, end], c.tau[i, end], *c.force[i, end], c.state[i, end],
+             *body[i], *on_b[i, end])
             for i in range(len(c)) for end in (0, 1))  # fmt: skip
     return header, rows
 

@@ -96,6 +96,21 @@ class Contacts:
     def __init__(self, group):
         for name in CONTACT_FIELDS:
             setattr(self, "klass" if name == "class" else name, np.array(group[name]))
+        self.macroblock = np.array(group["macroblock"]) if "macroblock" in group else None  # None: written by an older program
+
+    def on_b(self):
+        """Force [N] (n, 2, 2) in x and y on side b of each contact, at both of its ends; side a has the opposite one."""
+        along = np.stack([-self.normal[..., 1], self.normal[..., 0]], axis=-1)
+        return self.force[..., :1] * self.normal + self.force[..., 1:] * along
+
+    def on_body(self, number, joint=None):
+        """(X, Y, M about the origin) of all contacts, or those of a row of joint_names, on a macroblock."""
+        chosen = np.ones(len(self), dtype=bool) if joint is None else self.joint == joint
+        side = (self.macroblock[:, 1] == number).astype(float) - (self.macroblock[:, 0] == number)
+        forces = self.on_b() * (side * chosen)[:, None, None]
+        at = self.point + self.displacement
+        moments = at[..., 0] * forces[..., 1] - at[..., 1] * forces[..., 0]
+        return np.array([*forces.sum(axis=(0, 1)), moments.sum()])
 
     def __len__(self):
         return len(self.length)
