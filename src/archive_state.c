@@ -5,7 +5,7 @@
 
 /* ---- contacts as rows of two tables */
 
-enum { COUNTS = 7, ENDS = 13, REALS = 1 + 2 * ENDS };
+enum { COUNTS = 7, ENDS = 15, REALS = 1 + 2 * ENDS };
 
 /* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
    end the reals of end_arrays. */
@@ -25,8 +25,9 @@ static int row_order(const void *a, const void *b)
 /* The (.., 2, BATCH) arrays of reals. */
 static void end_arrays(const Contacts *c, PetscReal *array[ENDS])
 {
-  PetscReal *const all[ENDS] = {c->t,     c->rest, c->slip, c->broken, c->u_n,    c->u_s,     c->speed,
-                                c->sigma, c->tau,  c->F_n,  c->F_s,    c->slip_0, c->broken_0};
+  PetscReal *const all[ENDS] = {c->t,   c->rest,   c->slip,     c->broken, c->u_n,
+                                c->u_s, c->speed,  c->sigma,    c->tau,    c->F_n,
+                                c->F_s, c->slip_0, c->broken_0, c->u_n_0,  c->u_s_0};
   for (int i = 0; i < ENDS; i++) array[i] = all[i];
 }
 
@@ -265,11 +266,12 @@ static PetscErrorCode archive_verified(Archive *a, Model *m, State *s)
 
 PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, Contacts *c)
 {
-  PetscReal reals[] = {s->dt, s->alpha, s->beta, s->time, s->ramp, c->rate, (PetscReal)c->held};
+  PetscReal reals[] = {
+      s->dt, s->alpha, s->beta, s->time, s->ramp, c->rate, (PetscReal)c->held, (PetscReal)c->counted};
   PetscInt turn = s->loads_turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
-  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held", 7, reals));
+  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held_counted", 8, reals));
   PetscCall(archive_verified(a, m, s));
   PetscCall(ArchiveContacts(a, scene, m, "contacts", c));
   PetscCall(ArchiveApplied(a, m, "u", s->u));
@@ -294,6 +296,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->loads_turn = (PetscBool)turn; // a rank that has no such loads turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
+  c->counted = (PetscInt)reals[7];
   PetscCall(spread(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,11 +33,12 @@ static PetscErrorCode zeros(PetscInt n, PetscReal **x)
 }
 
 /* What stays zero where nothing has slipped, overlapped or moved in time. */
-enum { HISTORY_ARRAYS = 6 };
+enum { HISTORY_ARRAYS = 8 };
 
 static void history_arrays(Contacts *c, PetscReal **array[HISTORY_ARRAYS])
 {
-  PetscReal **const all[] = {&c->rest, &c->slip, &c->broken, &c->slip_0, &c->broken_0, &c->speed};
+  PetscReal **const all[] = {&c->rest,     &c->slip,  &c->broken, &c->slip_0,
+                             &c->broken_0, &c->speed, &c->u_n_0,  &c->u_s_0};
   for (int i = 0; i < HISTORY_ARRAYS; i++) array[i] = all[i];
 }
 
@@ -102,6 +103,7 @@ static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *
     c->t[to] = old->t[of], c->rest[to] = old->rest[of], c->slip[to] = old->slip[of];
     c->broken[to] = old->broken[of], c->u_n[to] = old->u_n[of], c->u_s[to] = old->u_s[of];
     c->slip_0[to] = old->slip_0[of], c->broken_0[to] = old->broken_0[of];
+    c->u_n_0[to] = old->u_n_0[of], c->u_s_0[to] = old->u_s_0[of];
     c->speed[to] = old->speed[of], c->sigma[to] = old->sigma[of], c->tau[to] = old->tau[of];
     c->F_n[to] = old->F_n[of], c->F_s[to] = old->F_s[of], c->state[to] = old->state[of];
   }
@@ -165,12 +167,13 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscCall(PetscArraycpy(copy->length, c->length, n));
   PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
   PetscCall(PetscArraycpy(copy->traits, c->traits, n));
-  PetscReal *const to[] = {copy->t,   copy->rest,   copy->slip,    copy->broken, copy->u_n,
-                           copy->u_s, copy->speed,  copy->sigma,   copy->tau,    copy->F_n,
-                           copy->F_s, copy->slip_0, copy->broken_0},
-                   *const from[] = {c->t,     c->rest, c->slip, c->broken, c->u_n,    c->u_s,     c->speed,
-                                    c->sigma, c->tau,  c->F_n,  c->F_s,    c->slip_0, c->broken_0};
-  for (int i = 0; i < 13; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  PetscReal *const to[] = {copy->t,   copy->rest,   copy->slip,     copy->broken, copy->u_n,
+                           copy->u_s, copy->speed,  copy->sigma,    copy->tau,    copy->F_n,
+                           copy->F_s, copy->slip_0, copy->broken_0, copy->u_n_0,  copy->u_s_0},
+                   *const from[] = {c->t,   c->rest,   c->slip,     c->broken, c->u_n,
+                                    c->u_s, c->speed,  c->sigma,    c->tau,    c->F_n,
+                                    c->F_s, c->slip_0, c->broken_0, c->u_n_0,  c->u_s_0};
+  for (int i = 0; i < 15; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -97,7 +97,7 @@ static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
   now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
   now->pace = now->way * n->drag / (2. * c->omega);
   PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
-  PetscCall(ContactsParted(p->m, p->contacts, &now->parted, place));
+  PetscCall(ContactsParted(p, &now->parted, place));
   now->ratio = p->result->ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -224,7 +224,7 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
   PetscCall(PetscArrayzero(p->relax->du_chunk, p->m->n_dof));
   PetscCall(NewtonEvaluate(p, 0., NULL, &force));
   PetscCall(NewtonElasticFrequency(p, &omega_2));
-  PetscCall(ContactsParted(p->m, p->contacts, &c.parted, place));
+  PetscCall(ContactsParted(p, &c.parted, place));
   c.omega = PetscSqrtReal(omega_2);
   if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
   n->drag = 0.;

@@ -119,6 +119,7 @@ static PetscErrorCode start(const Problem *p)
     PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
     PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
   }
+  PartingStart(p);
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
@@ -437,6 +438,6 @@ PetscErrorCode StageRunDynamic(const Problem *p)
   PetscCall(SupportMotionsDestroy(p->scene, &motions));
   PetscCall(EnergyDestroy(&loop.energy));
   PetscCall(StageReport(p));
-  if (!p->stage->variable) PetscCall(FixedOutgrown(p->m, p->contacts));
+  if (!p->stage->variable) PetscCall(FixedOutgrown(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -20,6 +20,7 @@
    takes the steps of the straight run. A signal within an increment throws that increment away. */
 #include "newton.h"
 #include "checkpoint.h"
+#include <float.h>
 
 enum { MOST_ITERATIONS = 40, MOST_HALVINGS = 6, STALL_ITERATIONS = 8 };
 enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
@@ -92,6 +93,7 @@ static PetscErrorCode commit(const Problem *p)
   n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
   PetscCall(PetscArraycpy(n->u, p->state->u, p->m->n_dof));
   ContactsHold(p->contacts);
+  PartingOfBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -281,7 +283,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !NewtonSpent(p); i++) {
     const PetscReal step = p->result->increment;
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
-    p->result->increment = step / PetscMax(p->result->displacement, PETSC_MIN_REAL);
+    p->result->increment = step / PetscMax(p->result->displacement, DBL_MIN);
     *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance);
     if (!p->result->finite || *found) break;
     if (norm < 0.5 * least) least = norm, least_at = i;

@@ -8,6 +8,7 @@
 #include "output.h"
 #include "checkpoint.h"
 #include "joint_law.h"
+#include <float.h>
 
 /* What a trial starts from. */
 typedef struct {
@@ -119,7 +120,7 @@ static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *f
       }
     }
     if (stage->what == REDUCE_STRENGTHS)
-      joint->compression = PetscMax(joint->compression * value, PETSC_MIN_REAL);
+      joint->compression = PetscMax(joint->compression * value, DBL_MIN);
     JointPrepare(joint);
   }
 }

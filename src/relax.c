@@ -25,10 +25,9 @@
 #include "stages.h"
 #include "archive.h"
 #include "reproducible.h"
+#include <float.h>
 
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
-static const PetscReal OUTGROWN =
-    0.1; /* of a face: parted or slid so far, a contact that was kept means nothing */
 static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
 enum { STALL_CYCLES = 2500 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
@@ -215,7 +214,7 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   PetscReal *sum, floor = 0.;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &l, sizeof(l) / sizeof(PetscReal), MPIU_REAL, MPI_MAX, m->comm));
-  result->increment = l.increment / PetscMax(l.displacement, PETSC_MIN_REAL);
+  result->increment = l.increment / PetscMax(l.displacement, DBL_MIN);
   result->displacement = l.displacement;
   result->finite = (PetscBool)(l.bad == 0.);
   if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
@@ -308,7 +307,7 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
   // in units of the largest, so that one set of bins serves
-  const PetscReal tiny = PETSC_MIN_REAL * 1e20, unit = PetscMax(PetscMax(top[0], top[1]), tiny),
+  const PetscReal tiny = DBL_MIN * 1e20, unit = PetscMax(PetscMax(top[0], top[1]), tiny),
                   far = PetscMax(top[2], tiny);
   const Bins bins = BinsFor(1.);
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -414,58 +413,5 @@ PetscErrorCode Judge(const Problem *p)
                             result->cycles, (double)result->ratio, (double)stage->tolerance,
                             (double)result->increment, (double)stage->velocity_tolerance));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Length of the shorter of the two faces of contact i: it is the whole contact, unless
-   the faces are staggered. */
-static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
-{
-  PetscReal shorter = PETSC_INFINITY;
-  if (c->klass[i] != FF2_I && c->klass[i] != FF2_F) return c->length[i];
-  for (int k = 0; k < 2; k++) {
-    PetscInt v[3];
-    ContactEndVertices(c, i, k, v);
-    const PetscReal *A = m->X + 2 * v[1], *B = m->X + 2 * v[2];
-    shorter = PetscMin(shorter, PetscHypotReal(B[0] - A[0], B[1] - A[1]));
-  }
-  return shorter;
-}
-
-PetscErrorCode ContactsParted(const Model *m, const Contacts *c, PetscReal *fraction, PetscReal place[2])
-{
-  struct {
-    double moved;
-    int rank;
-  } worst = {0., m->rank};
-  PetscFunctionBeginUser;
-  place[0] = place[1] = 0.;
-  for (PetscInt i = 0; i < c->n_padded; i++)
-    for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++) {
-      PetscInt v[3];
-      const PetscReal moved = PetscMax(PetscAbsReal(c->u_s[SUB(i, k)]), c->u_n[SUB(i, k)]) /
-                              shorter_face(m, c, i);
-      if (moved <= worst.moved) continue;
-      ContactEndVertices(c, i, k, v);
-      const PetscReal *P = m->X + 2 * v[0];
-      worst.moved = moved, place[0] = P[0], place[1] = P[1];
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
-  PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
-  *fraction = worst.moved;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode JudgeContacts(const Problem *p)
-{
-  StageResult *result = p->result;
-  PetscReal moved, place[2];
-  PetscFunctionBeginUser;
-  PetscCall(ContactsParted(p->m, p->contacts, &moved, place));
-  if (!(moved > OUTGROWN)) PetscFunctionReturn(PETSC_SUCCESS);
-  result->verdict = VERDICT_COLLAPSED;
-  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                          "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length",
-                          (double)place[0], (double)place[1], (double)moved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

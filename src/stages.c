@@ -116,35 +116,6 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Contacts of fixed connectivity keep their places: says so when faces have slid past
-   a tenth of a contact. */
-PetscErrorCode FixedOutgrown(const Model *m, const Contacts *c)
-{
-  struct {
-    double slid;
-    int rank;
-  } worst = {0., m->rank};
-  PetscInt at = -1;
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < c->n_padded; i++)
-    for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++)
-      if (PetscAbsReal(c->u_s[SUB(i, k)]) / c->length[i] > worst.slid)
-        worst.slid = PetscAbsReal(c->u_s[SUB(i, k)]) / c->length[i], at = i;
-  const double mine = worst.slid;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
-  if (worst.slid <= 0.1) PetscFunctionReturn(PETSC_SUCCESS);
-  if (m->rank == worst.rank && at >= 0 && mine == worst.slid) {
-    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
-    fprintf(stderr,
-            "quoin: warning: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has slid by "
-            "%.3g of its length; "
-            "its place and length were kept: use contact.connectivity: variable\n",
-            (double)m->X[2 * v], (double)m->X[2 * v + 1], worst.slid);
-    fflush(stderr);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode StageLoads(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -243,6 +214,8 @@ static PetscErrorCode begin(const Problem *p)
   PetscCall(can_slip(p, &slips));
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
   ContactsHold(p->contacts);
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
+  PartingStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -334,6 +307,7 @@ PetscErrorCode StageRelax(const Problem *p)
     if (contacts->held && SlipStalls(state, result->ratio, relax)) contacts->held = PETSC_FALSE;
     if (relax->still) PetscCall(RelaxationStill(p));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
+    PartingOfBearing(contacts);
     PetscCall(follow_cracks(p, &loop.ramp_start));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
       PetscCall(OutputHistory(p));
@@ -380,7 +354,7 @@ PetscErrorCode StageRun(const Problem *p)
   }
   PetscCall(CondensedRecover(p->m, p->state));
   PetscCall(StageReport(p));
-  if (!p->stage->variable) PetscCall(FixedOutgrown(p->m, p->contacts));
+  if (!p->stage->variable) PetscCall(FixedOutgrown(p));
   if (result->verdict == VERDICT_CONVERGED)
     PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -94,13 +94,22 @@ PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscRea
 /* Collective. The verdict after a check, VERDICT_NONE: go on. */
 PetscErrorCode Judge(const Problem *p);
 
-/* Collective. Farthest that two faces in contact have parted or slid, over the length of the contact (of the
-   shorter face, where they are staggered), and where [m]. */
-PetscErrorCode ContactsParted(const Model *model, const Contacts *contacts, PetscReal *fraction,
-                              PetscReal place[2]);
+/* ---- parting.c */
+/* Of a face: parted or slid so far, a contact that was kept means nothing. */
+#define OUTGROWN 0.1
+/* At the start of a stage of fixed connectivity, forces evaluated: partings and slidings count from here.
+   Nothing in a stage of variable connectivity, nor where the stage has begun before. */
+void PartingStart(const Problem *p);
+/* At an equilibrium, or between cycles: contacts across a gap that bear by now count from here. */
+void PartingOfBearing(Contacts *contacts);
+/* Collective. Farthest that two faces in contact have parted or slid in the stage, over the length of the
+   contact (of the shorter face, where they are staggered), and where [m]. */
+PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2]);
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */
 PetscErrorCode JudgeContacts(const Problem *p);
+/* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
+PetscErrorCode FixedOutgrown(const Problem *p);
 
 /* ---- factor.c */
 /* Collective. Whether there is memory for the factor of NewtonRelax. memory: [0] what it is foreseen to
@@ -186,8 +195,6 @@ PetscErrorCode UpliftCrack(const Problem *p, PetscBool *again);
 /* Collective. The undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
-/* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
-PetscErrorCode FixedOutgrown(const Model *model, const Contacts *contacts);
 /* "explicit", "preconditioned", or the one and then the other. */
 const char *EffortMethod(const Effort *effort);
 /* [solves] What it amounts to by Newton's method. */

@@ -1,0 +1,133 @@
+/* parting.c: how far faces in contact have moved against each other, and what fixed connectivity makes of it.
+
+   What counts. Openings and slidings are counted from the start of the stage: those of stages before it have
+   had their verdicts, and motion in time may have carried blocks anywhere. A contact across a gap is counted
+   from where it first bears: until then it says nothing, however far its faces part. Joints of `law: elastic`
+   cannot fail; they are never counted. */
+#include "stages.h"
+
+static const PetscReal TOUCHING = 1e-6; /* of a contact: faces nearer than this touch, mesh files round */
+
+static PetscBool counts(const Contacts *c, PetscInt i)
+{
+  return (PetscBool)(c->key[2 * i] >= 0 && c->u_n_0[SUB(i, 0)] < PETSC_MAX_REAL);
+}
+
+static void count_from_here(Contacts *c, PetscInt i, PetscBool from_here)
+{
+  for (int k = 0; k < 2; k++) {
+    c->u_n_0[SUB(i, k)] = from_here ? c->u_n[SUB(i, k)] : PETSC_MAX_REAL;
+    c->u_s_0[SUB(i, k)] = from_here ? c->u_s[SUB(i, k)] : 0.;
+  }
+}
+
+void PartingStart(const Problem *p)
+{
+  Contacts *c = p->contacts;
+  if (p->stage->variable || c->counted == p->number + 1) return;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const PetscReal gap = PetscMin(c->u_n[SUB(i, 0)], c->u_n[SUB(i, 1)]);
+    if (c->key[2 * i] >= 0) count_from_here(c, i, (PetscBool)(gap <= TOUCHING * c->length[i]));
+  }
+  c->counted = p->number + 1;
+}
+
+void PartingOfBearing(Contacts *c)
+{
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0 && !counts(c, i) && (c->sigma[SUB(i, 0)] < 0. || c->sigma[SUB(i, 1)] < 0.))
+      count_from_here(c, i, PETSC_TRUE);
+}
+
+/* Length of the shorter of the two faces of contact i: it is the whole contact, unless
+   the faces are staggered. */
+static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
+{
+  PetscReal shorter = PETSC_INFINITY;
+  if (c->klass[i] != FF2_I && c->klass[i] != FF2_F) return c->length[i];
+  for (int k = 0; k < 2; k++) {
+    PetscInt v[3];
+    ContactEndVertices(c, i, k, v);
+    const PetscReal *A = m->X + 2 * v[1], *B = m->X + 2 * v[2];
+    shorter = PetscMin(shorter, PetscHypotReal(B[0] - A[0], B[1] - A[1]));
+  }
+  return shorter;
+}
+
+PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2])
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  struct {
+    double moved;
+    int rank;
+  } worst = {0., m->rank};
+  PetscFunctionBeginUser;
+  place[0] = place[1] = 0.;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (!counts(c, i) || p->stage->joints[c->joint[i]].law == LAW_ELASTIC) continue;
+    for (int k = 0; k < 2; k++) {
+      PetscInt v[3];
+      const PetscReal opened = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                      slid = PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]),
+                      moved = PetscMax(slid, opened) / shorter_face(m, c, i);
+      if (moved <= worst.moved) continue;
+      ContactEndVertices(c, i, k, v);
+      worst.moved = moved, place[0] = m->X[2 * v[0]], place[1] = m->X[2 * v[0] + 1];
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
+  *fraction = worst.moved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JudgeContacts(const Problem *p)
+{
+  StageResult *result = p->result;
+  PetscReal moved, place[2];
+  PetscFunctionBeginUser;
+  PetscCall(ContactsParted(p, &moved, place));
+  if (!(moved > OUTGROWN)) PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length",
+                          (double)place[0], (double)place[1], (double)moved));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The contact that has moved farthest: slid since it was found, or parted in this stage. */
+typedef struct {
+  double moved; /* [-] over its length */
+  int rank;
+} Farthest;
+
+PetscErrorCode FixedOutgrown(const Problem *p)
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  Farthest worst = {0., m->rank};
+  PetscInt at = -1;
+  PetscBool slid = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && counts(c, i); k++) {
+      const PetscReal along = PetscAbsReal(c->u_s[SUB(i, k)]),
+                      across = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                      moved = PetscMax(along, across) / c->length[i];
+      if (moved > worst.moved) worst.moved = moved, at = i, slid = (PetscBool)(along >= across);
+    }
+  const double mine = worst.moved;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  if (worst.moved <= OUTGROWN) PetscFunctionReturn(PETSC_SUCCESS);
+  if (m->rank == worst.rank && at >= 0 && mine == worst.moved) {
+    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
+    fprintf(
+        stderr,
+        "quoin: warning: stage %s: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has "
+        "%s by %.3g of its length; its place and length were kept: use contact.connectivity: variable\n",
+        p->stage->name, (double)m->X[2 * v], (double)m->X[2 * v + 1], slid ? "slid" : "parted", worst.moved);
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
