@@ -94,8 +94,7 @@ def test_shapes(model):
     assert angle > 12.0 and aspect < 12.0
     _, ends = all_faces(mesh)
     assert np.hypot(*(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]]).T).min() > 0.1 * options.side
-    inner = polygons.Tessellation(None, inside, None)
-    inner.polygons = lambda: inside
+    inner = polygons.Tessellation(tess.nodes, [ring for ring, face in zip(tess.rings, facing) if not face], tess.rank)
     assert voronoi.mean_side(inner) == pytest.approx(options.side, rel=0.1)
 
 
@@ -130,6 +129,46 @@ def test_continuum_and_refinement():
     assert areas(fine).sum() == pytest.approx(areas(jointed).sum(), rel=1e-12)
 
 
+@pytest.mark.parametrize("section, options", [
+    (WALL, Options(side=0.3)), (None, Options(side=0.45, seed=2))])
+def test_small_polygons_behind_large_stones(section, options):
+    """Several polygons along one stone of the facing: the stone keeps its size and is cut in blocks, faces still match."""
+    mesh = voronoi_mesh(section, options)
+    component = check(mesh)
+    whole = polygons.area(G1.corners() if section is None else section)
+    assert areas(mesh).sum() == pytest.approx(whole, rel=1e-12)
+    facing = np.unique(component[mesh.block_group == 1])
+    assert (np.bincount(component)[facing] > 1).any()
+    large = np.bincount(component, areas(mesh))[facing]
+    assert large.min() > 0.5 and large.mean() == pytest.approx(1.0, rel=0.1)
+    ends = mesh.vertices[face_ends(mesh, mesh.face_sets["joint"])].round(9).reshape(-1, 4) + 0.0
+    there, back = ({tuple(row) for row in rows.tolist()} for rows in (ends, ends[:, [2, 3, 0, 1]]))
+    assert there == back and quality(mesh)[0] > 5.0
+
+
+def test_work_of_a_polygon_does_not_grow(monkeypatch):
+    """With four times the polygons, four times the areas are asked for: thousands of stones are made in seconds."""
+    asked, area = [], polygons.area
+    monkeypatch.setattr(polygons, "area", lambda xy: asked.append(1) or area(xy))
+    each = []
+    for side in (1.0, 0.5):
+        asked.clear()
+        tess, _ = voronoi.tessellate(np.array(WALL, dtype=float), Options(side=side, facing=(0.0, 0.0)))
+        each.append(len(asked) / len(tess.rings))
+    assert each[1] < 1.5 * each[0], each
+
+
+def test_told_and_refused_before_the_work(tmp_path, capsys, monkeypatch):
+    """A line for each part of the work; a file that cannot be written is refused at once."""
+    assert voronoi.main(["-o", str(tmp_path / "a.h5"), "--side", "4"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [" s  tessellation" in line for line in lines] == [True, True, True, False, False]
+    assert "polygons to be cut in blocks" in lines[3]
+    monkeypatch.setattr(voronoi, "voronoi_mesh", None)
+    assert voronoi.main(["-o", str(tmp_path)]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
 def test_rock_matches_the_base():
     mesh = voronoi_mesh(options=Options(rock=2.0))
     check(mesh)
@@ -146,7 +185,7 @@ def test_rock_matches_the_base():
     (["--section", "0,0", "0,30", "20,0"], "counter-clockwise"), (["--section", "0,0", "5,0"], "three corners"),
     (["--section", "0,0", "9,0", "0,9", "9,9"], "cross"), (["--side", "-1"], "positive"),
     (["--side", "nan"], "positive"), (["--facing", "3", "3"], "too thick"), (["--shortest", "1.5"], "half"),
-    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative")])
+    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative"), (["--side", "0.005"], "at most 1e+06")])
 def test_refused(arguments, message, tmp_path, capsys):
     assert voronoi.main(["-o", str(tmp_path / "model.h5"), *arguments]) == 2
     assert message in capsys.readouterr().err

@@ -1,7 +1,9 @@
 """Tessellations for generators: polygons on shared nodes, tidied (no short edges, no slivers) and cut in blocks."""
 
+import heapq
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -19,7 +21,9 @@ SHARP = 40.0  # degrees: corners of polygons that merging avoids
 
 @dataclass
 class Tessellation:
-    """Nodes (n, 2) and polygons as rings of nodes, counter-clockwise; rank says how a node may move."""
+    """Nodes (n, 2) and polygons as rings of nodes, counter-clockwise; rank says how a node may move.
+
+    While polygons are tidied, those that are gone are empty rings: `change` keeps `owner` and `users` with the rings."""
 
     nodes: np.ndarray
     rings: list
@@ -27,6 +31,32 @@ class Tessellation:
 
     def polygons(self):
         return [self.nodes[ring] for ring in self.rings]
+
+    @cached_property
+    def owner(self):
+        """The polygon to the left of each directed edge."""
+        return directed_edges(self.rings)
+
+    @cached_property
+    def users(self):
+        """The polygons at each node."""
+        users = [set() for _ in self.nodes]
+        for i, ring in enumerate(self.rings):
+            for node in ring:
+                users[node].add(i)
+        return users
+
+    @cached_property
+    def changes(self):
+        """How often each polygon has been changed."""
+        return [0] * len(self.rings)
+
+    def compact(self):
+        """Leaves empty rings out."""
+        self.rings = [ring for ring in self.rings if ring]
+        for kept in ("owner", "users", "changes"):
+            self.__dict__.pop(kept, None)
+        return self
 
 
 # ---- building --------------------------------------------------------------------------------------------
@@ -56,17 +86,35 @@ def tessellation(polygons, anchors=(), tolerance=1e-6):
 
 def with_hanging_nodes(nodes, rings, tolerance):
     """Rings with every node that lies on one of their edges."""
+    corner, _, ahead = around(rings)
+    a, b = nodes[corner], nodes[corner[ahead]]
     tree = shapely.STRtree(shapely.points(nodes))
-    result = []
+    edge, near = tree.query(shapely.linestrings(np.stack([a, b], axis=1)), predicate="dwithin", distance=tolerance)
+    inside = (near != corner[edge]) & (near != corner[ahead][edge])
+    edge, near = edge[inside], near[inside]
+    along = ((nodes[near] - a[edge]) * (b - a)[edge]).sum(axis=1)
+    hanging = {}
+    for at, t, node in zip(edge.tolist(), along.tolist(), near.tolist()):
+        hanging.setdefault(at, []).append((t, node))
+    result, at = [], 0
     for ring in rings:
         full = []
-        for a, b in zip(ring, ring[1:] + ring[:1]):
-            near = tree.query(shapely.LineString(nodes[[a, b]]), predicate="dwithin", distance=tolerance)
-            along = (nodes[near] - nodes[a]) @ (nodes[b] - nodes[a])
-            inside = [(t, int(node)) for t, node in zip(along, near) if node not in (a, b)]
-            full += [a] + [node for _, node in sorted(inside)]
+        for node in ring:
+            full += [node] + [other for _, other in sorted(hanging.get(at, []))]
+            at += 1
         result.append(full)
     return result
+
+
+def around(rings):
+    """Nodes of all rings one after the other, and the place of the one before and after each."""
+    count = np.array([len(ring) for ring in rings], dtype=int)
+    start = np.cumsum(count) - count
+    corner = np.fromiter((node for ring in rings for node in ring), dtype=int, count=count.sum())
+    back, ahead = np.arange(len(corner)) - 1, np.arange(len(corner)) + 1
+    back[start[count > 0]] = (start + count - 1)[count > 0]
+    ahead[(start + count - 1)[count > 0]] = start[count > 0]
+    return corner, back, ahead
 
 
 def cleaned(ring):
@@ -86,7 +134,11 @@ def cleaned(ring):
 
 def directed_edges(rings):
     """Edges (from, to) with the polygon on their left, and which one it is."""
-    return {(a, b): i for i, ring in enumerate(rings) for a, b in zip(ring, ring[1:] + ring[:1])}
+    return {edge: i for i, ring in enumerate(rings) for edge in edges_of(ring)}
+
+
+def edges_of(ring):
+    return zip(ring, ring[1:] + ring[:1])
 
 
 def outline_edges(rings):
@@ -116,28 +168,40 @@ def tidy(tess, shortest, smallest):
         merge_short_edges(tess, shortest)
         blunt(tess, SHARP)
         if tess.rings == before:
-            return tess
-    return tess
+            break
+    return tess.compact()
 
 
 def change(tess, rings, moved=None):
-    """Replace rings (dict: index to ring) if area is kept and all stay simple polygons; says whether it did."""
-    nodes = tess.nodes
+    """Replace rings (dict: index to ring) if area is kept and all stay simple polygons; says which, or none."""
+    old = sum(area(tess.nodes[tess.rings[i]]) for i in rings)
+    place = moved and tess.nodes[moved[0]].copy()
     if moved:
-        nodes = nodes.copy()
-        nodes[moved[0]] = moved[1]
-    if not fits(tess, rings, nodes):
-        return False
-    tess.nodes = nodes
-    tess.rings = [ring for ring in (rings.get(i, ring) for i, ring in enumerate(tess.rings)) if ring]
-    return True
+        tess.nodes[moved[0]] = moved[1]
+    if not fits(tess, rings, old):
+        if moved:
+            tess.nodes[moved[0]] = place
+        return []
+    for i, ring in rings.items():
+        before, tess.rings[i] = tess.rings[i], ring
+        tess.changes[i] += 1
+        for edge in edges_of(before):
+            if tess.owner.get(edge) == i:
+                del tess.owner[edge]
+        for node in before:
+            tess.users[node].discard(i)
+    for i, ring in rings.items():
+        tess.owner.update(dict.fromkeys(edges_of(ring), i))
+        for node in ring:
+            tess.users[node].add(i)
+    return list(rings)
 
 
-def fits(tess, rings, nodes):
+def fits(tess, rings, old):
+    """Whether the rings, with the nodes where they are, are simple polygons of the area `old`."""
     if any(len(set(ring)) < len(ring) for ring in rings.values()):
         return False
-    old = sum(area(tess.nodes[tess.rings[i]]) for i in rings)
-    kept = [nodes[ring] for ring in rings.values() if ring]
+    kept = [tess.nodes[ring] for ring in rings.values() if ring]
     areas = [area(xy) for xy in kept]
     if abs(sum(areas) - old) > 1e-11 * old or min(areas, default=0) <= 0:
         return False
@@ -150,89 +214,108 @@ def merge(tess, choices, above=0.0):
     The first that leaves no corner sharper than SHARP, else the one with the least sharp corner, beyond `above`."""
     best = None
     for keep, drop, xy in choices:
-        touched = {i: cleaned([keep if node == drop else node for node in ring])
-                   for i, ring in enumerate(tess.rings) if keep in ring or drop in ring}
-        nodes = tess.nodes.copy()
-        nodes[keep] = xy
-        if fits(tess, touched, nodes):
-            angle = min(corner_angles(nodes[ring]).min() for ring in touched.values() if ring)
+        touched = {i: cleaned([keep if node == drop else node for node in tess.rings[i]])
+                   for i in sorted(tess.users[keep] | tess.users[drop])}
+        old, place = sum(area(tess.nodes[tess.rings[i]]) for i in touched), tess.nodes[keep].copy()
+        tess.nodes[keep] = xy
+        if fits(tess, touched, old):
+            angle = min(corner_angles(tess.nodes[ring]).min() for ring in touched.values() if ring)
             if min(angle, SHARP) > (best[0] if best else above):
                 best = min(angle, SHARP), touched, (keep, xy)
-    return best is not None and change(tess, *best[1:])
+        tess.nodes[keep] = place
+    return change(tess, *best[1:]) if best else []
 
 
 def corner_angles(xy):
     """Inner angle at each corner of a polygon [degrees], 0 to 360."""
-    ahead, back = np.roll(xy, -1, axis=0) - xy, np.roll(xy, 1, axis=0) - xy
+    return angles_between(np.roll(xy, -1, axis=0) - xy, np.roll(xy, 1, axis=0) - xy)
+
+
+def angles_between(ahead, back):
     return np.degrees(np.arctan2(cross(ahead, back), (ahead * back).sum(axis=1))) % 360
 
 
 def choices(tess, a, b):
     """Ways to merge two nodes: the one of higher rank stays, two of the same rank meet halfway or at one."""
     keep, drop = (a, b) if tess.rank[a] >= tess.rank[b] else (b, a)
-    here, there = tess.nodes[keep], tess.nodes[drop]
+    here, there = tess.nodes[keep].copy(), tess.nodes[drop].copy()
     if tess.rank[drop] == FIXED:
         return []
     same = tess.rank[a] == tess.rank[b]
     return [(keep, drop, xy) for xy in ([0.5 * (here + there), here, there] if same else [here])]
 
 
+def worst_first(tess, found, cure):
+    """Cures what `found` finds in polygons (rows that begin with how bad it is), the least row first, each row once;
+    polygons that a cure has changed are looked at again.
+
+    found(polygons): rows (badness, ..., polygon) of these; cure(row): the polygons that it has changed."""
+    tried = set()
+    queue = [(*row, tess.changes[row[-1]]) for row in found(range(len(tess.rings)))]
+    heapq.heapify(queue)
+    while queue:
+        *row, changes = heapq.heappop(queue)
+        key = tuple(row[:-1])
+        if changes != tess.changes[row[-1]] or key in tried:
+            continue
+        tried.add(key)
+        for other in found(cure(row)):
+            heapq.heappush(queue, (*other, tess.changes[other[-1]]))
+
+
 def merge_short_edges(tess, shortest):
     """Shortest first."""
-    refused = set()
-    while True:
-        edges = sorted({(math.dist(tess.nodes[a], tess.nodes[b]), min(a, b), max(a, b))
-                        for a, b in directed_edges(tess.rings)} - refused)
-        if not edges or edges[0][0] >= shortest:
-            return
-        if not merge(tess, choices(tess, *edges[0][1:])):
-            refused.add(edges[0])
+    def found(polygons):
+        return [(length, min(a, b), max(a, b), i) for i in polygons for a, b in edges_of(tess.rings[i])
+                if (length := math.dist(tess.nodes[a], tess.nodes[b])) < shortest]
+    worst_first(tess, found, lambda row: merge(tess, choices(tess, *row[1:3])))
 
 
 def blunt(tess, sharp):
     """Sharp corners go with one of their edges, or their polygon goes to a neighbour."""
-    tried = set()
-    while True:
-        corners = [(angle, ring[k - 1], ring[k], ring[(k + 1) % len(ring)]) for ring in tess.rings
-                   for k, angle in enumerate(corner_angles(tess.nodes[ring]).tolist()) if angle < sharp]
-        corners = sorted(set(corners) - tried)
-        if not corners:
-            return
-        angle, a, b, c = corners[0]
-        tried.add(corners[0])
+    def found(polygons):
+        polygons = list(polygons)
+        rings = [tess.rings[i] for i in polygons]
+        corner, back, ahead = around(rings)
+        xy, owner = tess.nodes[corner], np.repeat(polygons, [len(ring) for ring in rings])
+        angle = angles_between(xy[ahead] - xy, xy[back] - xy)
+        at = np.flatnonzero(angle < sharp)
+        return zip(*(row[at].tolist() for row in (angle, corner[back], corner, corner[ahead], owner)))
+
+    def cure(row):
+        angle, a, b, c, i = row
         both = choices(tess, a, b) + choices(tess, b, c)
-        if not merge(tess, both, above=angle):
-            unite(tess, directed_edges(tess.rings)[b, c], angle)
+        return merge(tess, both, above=angle) or unite(tess, i, angle)
+    worst_first(tess, found, cure)
 
 
 def absorb(tess, half_width, smallest):
     """Unite thin and small polygons with the neighbour along their longest common line."""
-    tried = set()
-    while True:
-        sizes = [(area(xy), np.hypot(*(np.roll(xy, -1, axis=0) - xy).T).sum()) for xy in tess.polygons()]
-        bad = [(a, i) for i, (a, p) in enumerate(sizes)
-               if (2 * a < half_width * p or a < smallest) and tuple(tess.rings[i]) not in tried]
-        if not bad:
-            return
-        i = min(bad)[1]
-        tried.add(tuple(tess.rings[i]))
-        unite(tess, i)
+    def found(polygons):
+        for i in polygons:
+            if tess.rings[i]:
+                xy = tess.nodes[tess.rings[i]]
+                size = area(xy)
+                if size < smallest or 2 * size < half_width * np.hypot(*(np.roll(xy, -1, axis=0) - xy).T).sum():
+                    yield size, i, *tess.rings[i], i
+    worst_first(tess, found, lambda row: unite(tess, row[-1]))
 
 
 def unite(tess, i, sharpest=0.0):
     """Give polygon i to a neighbour, so that the corners of both are beyond the sharpest."""
     for j in neighbours(tess, i):
         ring = united(tess.rings[i], tess.rings[j])
-        if ring and corner_angles(tess.nodes[ring]).min() > sharpest and change(tess, {i: [], j: ring}):
-            return
+        if ring and corner_angles(tess.nodes[ring]).min() > sharpest and (changed := change(tess, {i: [], j: ring})):
+            return changed
+    return []
 
 
 def neighbours(tess, i):
     """Polygons beside polygon i, the one with the longest common line first."""
-    owner, common = directed_edges(tess.rings), {}
-    for (a, b), mine in owner.items():
-        other = owner.get((b, a))
-        if mine == i and other is not None:
+    common = {}
+    for a, b in edges_of(tess.rings[i]):
+        other = tess.owner.get((b, a))
+        if other is not None:
             common[other] = common.get(other, 0.0) + math.dist(tess.nodes[a], tess.nodes[b])
     return sorted(common, key=lambda j: (-common[j], j))
 
@@ -250,16 +333,11 @@ def united(one, two):
 
 def straighten(tess):
     """Take out nodes where no third polygon begins: inner ones of two polygons, ones on a line of one."""
-    users = {}
-    for ring in tess.rings:
-        for node in ring:
-            users[node] = users.get(node, 0) + 1
-    for node, count in sorted(users.items()):
-        if (tess.rank[node], count) in ((INNER, 2), (LINE, 1)):
-            touched = {i: cleaned([other for other in ring if other != node])
-                       for i, ring in enumerate(tess.rings) if node in ring}
-            if all(touched.values()):
-                change(tess, touched)
+    few = [node for node, users in enumerate(tess.users) if (tess.rank[node], len(users)) in ((INNER, 2), (LINE, 1))]
+    for node in few:
+        touched = {i: cleaned([other for other in tess.rings[i] if other != node]) for i in sorted(tess.users[node])}
+        if all(touched.values()):
+            change(tess, touched)
 
 
 # ---- cutting ---------------------------------------------------------------------------------------------

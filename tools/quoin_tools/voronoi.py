@@ -11,7 +11,9 @@ crest_downstream; with rock also those of quoin_tools.dam."""
 
 import argparse
 import math
+import os
 import sys
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,11 +21,15 @@ import shapely
 from scipy.spatial import Voronoi
 
 from quoin_tools import polygons
-from quoin_tools.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, write
+from quoin_tools.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, quality, write
 from quoin_tools.dam import G1, corner
 from quoin_tools.meshing import double_vertices, face_set_on, faces_on_edges, graded, join, line, ruled, structured, vertex_at
 
 FACES = ("base", "downstream", "crest", "upstream")
+DRAWN = 4096  # random points drawn at a time
+MOST = 1e6  # polygons: half an hour
+FOLDED = 240.0  # degrees: a corner of a polygon beyond folds it
+SHARPEST = 5.0  # degrees: corners of blocks below are told
 
 
 @dataclass
@@ -49,11 +55,12 @@ class Options:
         return 0.25 * self.side if self.shortest is None else self.shortest
 
 
-def voronoi_mesh(section=None, options=None):
-    """The whole model of a section: corners [m], default G1."""
+def voronoi_mesh(section=None, options=None, tell=lambda what: None):
+    """The whole model of a section: corners [m], default G1. tell(line): is told how far it is."""
     options = options or Options()
     section = checked_section(G1.corners() if section is None else section, options)
-    tess, facing = tessellate(section, options)
+    tess, facing = tessellate(section, options, tell)
+    tell(f"{len(tess.rings)} polygons to be cut in blocks")
     mesh = block_mesh(tess, facing, section, options)
     return with_rock(mesh, section, options.rock) if options.rock > 0 else mesh
 
@@ -70,6 +77,8 @@ def checked_section(section, options):
         raise MeshError("expected positive lengths; 0 for no facing or no rock")
     if options.least() > 0.5 * options.side or min(options.lloyd, options.refine, options.seed) < 0:
         raise MeshError("expected a shortest side of at most half the mean side, and no negative numbers")
+    if (count := polygons.area(section) / (2.2 * options.side**2)) > MOST:
+        raise MeshError(f"side: about {count:.3g} polygons, expected at most {MOST:g}")
     if section[0, 0] >= section[1, 0] or max(section[:2, 1]) >= section[:, 1].max():
         raise MeshError("section: its first side is not a base from heel to toe below the crest")
     return section
@@ -122,12 +131,13 @@ def facing_courses(section, options):
 
 # ---- polygons --------------------------------------------------------------------------------------------
 
-def tessellate(section, options):
+def tessellate(section, options, tell=lambda what: None):
     """Polygons and facing of a section; of three numbers of seeds the one whose mean side fits best."""
     quads, inner, anchors, thickness = facing_courses(section, options)
     size = polygons.area(inner)
     count, best = size / (2.2 * options.side**2), None
-    for _ in range(3):
+    for attempt in range(3):
+        tell(f"tessellation {attempt + 1} of 3, of {max(1, round(count))} seeds")
         tess = inner_tessellation(inner, anchors, thickness, max(1, round(count)), options)
         mean = mean_side(tess)
         if best is None or abs(mean - options.side) < abs(best[0] - options.side):
@@ -145,12 +155,16 @@ def inner_tessellation(inner, anchors, thickness, count, options):
     spacing = math.sqrt(polygon.area / count)
     seeds = scatter(polygon, count, 0.7 * spacing, rng)
     for _ in range(options.lloyd):
-        seeds = np.array([cell.centroid.coords[0] if polygon.contains(cell.centroid) else seed
-                          for seed, cell in zip(seeds, cells(seeds, polygon, spacing)[0])])
+        centre = shapely.get_coordinates(shapely.centroid(cells(seeds, polygon, spacing)[0]))
+        seeds = np.where(shapely.contains_xy(polygon, centre)[:, None], centre, seeds)
     whole, parts = cells(seeds, polygon, spacing)
-    rings = [ring_of(part) for cell in whole + parts for part in shapely.get_parts(cell) if part.area > 0]
+    pieces = shapely.get_parts(np.concatenate([whole, parts]))
+    rings = [ring_of(part) for part in pieces[shapely.area(pieces) > 0]]
     tess = polygons.tessellation(rings, anchors, 1e-6 * options.side)
-    snap(tess, inner, np.flatnonzero(thickness), len(anchors))
+    fitted = snapped(tess, inner, np.flatnonzero(thickness), len(anchors))
+    fitted = fitted and polygons.tidy(fitted, options.least(), 0.15 * polygon.area / count)
+    if fitted and max(polygons.corner_angles(xy).max() for xy in fitted.polygons()) < FOLDED:
+        return fitted
     return polygons.tidy(tess, options.least(), 0.15 * polygon.area / count)
 
 
@@ -161,18 +175,27 @@ def ring_of(polygon):
 def scatter(polygon, count, distance, rng):
     """Random points in a polygon, no closer than the distance; it shrinks when they do not fit."""
     left, bottom, right, top = polygon.bounds
-    points, misses = np.empty((0, 2)), 0
+    low, size = np.array([left, bottom]), np.array([right - left, top - bottom])
+    points, misses, cell = [], 0, distance  # points in square cells: those near one are in nine of them
+    grid = {}
     shapely.prepare(polygon)
     while len(points) < count:
-        point = np.array([rng.uniform(left, right), rng.uniform(bottom, top)])
-        free = not len(points) or np.hypot(*(points - point).T).min() > distance
-        if free and shapely.contains_xy(polygon, *point):
-            points, misses = np.vstack([points, point]), 0
-        else:
-            misses += 1
-        if misses > 200 + 20 * len(points):
-            distance, misses = 0.9 * distance, 0
-    return points
+        drawn = low + size * rng.random((DRAWN, 2))
+        for point, inside in zip(drawn.tolist(), shapely.contains_xy(polygon, drawn).tolist()):
+            x, y = point
+            i, j = math.floor(x / cell), math.floor(y / cell)
+            if inside and all(math.hypot(x - a, y - b) > distance for column in (i - 1, i, i + 1)
+                              for row in (j - 1, j, j + 1) for a, b in grid.get((column, row), ())):
+                points.append(point)
+                grid.setdefault((i, j), []).append(point)
+                misses = 0
+            else:
+                misses += 1
+            if misses > 200 + 20 * len(points):
+                distance, misses = 0.9 * distance, 0
+            if len(points) == count:
+                break
+    return np.array(points)
 
 
 def cells(seeds, polygon, spacing):
@@ -185,18 +208,23 @@ def cells(seeds, polygon, spacing):
     level = np.mean(polygon.bounds[1::2])
     frame = np.array([(middle + far * math.cos(a), level + far * math.sin(a)) for a in np.arange(6) * math.pi / 3])
     diagram = Voronoi(np.concatenate([seeds, images, frame]))
-    found = []
-    for k in range(len(seeds) + len(images)):
-        region = diagram.regions[diagram.point_region[k]]
-        cell = shapely.MultiPoint(diagram.vertices[region]).convex_hull
-        found.append(areal(cell.intersection(polygon)))
-    rest = [cell for cell in found[len(seeds):] if cell.area > 1e-9 * spacing**2]
-    return found[:len(seeds)], rest
+    regions = [diagram.regions[at] for at in diagram.point_region[:len(seeds) + len(images)].tolist()]
+    corners = diagram.vertices[[corner for region in regions for corner in region]]
+    region = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
+    hulls = shapely.convex_hull(shapely.multipoints(corners, indices=region))
+    found = areal(shapely.intersection(hulls, polygon))
+    rest = found[len(seeds):]
+    return found[:len(seeds)], rest[shapely.area(rest) > 1e-9 * spacing**2]
 
 
-def areal(shape):
-    """The polygons of a shape, without points and lines."""
-    return shapely.MultiPolygon([part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"])
+def areal(shapes):
+    """The polygons of each shape, without points and lines."""
+    parts, owner = shapely.get_parts(shapes, return_index=True)
+    flat = shapely.get_type_id(parts) == shapely.GeometryType.POLYGON
+    empty = np.setdiff1d(np.arange(len(shapes)), owner[flat])
+    order = np.argsort(np.concatenate([owner[flat], empty]), kind="stable")
+    parts = np.concatenate([parts[flat], np.full(len(empty), shapely.Polygon())])
+    return shapely.multipolygons(parts[order], indices=np.sort(np.concatenate([owner[flat], empty])))
 
 
 def mirrored(seeds, polygon, reach):
@@ -213,34 +241,40 @@ def mirrored(seeds, polygon, reach):
     return images[~shapely.contains_xy(polygon, *images.T)]
 
 
-def snap(tess, inner, sides, anchors):
+def snapped(tess, inner, sides, anchors):
     """Nodes on the sides of the inner section that have a facing go to the nearest node of it, if possible to
-    one that is no corner of the section, where polygons would get sharp."""
+    one that is no corner of the section, where polygons would get sharp. None where polygons are too small for that:
+    then their nodes stay, and several of them lie along one stone of the facing."""
     along = np.roll(inner, -1, axis=0) - inner
     sharp = np.flatnonzero(cross(np.roll(along, 1, axis=0), along) > 0)  # corners come first among the anchors
+    moved = polygons.Tessellation(tess.nodes.copy(), list(tess.rings), tess.rank)
     for k in sides:
         a, b = inner[[k, (k + 1) % len(inner)]]
         along = (b - a) / math.dist(a, b)
         def on_side(nodes, a=a, b=b, along=along):
             t, off = (nodes - a) @ along, np.abs((nodes - a) @ [along[1], -along[0]])
             return (off < 1e-9 * math.dist(a, b)) & (t > -1e-9) & (t < math.dist(a, b) + 1e-9)
-        fixed = np.flatnonzero(on_side(tess.nodes[:anchors]) & (tess.rank[:anchors] == polygons.FIXED))
-        for node in np.flatnonzero(on_side(tess.nodes) & (tess.rank == polygons.LINE)):
-            distance = np.hypot(*(tess.nodes[fixed] - tess.nodes[node]).T)
+        fixed = np.flatnonzero(on_side(moved.nodes[:anchors]) & (moved.rank[:anchors] == polygons.FIXED))
+        for node in np.flatnonzero(on_side(moved.nodes) & (moved.rank == polygons.LINE)):
+            distance = np.hypot(*(moved.nodes[fixed] - moved.nodes[node]).T)
             nearest = fixed[np.lexsort([distance, np.isin(fixed, sharp)])[:3]].tolist()
-            if not polygons.merge(tess, [(keep, int(node), tess.nodes[keep]) for keep in nearest]):
-                raise MeshError("polygons and facing do not fit together; try another seed or course")
+            if not polygons.merge(moved, [(keep, int(node), moved.nodes[keep]) for keep in nearest]):
+                return None
+    return moved.compact()
 
 
 def mean_side(tess):
     """Mean length of the sides of the polygons; a side can have several nodes."""
-    lengths = []
-    for xy in tess.polygons():
-        back, ahead = xy - np.roll(xy, 1, axis=0), np.roll(xy, -1, axis=0) - xy
-        turn = np.abs(back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0])
-        corners = xy[turn > 1e-6 * np.hypot(*back.T) * np.hypot(*ahead.T)]
-        lengths.append(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T))
-    return float(np.concatenate(lengths).mean())
+    node, back, ahead = polygons.around(tess.rings)
+    xy = tess.nodes[node]
+    before, after = xy - xy[back], xy[ahead] - xy
+    turn = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
+    corner = np.flatnonzero(turn > 1e-6 * np.hypot(*before.T) * np.hypot(*after.T))
+    ring = np.repeat(np.arange(len(tess.rings)), [len(ring) for ring in tess.rings])[corner]
+    first = np.unique(ring, return_index=True)[1]
+    following = np.arange(len(corner)) + 1
+    following[np.append(first[1:], len(ring)) - 1] = first  # the last of a ring
+    return float(np.hypot(*(xy[corner[following]] - xy[corner]).T).mean())
 
 
 # ---- mesh ------------------------------------------------------------------------------------------------
@@ -315,12 +349,32 @@ def options_of(arguments):
     return parser.parse_args(arguments)
 
 
+class Progress:
+    """Lines on stdout: seconds since the start, and what comes next."""
+
+    def __init__(self):
+        self.start = time.monotonic()
+
+    def __call__(self, what):
+        now = time.monotonic()
+        print(f"{now - self.start:6.1f} s  {what}", flush=True)
+
+
+def writable(path):
+    """Refuses, before any work, a file that could not be written at the end."""
+    folder = os.path.dirname(os.fspath(path)) or "."
+    os.makedirs(folder, exist_ok=True)
+    if os.path.isdir(path) or not os.access(folder, os.W_OK):
+        raise MeshError(f"{path}: cannot be written")
+
+
 def main(arguments=None):
     given = options_of(arguments)
     options = Options(given.side, given.seed, given.shortest, tuple(given.facing), given.course, given.square,
                       given.lloyd, given.refine, given.rock, not given.continuous)
     try:
-        mesh = voronoi_mesh(given.section, options)
+        writable(given.output)
+        mesh = voronoi_mesh(given.section, options, Progress())
         check(mesh)
         write(given.output, mesh)
     except (MeshError, OSError) as error:
@@ -330,6 +384,10 @@ def main(arguments=None):
     area = areas(mesh)[mesh.block_group != rock].sum()
     print(f"wrote {given.output}: {macroblocks(mesh).max() + 1} macroblocks, {len(mesh.blocks)} blocks, "
           f"{len(mesh.vertices)} vertices, dam {area:.2f} m2")
+    sharpest = quality(mesh)[0]
+    if sharpest < SHARPEST:
+        print(f"warning: a block has a corner of {sharpest:.1f} degrees: several polygons lie along one stone of the facing; "
+              "a smaller --course gives better blocks", file=sys.stderr)
     return 0
 
 
