@@ -113,7 +113,7 @@ static void trial_efforts(const Attempt *a, const PetscReal times[3], PetscReal 
 /* How many trials: at best the second one fails, at worst the limit is reached; and bisections. */
 static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const Stage *s)
 {
-  const PetscReal full = s->what == REDUCE_FRICTION ? ReducedFriction(scene, s) : 1.,
+  const PetscReal full = s->what == REDUCE_FRICTION ? ReducedFriction(scene, s, NULL) : 1.,
                   start = PetscIsNanReal(s->start) ? full : s->start, way = PetscAbsReal(s->limit - start);
   PetscReal steps = 1., width = way, bisections = 0.;
   if (s->step > 0.) steps = way / s->step, width = s->step;

@@ -86,6 +86,7 @@ static void history_header(FILE *f, const Scene *scene, const Model *model)
 /* ---- what a checkpoint keeps of it, see archive.h */
 
 typedef struct {
+  const Scene *scene;
   const Model *model;
   Output *output;
   PetscInt64 history_bytes, history_checksum; /* rank 0: of history.csv so far */
@@ -124,10 +125,8 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscInt64 counts[] = {
       o->n_stages,           o->results.n_frames,      t->n,    t->mechanism != NULL,
       memory->history_bytes, memory->history_checksum, written, (PetscInt64)o->results.run};
-  PetscReal reals[] = {t->nominal, t->stable, t->failing};
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "counts", 8, counts));
-  PetscCall(ArchiveReals(a, "trials", 3, reals));
   if (a->reading) {
     if (!a->rank && counts[6] != written)
       snprintf(a->message, MESSAGE_LENGTH,
@@ -138,15 +137,20 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     }
     t->n = (PetscInt)counts[2];
-    t->nominal = reals[0], t->stable = reals[1], t->failing = reals[2];
     memory->history_bytes = counts[4], memory->history_checksum = counts[5];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
-    if (counts[3]) PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
+    if (counts[3]) {
+      PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
+      PetscCall(PetscMalloc1(2 * memory->scene->n_joints, &t->joint_motion));
+    }
   }
   PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
   PetscCall(archive_texts(a, "trial", t->n, &t->json));
   PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
-  if (counts[3]) PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
+  if (counts[3]) {
+    PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
+    PetscCall(ArchiveReals(a, "joint_motion", 2 * memory->scene->n_joints, t->joint_motion));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -242,7 +246,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscCall(Refuse(model->comm, taken ? ERROR_LOCKED : ERROR_OUTPUT, message));
   PetscCall(PetscNew(&memory));
   output->memory = memory;
-  *memory = (Memory){model, output, 0, 0};
+  *memory = (Memory){scene, model, output, 0, 0};
   PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
   if (!model->rank && resumed) ResultsFileCheck(&output->results, output->n_stages, message);
   PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));

@@ -163,20 +163,38 @@ uint64_t FileChecksum(const char *path, size_t bytes);
 
 /* ---- trials.c: what the trials of a strength reduction or a flood leave */
 typedef struct {
+  PetscReal friction;        /* [degree] before it was reduced */
+  PetscReal stable, failing; /* [-] tan(friction) over that of the last stable, the first failing trial */
+  PetscBool reduced;         /* it has contacts and friction, and the stage reduces it */
+} JointFactor;
+typedef struct {
   PetscInt n;
   char **json;               /* rank 0: (n,) one object each */
-  PetscReal nominal;         /* [degree] friction that safety factors refer to */
   PetscReal stable, failing; /* the bracket; NaN: no such trial */
-  PetscReal *mechanism;      /* (n_owned,2) velocities at the failing end, largest 1; NULL: none */
+  JointFactor *joints;       /* (n_joints,) of a reduction of friction that has ended; NULL: none */
+  PetscInt one;              /* joint whose factors are those of the stage, -1: it has no single factor */
+  PetscReal *mechanism;      /* (n_owned,2) velocities as it fails, largest 1; NULL: it does not */
+  PetscReal *joint_motion;   /* (n_joints,2) JointMotion of each joint in it; NULL likewise */
 } Trials;
 /* Collective. Keeps in p->output what the trial of this value, just run, has come to, and prints it. */
 PetscErrorCode TrialsAdd(const Problem *p, PetscReal value);
-/* Collective. Takes the present motion as the mechanism. */
-PetscErrorCode TrialsMechanism(const Problem *p);
+/* What a reduction of friction comes to, joint by joint. full: the joints before; has: (n_joints,)
+   ReducedJoints. */
+PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has);
+/* Why the stage has no single factor, or what it is: "" when there is nothing to say. */
+void TrialsSay(const Problem *p, size_t size, char *text);
 PetscErrorCode TrialsReset(Trials *trials);
 /* Members of a stage's object in summary.json. */
-void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials);
+void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
 void SummaryUplift(FILE *f, const Problem *p);
+
+/* ---- mechanism.c: how it fails */
+enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
+/* Collective. Takes the present motion as the mechanism of p->output->trials. */
+PetscErrorCode MechanismTake(const Problem *p);
+/* Whether a joint slides, or opens, in it. */
+PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
+void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
 
 /* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
 /* "name": value, and what follows; null for what is not finite. */
@@ -189,8 +207,8 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
 PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char message[MESSAGE_LENGTH]);
 
 /* ---- summary_joints.c: rank 0 only */
-/* The "joints" member of a stage's object, from the joints table of the stage. */
-PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, const StageFields *fields);
+/* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
+PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);
 
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {

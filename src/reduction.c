@@ -24,6 +24,7 @@ typedef struct {
   Scene raised;       /* levels of water change */
   Snapshot snapshot;
   StageResult last_stable;
+  PetscInt *has;             /* (n_joints,) joints that are reduced and have contacts; NULL: a flood */
   PetscInt trial;            /* of the steps: 0: the start */
   PetscReal value;           /* of the trial that runs */
   PetscReal stable, failing; /* NaN: none yet */
@@ -94,13 +95,25 @@ static PetscBool is_reduced(const Stage *stage, const Joint *joint)
   return (PetscBool)(stage->n_reduce == 0);
 }
 
-PetscReal ReducedFriction(const Scene *scene, const Stage *stage)
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has)
 {
   PetscReal most = NAN;
   for (PetscInt j = 0; j < scene->n_joints; j++)
-    if (is_reduced(stage, stage->joints + j) && !(most >= stage->joints[j].friction[0]))
+    if (is_reduced(stage, stage->joints + j) && (!has || has[j]) && !(most >= stage->joints[j].friction[0]))
       most = stage->joints[j].friction[0];
   return most;
+}
+
+/* Collective. Adds to `has` the joints that the stage reduces and that have contacts now. */
+static PetscErrorCode reduced_joints(const Problem *p, PetscInt *has)
+{
+  const Contacts *c = p->contacts;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0 && is_reduced(p->stage, p->stage->joints + c->joint[i])) has[c->joint[i]] = 1;
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, has, (PetscMPIInt)p->scene->n_joints, MPIU_INT, MPI_MAX, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Strengths of the trial: friction no more than `value` degrees, or every strength times `value`. */
@@ -166,7 +179,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
     PetscCall(snapshot_take(&d->p, &d->snapshot));
   } else if (*verdict == VERDICT_COLLAPSED) {
     d->failing = value;
-    PetscCall(TrialsMechanism(&d->p));
+    PetscCall(MechanismTake(&d->p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -237,6 +250,7 @@ static PetscErrorCode conclude(const Driver *d)
   const PetscInt n = d->p.output->trials.n;
   const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
   const StageResult last = *result;
+  char factor[128];
   PetscFunctionBeginUser;
   if (!decided(d)) {
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
@@ -253,6 +267,8 @@ static PetscErrorCode conclude(const Driver *d)
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "%" PetscInt_FMT " trials: stable at %.8g%s, fails at %.8g%s", n,
                             (double)d->stable, unit, (double)d->failing, unit));
+  TrialsSay(&d->p, sizeof(factor), factor);
+  PetscCall(PetscStrlcat(result->evidence, factor, sizeof(result->evidence)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -261,14 +277,17 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
 {
   Driver *d = context;
   Snapshot *s = &d->snapshot;
-  PetscReal reals[] = {d->value, d->stable, d->failing, s->alpha, s->q_ray, MPI_Wtime() - d->start};
+  PetscReal reals[] = {d->value,      d->stable, d->failing, s->alpha, s->q_ray, MPI_Wtime() - d->start,
+                       d->stage.start};
   PetscInt64 counts[] = {d->trial, d->first_cycle};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveReals(a, "reals", 6, reals));
+  PetscCall(ArchiveReals(a, "reals", 7, reals));
   PetscCall(ArchiveCounts(a, "counts", 2, counts));
   d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
   s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
+  d->stage.start = reals[6];
   d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
+  if (d->has) PetscCall(ArchiveInts(a, "has", d->scene->n_joints, d->has));
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
   if (PetscIsNanReal(d->stable)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveResult(a, "last_stable", &d->last_stable));
@@ -284,8 +303,8 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Start, search, end; nominal: friction of the summary's safety factors. */
-static PetscErrorCode drive(Driver *d, const Joint *full, PetscReal nominal)
+/* Start, search, end; full: of a reduction, its joints before. */
+static PetscErrorCode drive(Driver *d, const Joint *full)
 {
   Trials *trials = &d->p.output->trials;
   PetscBool go = PETSC_TRUE, resumed;
@@ -309,11 +328,35 @@ static PetscErrorCode drive(Driver *d, const Joint *full, PetscReal nominal)
   }
   PetscCall(CheckpointDetach(d->p.output->checkpoint));
   if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
+  trials->stable = d->stable, trials->failing = d->failing;
+  if (d->has && d->stage.what == REDUCE_FRICTION) {
+    PetscCall(reduced_joints(&d->p, d->has));
+    PetscCall(TrialsFactors(&d->p, full, d->has));
+  }
   PetscCall(conclude(d));
   d->p.result->cycles = d->p.state->cycle - d->first_cycle;
   d->p.result->wall = MPI_Wtime() - d->start;
-  trials->stable = d->stable, trials->failing = d->failing, trials->nominal = nominal;
   PetscCall(snapshot_destroy(&d->snapshot));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the rows of the scene cannot know: which of them have contacts. nominal: largest friction of these. */
+static PetscErrorCode check_contacts(const Problem *p, PetscReal nominal)
+{
+  const Stage *s = p->stage;
+  char message[MESSAGE_LENGTH] = "", where[64] = "";
+  PetscFunctionBeginUser;
+  if (s->line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", s->line));
+  if (PetscIsNanReal(nominal))
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s%s: stages.%s.reduce: none of the joints that it reduces has a contact",
+                            p->scene->file, where, s->name));
+  else if (s->what == REDUCE_FRICTION && s->limit >= nominal)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s%s: stages.%s.limit: %.6g is out of range: the joints that have contacts have "
+                            "%.6g [degree]",
+                            p->scene->file, where, s->name, (double)s->limit, (double)nominal));
+  PetscCall(CheckMessage(p->m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -321,14 +364,18 @@ PetscErrorCode ReductionRun(const Problem *p)
 {
   const Stage *stage = p->stage;
   const PetscInt n = p->scene->n_joints;
-  const PetscReal nominal = ReducedFriction(p->scene, stage);
   Driver d = {.scene = p->scene, .p = *p, .stage = *stage, .raised = *p->scene};
   Joint *full;
   PetscFunctionBeginUser;
-  if (PetscIsNanReal(stage->start)) d.stage.start = stage->what == REDUCE_FRICTION ? nominal : 1.;
   PetscCall(PetscMalloc1(n, &full));
+  PetscCall(PetscCalloc1(n, &d.has));
   PetscCall(PetscArraycpy(full, stage->joints, n));
-  PetscCall(drive(&d, full, nominal)); // d.stage.joints is stage->joints
+  PetscCall(reduced_joints(p, d.has));
+  const PetscReal nominal = ReducedFriction(p->scene, stage, d.has);
+  PetscCall(check_contacts(p, nominal));
+  if (PetscIsNanReal(stage->start)) d.stage.start = stage->what == REDUCE_FRICTION ? nominal : 1.;
+  PetscCall(drive(&d, full)); // d.stage.joints is stage->joints
+  PetscCall(PetscFree(d.has));
   PetscCall(PetscFree(full));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -338,7 +385,7 @@ PetscErrorCode FloodRun(const Problem *p)
   Driver d = {.scene = p->scene, .p = *p, .stage = *p->stage, .raised = *p->scene};
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(p->scene->n_loads, &d.raised.loads));
-  PetscCall(drive(&d, NULL, NAN));
+  PetscCall(drive(&d, NULL));
   PetscCall(PetscFree(d.raised.loads));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

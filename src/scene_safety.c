@@ -83,7 +83,7 @@ static void check_reduced(Reader *r, const Stage *stage)
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
 {
   const PetscBool friction = (PetscBool)(stage->what == REDUCE_FRICTION);
-  const PetscReal nominal = ReducedFriction(r->scene, stage), most = friction ? nominal : 1;
+  const PetscReal nominal = ReducedFriction(r->scene, stage, NULL), most = friction ? nominal : 1;
   PetscBool given = PETSC_FALSE, step = PETSC_FALSE;
 
   PetscFunctionBeginUser;

@@ -217,6 +217,7 @@ static PetscErrorCode begin(const Problem *p)
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
   PartingStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
+  PetscCall(RelaxationReset(p->m, state, p->relax)); // a mechanism before the ramp ends is counted from here
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -344,6 +345,7 @@ PetscErrorCode StageRun(const Problem *p)
   p->contacts->rate = 0.; // not in time: joints have no dashpots
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   PetscCall(runners[p->stage->kind](p));
+  if (p->stage->kind == STAGE_STATIC && result->verdict == VERDICT_COLLAPSED) PetscCall(MechanismTake(p));
   result->effort = *effort;
   if (effort->wanted) {
     char more[128];

@@ -210,8 +210,9 @@ PetscErrorCode StageRun(const Problem *p);
 PetscErrorCode StageRelax(const Problem *p);
 
 /* ---- reduction.c: the stages that are made of trials */
-/* [degree] Largest friction among the joints whose strength the stage reduces, NaN: it reduces none. */
-PetscReal ReducedFriction(const Scene *scene, const Stage *stage);
+/* [degree] Largest friction among the joints whose strength the stage reduces, of those only that `has`
+   (n_joints,) marks; NULL: of all. NaN: it reduces none. */
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has);
 /* Collective. p->stage->joints are left as in the last stable trial. */
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode FloodRun(const Problem *p);

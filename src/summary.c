@@ -246,8 +246,9 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
     put_energies(f, mesh, fields, result);
   put_extremes(f, p->m, mesh, fields);
   SummarySafety(f, scene, mesh, fields);
-  if (p->output->trials.n) SummaryTrials(f, p->stage, &p->output->trials);
-  PetscCall(SummaryJoints(f, scene, p->stage->joints, fields));
+  if (p->output->trials.n) SummaryTrials(f, scene, p->stage, &p->output->trials);
+  SummaryMechanism(f, scene, &p->output->trials);
+  PetscCall(SummaryJoints(f, p, fields));
   fprintf(f, "    }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);

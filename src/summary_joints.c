@@ -188,8 +188,20 @@ static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const
   return joint->law == LAW_ELASTIC ? NAN : strength / fabs(sums->T);
 }
 
+/* In no equilibrium the joint carries what friction leaves: that is no factor. */
+static void put_factors(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums,
+                        PetscReal thickness, PetscBool at_rest)
+{
+  const PetscReal needed = atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI,
+                  peak = sliding_factor(joint, line, sums, thickness, 0),
+                  residual = sliding_factor(joint, line, sums, thickness, 1);
+  JsonNumber(f, "friction_needed", at_rest ? needed : NAN, ",\n          ");
+  JsonNumber(f, "sliding_factor_peak", at_rest ? peak : NAN, ",\n          ");
+  JsonNumber(f, "sliding_factor_residual", at_rest ? residual : NAN, ",\n          ");
+}
+
 static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums,
-                      PetscReal thickness)
+                      PetscReal thickness, PetscBool at_rest)
 {
   fprintf(f,
           "        \"%s\": {\n          \"line\": %s,\n          \"law\": \"%s\",\n          \"n_contacts\": "
@@ -203,9 +215,7 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
   JsonNumber(f, "crushing_length", sums->crushing, ",\n          ");
   JsonNumber(f, "N", sums->N, ",\n          ");
   JsonNumber(f, "T", sums->T, ",\n          ");
-  JsonNumber(f, "friction_needed", atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI, ",\n          ");
-  JsonNumber(f, "sliding_factor_peak", sliding_factor(joint, line, sums, thickness, 0), ",\n          ");
-  JsonNumber(f, "sliding_factor_residual", sliding_factor(joint, line, sums, thickness, 1), ",\n          ");
+  put_factors(f, joint, line, sums, thickness, at_rest);
   if (line->is_line)
     put_line(f, line, sums, thickness);
   else
@@ -214,19 +224,21 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
   put_end(f, "sigma_max", sums->highest->point, sums->highest, "\n        }");
 }
 
-PetscErrorCode SummaryJoints(FILE *f, const Scene *scene, const Joint *joints, const StageFields *fields)
+PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields)
 {
+  const Verdict verdict = p->result->verdict;
+  const PetscBool at_rest = (PetscBool)(verdict == VERDICT_CONVERGED || verdict == VERDICT_COMPLETED);
   PetscInt written = 0;
   JointLine line;
   JointSums sums;
   PetscFunctionBeginUser;
   fprintf(f, "      \"joints\": {");
-  for (PetscInt j = 0; j < scene->n_joints; j++) {
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
     find_line(fields, j, &line);
     if (!line.n) continue;
     add_contacts(fields, j, &line, &sums);
     fprintf(f, written++ ? ",\n" : "\n");
-    put_joint(f, &joints[j], &line, &sums, scene->thickness);
+    put_joint(f, &p->stage->joints[j], &line, &sums, p->scene->thickness, at_rest);
   }
   fprintf(f, "\n      }\n");
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -49,7 +49,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryUplift(f, p);
   put_probes(f, p->m, probes);
-  PetscCall(SummaryJoints(f, p->scene, p->stage->joints, fields));
+  PetscCall(SummaryJoints(f, p, fields));
   fprintf(f, "        }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -84,63 +84,99 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The motion over the last chunk of cycles: single velocities still carry what vibrates in the blocks. */
-PetscErrorCode TrialsMechanism(const Problem *p)
-{
-  const Model *m = p->m;
-  const State *state = p->state;
-  const Relaxation *r = p->relax;
-  Trials *trials = &p->output->trials;
-  const PetscInt at = 3 * m->n_bodies;
-  const PetscBool chunk_ended = (PetscBool)(r->chunk_start == state->cycle);
-  const PetscReal *u = state->u + at;
-  PetscReal most = 0., *du;
-  PetscFunctionBeginUser;
-  // never NULL: that says "none", to all ranks
-  if (!trials->mechanism) PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));
-  PetscCall(PetscMalloc1(m->n_dof, &du));
-  for (PetscInt d = 0; d < m->n_dof; d++) du[d] = chunk_ended ? r->du_chunk[d] : state->u[d] - r->u_chunk[d];
-  PetscReal *v = trials->mechanism;
-  for (PetscInt i = 0; i < 2 * m->n_deformable; i++) v[i] = du[at + i];
-  for (PetscInt b = 0; b < m->n_bodies; b++)
-    for (PetscInt i = m->body_start[b]; i < m->body_start[b + 1]; i++) {
-      const PetscReal rx = m->X[2 * i] + u[2 * i] - m->body_X[2 * b] - state->u[3 * b],
-                      ry = m->X[2 * i + 1] + u[2 * i + 1] - m->body_X[2 * b + 1] - state->u[3 * b + 1];
-      v[2 * i] = du[3 * b] - ry * du[3 * b + 2];         // (21)
-      v[2 * i + 1] = du[3 * b + 1] + rx * du[3 * b + 2]; // (22)
-    }
-  PetscCall(CondensedInner(m, NULL, v));
-  PetscCall(PetscFree(du));
-  for (PetscInt i = 0; i < m->n_owned; i++) most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
-  for (PetscInt i = 0; most > 0. && i < 2 * m->n_owned; i++) v[i] /= most; // time is fictitious
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode TrialsReset(Trials *trials)
 {
   PetscFunctionBeginUser;
   for (PetscInt i = 0; trials->json && i < trials->n; i++) free(trials->json[i]);
   PetscCall(PetscFree(trials->json));
   PetscCall(PetscFree(trials->mechanism));
+  PetscCall(PetscFree(trials->joint_motion));
+  PetscCall(PetscFree(trials->joints));
   *trials = (Trials){.n = 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- members of a stage in summary.json */
+/* ---- factors of a reduction of friction
+
+   A trial leaves every joint an angle of at most its value, so each joint has a factor of its own. That of the
+   stage is that of the joints which slide in the mechanism: a joint that stands still, or one that is open,
+   has no part in the limit. Where these had different angles no single number says what friction could be
+   divided by. Before anything fails all joints that are reduced count. */
 
 static PetscReal tangent(PetscReal degrees)
 {
   return tan(degrees * (PETSC_PI / 180.));
 }
 
-/* Of the strengths: what they may be divided by. */
-static PetscReal safety_factor(const Stage *stage, const Trials *trials, PetscReal value)
+static PetscReal joint_factor(const Joint *joint, PetscReal value)
 {
-  return stage->what == REDUCE_FRICTION ? tangent(trials->nominal) / tangent(value) : 1. / value;
+  if (PetscIsNanReal(value)) return NAN; // there is no such trial
+  return tangent(joint->friction[0]) / tangent(PetscMin(joint->friction[0], value));
 }
 
-void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials)
+/* Whether the angles of two joints, or of one before and after it has failed, are one. */
+static PetscBool one_angle(const Joint *a, const Joint *b)
+{
+  const PetscReal far = PetscMax(PetscAbsReal(a->friction[0] - b->friction[0]),
+                                 PetscAbsReal(a->friction[0] - b->friction[1]));
+  return (PetscBool)(far < 1e-9);
+}
+
+PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has)
+{
+  Trials *t = &p->output->trials;
+  PetscBool slides = PETSC_FALSE, alike = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(p->scene->n_joints, &t->joints));
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
+    t->joints[j] = (JointFactor){full[j].friction[0], joint_factor(full + j, t->stable),
+                                 joint_factor(full + j, t->failing),
+                                 (PetscBool)(has[j] && full[j].friction[0] > 0.)};
+    slides = (PetscBool)(slides || (t->joints[j].reduced && MechanismHas(p->scene, t, j, JOINT_SLIDES)));
+  }
+  t->one = -1;
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
+    if (!t->joints[j].reduced || (slides && !MechanismHas(p->scene, t, j, JOINT_SLIDES))) continue;
+    if (t->one < 0) t->one = j;
+    alike = (PetscBool)(alike && one_angle(full + t->one, full + j));
+  }
+  if (!alike) t->one = -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TrialsSay(const Problem *p, size_t size, char *text)
+{
+  const Trials *t = &p->output->trials;
+  text[0] = '\0';
+  if (!t->joints || PetscIsNanReal(t->failing)) return;
+  if (t->one < 0)
+    snprintf(text, size,
+             "; no single factor: the joints that slide had different angles, use what: strengths");
+  else
+    snprintf(text, size, "; factor %.4g to %.4g", t->joints[t->one].stable, t->joints[t->one].failing);
+}
+
+/* ---- members of a stage in summary.json */
+
+static void put_factors(FILE *f, const Scene *scene, const Trials *t)
+{
+  const char *before = "";
+  const JointFactor none = {NAN, NAN, NAN, PETSC_FALSE}, *one = t->one < 0 ? &none : t->joints + t->one;
+  JsonNumber(f, "friction", one->friction, ", ");
+  JsonNumber(f, "safety_factor_stable", one->stable, ", ");
+  JsonNumber(f, "safety_factor_failing", one->failing, ",\n        \"factors\": {");
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    if (!t->joints[j].reduced) continue;
+    fprintf(f, "%s\"%s\": {", before, scene->joints[j].name);
+    JsonNumber(f, "friction", t->joints[j].friction, ", ");
+    JsonNumber(f, "factor_stable", t->joints[j].stable, ", ");
+    JsonNumber(f, "factor_failing", t->joints[j].failing, "}");
+    before = ", ";
+  }
+  fprintf(f, "},\n        ");
+}
+
+void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials)
 {
   const PetscBool flood = (PetscBool)(stage->kind == STAGE_FLOOD);
   const char *const unit = flood ? "m" : stage->what == REDUCE_FRICTION ? "degree" : "-";
@@ -150,10 +186,10 @@ void SummaryTrials(FILE *f, const Stage *stage, const Trials *trials)
   JsonNumber(f, "stable", trials->stable, ", ");
   JsonNumber(f, "failing", trials->failing, ", ");
   JsonNumber(f, "width", fabs(trials->failing - trials->stable), ",\n        ");
-  if (!flood && stage->what == REDUCE_FRICTION) JsonNumber(f, "friction", trials->nominal, ", ");
-  if (!flood) {
-    JsonNumber(f, "safety_factor_stable", safety_factor(stage, trials, trials->stable), ", ");
-    JsonNumber(f, "safety_factor_failing", safety_factor(stage, trials, trials->failing), ",\n        ");
+  if (trials->joints) put_factors(f, scene, trials);
+  if (!flood && stage->what == REDUCE_STRENGTHS) {
+    JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");
+    JsonNumber(f, "safety_factor_failing", 1. / trials->failing, ",\n        ");
   }
   fprintf(f, "\"trials\": [\n");
   for (PetscInt i = 0; i < trials->n; i++)

@@ -18,7 +18,7 @@ KINDS = (  # words, unit, factor, pattern of the path of the number
     ("moment", "kN m", 1e-3, r"\.M$"),
     ("stress", "MPa", 1e-6, r"\.sigma_linear_(start|end)$|\bs[12]_(max|min)\.value$|\.sigma$"),
     ("length", "m", 1.0, r"[._]length$"),
-    ("factor", "", 1.0, r"\.(sliding|safety)_factor_[a-z]+$|^safety\..*\.value$"),
+    ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$"),
     ("angle", "deg", 1.0, r"\.friction_needed$"),
     ("bracket", "", 1.0, r"^(strength_reduction|flood)\.(stable|failing)$"),
 )

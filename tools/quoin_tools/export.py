@@ -2,7 +2,8 @@
 
     python -m quoin_tools.export FOLDER [--stage NAME]... [--to FOLDER]
 
-writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends), joints.csv and supports.csv (all stages).
+writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends); of all stages joints.csv, supports.csv,
+and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint).
 SI units, signs of docs/results_format.md; the first row names columns with their units.
 """
 
@@ -13,7 +14,7 @@ import sys
 
 import numpy as np
 
-from quoin_tools.results import Results, ResultsError
+from quoin_tools.results import Results, ResultsError, trials_of
 
 JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
          "sliding_factor_residual", "chord", "sigma_linear_start", "sigma_linear_end")  # fmt: skip
@@ -91,6 +92,31 @@ def supports(results, stages):
     return ("stage", "support", "x [N]", "y [N]"), rows
 
 
+def factors(results, stages):
+    """Of trials and collapses: a row for the stage, then one for each joint that has a factor or moves in the mechanism."""
+    rows = []
+    for name in stages:
+        s = results.stage_summary(name)
+        found, moves = trials_of(s) or {}, s.get("mechanism") or {}
+        if not found and not moves:
+            continue
+        ends = [found.get(key) for key in ("friction", "safety_factor_stable", "safety_factor_failing")]
+        rows.append((name, None, found.get("unit"), found.get("stable"), found.get("failing"), *ends, None, None))
+        for joint in dict.fromkeys([*found.get("factors", {}), *moves]):
+            own, motion = found.get("factors", {}).get(joint, {}), moves.get(joint, {})
+            numbers = [own.get(key) for key in ("friction", "factor_stable", "factor_failing")]
+            rows.append((name, joint, None, None, None, *numbers, motion.get("slides"), motion.get("opens")))
+    header = ("stage", "joint", "unit", "stable", "failing", "friction [deg]", "factor stable", "factor failing", "slides", "opens")
+    return header, rows
+
+
+def trials(results, stages):
+    header = ("stage", "value", "outcome", "cycles", "max displacement [m]")
+    rows = [(name, t["value"], t["outcome"], t["cycles"], t["max_displacement"]) for name in stages
+            for t in (trials_of(results.stage_summary(name)) or {}).get("trials", ())]  # fmt: skip
+    return header, rows
+
+
 def export(results, stages=None, folder=None):
     """Paths of the files written."""
     folder = folder or results.folder
@@ -100,7 +126,12 @@ def export(results, stages=None, folder=None):
         stage = results.stage(name)
         for words, of in (("vertices", vertices), ("blocks", blocks), ("contacts", contacts)):
             written.append(write(os.path.join(folder, f"{name}_{words}.csv"), *of(results, stage)))
-    return [*written, *(write(os.path.join(folder, f"{of.__name__}.csv"), *of(results, stages)) for of in (joints, supports))]
+    for of in (joints, supports, factors, trials):
+        header, rows = of(results, stages)
+        rows = list(rows)
+        if rows or of in (joints, supports):
+            written.append(write(os.path.join(folder, f"{of.__name__}.csv"), header, rows))
+    return written
 
 
 def main(arguments=None):

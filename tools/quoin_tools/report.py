@@ -19,7 +19,7 @@ from quoin_tools import browser, guidelines, plots, scene, section, uplift
 from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.mechanism import plot_mechanisms
-from quoin_tools.results import condensed_words, effort_rows, fixed
+from quoin_tools.results import condensed_words, effort_rows, factor_rows, fixed, mechanism_rows, no_single_factor, trials_of
 
 STYLE = """
 :root { --ink: #1b1f24; --soft: #5b6570; --rule: #c9d0d6; --accent: #12456b }
@@ -183,7 +183,13 @@ def stages_part(case):
                      fixed(s["applied"]["y"], 1e-3, 1), fixed(s["reaction"]["x"], 1e-3, 1), fixed(s["reaction"]["y"], 1e-3, 1)))  # fmt: skip
     rows += [(name, ", ".join(case.scene.stages[name].get("loads") or ()), ("no result", "fail"), "-", "-", "-", "-") for name in without_result(case)]
     header = ("stage", "loads at its end", "verdict", "applied x [kN]", "applied y [kN]", "supports x [kN]", "supports y [kN]")
-    return "<h2>Stages</h2>" + table(header, rows, (3, 4, 5, 6))
+    part = "<h2>Stages</h2>" + table(header, rows, (3, 4, 5, 6))
+    for s in case.results.summary["stages"]:
+        if s["verdict"] == "collapsed":
+            part += f"<h3>Stage {esc(s['name'])} has collapsed: its mechanism</h3>" + table(
+                ("joint", "it", "sliding [-]", "opening [-]"), mechanism_rows(s), (2, 3)) + (
+                "<p><small>Speeds are parts of that of the fastest vertex. A state that moves has no factors.</small></p>")  # fmt: skip
+    return part
 
 
 def changed_by(found):
@@ -197,19 +203,24 @@ def trials_part(case):
     """Strength reductions and floods: bracket, factors, every trial with its evidence."""
     part = ""
     for s in case.results.summary["stages"]:
-        found = s.get("strength_reduction") or s.get("flood")
+        found = trials_of(s)
         if not found:
             continue
         ends = [cell(found[end], 4) for end in ("stable", "failing", "width")]
         factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
         part += f"<h3>Stage {esc(s['name'])}: {esc(changed_by(found))}</h3>" + table(
             ("last stable", "first failing", "width of the bracket", "factor, last stable", "factor, first failing"), [(*ends, *factors)], range(5))  # fmt: skip
+        if no_single_factor(found):
+            part += notes(["The joints that slid had different angles of friction: the stage has no single factor. Use what: strengths."])
+        if rows := factor_rows(s):
+            part += table(("joint", "φ [°]", "factor, last stable", "factor, first failing", "in the mechanism"), rows, (1, 2, 3))
         rows = [(cell(t["value"], 4), (t["outcome"], "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
                  t["cycles"], fixed(t["max_displacement"], 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
                  t["evidence"]) for t in found["trials"]]  # fmt: skip
         part += table(("value", "outcome", "cycles", "largest displacement [mm]", "open joints [m]", "evidence"), rows, (0, 2, 3, 4))
     note = ("<p><small>A trial is stable when it finds equilibrium, and fails when a mechanism moves on (evidence); trials start from the last "
-            "stable state. The factor is tan φ over the tangent of the trial's angle, or one over the part of the strengths left.</small></p>")  # fmt: skip
+            "stable state. The factor of a joint is tan φ over the tangent of its angle in the trial, that of the stage is the one of the joints that slide "
+            "in the mechanism; or one over the part of the strengths left.</small></p>")  # fmt: skip
     return f"<h2>Trials to failure</h2>{part}{note}" if part else ""
 
 
@@ -318,7 +329,7 @@ def convergence_part(case, pictures):
 
 
 CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}.",
-            "mechanism": "How it fails: velocity of the first failing trial, stage {}."}
+            "mechanism": "How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {}."}
 
 
 def file_picture(path, caption):

@@ -328,6 +328,38 @@ def joint_rows(s):
     return rows
 
 
+def trials_of(s):
+    """What the trials of a stage came to; None: it has none."""
+    return s.get("strength_reduction") or s.get("flood")
+
+
+def no_single_factor(found):
+    """Whether joints of different angles slid: their factors are not one number."""
+    return bool(found.get("factors")) and found["failing"] is not None and found["safety_factor_failing"] is None
+
+
+def bracket_rows(s):
+    found = trials_of(s)
+    if not found:
+        return []
+    what = {"m": "level m", "degree": "friction deg"}.get(found["unit"], "strengths")
+    ends = [fixed(found[end], digits=4) for end in ("stable", "failing")]
+    factors = ["none: use strengths"] * 2 if no_single_factor(found) else [fixed(found.get(f"safety_factor_{end}")) for end in ("stable", "failing")]
+    return [(what, *ends, *factors)]
+
+
+def factor_rows(s):
+    """Of each joint that a reduction of friction lowers, and whether it slides in the mechanism."""
+    found, moves = trials_of(s) or {}, s.get("mechanism") or {}
+    return [(name, fixed(f["friction"], digits=2), fixed(f["factor_stable"]), fixed(f["factor_failing"]), moves.get(name, {}).get("moves", "-"))
+            for name, f in found.get("factors", {}).items()]  # fmt: skip
+
+
+def mechanism_rows(s):
+    """Joints of the mechanism; speeds are parts of that of the fastest vertex."""
+    return [(name, m["moves"], fixed(m["slides"]), fixed(m["opens"])) for name, m in (s.get("mechanism") or {}).items()]
+
+
 def extreme_rows(s):
     rows = []
     for name, group in s["stress_by_group"].items():
@@ -365,6 +397,9 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak, c on closed|residual|length m|open m|closed m|slipping m|"
                "sigma start MPa|sigma end MPa", joint_rows),
+    ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing", bracket_rows),
+    ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
+    ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),
     ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),
     ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),
 )  # fmt: skip

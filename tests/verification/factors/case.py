@@ -1,0 +1,137 @@
+# ranks: 2
+"""What a reduction of friction says of a stage whose joints have different angles: a factor of each joint that has contacts,
+and of the stage where the joints that slide had one angle.
+
+Rigid dam 80 m wide and 100 m high, water to the crest: tan(phi) N / T of the base, whatever angle a row without contacts has. A block
+that slides beside one that stands: the factor of its plane. A block that pushes a wedge, on planes of different angles: none."""
+
+import contextlib
+import csv
+import io
+import json
+import math
+from pathlib import Path
+
+from driver import changed, load
+from quoin_tools import export, report, results
+from quoin_tools.blockmesh import BlockMesh
+from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+
+WHAT = "factors of a reduction of friction: dam 100 x 80 m with a default row, two planes, planes that slide together; collapse without factors"
+SOURCE = "statics: tan(phi) N / T on the base, tan(45) / tan(slope); where two angles slide there is no single factor"
+
+SCENE = {
+    "relaxation": {"tolerance": 1e-8},
+    "materials": {name: {"density": 2400, "rigid": True} for name in ("dam", "base")},
+    "joints": {"default": {"k_n": 10e9, "k_s": 10e9, "friction": 60}, "base": {"friction": 40}},
+    "supports": {"base": {"target": "rock", "fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight"}, "water": {"type": "reservoir", "faces": "upstream", "level": 100}},
+}
+REDUCTION = {"type": "strength_reduction", "what": "friction", "bracket": 0.02}
+
+
+def dam():
+    triangle = BlockMesh([(0, 0), (80, 0), (0, 100)], [(0, 1, 2, -1)], [0], ["dam"], [1], {"base": [(0, 0)], "upstream": [(0, 2)]}, {})
+    return join([renamed(rectangle(-20, -10, 120, 10, group="base", rigid=True), {"base": "top", "rock": "bottom"}), triangle])
+
+
+def plane(x, slope, name):
+    """A block 1 m by 0.2 m on a plane that falls to the right."""
+    angle = math.radians(slope)
+    down, up = (math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))
+    top = [(x + s * down[0], 3 + s * down[1]) for s in (0, 1, 2, 3)]
+    ground = quad_patch((top[0][0], -1), (top[3][0], -1), top[3], top[0], 1, 1, "base", True)
+    over = [(p[0] + 0.2 * up[0], p[1] + 0.2 * up[1]) for p in (top[2], top[1])]
+    return [renamed(ground, {name: "top", "rock": "bottom"}), renamed(quad_patch(top[1], top[2], *over, 1, 1, "dam", True), {name: "bottom"})]
+
+
+def reduced(case, mesh, scene, ranks=1):
+    return case.run(mesh, changed(scene, ("stages", [{"all": {"loads": list(scene["loads"])}}, {"reduced": REDUCTION | {"loads": list(scene["loads"])}}])), ranks=ranks)
+
+
+def found_in(result):
+    return result.stage_summary("reduced")["strength_reduction"]
+
+
+def run(case):
+    single(case)
+    two_planes(case)
+    together(case)
+    collapsed(case)
+
+
+def single(case):
+    exact = math.tan(math.radians(40)) * (0.5 * 80 * 100 * 2400) / (0.5 * 1000 * 100**2)
+    sums = []
+    for other, ranks in ((60, 1), (60, 2), (75, 1)):
+        result = reduced(case, dam(), changed(SCENE, ("joints.default.friction", other)), ranks)
+        found = found_in(result)
+        sums.append(json.dumps([found["factors"], result.stage_summary("reduced")["mechanism"]]))
+        case.check(f"dam, default {other} degrees: factor, last stable", found["safety_factor_stable"], exact, relative=1.5e-3)
+        case.check("... first failing", found["safety_factor_failing"], exact, relative=1.5e-3)
+        case.check("... joints with a factor", list(found["factors"]), ["base"])
+        case.check("... joints that move in the mechanism", list(result.stage_summary("reduced")["mechanism"]), ["base"])
+        case.check("... first trial [degree]", found["trials"][0]["value"], 40.0, absolute=1e-9)
+    case.check("... the same on 2 ranks, and whatever the default", len(set(sums)), 1)
+
+
+def two_planes(case):
+    scene = changed(SCENE, ("joints", {"default": SCENE["joints"]["default"], "rough": {"friction": 60}, "plane": {"friction": 45}}),
+                    ("loads", {"weight": {"type": "self_weight", "groups": ["dam"]}}))
+    result = reduced(case, join(plane(0, 30, "rough") + plane(10, 36.327, "plane")), scene)
+    found, exact = found_in(result), 1 / math.tan(math.radians(36.327))
+    case.check("planes of 60 and 45 degrees, the latter slides: factor, last stable", found["safety_factor_stable"], exact, relative=1e-3)
+    case.check("... first failing", found["safety_factor_failing"], exact, relative=1e-3)
+    case.check("... factor of the plane that stands", found["factors"]["rough"]["factor_failing"], math.tan(math.radians(60)) * exact, relative=1e-3)
+    case.check("... the mechanism", list(result.stage_summary("reduced")["mechanism"]), ["plane"])
+    row = exported(result, "plane")
+    case.check("... exported", [row["friction [deg]"], row["factor failing"]], ["45", repr(found["safety_factor_failing"])])
+    low = changed(scene, ("joints.rough.friction", 37), ("joints.plane.friction", 37))
+    refused = case.run(result_mesh := join(plane(0, 30, "rough") + plane(10, 30, "plane")),
+                       changed(low, ("stages", [{"reduced": REDUCTION | {"loads": ["weight"], "limit": 40}}])))
+    case.check("limit between the friction of rows with and without contacts", [refused.exit_code, "limit: 40 is out of range" in refused.stderr], [2, True])
+    refused = case.run(result_mesh, changed(low, ("stages", [{"reduced": REDUCTION | {"loads": ["weight"], "reduce": ["default"]}}])))
+    case.check("a row without contacts reduced", [refused.exit_code, "has a contact" in refused.stderr], [2, True])
+
+
+def together(case):
+    wedge = load("wedge")
+    loads = {"weight": {"type": "self_weight", "groups": ["block", "wedge"]},
+             "push": {"type": "point_force", "point": "b_bottom_left", "value": [30e3, 0]}}
+    scene = changed(SCENE, ("materials", {name: {"density": 2400, "rigid": True} for name in ("block", "wedge", "base")}), ("loads", loads),
+                    ("supports", {"base": {"fix": "xy"}}),
+                    ("joints", {"default": {"k_n": 10e9, "k_s": 10e9, "friction": 0}, "block+base": {"friction": 50}, "wedge+base": {"friction": 40}}))
+    found = found_in(result := reduced(case, wedge.two_on_base(), scene))
+    case.check("planes of 50 and 40 degrees slide together: factor of the stage", found["safety_factor_failing"], None)
+    case.check("... what the run says", "use what: strengths" in result.stage("reduced").evidence and "use what: strengths" in result.stdout, True)
+    value = math.tan(math.radians(found["failing"]))
+    texts = [results.report(result.summary), sheet(result)]
+    case.check("... as do the table and the sheet", ["none: use strengths" in texts[0], "no single factor. Use what: strengths" in texts[1]], [True, True])
+    case.check("... factor of each", [found["factors"][name]["factor_failing"] for name in ("block+base", "wedge+base")],
+               [math.tan(math.radians(phi)) / value for phi in (50, 40)], relative=1e-9)
+
+
+def sheet(result):
+    with contextlib.redirect_stdout(io.StringIO()):
+        report.main([result.folder])
+    return (Path(result.folder) / "report.html").read_text()
+
+
+def exported(result, joint):
+    """Row of a joint in factors.csv."""
+    export.export(result)
+    with open(Path(result.folder) / "factors.csv", encoding="utf-8", newline="") as file:
+        return next(row for row in csv.DictReader(file) if row["joint"] == joint)
+
+
+def collapsed(case):
+    """Static stages whose friction is too small: no factor of a state that slides, and the mechanism instead."""
+    stages = [{"sw": {"loads": ["weight"]}}, {"hp": {"loads": ["weight", "water"], "joints": {"base": {"friction": 26}}}}]
+    result = case.run(dam(), changed(SCENE, ("stages", stages)))
+    stage = result.stage_summary("hp")
+    case.check("dam, base 26 degrees: verdict", stage["verdict"], "collapsed")
+    case.check("... sliding factors", [stage["joints"]["base"][f"sliding_factor_{which}"] for which in ("peak", "residual")], [None, None])
+    case.check("... joints that move in the mechanism", list(stage["mechanism"]), ["base"])
+    text = sheet(result)
+    case.check("... the sheet has the mechanism and its picture", ["Stage hp has collapsed: its mechanism" in text, "How it fails" in text], [True, True])
+    case.check("... all of the dam moves along the base", result.stage("hp").mechanism[4:, 0], [1.0] * 3, absolute=0.02)
