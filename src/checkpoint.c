@@ -28,16 +28,18 @@ static void on_signal(int number)
   stop_signal = number;
 }
 
-/* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it
-   leaves them about a second. */
-static void catch_signals(void)
+/* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it leaves them about a second.
+   SIGXCPU comes at the limit of processor time, and again each second; a write beyond the largest file (ulimit
+   -f) is to fail like any other. */
+void SignalsCatch(void)
 {
-  const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGHUP};
+  const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGXCPU, SIGHUP};
   struct sigaction action = {.sa_handler = on_signal}, now;
   sigemptyset(&action.sa_mask);
-  for (int i = 0; i < 5; i++)
+  for (size_t i = 0; i < sizeof(numbers) / sizeof(*numbers); i++)
     if (numbers[i] != SIGHUP || sigaction(SIGHUP, NULL, &now) || now.sa_handler != SIG_IGN) // nohup
       sigaction(numbers[i], &action, NULL);
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 static void prepare_line(const Checkpoint *c)
@@ -54,32 +56,36 @@ static void path_of(const char *folder, PetscInt number, char path[PETSC_MAX_PAT
   snprintf(path, PETSC_MAX_PATH_LEN, "%.4000s/checkpoint_%06d.h5", folder, (int)number);
 }
 
-/* The number of a checkpoint by its name, -1: it is none. */
+/* The number of a checkpoint by its name, -1: it is none. Nine digits are enough for any run. */
 static PetscInt number_of(const char *name)
 {
   int number, end = 0;
-  if (sscanf(name, "checkpoint_%d.h5%n", &number, &end) != 1 || !end || name[end]) return -1;
+  if (sscanf(name, "checkpoint_%9d.h5%n", &number, &end) != 1 || !end || name[end]) return -1;
   return number;
 }
 
-/* Largest number below `below` in a folder, -1: none. */
-static PetscInt newest(const char *folder, PetscInt below)
+/* Largest number below `below` in a folder, -1: none. 0, or errno where the folder cannot be read: then nobody
+   knows what is in it. */
+static int newest(const char *folder, PetscInt below, PetscInt *most)
 {
-  PetscInt most = -1;
+  *most = -1;
   DIR *dir = opendir(folder);
-  for (struct dirent *entry; dir && (entry = readdir(dir));) {
+  if (!dir) return errno == ENOENT || errno == ENOTDIR ? 0 : errno;
+  errno = 0;
+  for (struct dirent *entry; (entry = readdir(dir));) {
     const PetscInt number = number_of(entry->d_name);
-    if (number < below) most = PetscMax(most, number);
+    if (number < below) *most = PetscMax(*most, number);
   }
-  if (dir) closedir(dir);
-  return most;
+  const int error = errno;
+  closedir(dir);
+  return error;
 }
 
 /* Leaves the newest `keep`. */
 static void rotate(const char *folder, PetscInt number, PetscInt keep)
 {
   char path[PETSC_MAX_PATH_LEN];
-  for (PetscInt n = newest(folder, number); n >= 0; n = newest(folder, n)) {
+  for (PetscInt n = number; !newest(folder, n, &n) && n >= 0;) {
     if (--keep > 0) continue;
     path_of(folder, n, path);
     if (unlink(path)) return;
@@ -95,10 +101,10 @@ PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh
   c->comm = comm, c->scene = scene, c->mesh = mesh;
   PetscCallMPI(MPI_Comm_rank(comm, &c->rank));
   PetscCall(PetscSNPrintf(c->folder, sizeof(c->folder), "%s/checkpoints", scene->output));
-  if (!c->rank) c->number = newest(c->folder, PETSC_MAX_INT);
+  c->number = -1;
   c->start_wall = c->last_wall = c->poll_wall = MPI_Wtime();
   prepare_line(c);
-  catch_signals();
+  SignalsCatch();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,6 +172,14 @@ PetscErrorCode CheckpointDetach(Checkpoint *c)
 
 /* ---- writing */
 
+/* Rank 0. The number of the next file: behind all that are there. */
+static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
+{
+  const int error = c->number < 0 ? newest(c->folder, PETSC_MAX_INT, &c->number) : 0;
+  if (error) snprintf(message, MESSAGE_LENGTH, "cannot read '%.700s': %s", c->folder, strerror(error));
+  c->number++;
+}
+
 /* Rank 0. A folder that somebody removes while the file is written is made again, once. */
 static PetscErrorCode write_file(const Checkpoint *c, const Archive *archive, const char *path,
                                  char message[MESSAGE_LENGTH])
@@ -190,11 +204,10 @@ PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
   PetscCall(ArchiveCounts(&archive, "mesh", 1, &mesh));
   for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
   if (!c->rank) {
-    path_of(c->folder, ++c->number, path);
-    if (archive.message[0])
-      PetscCall(PetscStrncpy(message, archive.message, sizeof(message)));
-    else
-      PetscCall(write_file(c, &archive, path, message));
+    PetscCall(PetscStrncpy(message, archive.message, sizeof(message)));
+    if (!message[0]) next_number(c, message);
+    path_of(c->folder, c->number, path);
+    if (!message[0]) PetscCall(write_file(c, &archive, path, message));
     if (!message[0]) {
       PetscCall(PetscStrncpy(c->last, path, sizeof(c->last)));
       rotate(c->folder, c->number, c->scene->checkpoint_keep);
@@ -377,13 +390,19 @@ static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *
 {
   char path[PETSC_MAX_PATH_LEN], reason[MESSAGE_LENGTH];
   PetscFunctionBeginUser;
+  int error;
   *found = PETSC_FALSE;
-  for (PetscInt n = newest(folder, PETSC_MAX_INT); n >= 0; n = newest(folder, n)) {
+  for (PetscInt n = PETSC_MAX_INT; !(error = newest(folder, n, &n)) && n >= 0;) {
     *found = PETSC_TRUE;
     path_of(folder, n, path);
     PetscCall(read_file(c, path, reason));
     if (!reason[0]) PetscFunctionReturn(PETSC_SUCCESS);
     fprintf(stderr, "quoin: warning: restart: '%s' is passed over: %s\n", path, reason);
+  }
+  if (error) {
+    *found = PETSC_TRUE; // perhaps
+    snprintf(message, MESSAGE_LENGTH, "restart: cannot read '%.700s': %s", folder, strerror(error));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   snprintf(message, MESSAGE_LENGTH, "restart: no good checkpoint in '%.800s'", folder);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -396,6 +415,7 @@ static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[ME
   const PetscBool automatic = (PetscBool)!strcmp(name, "auto");
   char folder[PETSC_MAX_PATH_LEN], reason[MESSAGE_LENGTH];
   PetscBool is_folder;
+  PetscInt number;
   PetscFunctionBeginUser;
   PetscCall(PetscTestDirectory(name, 'r', &is_folder));
   *found = PETSC_TRUE;
@@ -406,7 +426,7 @@ static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[ME
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscStrncpy(folder, automatic ? c->folder : name, sizeof(folder)));
-  if (!automatic && newest(folder, PETSC_MAX_INT) < 0)
+  if (!automatic && !newest(folder, PETSC_MAX_INT, &number) && number < 0)
     PetscCall(PetscSNPrintf(folder, sizeof(folder), "%.4000s/checkpoints", name));
   PetscCall(read_newest(c, folder, found, message));
   if (automatic && !*found) message[0] = 0; // a run from the start

@@ -24,7 +24,7 @@ typedef struct _p_Checkpoint {
   uint64_t mesh;                   /* checksum of the block mesh; rank 0 */
   char folder[PETSC_MAX_PATH_LEN]; /* <output>/checkpoints */
   char last[PETSC_MAX_PATH_LEN];   /* newest good checkpoint of this run, "": none */
-  PetscInt number;                 /* of that checkpoint */
+  PetscInt number;                 /* of that checkpoint, -1: none written yet; rank 0 */
   PetscInt n_parts;
   CheckpointPart parts[MOST_PARTS];
   Archive resume; /* what a restart has not taken back yet */
@@ -37,7 +37,9 @@ typedef struct _p_Checkpoint {
   struct _p_Repartition *repartition; /* repartition.h; NULL: none */
 } Checkpoint;
 
-/* Collective. Call when the scene is read; catches signals. mesh: checksum, on rank 0. */
+/* From now on signals wait for the next look of the run (CheckpointPoll). Again after a library has taken them. */
+void SignalsCatch(void);
+/* Collective. Call when the scene is read. mesh: checksum, on rank 0. */
 PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh, Checkpoint *checkpoint);
 /* Rank 0. The same for runs of the same block mesh and options, those that change no result left out. */
 uint64_t CheckpointRun(const Checkpoint *checkpoint);

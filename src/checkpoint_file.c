@@ -3,6 +3,7 @@
    before HDF5 looks at it. The image is made in memory and written by plain calls whose errors are all seen:
    a full disk is a message, and no library is left with half a file. Rank 0 only. */
 #include "archive.h"
+#include "output.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <hdf5.h>
@@ -169,21 +170,10 @@ static char *read_all(const char *path, PetscBool drop, size_t *bytes)
   return data;
 }
 
-/* Makes a rename outlast a loss of power. */
-static void sync_folder_of(const char *path)
-{
-  char folder[PETSC_MAX_PATH_LEN];
-  snprintf(folder, sizeof(folder), "%s", path);
-  char *slash = strrchr(folder, '/');
-  if (slash) *slash = 0;
-  const int file = open(slash ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file >= 0) fsync(file), close(file);
-}
-
 /* Writes, flushes, reads back and compares. */
 static int write_verified(const char *part, const char *image, size_t bytes)
 {
-  const int file = open(part, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int file = open(part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (file < 0) return errno;
   int error = write_all(file, image, bytes) || fsync(file) ? errno : 0;
   if (close(file) && !error) error = errno;
@@ -208,7 +198,7 @@ PetscErrorCode ArchiveWriteFile(const Archive *a, const char *path, char message
     make_header(bytes, HashBytes(0, image + HEADER, bytes), QUOIN_VERSION, image);
     error = write_verified(part, image, HEADER + bytes);
     if (!error && rename(part, path)) error = errno;
-    if (!error) sync_folder_of(path);
+    if (!error) error = FolderSync(path);
   }
   free(image);
   if (error) {

@@ -207,7 +207,7 @@ PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, Dea
   PetscCall(PartBegin(PART_PARTITION));
   if (!m->rank && !mesh->part) {
     PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->part));
-    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part));
+    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
   }
   PetscCall(PartEnd(PART_PARTITION));
   PetscCall(distribute(mesh, &bodies, m, dealt));

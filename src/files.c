@@ -6,6 +6,7 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 int FolderMake(const char *path, char message[MESSAGE_LENGTH])
 {
@@ -52,7 +53,13 @@ int FolderLock(const char *folder, char message[MESSAGE_LENGTH])
       snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
       return -1;
     }
-    if (flock(file, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
+    const int refused = flock(file, LOCK_EX | LOCK_NB) ? errno : 0;
+    if (refused && refused != EWOULDBLOCK) {
+      snprintf(message, MESSAGE_LENGTH, "output: cannot lock '%.800s': %s", path, strerror(refused));
+      close(file);
+      return -1;
+    }
+    if (refused) {
       const ssize_t n = pread(file, holder, sizeof(holder) - 1, 0);
       holder[PetscMax(n, 0)] = 0;
       holder[strcspn(holder, "\n")] = 0;
@@ -85,13 +92,27 @@ void FolderUnlock(const char *folder, int lock)
 
 /* ---- <name>.part, then <name> */
 
+/* A link of that name is refused: what it points to is not ours. */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/%s.part", folder, name);
-  FILE *f = fopen(path, "w");
+  const int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  FILE *f = file < 0 ? NULL : fdopen(file, "w");
   if (!f) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
   return f;
+}
+
+int FolderSync(const char *path)
+{
+  char folder[PETSC_MAX_PATH_LEN + 64];
+  snprintf(folder, sizeof(folder), "%s", path);
+  char *slash = strrchr(folder, '/');
+  if (slash) *slash = 0;
+  const int file = open(slash ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int error = file < 0 || fsync(file) ? errno : 0;
+  if (file >= 0) close(file);
+  return error;
 }
 
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH])
@@ -100,16 +121,36 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
   if (message[0]) return;
   snprintf(part, sizeof(part), "%s/%s.part", folder, name);
   snprintf(path, sizeof(path), "%s/%s", folder, name);
-  const int file = open(part, O_RDWR | O_CLOEXEC);
-  int error = file < 0 || fsync(file) ? errno : 0; // a full disk may show only here
-  if (file >= 0) close(file);
-  if (!error && rename(part, path)) error = errno;
+  int error = rename(part, path) ? errno : 0;
+  if (!error) error = FolderSync(path);
   if (error) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(error));
+}
+
+void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH])
+{
+  // a full disk may show in any of these
+  errno = 0;
+  int error = fflush(f) || ferror(f) || fsync(fileno(f)) ? (errno ? errno : EIO) : 0;
+  if (fclose(f) && !error) error = errno;
+  if (error && !message[0])
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s/%s': %s", folder, name, strerror(error));
+  PartRename(folder, name, message);
+}
+
+void PartText(const char *folder, const char *name, const char *text, size_t size, const char *before,
+              const char *after, char message[MESSAGE_LENGTH])
+{
+  FILE *f = message[0] ? NULL : PartOpen(folder, name, message);
+  if (!f) return;
+  fwrite(text, 1, size, f);
+  fprintf(f, "%s%08lx%s", before, crc32(0, (const Bytef *)text, (uInt)size), after);
+  PartFinish(f, folder, name, message);
 }
 
 int FileCopy(const char *from, const char *to)
 {
-  FILE *in = fopen(from, "rb"), *out = in ? fopen(to, "wb") : NULL;
+  const int target = open(to, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  FILE *in = fopen(from, "rb"), *out = target < 0 ? NULL : fdopen(target, "wb");
   int error = !in || !out;
   enum { CHUNK = 1 << 20 };
   char *chunk = malloc(CHUNK);
@@ -123,12 +164,22 @@ int FileCopy(const char *from, const char *to)
   return -(error || !chunk);
 }
 
-uint64_t FileChecksum(const char *path, size_t bytes)
+int FileChecksum(const char *path, size_t bytes, uint64_t *checksum)
 {
+  enum { CHUNK = 1 << 20 };
   FILE *f = fopen(path, "rb");
-  char *data = f ? malloc(bytes + 1) : NULL;
-  const uint64_t checksum = data && fread(data, 1, bytes, f) == bytes ? HashBytes(1, data, bytes) : 0;
-  free(data);
+  unsigned char *chunk = f ? malloc(CHUNK) : NULL;
+  uLong crc = crc32(0, NULL, 0);
+  errno = f ? 0 : errno;
+  while (chunk && bytes) {
+    const size_t n = fread(chunk, 1, PetscMin(bytes, CHUNK), f);
+    if (!n) break;
+    crc = crc32(crc, chunk, (uInt)n);
+    bytes -= n;
+  }
+  const int error = !chunk || bytes;
   if (f) fclose(f);
-  return checksum;
+  free(chunk);
+  *checksum = (uint64_t)crc;
+  return -error;
 }

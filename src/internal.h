@@ -118,9 +118,11 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
 /* Outer faces (n,2) block, k, and their boxes (n,4) grown by `margin` [m]; free both with PetscFree. */
 PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
                               PetscReal **box);
-/* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. */
+/* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. work: NULL, or
+   what the busiest rank computes in a cycle (four a deformable quadrilateral or contact) with part as it
+   comes in and as it goes out. */
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
-                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part);
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
 
 /* ---- distribute.c */
 /* What a point of the Plex is. */

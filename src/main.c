@@ -1,5 +1,5 @@
 /* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
-#include "internal.h"
+#include "checkpoint.h"
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -71,11 +71,13 @@ static void start_alone(void)
 }
 
 /* A terminal or a pipe that goes away ends no run: SIGPIPE is ignored, and SIGHUP where it was before PETSc
-   took it (nohup); elsewhere SIGHUP stops the run after a checkpoint (checkpoint.c). */
+   took it (nohup); elsewhere SIGHUP stops the run after a checkpoint (checkpoint.c), as other signals do, those
+   that come during set-up included. */
 static void keep_running(PetscBool hangup_ignored)
 {
   signal(SIGPIPE, SIG_IGN);
   if (hangup_ignored) signal(SIGHUP, SIG_IGN);
+  SignalsCatch();
 }
 
 static PetscBool hangup_is_ignored(void)
@@ -105,6 +107,7 @@ int main(int argc, char **argv)
   const PetscBool hangup_ignored = hangup_is_ignored();
   int exit_code = QUOIN_OK;
 
+  SignalsCatch();
   start_alone();
   // a file of options beside a model writes no file, starts no program
   char **words = add_word(argc, argv, "-skip_petscrc");

@@ -15,11 +15,7 @@ static void write_echo(const char *folder, const Scene *scene, char message[MESS
   FILE *f = PartOpen(folder, "scene_echo.yaml", message);
   if (!f) return;
   fputs(scene->echo, f);
-  const PetscBool failed = (PetscBool)(ferror(f) != 0);
-  if (fclose(f) || failed)
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write scene_echo.yaml (is the disk full?)");
-  else
-    PartRename(folder, "scene_echo.yaml", message);
+  PartFinish(f, folder, "scene_echo.yaml", message);
 }
 
 /* Collective. Values of the named points into output->probes, and the largest displacement [m]. */
@@ -89,19 +85,18 @@ typedef struct {
   const Scene *scene;
   const Model *model;
   Output *output;
-  PetscInt64 history_bytes, history_checksum; /* rank 0: of history.csv so far */
 } Memory;
 
 /* Rank 0: history.csv as far as it goes, on the disk. */
-static void settle_history(Archive *a, Memory *memory)
+static void settle_history(Output *o, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
-  const Output *o = memory->output;
   snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
-  if (fflush(o->history) || fsync(fileno(o->history)))
-    snprintf(a->message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
-  memory->history_bytes = ftell(o->history);
-  memory->history_checksum = (PetscInt64)FileChecksum(path, (size_t)memory->history_bytes);
+  int error = fflush(o->history) || fsync(fileno(o->history));
+  o->history_bytes = ftell(o->history);
+  error = error || o->history_bytes < 0 || FileChecksum(path, (size_t)o->history_bytes, &o->history_checksum);
+  if (error && !message[0])
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
 }
 
 static PetscErrorCode archive_texts(Archive *a, const char *name, PetscInt n, char ***texts)
@@ -120,11 +115,16 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   Memory *memory = context;
   Output *o = memory->output;
   Trials *t = &o->trials;
-  if (!a->reading && !a->rank) settle_history(a, memory);
+  if (!a->reading && !a->rank) settle_history(o, a->message);
   const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
-  PetscInt64 counts[] = {
-      o->n_stages,           o->results.n_frames,      t->n,    t->mechanism != NULL,
-      memory->history_bytes, memory->history_checksum, written, (PetscInt64)o->results.run};
+  PetscInt64 counts[] = {o->n_stages,
+                         o->results.n_frames,
+                         t->n,
+                         t->mechanism != NULL,
+                         o->history_bytes,
+                         (PetscInt64)o->history_checksum,
+                         written,
+                         (PetscInt64)o->results.run};
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "counts", 8, counts));
   if (a->reading) {
@@ -137,7 +137,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     }
     t->n = (PetscInt)counts[2];
-    memory->history_bytes = counts[4], memory->history_checksum = counts[5];
+    o->history_bytes = counts[4], o->history_checksum = (uint64_t)counts[5];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
     if (counts[3]) {
       PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
@@ -176,18 +176,19 @@ static PetscErrorCode close_mesh(Output *o)
 
 /* Rank 0: the file that has the rows of this run up to the checkpoint, less the rows behind it. It may have
    its final name already. */
-static void continue_history(Output *o, const Memory *memory, char message[MESSAGE_LENGTH])
+static void continue_history(Output *o, char message[MESSAGE_LENGTH])
 {
   char path[2][PETSC_MAX_PATH_LEN + 64];
-  const size_t bytes = (size_t)memory->history_bytes;
+  const size_t bytes = (size_t)o->history_bytes;
+  uint64_t sum;
   snprintf(path[0], sizeof(path[0]), "%s/history.csv.part", o->folder);
   snprintf(path[1], sizeof(path[1]), "%s/history.csv", o->folder);
   const int wanted = o->n_stages > 0;
   for (int i = 0; i < 2 && !o->history; i++) {
     const int which = i ? !wanted : wanted;
-    if (FileChecksum(path[which], bytes) != (uint64_t)memory->history_checksum) continue;
+    if (FileChecksum(path[which], bytes, &sum) || sum != o->history_checksum) continue;
     if (which != wanted && rename(path[which], path[wanted])) continue;
-    if (!truncate(path[wanted], (off_t)bytes)) o->history = fopen(path[wanted], "a");
+    if (!truncate(path[wanted], (off_t)bytes)) o->history = fopen(path[wanted], "ae");
     if (!o->history)
       snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path[wanted], strerror(errno));
     return;
@@ -195,12 +196,12 @@ static void continue_history(Output *o, const Memory *memory, char message[MESSA
 }
 
 /* Rank 0: a new history.csv.part and results.h5.part, or those of the run that goes on. */
-static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, const Memory *memory,
-                                 PetscBool resumed, char message[MESSAGE_LENGTH])
+static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
+                                 char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   write_echo(o->folder, scene, message);
-  if (resumed && !message[0]) continue_history(o, memory, message);
+  if (resumed && !message[0]) continue_history(o, message);
   if (resumed && !o->history && !message[0])
     fprintf(stderr,
             "quoin: warning: restart: '%s/history.csv' does not hold the rows up to the checkpoint: "
@@ -219,6 +220,22 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(output, sizeof(*output)));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(PetscStrncpy(output->folder, scene->output, sizeof(output->folder)));
+  output->lock = -1;
+  if (!rank && !FolderMake(output->folder, message)) output->lock = FolderLock(output->folder, message);
+  int taken = output->lock == FOLDER_TAKEN;
+  PetscCallMPI(MPI_Bcast(&taken, 1, MPI_INT, 0, comm));
+  PetscCall(Refuse(comm, taken ? ERROR_LOCKED : ERROR_OUTPUT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output)
 {
@@ -226,10 +243,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   Memory *memory;
   PetscBool resumed;
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(output, sizeof(*output)));
   output->checkpoint = checkpoint;
-  output->lock = -1;
-  PetscCall(PetscStrncpy(output->folder, scene->output, sizeof(output->folder)));
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
   output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
   PetscCall(open_mesh(scene, model, output));
@@ -237,20 +251,14 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
     output->results.choice = WrittenChecksum(&output->results.written);
     output->results.run = output->results.origin = CheckpointRun(checkpoint);
-    (void)FolderMake(output->folder, message);
   }
-  PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
-  if (!model->rank) output->lock = FolderLock(output->folder, message);
-  int taken = output->lock == FOLDER_TAKEN;
-  PetscCallMPI(MPI_Bcast(&taken, 1, MPI_INT, 0, model->comm));
-  PetscCall(Refuse(model->comm, taken ? ERROR_LOCKED : ERROR_OUTPUT, message));
   PetscCall(PetscNew(&memory));
   output->memory = memory;
-  *memory = (Memory){scene, model, output, 0, 0};
+  *memory = (Memory){scene, model, output};
   PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
   if (!model->rank && resumed) ResultsFileCheck(&output->results, output->n_stages, message);
   PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));
-  if (!model->rank) PetscCall(open_files(scene, model, output, memory, resumed, message));
+  if (!model->rank) PetscCall(open_files(scene, model, output, resumed, message));
   PetscCall(close_mesh(output)); // a few bytes a block that only output reads
   PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -330,9 +338,10 @@ PetscErrorCode OutputStage(const Problem *p)
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(ResultsFileStage(&output->results, p->number, 0, p->result, &fields, message));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
-    PetscCall(SummaryWrite(p, &fields, message));
     if (first) PartRename(output->folder, "history.csv", message);
     if (!message[0]) check_history(output, message);
+    settle_history(output, message);
+    PetscCall(SummaryWrite(p, &fields, message));
   }
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
@@ -341,10 +350,13 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode OutputClose(Output *output)
+PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
-  if (output->history) fclose(output->history);
+  message[0] = '\0';
+  if (output->history && fclose(output->history))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s/history.csv': %s", output->folder,
+             strerror(errno));
   if (output->lock >= 0) FolderUnlock(output->folder, output->lock);
   output->lock = -1;
   PetscCall(PetscFree(output->memory));

@@ -148,14 +148,21 @@ int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
 enum { FOLDER_TAKEN = -2 };
 int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
 void FolderUnlock(const char *folder, int lock);
-/* folder/name.part, opened for writing; and its renaming to folder/name once it is on the disk. Nothing
-   happens when message is not "". */
+/* folder/name.part, opened for writing. */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* Closes it; when all of it is on the disk it becomes folder/name, unless there is a message. */
+void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* folder/name with this text, and behind it its CRC-32 between `before` and `after`. */
+void PartText(const char *folder, const char *name, const char *text, size_t size, const char *before,
+              const char *after, char message[MESSAGE_LENGTH]);
+/* What PartFinish does, for a .part that is on the disk already. */
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* Makes the renaming of a file outlast a loss of power; 0 or errno. */
+int FolderSync(const char *path);
 /* 0 or -1 */
 int FileCopy(const char *from, const char *to);
-/* Of the first bytes of a file; 0: it has fewer, or cannot be read. */
-uint64_t FileChecksum(const char *path, size_t bytes);
+/* CRC-32 (that of zlib) of the first bytes of a file; 0, or -1: it has fewer, or cannot be read (errno). */
+int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
 
 #ifndef QUOIN_VERSION
 #define QUOIN_VERSION "0.1.0"
@@ -213,19 +220,23 @@ PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *field
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;   /* written so far */
-  char **stages;       /* rank 0: (n_stages,) their objects in summary.json */
-  PetscReal *probes;   /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
-  MeshFields mesh;     /* while a file is being written */
-  ResultsFile results; /* rank 0 */
-  FILE *history;       /* rank 0 */
-  int lock;            /* rank 0: of the folder, -1: none */
-  Trials trials;       /* of the stage that runs */
+  PetscInt n_stages;         /* written so far */
+  char **stages;             /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes;         /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;           /* while a file is being written */
+  ResultsFile results;       /* rank 0 */
+  FILE *history;             /* rank 0 */
+  PetscInt64 history_bytes;  /* rank 0: how far it went when last looked at, */
+  uint64_t history_checksum; /* and FileChecksum of that */
+  int lock;                  /* rank 0: of the folder, -1: none */
+  Trials trials;             /* of the stage that runs */
   struct _p_Checkpoint *checkpoint;
   void *memory; /* output.c: for the checkpoint */
 } Output;
-/* Call when set-up has succeeded: makes the folder, refuses one that cannot be written or that another run
-   writes into, starts results.h5.part and history.csv.part; after a restart goes on with the files there.
+/* Makes the folder of the scene; refuses one that cannot be written or that another run writes into, and keeps
+   others out until OutputClose. `output` is zero before. */
+PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output);
+/* Call when set-up has succeeded, after OutputLock: starts results.h5.part and history.csv.part; after a restart goes on with the files there.
    Results of an older run stay until the first stage is complete. `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output);
@@ -236,4 +247,5 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
 /* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json;
    history.csv takes its name. */
 PetscErrorCode OutputStage(const Problem *p);
-PetscErrorCode OutputClose(Output *output);
+/* message: what could not be written at the last moment, "" when nothing failed. */
+PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);

@@ -372,6 +372,8 @@ static PetscErrorCode begin(Quoin q)
 {
   PetscBool resumed;
   PetscFunctionBeginUser;
+  PetscCall(OutputLock(q->comm, &q->scene, &q->output)); // before anything in the folder is read
+  q->has_output = PETSC_TRUE;
   PetscCall(CheckpointCreate(q->comm, &q->scene, q->mesh, &q->checkpoint));
   PetscCall(CheckpointRestart(&q->checkpoint));
   PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));
@@ -381,7 +383,6 @@ static PetscErrorCode begin(Quoin q)
   PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->output));
   PetscCall(PartEnd(PART_OUTPUT_START));
   PetscCall(PartReportSetUp(q->comm));
-  q->has_output = PETSC_TRUE;
   q->checkpoint.last_cycle = q->state.cycle;
   q->checkpoint.repartition = &q->repartition;
   // set-up deals out by where blocks were at the start
@@ -427,14 +428,17 @@ int QuoinExitCode(Quoin q)
 
 PetscErrorCode QuoinDestroy(Quoin *q)
 {
+  char message[MESSAGE_LENGTH] = "";
+  const MPI_Comm comm = *q ? (*q)->comm : MPI_COMM_NULL;
   PetscFunctionBeginUser;
   if (!*q) PetscFunctionReturn(PETSC_SUCCESS);
-  if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output));
+  if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output, message));
   PetscCall(CheckpointDestroy(&(*q)->checkpoint));
   if ((*q)->has_model) PetscCall(take_down(*q));
   PetscCall(RepartitionDestroy(&(*q)->repartition));
   PetscCall(SceneDestroy(&(*q)->scene));
   PetscCall(PetscFree(*q));
+  PetscCall(Refuse(comm, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -51,118 +51,64 @@ static PetscErrorCode present_places(const Model *m, const State *s, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vertices P A B Q (n,4) of all contacts on rank 0, by gid. */
-static PetscErrorCode present_contacts(const Model *m, const Contacts *c, PetscInt *n, PetscInt **vertex)
-{
-  PetscInt mine = 0, *rows;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(CONTACT_ROWS * c->n, &rows));
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (!c->owned[i] || c->key[2 * i] < 0) continue;
-    for (int k = 0; k < CONTACT_ROWS; k++)
-      rows[CONTACT_ROWS * mine + k] = m->vertex_gid[c->vertex[CONTACT_ROW(i, k)]];
-    mine++;
-  }
-  PetscCall(GatherBytes(m->comm, mine, CONTACT_ROWS * sizeof(PetscInt), rows, n, (void **)vertex));
-  PetscCall(PetscFree(rows));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* One more for every rank that owns one of four vertices, -1: there is none. */
-static void count_ranks(const PetscInt *owner, const PetscInt *vertex, PetscInt64 *work)
-{
-  PetscInt seen[4];
-  for (int k = 0; k < 4; k++) {
-    seen[k] = vertex[k] < 0 ? -1 : owner[vertex[k]];
-    PetscBool again = (PetscBool)(seen[k] < 0);
-    for (int l = 0; l < k; l++) again = (PetscBool)(again || seen[l] == seen[k]);
-    if (!again) work[seen[k]]++;
-  }
-}
-
-/* Rank 0: deformable blocks and contacts that the busiest rank computes with a partition: all that touch a
-   vertex it owns, and a vertex belongs to the highest rank of its blocks (distribute.c). */
-static PetscErrorCode busiest(const Repartition *r, const PetscInt *part, PetscInt n_contacts,
-                              const PetscInt *contacts, PetscInt64 *most)
-{
-  const BlockMesh *mesh = &r->mesh;
-  PetscInt *owner;
-  PetscInt64 *work;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(mesh->n_vertices, &owner));
-  PetscCall(PetscCalloc1(r->model->size, &work));
-  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
-    if (mesh->blocks[i] >= 0) owner[mesh->blocks[i]] = PetscMax(owner[mesh->blocks[i]], part[i / 4]);
-  for (PetscInt b = 0; b < mesh->n_blocks; b++)
-    if (r->bodies.rigid[b] < 0) count_ranks(owner, mesh->blocks + 4 * b, work);
-  for (PetscInt i = 0; i < n_contacts; i++) count_ranks(owner, contacts + CONTACT_ROWS * i, work);
-  *most = 0;
-  for (PetscMPIInt rank = 0; rank < r->model->size; rank++) *most = PetscMax(*most, work[rank]);
-  PetscCall(PetscFree(owner));
-  PetscCall(PetscFree(work));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0: a partition for blocks with vertices at x into mesh.part, when it leaves the busiest rank less to
-   compute, by more than is asked for; then the one before is in *old. */
-static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt n_contacts, const PetscInt *contacts,
-                               PetscInt **old)
+/* Rank 0: a partition for blocks with vertices at x into mesh.part, when it is better by more than is asked
+   for; then the one before is in *old. */
+static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
 {
   BlockMesh there = r->mesh;
-  PetscInt64 work[2];
-  PetscReal size = 0.;
+  PetscReal work[2], size = 0.;
   PetscFunctionBeginUser;
   *old = NULL;
   for (PetscInt i = 0; i < 2 * there.n_vertices; i++) size += PetscAbsReal(x[i]);
   if (!(size < PETSC_MAX_REAL)) PetscFunctionReturn(PETSC_SUCCESS); // the run is about to be told so
   there.X = x;
   PetscCall(PetscMalloc1(there.n_blocks, &there.part));
+  PetscCall(PetscArraycpy(there.part, r->mesh.part, there.n_blocks));
   PetscCall(PartitionBlocks(&there, &r->bodies, r->scene->partition, r->model->contact_margin, r->model->size,
-                            there.part));
-  PetscCall(busiest(r, r->mesh.part, n_contacts, contacts, &work[0]));
-  PetscCall(busiest(r, there.part, n_contacts, contacts, &work[1]));
-  if ((PetscReal)work[1] < (1. - r->scene->repartition_gain) * (PetscReal)work[0])
+                            there.part, work));
+  if (work[1] < (1. - r->scene->repartition_gain) * work[0])
     *old = r->mesh.part, r->mesh.part = there.part;
   else
     PetscCall(PetscFree(there.part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Deformable blocks and contacts that the busiest rank computes; vertices that ranks read of
-   others. */
-static PetscErrorCode measure(const Model *m, const Contacts *c, PetscInt64 *most, PetscInt64 *ghosts)
+/* Collective. Blocks and contacts of the rank with most of them over the mean; vertices that
+   ranks read of others. */
+static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imbalance, PetscInt64 *ghosts)
 {
+  PetscInt64 most = m->q4.n + m->t3.n + c->n, sum[2] = {most, m->n_ghosts};
   PetscFunctionBeginUser;
-  *most = m->q4.n + m->t3.n + c->n, *ghosts = m->n_ghosts;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_INT64, MPI_MAX, m->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ghosts, 1, MPIU_INT64, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT64, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
+  *imbalance = sum[0] ? (PetscReal)most * m->size / (PetscReal)sum[0] : 1.;
+  *ghosts = sum[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode look(Repartition *r, Checkpoint *checkpoint, PetscInt64 cycle)
 {
   const double start = MPI_Wtime();
-  PetscReal *x;
-  PetscInt64 most[2], ghosts[2];
-  PetscInt n_contacts, *contacts, *old = NULL;
+  PetscReal *x, imbalance[2];
+  PetscInt64 ghosts[2];
+  PetscInt *old = NULL;
   PetscFunctionBeginUser;
   PetscCall(present_places(r->model, r->state, &x));
-  PetscCall(present_contacts(r->model, r->contacts, &n_contacts, &contacts));
-  if (!r->model->rank) PetscCall(deal_out(r, x, n_contacts, contacts, &old));
-  PetscCall(PetscFree(contacts));
+  if (!r->model->rank) PetscCall(deal_out(r, x, &old));
   PetscCall(PetscFree(x));
   int better = old != NULL;
   PetscCall(PetscFree(old));
   PetscCallMPI(MPI_Bcast(&better, 1, MPI_INT, 0, r->model->comm));
   if (!better) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(measure(r->model, r->contacts, &most[0], &ghosts[0]));
+  PetscCall(measure(r->model, r->contacts, &imbalance[0], &ghosts[0]));
   PetscCall(CheckpointThrough(checkpoint, r->renew, r->context));
-  PetscCall(measure(r->model, r->contacts, &most[1], &ghosts[1]));
+  PetscCall(measure(r->model, r->contacts, &imbalance[1], &ghosts[1]));
   PetscCall(PetscPrintf(r->model->comm,
                         "re-partitioned at cycle %" PetscInt64_FMT
-                        ": blocks and contacts of the busiest rank %" PetscInt64_FMT " -> %" PetscInt64_FMT
-                        ", ghost vertices %" PetscInt64_FMT " -> %" PetscInt64_FMT ", %.2g s\n",
-                        cycle, most[0], most[1], ghosts[0], ghosts[1], MPI_Wtime() - start));
+                        ": most blocks and contacts of a rank over the mean %.3f -> %.3f, ghost vertices "
+                        "%" PetscInt64_FMT " -> %" PetscInt64_FMT ", %.2g s\n",
+                        cycle, (double)imbalance[0], (double)imbalance[1], ghosts[0], ghosts[1],
+                        MPI_Wtime() - start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

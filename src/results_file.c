@@ -1,80 +1,13 @@
 /* results_file.c: results.h5 (docs/results_format.md). Rank 0 only: the
    serial HDF5 interface. The only C file that knows the format. */
 #include "output.h"
+#include "hdf5_disk.h"
+#include "hdf5_write.h"
 #include <errno.h>
-#include <hdf5.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#define MEMORY_INT (sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32)
-
-/* ---- HDF5 in small pieces: each returns 0, or -1 on failure */
-
-static int write_data(hid_t group, const char *name, hid_t file_type, hid_t memory_type, int rank,
-                      const hsize_t *dims, const void *data)
-{
-  const hid_t space = H5Screate_simple(rank, dims, NULL);
-  const hid_t set = H5Dcreate2(group, name, file_type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  int error = set < 0;
-  hsize_t size = 1;
-  for (int i = 0; i < rank; i++) size *= dims[i];
-  if (!error && size) error = H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0;
-  if (set >= 0) H5Dclose(set);
-  H5Sclose(space);
-  return -error;
-}
-
-static int write_reals(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *data)
-{
-  return write_data(group, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, rank, dims, data);
-}
-
-static int write_ints(hid_t group, const char *name, hsize_t rows, hsize_t columns, const PetscInt *data)
-{
-  const hsize_t dims[2] = {rows, columns};
-  return write_data(group, name, H5T_STD_I32LE, MEMORY_INT, columns ? 2 : 1, dims, data);
-}
-
-static int write_names(hid_t group, const char *name, PetscInt n, char (*names)[NAME_LENGTH])
-{
-  const hsize_t dims[1] = {(hsize_t)n};
-  const hid_t type = H5Tcopy(H5T_C_S1);
-  H5Tset_size(type, NAME_LENGTH);
-  const int error = write_data(group, name, type, type, 1, dims, names);
-  H5Tclose(type);
-  return error;
-}
-
-static int write_attribute(hid_t where, const char *name, hid_t type, hid_t memory_type, const void *value)
-{
-  const hid_t space = H5Screate(H5S_SCALAR);
-  const hid_t attribute = H5Acreate2(where, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
-  const int error = attribute < 0 || H5Awrite(attribute, memory_type, value) < 0;
-  if (attribute >= 0) H5Aclose(attribute);
-  H5Sclose(space);
-  return -error;
-}
-
-static int write_text(hid_t where, const char *name, const char *text)
-{
-  const hid_t type = H5Tcopy(H5T_C_S1);
-  H5Tset_size(type, strlen(text) + 1);
-  const int error = write_attribute(where, name, type, type, text);
-  H5Tclose(type);
-  return error;
-}
-
-static int write_number(hid_t where, const char *name, double value)
-{
-  return write_attribute(where, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
-}
-
-static int write_count(hid_t where, const char *name, long long value)
-{
-  return write_attribute(where, name, H5T_STD_I64LE, H5T_NATIVE_LLONG, &value);
-}
 
 /* One column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
 static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
@@ -87,7 +20,7 @@ static int write_columns(hid_t group, const char *name, int rank, const hsize_t 
   if (!copy) return -1;
   for (size_t i = 0; i < dims[0]; i++)
     memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
-  const int error = write_reals(group, name, rank, dims, copy);
+  const int error = Hdf5WriteReals(group, name, rank, dims, copy);
   free(copy);
   return error;
 }
@@ -106,7 +39,7 @@ static int write_topology(hid_t group, const MeshFields *mesh)
       if (v[k] >= 0) topology[n++] = v[k];
     }
   }
-  const int error = write_ints(group, "xdmf_topology", n, 0, topology);
+  const int error = Hdf5WriteInts(group, "xdmf_topology", n, 0, topology);
   free(topology);
   return error;
 }
@@ -121,17 +54,17 @@ static int write_mesh(hid_t file, const ResultsFile *results)
   char(*joints)[NAME_LENGTH] = calloc(scene->n_joints + 1, NAME_LENGTH);
   int error = group < 0 || !joints;
   for (PetscInt j = 0; !error && j < scene->n_joints; j++) strcpy(joints[j], scene->joints[j].name);
-  error = error || write_reals(group, "vertices", 2, dims, mesh->X) ||
-          write_ints(group, "blocks", mesh->n_blocks, 4, mesh->blocks) ||
-          write_ints(group, "block_group", mesh->n_blocks, 0, mesh->group) ||
-          write_ints(group, "macroblock", mesh->n_blocks, 0, mesh->macroblock) ||
-          write_ints(group, "rank", mesh->n_blocks, 0, mesh->rank) ||
-          write_names(group, "group_names", model->n_groups, model->group_names) ||
-          write_ints(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
-          write_names(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);
+  error = error || Hdf5WriteReals(group, "vertices", 2, dims, mesh->X) ||
+          Hdf5WriteInts(group, "blocks", mesh->n_blocks, 4, mesh->blocks) ||
+          Hdf5WriteInts(group, "block_group", mesh->n_blocks, 0, mesh->group) ||
+          Hdf5WriteInts(group, "macroblock", mesh->n_blocks, 0, mesh->macroblock) ||
+          Hdf5WriteInts(group, "rank", mesh->n_blocks, 0, mesh->rank) ||
+          Hdf5WriteNames(group, "group_names", model->n_groups, model->group_names) ||
+          Hdf5WriteInts(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
+          Hdf5WriteNames(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);
   if (!error && results->written.partly)
-    error = write_ints(group, "block_file", mesh->n_blocks, 0, results->written.block) ||
-            write_ints(group, "vertex_file", mesh->n_vertices, 0, results->written.vertex);
+    error = Hdf5WriteInts(group, "block_file", mesh->n_blocks, 0, results->written.block) ||
+            Hdf5WriteInts(group, "vertex_file", mesh->n_vertices, 0, results->written.vertex);
   free(joints);
   if (group >= 0) H5Gclose(group);
   return -error;
@@ -142,11 +75,11 @@ static int write_mesh(hid_t file, const ResultsFile *results)
 static int write_stage_attributes(hid_t group, PetscInt stage, PetscInt frame, PetscReal time,
                                   const StageResult *result)
 {
-  return write_count(group, "index", stage) || write_count(group, "frame", frame) ||
-         write_number(group, "time", time) ||
-         write_text(group, "verdict", frame ? "running" : VerdictNames[result->verdict]) ||
-         write_text(group, "evidence", frame ? "" : result->evidence) ||
-         write_count(group, "cycles", result->cycles) || write_number(group, "ratio", result->ratio);
+  return Hdf5WriteCount(group, "index", stage) || Hdf5WriteCount(group, "frame", frame) ||
+         Hdf5WriteNumber(group, "time", time) ||
+         Hdf5WriteText(group, "verdict", frame ? "running" : VerdictNames[result->verdict]) ||
+         Hdf5WriteText(group, "evidence", frame ? "" : result->evidence) ||
+         Hdf5WriteCount(group, "cycles", result->cycles) || Hdf5WriteNumber(group, "ratio", result->ratio);
 }
 
 static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFields *fields)
@@ -161,9 +94,9 @@ static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFie
          write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
          write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
          write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
-         (fields->safety && (write_reals(group, "safety_factor", 1, &nb, fields->safety) ||
-                             write_ints(group, "safety_mode", nb, 0, fields->safety_mode))) ||
-         (fields->mechanism && write_reals(group, "mechanism", 2, plane, fields->mechanism));
+         (fields->safety && (Hdf5WriteReals(group, "safety_factor", 1, &nb, fields->safety) ||
+                             Hdf5WriteInts(group, "safety_mode", nb, 0, fields->safety_mode))) ||
+         (fields->mechanism && Hdf5WriteReals(group, "mechanism", 2, plane, fields->mechanism));
 }
 
 /* A dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
@@ -177,7 +110,7 @@ static int write_contact_ints(hid_t group, const char *name, const StageFields *
     const char *row = (const char *)&fields->contact[i] + offset;
     for (int k = 0; k < columns; k++) copy[columns * i + k] = *(const PetscInt *)(row + k * stride);
   }
-  const int error = write_ints(group, name, n, columns > 1 ? columns : 0, copy);
+  const int error = Hdf5WriteInts(group, name, n, columns > 1 ? columns : 0, copy);
   free(copy);
   return error;
 }
@@ -195,7 +128,7 @@ static int write_end_reals(hid_t group, const char *name, const StageFields *fie
       for (int x = 0; x < width; x++) copy[n++] = value[x];
     }
   }
-  const int error = write_reals(group, name, 1 + width, dims, copy);
+  const int error = Hdf5WriteReals(group, name, 1 + width, dims, copy);
   free(copy);
   return error;
 }
@@ -214,7 +147,7 @@ static int write_faces_lengths(hid_t group, const StageFields *fields)
     }
     length[i] = fields->contact[i].length;
   }
-  error = error || write_ints(group, "face", n, 4, face) || write_reals(group, "length", 1, &n, length);
+  error = error || Hdf5WriteInts(group, "face", n, 4, face) || Hdf5WriteReals(group, "length", 1, &n, length);
   free(face);
   free(length);
   return -error;
@@ -252,7 +185,7 @@ static int write_contacts(hid_t stage, const StageFields *fields)
 static int write_run(hid_t file, const ResultsFile *results)
 {
   if (H5Aexists(file, "run") > 0 && H5Adelete(file, "run") < 0) return -1;
-  return write_attribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
+  return Hdf5WriteAttribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
 }
 
 /* Names of stages are alike in many scenes: the checksum of mesh and options is not. A run that goes on with
@@ -281,6 +214,15 @@ void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSA
 
 /* ---- whole files */
 
+/* error: something has failed already. */
+static void close_written(hid_t file, int error, const char *path, char message[MESSAGE_LENGTH])
+{
+  const int why = file < 0 ? errno : DiskFileClose(file);
+  if ((error || why) && !message[0])
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s': %s", path,
+             why ? strerror(why) : "HDF5 refuses");
+}
+
 PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
@@ -288,17 +230,16 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   PetscFunctionBeginUser;
   snprintf(path, sizeof(path), "%s/results.h5.part", results->folder);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  int error = file < 0 || write_text(file, "format", "quoin-results") || write_count(file, "version", 1) ||
-              write_text(file, "title", results->scene->title) ||
-              write_text(file, "scene", results->scene->file) ||
-              write_text(file, "model", results->scene->model) || write_run(file, results) ||
-              write_number(file, "thickness", results->scene->thickness) || write_mesh(file, results);
+  file = DiskFileCreate(path);
+  int error = file < 0 || Hdf5WriteText(file, "format", "quoin-results") ||
+              Hdf5WriteCount(file, "version", 2) || Hdf5WriteText(file, "title", results->scene->title) ||
+              Hdf5WriteText(file, "scene", results->scene->file) ||
+              Hdf5WriteText(file, "model", results->scene->model) || write_run(file, results) ||
+              Hdf5WriteNumber(file, "thickness", results->scene->thickness) || write_mesh(file, results);
   const hid_t stages = error ? -1 : H5Gcreate2(file, "stages", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   error = error || stages < 0;
   if (stages >= 0) H5Gclose(stages);
-  if (file >= 0) error = H5Fclose(file) < 0 || error;
-  if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s'", path);
+  close_written(file, error, path, message);
   results->has_part = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -314,7 +255,7 @@ static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT),
+  const hid_t file = DiskFileIsWhole(path) ? H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT) : -1,
               stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   PetscBool holds = (PetscBool)(stages >= 0);
   for (PetscInt s = 0; s < n && holds; s++)
@@ -326,7 +267,7 @@ static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
 
 static hid_t open_with(const ResultsFile *results, const char *path, const char *group)
 {
-  hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+  hid_t file = DiskFileIsWhole(path) ? H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT) : -1;
   if (file >= 0 && (!is_of_this_run(file, results) || H5Lexists(file, group, H5P_DEFAULT) <= 0)) {
     H5Fclose(file);
     file = -1;
@@ -370,7 +311,8 @@ PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[
   const PetscBool holds = (PetscBool)(n && holds_stages(results, n));
   if (n && !holds)
     fprintf(stderr,
-            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint: "
+            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint, or is "
+            "damaged: "
             "it begins anew\n",
             results->folder);
   for (PetscInt s = 0; s < n && !holds; s++)
@@ -434,7 +376,7 @@ static int open_part(ResultsFile *results, const char *part, PetscInt stage, hid
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
   if (!results->has_part && FileCopy(path, part)) return -1;
   results->has_part = PETSC_TRUE;
-  *file = H5Fopen(part, H5F_ACC_RDWR, H5P_DEFAULT);
+  *file = DiskFileOpen(part);
   *stages = *file < 0 ? -1 : H5Gopen2(*file, "stages", H5P_DEFAULT);
   return *stages < 0 || write_run(*file, results) || drop_stages(results, *stages, stage) ||
                  copy_frames(results, *stages, stage)
@@ -445,7 +387,7 @@ static int open_part(ResultsFile *results, const char *part, PetscInt stage, hid
 /* The same for a frame: a new file with one group. */
 static int open_frame(const ResultsFile *results, const char *part, hid_t *file, hid_t *stages)
 {
-  *file = H5Fcreate(part, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  *file = DiskFileCreate(part);
   *stages = *file < 0 || write_run(*file, results) ? -1 : H5Gopen2(*file, "/", H5P_DEFAULT);
   return *stages < 0 ? -1 : 0;
 }
@@ -473,10 +415,7 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt f
   PetscCall(WrittenStageDestroy(&results->written, &some));
   if (group >= 0) H5Gclose(group);
   if (stages >= 0) H5Gclose(stages);
-  if (file >= 0) error = H5Fclose(file) < 0 || error;
-  if (error && !message[0])
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write stage %s into '%.700s' (is the disk full?)", name,
-             part);
+  close_written(file, error, part, message);
   PartRename(results->folder, file_name, message);
   if (frame) {
     results->n_frames = frame;

@@ -1,7 +1,6 @@
 /* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered
    arrays in their order. */
 #include "output.h"
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -259,12 +258,16 @@ PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char me
   const Scene *scene = p->scene;
   const Model *model = p->m;
   const Output *o = p->output;
+  char *text = NULL;
+  size_t size = 0;
   PetscFunctionBeginUser;
-  FILE *f = message[0] ? NULL : PartOpen(o->folder, "summary.json", message);
-  if (!f) PetscFunctionReturn(PETSC_SUCCESS);
+  FILE *f = open_memstream(&text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   fprintf(f, "{\n  ");
   JsonText(f, "format", "quoin-summary", ",\n  ");
+  JsonCount(f, "version", 2, ",\n  ");
   JsonText(f, "quoin", QUOIN_VERSION, ",\n  ");
+  fprintf(f, "\"run\": \"%016llx\",\n  ", (unsigned long long)o->results.run);
   JsonText(f, "title", scene->title, ",\n  ");
   JsonText(f, "scene", scene->file, ",\n  ");
   JsonText(f, "model", scene->model, ",\n  ");
@@ -293,10 +296,11 @@ PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char me
   fprintf(f, "  \"stages\": [\n");
   for (PetscInt s = 0; s < o->n_stages; s++)
     fprintf(f, "%s%s\n", o->stages[s], s + 1 < o->n_stages ? "," : "");
-  fprintf(f, "  ]\n}\n");
-  const int failed = ferror(f);
-  if (fclose(f) || failed)
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write summary.json: %s", strerror(errno));
-  PartRename(o->folder, "summary.json", message);
+  fprintf(f, "  ],\n  \"history\": {");
+  JsonCount(f, "bytes", o->history_bytes, ", ");
+  fprintf(f, "\"crc32\": \"%08llx\"},\n", (unsigned long long)o->history_checksum);
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  PartText(o->folder, "summary.json", text, size, "  \"crc32\": \"", "\"\n}\n", message);
+  free(text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

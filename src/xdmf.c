@@ -1,6 +1,5 @@
 /* xdmf.c: results.xdmf, which points into results.h5. Rank 0 only. */
 #include "output.h"
-#include <errno.h>
 
 /* Entries of the XDMF topology: the cell type before the vertices of each block. */
 PetscInt XdmfTopologySize(const MeshFields *mesh)
@@ -133,12 +132,16 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
 
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH])
 {
-  FILE *f = message[0] ? NULL : PartOpen(results->folder, "results.xdmf", message);
-  if (!f) return;
-  fprintf(f,
-          "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
-          "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n",
-          results->xdmf);
-  if (fclose(f)) snprintf(message, MESSAGE_LENGTH, "output: cannot write results.xdmf: %s", strerror(errno));
-  PartRename(results->folder, "results.xdmf", message);
+  char *text = NULL;
+  size_t size = 0;
+  FILE *memory = open_memstream(&text, &size);
+  if (memory)
+    fprintf(memory,
+            "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
+            "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n",
+            results->xdmf);
+  const int error = !memory || fclose(memory);
+  if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: no memory for results.xdmf");
+  if (!error) PartText(results->folder, "results.xdmf", text, size, "<!-- crc32 ", " -->\n", message);
+  free(text);
 }

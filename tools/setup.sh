@@ -15,7 +15,7 @@ QUOIN_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 quoin_packages=(
   gcc make libc6-dev cmake pkgconf                                  # build
   libpetsc-real-dev libhdf5-openmpi-dev libopenmpi-dev openmpi-bin  # PETSc, HDF5, MPI
-  libmetis-dev libyaml-dev
+  libmetis-dev libyaml-dev zlib1g-dev
   'libopenblas0-serial|libopenblas0-pthread|libopenblas0-openmp'    # a fast BLAS for the direct solvers
   python3 python3-venv
   libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxext6   # libraries the gmsh wheel loads
@@ -95,6 +95,7 @@ quoin_tools_check() {
   if command -v pkg-config >/dev/null; then
     pkg-config --exists 'PETSc >= 3.18' || missing+=("PETSc >= 3.18 (pkg-config PETSc)")
     pkg-config --exists yaml-0.1 || missing+=("libyaml (pkg-config yaml-0.1)")
+    pkg-config --exists zlib || missing+=("zlib (pkg-config zlib)")
     pkg-config --exists hdf5-openmpi || pkg-config --exists hdf5-mpich || pkg-config --exists hdf5 ||
       missing+=("parallel HDF5 (pkg-config hdf5-openmpi, hdf5-mpich or hdf5)")
   fi

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from quoin_tools import blockmesh
+from quoin_tools import blockmesh, meshing
 from quoin_tools.blockmesh import BlockMesh
-from quoin_tools import meshing
 from quoin_tools.meshing import face_set_on, join
 from quoin_tools.results import Results
 

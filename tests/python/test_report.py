@@ -21,6 +21,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report, results, scene  # noqa: E402
 from quoin_tools.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
+from sealed import seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 SCENE = ROOT / "examples" / "guilhofrei" / "scene.yaml"
@@ -77,7 +78,7 @@ def test_an_account_that_is_out(numbers, said):
 def test_sheet_says_first_that_an_account_is_out(copy):
     summary = json.loads((copy / "summary.json").read_text(encoding="utf-8"))
     summary["stages"][0]["energy"] = account(detection=300.0, joints=400.0)
-    (copy / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    write_summary(copy, summary)
     assert report.main([str(copy), *UPLIFT, *USACE]) == 0
     sheet = (copy / "report.html").read_text(encoding="utf-8")
     box = sheet.index(f"<b>Energy account out: stage {summary['stages'][0]['name']}</b>")
@@ -352,7 +353,7 @@ def test_no_uplift_is_incomplete(run):
 def test_flawed_runs_are_flagged(copy):
     summary = json.loads((copy / "summary.json").read_text())
     summary["stages"][-1] |= {"verdict": "undecided", "evidence": "max_cycles"}
-    (copy / "summary.json").write_text(json.dumps(summary))
+    write_summary(copy, summary)
     text = sheet(copy, *USACE, *UPLIFT, "--condition", "swhp=unusual")
     assert "<b>INCOMPLETE</b>" in text and "ended undecided" in text
 
@@ -362,9 +363,10 @@ def test_stages_without_a_result_are_told(copy):
     assert "No result of stage" not in sheet(copy) and "no result" not in sheet(copy)
     summary = json.loads((copy / "summary.json").read_text())
     del summary["stages"][-1]  # as when the run is refused or killed in its last stage
-    (copy / "summary.json").write_text(json.dumps(summary))
+    write_summary(copy, summary)
     with h5py.File(copy / "results.h5", "r+") as file:
         del file["stages/swhp"]
+    seal_results(copy / "results.h5")
     text = sheet(copy)
     assert "No result of stage swhp: the run was refused" in text
     assert '<td>swhp</td><td>weight, water</td><td class="fail">no result</td>' in text
@@ -377,7 +379,7 @@ def test_user_strings_are_escaped(copy):
     summary |= {"title": evil}
     summary["stages"][-1] |= {"evidence": evil, "checksum": f"</style>{evil}"}
     summary["stages"][-1]["probes"] = {evil: summary["stages"][-1]["probes"]["toe"]}
-    (copy / "summary.json").write_text(json.dumps(summary))
+    write_summary(copy, summary)
     (copy / "scene_echo.yaml").write_text(SCENE.read_text() + f"# {evil}\n")
     text = sheet(copy)
     assert "<script" not in text and "<img src=x" not in text and text.count("&lt;script&gt;alert(1)") >= 4
@@ -387,7 +389,7 @@ def test_user_strings_are_escaped(copy):
 def test_numbers_of_a_missing_mesh(copy, capsys):
     (copy / "model.h5").unlink()
     summary = json.loads((copy / "summary.json").read_text()) | {"model": "no/such.h5"}
-    (copy / "summary.json").write_text(json.dumps(summary))
+    write_summary(copy, summary)
     assert report.main([str(copy)]) == 2 and "is not there" in capsys.readouterr().err
     dam.main(["-o", str(copy / "model.h5"), "--columns", "13"])
     assert report.main([str(copy)]) == 2 and "not the mesh of this run" in capsys.readouterr().err
@@ -489,15 +491,27 @@ def test_compare(run, flood, copy, capsys):
     summary = json.loads((copy / "summary.json").read_text())
     summary["stages"][-1]["probes"]["toe"]["u_x"] *= 1.002
     summary["stages"][-1]["checksum"] = "0" * 16
-    (copy / "summary.json").write_text(json.dumps(summary))
+    write_summary(copy, summary)
     assert compare.main([str(run), str(copy), "--tolerance", "1e-2"]) == 0
     assert compare.main([str(run), str(copy), "--tolerance", "1e-5"]) == 1
     assert "probes.toe.u_x [mm]" in capsys.readouterr().out
     summary["stages"][-1]["verdict"] = "collapsed"
-    (copy / "summary.json").write_text(json.dumps(summary))
+    write_summary(copy, summary)
     assert compare.main([str(run), str(copy), "--tolerance", "1"]) == 1
     assert "converged in A, collapsed in B" in capsys.readouterr().out
     assert compare.main([str(run), "none"]) == 2
+
+
+@solver
+def test_compare_looks_at_fields(run, copy, capsys):
+    with h5py.File(copy / "results.h5", "r+") as file:
+        stage = list(file["stages"])[-1]
+        file[f"stages/{stage}/stress"][...] = 0.0
+    assert compare.main([str(run), str(copy)]) == 2 and "damaged" in capsys.readouterr().err
+    seal_results(copy / "results.h5")
+    assert compare.main([str(run), str(copy)]) == 1
+    text = capsys.readouterr().out
+    assert "field stress [MPa]" in text and f"Stage {stage}: 1 of" in text
 
 
 @solver

@@ -17,6 +17,8 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 from quoin_tools import blockmesh, plots, results, stacks  # noqa: E402
 from quoin_tools.meshing import split_triangles  # noqa: E402
 from quoin_tools.results import Results, ResultsError  # noqa: E402
+from quoin_tools.whole import HEADER  # noqa: E402
+from sealed import history_member, seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))
 N = 4  # columns of the body below
@@ -109,8 +111,8 @@ def history_row(cycle):
 @pytest.fixture
 def folder(tmp_path):
     vertices, blocks, group = hand_mesh()
-    with h5py.File(tmp_path / "results.h5", "w") as file:
-        file.attrs.update({"format": b"quoin-results", "version": 1, "title": b"by hand", "scene": b"s.yaml",
+    with h5py.File(tmp_path / "results.h5", "w", userblock_size=HEADER) as file:
+        file.attrs.update({"format": b"quoin-results", "version": 2, "run": np.uint64(7), "title": b"by hand", "scene": b"s.yaml",
                            "model": b"m.h5", "thickness": 1.0})  # fmt: skip
         file["mesh/vertices"], file["mesh/blocks"] = vertices, blocks
         file["mesh/block_group"] = file["mesh/macroblock"] = group
@@ -118,14 +120,14 @@ def folder(tmp_path):
         file["mesh/joint_names"] = np.array([b"default", b"base", b"net"])
         for index, name in enumerate(("weight", "a-flood")):  # in this order, not by the alphabet
             write_stage(file.create_group(f"stages/{name}"), index, 1.0 + index, vertices, blocks)
+    seal_results(tmp_path / "results.h5")
     stages = [stage_summary("weight", 1.0), stage_summary("a-flood", 2.0)]
     sizes = {f"n_{name}": 7 for name in ("blocks", "vertices", "macroblocks", "contacts", "dofs")}
-    (tmp_path / "summary.json").write_text(
-        json.dumps({"title": "by hand", "ranks": 2, "stages": stages} | sizes)
-    )
     names = "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m,top_ux_m,top_uy_m"
     rows = [history_row(cycle) for cycle in range(100, 1100, 100)]
     (tmp_path / "history.csv").write_text("\n".join([names, *rows, "1100,a-flo"]))
+    known = {"history": history_member("\n".join([names, *rows]).encode()), "run": f"{7:016x}"}
+    write_summary(tmp_path, {"title": "by hand", "ranks": 2, "stages": stages} | known | sizes)
     return tmp_path
 
 
@@ -221,7 +223,7 @@ def test_table_says_how_stages_were_solved(folder, capsys):
     effort = {"method": "preconditioned, then explicit", "force_evaluations": 6021, "solves": 31, "factorisations": 2}
     summary["stages"][1] |= effort
     summary["condensed"] = {"bodies": 1, "kept_dofs": 112, "inner_dofs": 3511, "factors": 1, "factor_wall_s": 0.02}
-    (folder / "summary.json").write_text(json.dumps(summary))
+    write_summary(folder, summary)
     results.main([str(folder)])
     text = capsys.readouterr().out
     assert "1 condensed body in small strain, 3511 inner dofs left out" in text
@@ -275,11 +277,12 @@ def test_faults_are_named_in_one_line(folder, tmp_path, capsys):
     empty = tmp_path / "empty"
     empty.mkdir()
     assert "no results.h5" in fault(empty)
-    with h5py.File(empty / "results.h5", "w") as file:
+    with h5py.File(empty / "results.h5", "w", userblock_size=HEADER) as file:
         file.attrs["format"] = b"quoin-mesh"
+    seal_results(empty / "results.h5")
     assert "not a results file" in fault(empty)
     (empty / "results.h5").write_bytes((folder / "results.h5").read_bytes()[:3000])
-    assert "not a complete results file" in fault(empty)
+    assert "it is damaged" in fault(empty)
     (folder / "summary.json").write_text('{"stages": [')
     assert "summary.json" in fault(folder)
     with pytest.raises(ResultsError, match="no stage 'quake', there are: weight, a-flood"):
@@ -360,7 +363,7 @@ def test_same_numbers_on_any_number_of_ranks(runs):
         assert one["mesh/rank"][()].tolist() == [0] * len(other["mesh/rank"]) and set(other["mesh/rank"][()]) == {0, 1}
     assert (runs / "out1/history.csv").read_bytes() == (runs / "out2/history.csv").read_bytes()
     one, two = (Results(runs / name).summary for name in ("out1", "out2"))
-    assert (one.pop("ranks"), two.pop("ranks")) == (1, 2)
+    assert (one.pop("ranks"), two.pop("ranks")) == (1, 2) and one.pop("crc32") != two.pop("crc32")
     for stage in one["stages"] + two["stages"]:
         stage.pop("wall_s")
     assert one == two

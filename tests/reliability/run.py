@@ -311,6 +311,13 @@ def bad_input(quoin):
     return [f"{done.stdout.split()[0]} wrong scenes, options, meshes and files, each on 1 and 2 ranks: refused in one line, exit code 2"]
 
 
+def calls(quoin):
+    """Every call of the system on a file of the output folder, failing once."""
+    done = subprocess.run([sys.executable, HERE / "calls.py", "--quoin", quoin], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.splitlines()
+
+
 def fuzzing(path):
     """Figures that tests/fuzz/run.py has added up."""
     if not path.exists():
@@ -355,6 +362,8 @@ def main():
         if not options.no_faults:
             rows += [row for row in (known(fault.__name__, lambda fault=fault: faults.tried(fault, bench)) for fault in faults.ALL) if row]
         if options.table:
+            lists["One call of the system that fails, on a file of the output folder: exit code 8 and a restart to the same results, or 0 and "
+                  "these results"] = known("calls", lambda: calls(bench.quoin))
             lists["Bad input"] = known("bad input", lambda: bad_input(bench.quoin))
         if options.soak:
             lists["Soak"] = known("soak", lambda: soak(bench, options.soak))

@@ -13,6 +13,7 @@ import numpy as np
 
 from quoin_tools import blockmesh, cut, guidelines, scene, uplift
 from quoin_tools.assessment_options import Options, options_from, parser
+from quoin_tools.command import command
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.joint_uplift import uplift_loads
 from quoin_tools.results import NO_SHEAR, OPEN, Results, ResultsError, energy_account, table
@@ -498,4 +499,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

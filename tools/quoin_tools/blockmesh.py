@@ -17,6 +17,8 @@ import shapely
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from quoin_tools.command import command
+
 FORMAT = b"quoin-mesh"
 VERSION = 1
 NAME_SIZE = 64
@@ -498,4 +500,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

@@ -2,14 +2,18 @@
 
     python -m quoin_tools.compare A B [--tolerance 1e-3] [--all]
 
-Prints the numbers of summary.json that differ (--all: every one). Exit code 0: the same stages and verdicts, and every number within the
-tolerance (relative to the largest of its kind in the stage; factors and brackets of trials to themselves); 1: not; 2: a folder cannot be read.
+Prints the numbers of summary.json that differ and the fields of results.h5 (--all: every one). Exit code 0: the same stages and verdicts, and
+every number within the tolerance (relative to the largest of its kind in the stage; factors and brackets of trials to themselves; fields by
+their largest difference over their largest value); 1: not; 2: a folder cannot be read.
 """
 
 import argparse
 import re
 import sys
 
+import numpy as np
+
+from quoin_tools.command import command
 from quoin_tools.results import NO_SHEAR, Results, ResultsError, table
 
 KINDS = (  # words, unit, factor, pattern of the path of the number
@@ -43,6 +47,33 @@ def numbers(stage, path=""):
     return found
 
 
+def fields(stage):
+    """Arrays of a stage of results.h5: path to (array, kind)."""
+    kinds = {kind[0]: kind[:3] for kind in KINDS}
+    found = {"displacement": (stage.displacement, kinds["displacement"]), "stress": (stage.stress, kinds["stress"])}
+    contacts = stage.contacts
+    for name, kind in (("opening", "length"), ("sliding", "length"), ("sigma", "stress"), ("tau", "stress"), ("force", "force")):
+        found[f"contacts.{name}"] = (getattr(contacts, name), kinds[kind])
+    return {f"field {path}": value for path, value in found.items()}
+
+
+def compare_fields(a, b):
+    """Rows as those of compare_stage, of arrays that do not have the same bits: their largest size in each run. None where the runs have other
+    blocks or contacts."""
+    left, right = fields(a), fields(b)
+    if any(left[path][0].shape != right[path][0].shape for path in left):
+        return None
+    rows = []
+    for path, (x, kind) in left.items():
+        y = right[path][0]
+        if x.tobytes() == y.tobytes():
+            continue
+        sizes = [float(np.nanmax(np.abs(array), initial=0.0)) for array in (x, y)]
+        apart = float(np.nanmax(np.abs(x - y), initial=0.0)) if np.array_equal(np.isnan(x), np.isnan(y)) else float("inf")
+        rows.append((path, *sizes, apart / max(*sizes, TINY[kind[0]]), kind))
+    return rows
+
+
 def compare_stage(a, b):
     """Rows (path, a, b, difference over the size of its kind, kind); a or b None where one run has no such number."""
     left, right = numbers(a), numbers(b)
@@ -60,19 +91,23 @@ def compare_stage(a, b):
 
 
 def compare(a, b):
-    """Rows by stage of two summaries, and lines about what is not a number."""
-    stages = [{s["name"]: s for s in summary["stages"]} for summary in (a, b)]
+    """Rows by stage of two runs, lines about what is not a number and differs, and lines about what was not compared."""
+    stages = [{s["name"]: s for s in run.summary["stages"]} for run in (a, b)]
     said = [f"stage {name}: only in {'A' if name in stages[0] else 'B'}" for name in dict.fromkeys([*stages[0], *stages[1]])
             if not (name in stages[0] and name in stages[1])]  # fmt: skip
-    rows = {}
+    rows, left_out = {}, []
     for name, s in stages[0].items():
         if name not in stages[1]:
             continue
         other = stages[1][name]
         if s["verdict"] != other["verdict"]:
             said.append(f"stage {name}: verdict {s['verdict']} in A, {other['verdict']} in B")
-        rows[name] = [] if s["checksum"] == other["checksum"] else compare_stage(s, other)
-    return rows, said
+        found = compare_fields(a.stage(name), b.stage(name))
+        if found is None:
+            left_out.append(f"stage {name}: other blocks or contacts are written: fields are not compared")
+        same = s["checksum"] == other["checksum"] and not found
+        rows[name] = [] if same else compare_stage(s, other) + (found or [])
+    return rows, said, left_out
 
 
 def printed(value, factor):
@@ -105,17 +140,17 @@ def main(arguments=None):
     parser.add_argument("--all", action="store_true", help="print numbers within the tolerance too")
     options = parser.parse_args(arguments)
     try:
-        summaries = [Results(folder).summary for folder in (options.a, options.b)]
-        rows, said = compare(*summaries)
+        runs = [Results(folder) for folder in (options.a, options.b)]
+        rows, said, left_out = compare(*runs)
     except ResultsError as error:
         print(f"compare: {error}", file=sys.stderr)
         return 2
-    for letter, folder, summary in zip("AB", (options.a, options.b), summaries):
+    for letter, folder, summary in zip("AB", (options.a, options.b), (run.summary for run in runs)):
         print(f"{letter}: {folder}: {summary['title'] or summary['model']}, Quoin {summary['quoin']}")
     lines, good = text_of(rows, options.tolerance, options.all)
-    print("\n".join(lines + [f"  {line}" for line in said]))
+    print("\n".join(lines + [f"  {line}" for line in said + left_out]))
     return 0 if good and not said else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quoin_tools.blockmesh import MeshError, areas, check, write
+from quoin_tools.command import command
 from quoin_tools.meshing import face_set_on, graded, join, line, ruled, split_triangles, structured, vertex_at
 
 
@@ -200,4 +201,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

@@ -14,6 +14,7 @@ import sys
 
 import numpy as np
 
+from quoin_tools.command import command
 from quoin_tools.results import Results, ResultsError, trials_of
 
 JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
@@ -149,4 +150,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

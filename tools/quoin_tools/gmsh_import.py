@@ -12,6 +12,7 @@ import meshio
 import numpy as np
 
 from quoin_tools.blockmesh import BlockMesh, MeshError, all_faces, areas, check, edge_keys, outer_faces, write, xy_text
+from quoin_tools.command import command
 from quoin_tools.meshing import double_vertices, faces_on_edges
 
 DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}
@@ -217,4 +218,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from quoin_tools.blockmesh import TOLERANCE, MeshError, check_blocks, closed_rings, face_ends, read
+from quoin_tools.command import command
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 from matplotlib import pyplot  # noqa: E402
@@ -130,4 +131,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

@@ -19,6 +19,7 @@ import sys
 import matplotlib
 import numpy as np
 
+from quoin_tools.command import command
 from quoin_tools.results import Results, ResultsError, sliding
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
@@ -497,4 +498,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

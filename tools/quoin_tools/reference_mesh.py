@@ -12,6 +12,7 @@ import numpy as np
 
 from quoin_tools import fig6
 from quoin_tools.blockmesh import BlockMesh, MeshError, check, face_ends, outer_faces, write
+from quoin_tools.command import command
 from quoin_tools.meshing import faces_on_edges
 
 
@@ -103,4 +104,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

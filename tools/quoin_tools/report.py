@@ -18,6 +18,7 @@ import quoin_tools
 from quoin_tools import browser, guidelines, plots, scene, section, uplift
 from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
+from quoin_tools.command import command
 from quoin_tools.mechanism import plot_mechanisms
 from quoin_tools.results import condensed_words, effort_rows, factor_rows, fixed, mechanism_rows, no_single_factor, trials_of
 
@@ -424,4 +425,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

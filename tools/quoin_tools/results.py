@@ -11,7 +11,6 @@ results.summary, results.history   # dict of summary.json; dict of the columns o
 
 import argparse
 import csv
-import json
 import os
 import sys
 from dataclasses import dataclass
@@ -19,7 +18,10 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 
-FORMAT, VERSION = "quoin-results", 1
+from quoin_tools.command import command
+from quoin_tools.whole import ResultsError, check_history, check_results, read_summary
+
+FORMAT, VERSION = "quoin-results", 2
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
 VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
@@ -43,10 +45,6 @@ CONTACT_FIELDS = (
     "force",
     "state",
 )
-
-
-class ResultsError(ValueError):
-    """What is wrong with an output folder, in one line."""
 
 
 @dataclass
@@ -149,6 +147,7 @@ class Results:
                 f"{self.folder}: no results.h5 (a run writes it at the end of its first stage)"
             )
         try:
+            check_results(self.path)
             with h5py.File(self.path) as file:
                 self._read(file)
         except (KeyError, OSError) as error:
@@ -161,6 +160,7 @@ class Results:
         if file.attrs["version"] != VERSION:
             raise ResultsError(f"{self.path}: version {file.attrs['version']}, this program reads {VERSION}")
         self.title, self.scene, self.model = (text(file.attrs[name]) for name in ("title", "scene", "model"))
+        self.run = f"{int(file.attrs['run']):016x}"
         self.thickness = float(file.attrs["thickness"])
         mesh = file["mesh"]
         arrays = {
@@ -197,10 +197,12 @@ class Results:
         if self._summary is None:
             path = os.path.join(self.folder, "summary.json")
             try:
-                with open(path, encoding="utf-8", errors="replace") as file:
-                    self._summary = json.load(file)
-            except (OSError, ValueError) as error:
-                raise ResultsError(f"{path}: {error}") from error
+                summary = read_summary(path)
+            except OSError as error:
+                raise ResultsError(f"{path}: {error.strerror}") from error
+            if summary["run"] != self.run:
+                raise ResultsError(f"{path}: of another run than {self.path}: a run is on its way, or was ended between the two")
+            self._summary = summary
         return self._summary
 
     def stage_summary(self, name):
@@ -214,7 +216,12 @@ class Results:
     def history(self):
         """Columns of history.csv: arrays of numbers, `stage` an array of names."""
         if self._history is None:
-            self._history = read_history(os.path.join(self.folder, "history.csv"))
+            path = os.path.join(self.folder, "history.csv")
+            try:
+                check_history(path, self.summary)
+            except OSError as error:
+                raise ResultsError(f"{path}: {error.strerror}") from error
+            self._history = read_history(path)
         return self._history
 
     def joint_profile(self, stage, joint):
@@ -435,4 +442,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

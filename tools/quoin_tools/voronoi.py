@@ -22,6 +22,7 @@ from scipy.spatial import Voronoi
 
 from quoin_tools import polygons
 from quoin_tools.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, quality, write
+from quoin_tools.command import command
 from quoin_tools.dam import G1, corner
 from quoin_tools.meshing import double_vertices, face_set_on, faces_on_edges, graded, join, line, ruled, structured, vertex_at
 
@@ -392,4 +393,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

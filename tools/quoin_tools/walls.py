@@ -13,6 +13,7 @@ import sys
 import numpy as np
 
 from quoin_tools.blockmesh import BlockMesh, MeshError, areas, check, face_ends, macroblocks, outer_faces, write
+from quoin_tools.command import command
 from quoin_tools.meshing import face_set_on, face_set_where, join, quad_patch, rectangle, renamed, vertex_at
 from quoin_tools.stacks import CORNERS
 
@@ -293,4 +294,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(main))

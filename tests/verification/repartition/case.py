@@ -80,8 +80,6 @@ def run(case):
     restarts(case, folder, one)
     often = case.again(folder, "-repartition_every", 50, "-repartition_gain", 0, ranks=3)
     case.check("3 ranks, a look every 50 cycles: more than five times, as on one", [len(dealt_out(often)) > 5, same(one, often)], [True, True])
-    work = [list(map(int, found)) for found in re.findall(r"busiest rank (\d+) -> (\d+)", often.stdout)]
-    case.check("... each time the busiest rank has fewer blocks and contacts", [len(work) > 5, all(b < a for a, b in work)], [True, True])
     case.check("its share is in the line of costs", bool(re.search(r"us a cycle:.* re-partition \d+ %", often.stdout)), True)
 
 

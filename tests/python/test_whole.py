@@ -1,0 +1,106 @@
+"""Output folders whose files were changed by one bit, cut off, or are of something else: every reader says so in one line."""
+# ranks: 1
+
+import os
+import random
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
+
+import yaml  # noqa: E402
+from quoin_tools.blockmesh import write  # noqa: E402
+from scenes import static  # noqa: E402
+
+QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))
+FILES = ("results.h5", "results.xdmf", "summary.json", "history.csv")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    mesh, scene = static(4)
+    write(str(folder / "model.h5"), mesh)
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=folder, check=True, capture_output=True)
+    return folder / "out"
+
+
+def tool(name, *arguments, pipe=""):
+    """Exit code, stdout and stderr of a tool in a process of its own."""
+    words = f"{sys.executable} -m quoin_tools.{name} {' '.join(map(str, arguments))} {pipe}"
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {words}"], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_whole(run):
+    from quoin_tools.whole import check_folder
+    assert len(check_folder(run)) == len(FILES)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_flip_is_found(run, tmp_path, name):
+    from quoin_tools.whole import ResultsError, check_folder
+    rng = random.Random(name)  # noqa: S311
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy)
+    good = (copy / name).read_bytes()
+    for i in range(60):
+        data = bytearray(good)
+        at = rng.randrange(min(520, len(data)) if i < 20 else len(data))
+        data[at] ^= 1 << rng.randrange(8)
+        (copy / name).write_bytes(bytes(data))
+        with pytest.raises(ResultsError) as found:
+            check_folder(copy)
+        assert name in str(found.value) and "\n" not in str(found.value)
+    for length in (0, 1, len(good) // 2, len(good) - 1):
+        (copy / name).write_bytes(good[:length])
+        with pytest.raises(ResultsError):
+            check_folder(copy)
+
+
+def test_tools_refuse_in_one_line(run, tmp_path):
+    from quoin_tools import compare, export, report, results
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy)
+    for name in ("results.h5", "summary.json"):
+        good = (copy / name).read_bytes()
+        for bad in (good[:900] + b"?" + good[901:], b"something else"):
+            (copy / name).write_bytes(bad)
+            for module, more in ((results, ()), (compare, (run,)), (export, ("--to", tmp_path / "csv")), (report, ())):
+                words = [str(copy), *map(str, more)]
+                done = tool(module.__name__.rsplit(".", 1)[1], *words) if name == "results.h5" and module is results else called(module, words)
+                assert done[0] == 2 and done[2].count("\n") == 1 and name in done[2], (module, done)
+        (copy / name).write_bytes(good)
+
+
+def called(module, words):
+    """The same within this process, which is faster."""
+    import contextlib
+    import io
+    out, error = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        code = module.main(words)
+    return code, out.getvalue(), error.getvalue()
+
+
+def test_a_reader_that_has_seen_enough(run):
+    code, out, error = tool("results", run, pipe="| head -n 1")
+    assert (code, error) == (0, "") and out.count("\n") == 1
+
+
+def test_a_folder_of_two_runs(run, tmp_path):
+    """results.h5 of one run and summary.json of another."""
+    from quoin_tools.results import Results, ResultsError
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy)
+    subprocess.run([QUOIN, "-options_file", "scene.yaml", "-materials_dam_young", "11e9", "-output", str(tmp_path / "other")],
+                   cwd=run.parent, check=True, capture_output=True)
+    shutil.copy(tmp_path / "other/results.h5", copy / "results.h5")
+    with pytest.raises(ResultsError, match="of another run"):
+        assert Results(copy).summary

@@ -1,0 +1,33 @@
+"""How a tool ends: what it cannot do is one line on stderr, never a traceback."""
+
+import os
+import sys
+
+CANNOT = 2  # exit code
+
+
+def command(main):
+    """Exit code of main(). Errors that speak for themselves (OSError, the tools' own kinds of ValueError) become one line and exit code 2; a
+    reader that has seen enough (`| head`) ends the tool without a word."""
+    try:
+        code = main()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing more is said when Python ends
+        return 0
+    except KeyboardInterrupt:
+        return 130
+    except OSError as error:
+        name = f"{error.filename}: " if error.filename else ""
+        return said(f"{name}{error.strerror or error}")
+    except ValueError as error:
+        if type(error) is ValueError:
+            raise  # a fault of the tool: its trace says where
+        return said(str(error))
+    return code
+
+
+def said(message):
+    name = os.path.splitext(os.path.basename(sys.argv[0]))[0]
+    print(f"{name}: {' '.join(message.split())}", file=sys.stderr)
+    return CANNOT

@@ -1,0 +1,96 @@
+"""Whether the files of an output folder are what the run has written (docs/results_format.md, "Checksums").
+
+python -m quoin_tools.whole FOLDER [...]    one line a file; exit code 0: all are whole, 2: not
+"""
+
+import argparse
+import json
+import os
+import re
+import sys
+import zlib
+
+from quoin_tools.command import command
+
+HEADER = 512  # bytes of text before the HDF5 data of results.h5
+TEXTS = {  # what stands before and after the CRC-32 of all that is before it
+    "summary.json": (b'  "crc32": "', b'"\n}\n'),
+    "results.xdmf": (b"<!-- crc32 ", b" -->\n"),
+}
+
+
+class ResultsError(ValueError):
+    """What is wrong with a file, in one line."""
+
+
+def crc32(file, size=None, chunk=1 << 20):
+    """CRC-32 of the next size bytes (None: all that follow), and how many there were."""
+    crc = count = 0
+    while size is None or count < size:
+        data = file.read(chunk if size is None else min(chunk, size - count))
+        if not data:
+            break
+        crc, count = zlib.crc32(data, crc), count + len(data)
+    return crc, count
+
+
+def check_results(path):
+    """Raises ResultsError where results.h5 is not whole."""
+    with open(path, "rb") as file:
+        head = file.read(HEADER)
+        found = re.fullmatch(rb"quoin-results\nbytes (\d+)\ncrc32 ([0-9a-f]{8})\n\0*", head)
+        if not found or len(head) != HEADER:
+            raise ResultsError(f"{path}: no results file of this version of Quoin, or its head is damaged")
+        crc, count = crc32(file)
+    if count != int(found[1]) or crc != int(found[2], 16):
+        raise ResultsError(f"{path}: it is damaged: its {count} bytes are not the {int(found[1])} that were written")
+
+
+def read_text(path):
+    """Text of summary.json or results.xdmf; raises ResultsError where it is not whole."""
+    before, after = TEXTS[os.path.basename(path)]
+    with open(path, "rb") as file:
+        data = file.read()
+    at = data.rfind(before)
+    if at < 0 or data[at:] != before + b"%08x" % zlib.crc32(data[:at]) + after:
+        raise ResultsError(f"{path}: it is damaged, or not of this version of Quoin: its checksum is wrong")
+    return data.decode("utf-8", "replace")
+
+
+def read_summary(path):
+    """summary.json as a dict."""
+    try:
+        return json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise ResultsError(f"{path}: {error}") from error
+
+
+def check_history(path, summary):
+    """Raises ResultsError where history.csv has not the rows that it had when the summary was written; more may follow."""
+    wanted = summary["history"]
+    with open(path, "rb") as file:
+        crc, count = crc32(file, wanted["bytes"])
+    if count != wanted["bytes"] or crc != int(wanted["crc32"], 16):
+        raise ResultsError(f"{path}: it is damaged: its first {count} bytes are not the {wanted['bytes']} that summary.json names")
+
+
+def check_folder(folder):
+    """Lines about the files of an output folder; raises ResultsError or OSError at the first that is not whole."""
+    paths = {name: os.path.join(folder, name) for name in ("results.h5", "results.xdmf", "summary.json", "history.csv")}
+    check_results(paths["results.h5"])
+    read_text(paths["results.xdmf"])
+    summary = read_summary(paths["summary.json"])
+    check_history(paths["history.csv"], summary)
+    return [f"{path}: whole, {os.path.getsize(path)} bytes" for path in paths.values()]
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.whole", description="Are the files of output folders what was written?")
+    parser.add_argument("folders", nargs="+", metavar="FOLDER")
+    for folder in parser.parse_args(arguments).folders:
+        print("\n".join(check_folder(folder)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(command(main))
