@@ -368,12 +368,20 @@ typedef struct {
   PetscInt n;
   PetscReal s[4], p[4]; /* [m] from the heel, [Pa] */
 } UpliftDiagram;
+/* A stretch that is open without the full head; between closed_from and from it is closed, by `closure` at most. */
+typedef struct {
+  PetscReal from, to, closed_from, closure; /* [m] */
+  PetscBool at_toe;
+} UpliftDry;
+enum { UPLIFT_MOST_DRY = 8 };
 typedef struct _p_Uplift {
   PetscReal heel[2], toe[2], length; /* [m] reference; length 0: the load is no uplift */
   PetscReal crack;                   /* [m] from the heel, where the full head acts */
   PetscInt rounds;                   /* of the iteration for it, in this stage */
-  PetscInt n_gids, *gids;            /* outer faces in the joint, ascending; the same on all ranks */
-  PetscInt n_faces, *faces;          /* rows of model->faces, local blocks only, ascending gid */
+  PetscInt n_dry;                    /* the first of them; of the last measurement */
+  UpliftDry dry[UPLIFT_MOST_DRY];
+  PetscInt n_gids, *gids;   /* outer faces in the joint, ascending; the same on all ranks */
+  PetscInt n_faces, *faces; /* rows of model->faces, local blocks only, ascending gid */
 } Uplift;
 /* Collective. Finds the joint lines of the uplift loads; refuses sets that are no
    joint and drains outside. */

@@ -333,6 +333,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
+  PetscCall(UpliftSurvey(p, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
   if (!p->m->rank) {
     const PetscInt first = !output->n_stages;
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));

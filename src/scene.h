@@ -27,6 +27,7 @@ typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC
 typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
 typedef enum { HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
+typedef enum { REACHES_HEEL, REACHES_ANY } UpliftReach;
 typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED } MethodKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_NONE } DampingKind;
 typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
@@ -97,6 +98,7 @@ typedef struct {
   UpliftHeel heel;           /* which end of the joint is upstream */
   UpliftRaise raise;         /* what a flood stage raises: all, or nothing beyond the drain */
   PetscBool cracked;         /* full head along the open part of the joint */
+  UpliftReach reaches;       /* cracked: which open stretches the full head gets into */
   PetscReal crack_tolerance; /* [m] of the iteration for the open length */
   PetscReal tailwater;       /* [m] elevation downstream, NaN: none */
   PetscReal drain;           /* [m] from the heel along the joint, NaN: none */

@@ -22,6 +22,7 @@ static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", 
 static const char *const Rules[] = {"linear", "npb", "usbr", "usace", "ferc", "UpliftRule", "UPLIFT_", NULL};
 static const char *const Components[] = {"both", "vertical", "UpliftComponent", "UPLIFT_", NULL};
 static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL};
+static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 static const char *const Methods[] = {"explicit", "preconditioned", "MethodKind", "METHOD_", NULL};
@@ -221,6 +222,9 @@ static const Key Keys[] = {
       .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "cracked", BOOL, Load, cracked, "false", NULL, "", "uplift: full head along the open part of the joint",
       .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "reaches", CHOICE, Load, reaches, "heel", NULL, "",
+      "uplift, cracked: the full head gets into the crack from the heel only, or into any open stretch",
+      .choices = Reaches, .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "crack_tolerance", REAL, Load, crack_tolerance, "0.01", "> 0", "m",
       "uplift: change of the open length at which its iteration ends", .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "raise", CHOICE, Load, raise, "whole", NULL, "",

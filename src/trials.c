@@ -74,6 +74,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
   PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
   PetscCall(GatherMeshDestroy(&mesh));
+  PetscCall(UpliftSurvey(p, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     PetscCall(write_trial(p, &fields, probes, value, trials->json + trials->n));
@@ -197,6 +198,23 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
   fprintf(f, "        ]\n      },\n");
 }
 
+/* Open stretches that the full head does not reach. */
+static void put_dry(FILE *f, const Uplift *u)
+{
+  fprintf(f, "\"dry\": [");
+  for (PetscInt i = 0; i < u->n_dry; i++) {
+    const UpliftDry *d = u->dry + i;
+    fprintf(f, "%s{", i ? ", " : "");
+    JsonNumber(f, "from", d->from, ", ");
+    JsonNumber(f, "to", d->to, ", ");
+    JsonNumber(f, "length", d->to - d->from, ", ");
+    JsonNumber(f, "closed_from", d->closed_from, ", ");
+    JsonNumber(f, "closure", d->closure, ", ");
+    fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
+  }
+  fprintf(f, "], ");
+}
+
 /* Of each uplift load that acts: open length, and the diagram with its resultants on
    both sides of the drain. */
 void SummaryUplift(FILE *f, const Problem *p)
@@ -217,7 +235,9 @@ void SummaryUplift(FILE *f, const Problem *p)
     JsonCount(f, "rounds", u->rounds, ", ");
     JsonNumber(f, "length", u->length, ", ");
     JsonNumber(f, "to_drain", part[0], ", ");
-    JsonNumber(f, "beyond_drain", part[1], ", \"diagram\": [");
+    JsonNumber(f, "beyond_drain", part[1], ", ");
+    if (load->cracked) put_dry(f, u);
+    fprintf(f, "\"diagram\": [");
     for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
     fprintf(f, "]}");
     before = ",\n";

@@ -579,12 +579,27 @@ def test_uplift_of_the_scene(wet):
     assert base.hand.N == pytest.approx(8467e3, abs=500) and base.hand.T == pytest.approx(4521e3, abs=600)
     rows = {r.quantity: r for r in assessment.lines(base)}
     assert rows["U, uplift force"].hand == pytest.approx(1014 + 977, abs=1.0)
+    assert rows["U, uplift force"].block == pytest.approx(rows["U, uplift force"].hand, rel=1e-6)  # beside it
     for name in ("N, normal force", "T, shear force", "atan |T| / N", assessment.SLIDES.format("peak"), "straight-line stress at the end"):
         assert rows[name].block == pytest.approx(rows[name].hand, rel=1e-3), name
     assert rows[assessment.SLIDES.format("peak")].hand == pytest.approx(1.873, abs=5e-4)
     assert found["sw", "base"].water is None
     asked = assess(wet, *UPLIFT)[0]["swhp", "base"]  # by the options too: once, in a column of its own
     assert asked.with_uplift.N == pytest.approx(asked.hand.N, rel=1e-6)
+
+
+@solver
+def test_sheet_names_open_stretches_without_water(wet, tmp_path):
+    """What the run found (case cracked_base) stands on the sheet, and no stage with it passes."""
+    folder = Path(shutil.copytree(wet, tmp_path / "copy"))
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    stage = next(s for s in summary["stages"] if s["name"] == "swhp")
+    load = next(iter(stage["uplift"].values()))
+    load["dry"] = [{"from": 0.02, "to": 1.88, "length": 1.86, "closed_from": 0.0, "closure": 8e-7, "at_toe": False}]
+    (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    found, complaints = assess(folder)
+    assert "the joint is open over 1.86 m" in complaints["swhp"][0] and "by 0.0008 mm at most" in complaints["swhp"][0]
+    assert not found["swhp", "base"].complete and "open over 1.86 m" in sheet(folder)
 
 
 @solver

@@ -222,11 +222,13 @@ def assess_base(case, stage, name, path, kind, strength):
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
     dry = cut.total(forces)
     water, others = scene_uplift(case, stage, part, base)
-    hand = hand_method(base, dry + others, water)
+    hand = hand_method(base, dry, water, others)
     if kind == "joint":
         block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
     else:
         block = block_on_path(case, stage, path, base, strength)
+    if block:
+        block["uplift"] = block_uplift(case, stage, part) or None
     found = Assessment(stage, name, kind, base, path, block, hand, strength)
     asked = uplift_under(case, stage, name, base)
     if asked:
@@ -245,6 +247,21 @@ def assess_base(case, stage, name, path, kind, strength):
         found.complete = False
         found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
     return found
+
+
+def block_uplift(case, stage, part):
+    """Resultant [N] of the water on the part above as the run has it, with its own cracks."""
+    ran = case.results.stage_summary(stage).get("uplift", {})
+    loads = uplift_loads(case.mesh, case.scene, stage, part)
+    total = sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
+    return float(case.scene.thickness * np.hypot(*total[:2]))
+
+
+def dry_stretches(facts):
+    """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
+    return [f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head: "
+            f"{d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
+            for name, load in facts.get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
 
 
 def scene_uplift(case, stage, part, base):
@@ -339,6 +356,7 @@ def stage_complaints(case, stage):
     if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts)
+    found += dry_stretches(facts)
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
     ours = cut.total(forces)[:2]
     run = np.array([facts["applied"]["x"], facts["applied"]["y"]])

@@ -149,13 +149,14 @@ def crack_of(base, N, M):
     return max(0.0, base.length - 3 * edge), where, ""
 
 
-def hand_method(base, forces, uplift=None):
-    """Hand of the forces (X, Y, M) on the part above and of the uplift."""
+def hand_method(base, forces, uplift=None, beside=None):
+    """Hand of the forces (X, Y, M) on the part above and of the uplift; beside: of uplift elsewhere on the part."""
+    beside = np.zeros(3) if beside is None else beside
     crack, where, answer = 0.0, "start", None
     for rounds in range(1, ROUNDS + 1):
         under = uplift.forces(base, crack if where == "start" else 0.0) if uplift else np.zeros(3)
-        N, T, M = base.resultants(forces + under)
-        answer = Hand(base, N, T, M, float(np.hypot(*under[:2])), rounds=rounds)
+        N, T, M = base.resultants(forces + under + beside)
+        answer = Hand(base, N, T, M, float(np.hypot(*(under + beside)[:2])), rounds=rounds)
         found, where, refused = crack_of(base, N, M)
         if refused:
             return run_away(answer, crack, refused)

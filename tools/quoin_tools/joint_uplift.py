@@ -32,14 +32,18 @@ class JointUplift(Uplift):
         return np.abs(self.chord.ends() - base.ends()).max() <= ALIKE * base.length
 
     def forces(self, base, crack):
-        """(X, Y, M) on the part above; crack [m] from the heel."""
-        crack = min(crack, self.chord.length) if self.is_under(base) else 0.0
+        """(X, Y, M) on the part above; crack [m] of the base from the heel, which counts when the base is this joint."""
+        return base.thickness * self.pressing(crack if self.is_under(base) else 0.0)
+
+    def pressing(self, crack):
+        """(X, Y, M) on the part above per metre of thickness; crack [m] of the joint itself."""
+        crack = min(crack, self.chord.length)
         at, head = uplift.head_line(self.rule, self.heads, crack, self.in_crack)
         total = np.zeros(3)
         for a, b in self.segments:
             for p, q in pieces(a, b, self.chord, at):
                 total += self.on_piece(p, q, at, head)
-        return base.thickness * total
+        return total
 
     def on_piece(self, p, q, at, head):
         """(X, Y, M) of pressure that is linear from p to q; per metre of thickness."""

@@ -76,6 +76,7 @@ def run(case):
     cohesion_on_closed_length(case)
     many_contacts(case)
     with_uplift(case)
+    behind_a_closed_heel(case)
 
 
 def cohesion_on_closed_length(case):
@@ -116,3 +117,49 @@ def with_uplift(case):
         case.report("... rounds of the iteration", stage["uplift"]["uplift"]["rounds"], np.nan)
     case.check("B = 37 m: the gravity method runs away", gravity_method(37.0, uplift=True), None)
     case.check("... and the stage ends as collapsed", case.run(triangle(37.0, 1), wet).verdict, "collapsed")
+
+
+FOOT = 0.2  # [m] width of a heavy block at the heel, 0.02 m in front of the dam
+
+
+def behind_a_foot(width, reaches):
+    """Crack of the dam, with the water of a joint that begins at the foot: straight from its heel, or full as far as the crack is open."""
+    before, weight, thrust = FOOT + 0.02, RHO * G * width * H / 2, WATER * G * H**2 / 2
+    length, crack, head = width + before, 0.0, WATER * G * H
+    x = np.linspace(0.0, width, 400001)
+    for _ in range(200):
+        wet = before + crack if reaches == "any" else 0.0
+        p = head * np.minimum(1.0, (length - before - x) / (length - wet))
+        normal = weight - np.trapezoid(p, x)
+        arm = (weight * width * 2 / 3 - thrust * H / 3 - np.trapezoid(p * (width - x), x)) / normal
+        crack = max(0.0, width - 3 * arm)
+    return crack, normal
+
+
+def behind_a_closed_heel(case):
+    """What closes the heel keeps the water out, which is said; reaches: any lets it in."""
+    width = 42.0
+    foot = rectangle(-FOOT - 0.02, 0.0, FOOT, 5.0, group="foot", rigid=True)
+    mesh = join([triangle(width, 1), renamed(foot, {"base": "bottom"})])
+    for reaches in ("heel", "any"):
+        crack, normal = behind_a_foot(width, reaches)
+        wet = changed(STIFF, ("materials.foot", {"density": 50000}), ("joints.base.friction", 80), ("loads.weight", {"type": "self_weight", "groups": ["dam", "foot"]}),
+                      ("loads.uplift", UPLIFT | {"reaches": reaches}),
+                      ("stages", [*SCENE["stages"][:1], {"full": {"loads": ["weight", "water", "uplift"], "ramp": 3000}}]))  # fmt: skip
+        result = case.run(mesh, wet)
+        found = result.stage_summary("full")["uplift"]["uplift"]
+        tip = FOOT + 0.02 + crack
+        case.check(f"crack behind a closed heel, reaches: {reaches}: full head over [m]", found["open_length"], tip if reaches == "any" else 0.0, absolute=2e-3)
+        case.check("... stretches that are open without it", len(found["dry"]), int(reaches == "heel"))
+        for dry in found["dry"]:
+            case.check("... from, to, closed before [m]", [dry["from"], dry["to"], dry["closed_from"]], [FOOT, tip, 0.0], absolute=2e-3)
+        case.check("... N of foot and dam [N]", result.stage_summary("full")["joints"]["base"]["N"] - weight_of_foot(tip if reaches == "any" else 0.0, width),
+                   normal, relative=2e-4)
+        case.check("... a warning says so", "reaches: any lets it in" in result.stderr, reaches == "heel")
+
+
+def weight_of_foot(wet, width):
+    """Of which its own water is taken off."""
+    head, length = WATER * G * H, width + FOOT + 0.02
+    lost = head * FOOT if wet else head * FOOT * (1 - 0.5 * FOOT / length)
+    return 50000 * G * FOOT * 5.0 - lost
