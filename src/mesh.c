@@ -219,6 +219,32 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Blocks that come apart take more memory than the mesh that was read. */
+PetscErrorCode MeshTakeApart(MPI_Comm comm, const Scene *scene, BlockMesh *mesh)
+{
+  char message[MESSAGE_LENGTH] = "";
+  FileReader r = {.path = scene->model, .message = message};
+  PetscMPIInt rank, size, local;
+  PetscBool *separate, any = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMalloc1(mesh->n_groups, &separate));
+  for (PetscInt g = 0; g < mesh->n_groups; g++) {
+    separate[g] = (PetscBool)!scene->materials[g].macroblocks;
+    any = (PetscBool)(any || separate[g]);
+  }
+  if (any) {
+    PetscCall(SharedRanks(comm, &local));
+    if (rank == 0) PetscCall(MeshSeparate(mesh, separate));
+    if (rank == 0) fits_memory(&r, mesh, size, local);
+    PetscCall(Refuse(comm, ERROR_MEMORY, message));
+  }
+  PetscCall(PetscFree(separate));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MeshDestroy(BlockMesh *mesh)
 {
   PetscFunctionBegin;

@@ -53,6 +53,40 @@ PetscErrorCode MeshBodies(BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate)
+{
+  const PetscInt n = mesh->n_vertices;
+  PetscInt *source, count = n; // source: (count,) vertex that each one is, or copies
+  PetscBool *taken;            // (n,) by a block that keeps it
+  PetscReal *X;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((size_t)n + 4 * (size_t)mesh->n_blocks, &source));
+  PetscCall(PetscCalloc1(n, &taken));
+  for (PetscInt v = 0; v < n; v++) source[v] = v;
+  for (int pass = 0; pass < 2; pass++) // other groups come first
+    for (PetscInt b = 0; b < mesh->n_blocks; b++)
+      for (PetscInt k = 0; k < corners_of(mesh->blocks + 4 * b); k++) {
+        PetscInt *v = &mesh->blocks[4 * b + k];
+        if (separate[mesh->block_group[b]] != (PetscBool)pass) continue;
+        if (pass && taken[*v])
+          source[count] = *v, *v = count++;
+        else
+          taken[*v] = PETSC_TRUE;
+      }
+  PetscCall(PetscMalloc1(2 * (size_t)count, &X));
+  for (PetscInt v = 0; v < count; v++)
+    for (int a = 0; a < 2; a++) X[2 * v + a] = mesh->X[2 * source[v] + a];
+  PetscCall(PetscFree(mesh->X));
+  PetscCall(PetscFree(taken));
+  PetscCall(PetscFree(mesh->vertex_file));
+  for (PetscInt v = 0; v < count; v++) source[v] = v;
+  mesh->X = X, mesh->vertex_file = source, mesh->n_vertices = count;
+  PetscCall(PetscFree(mesh->body));
+  PetscCall(MeshBodies(mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- edges */
 
 /* Edges numbered so far, in chains by a hash of their two vertices. */

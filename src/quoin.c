@@ -274,6 +274,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
     mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(PartBegin(PART_CHECKS));
   PetscCall(check_mesh(q, &mesh));
+  PetscCall(MeshTakeApart(q->comm, &q->scene, &mesh));
   PetscCall(PartEnd(PART_CHECKS));
   PetscCall(PartBegin(PART_ORDER));
   if (rank == 0) PetscCall(MeshReorder(&mesh));

@@ -208,6 +208,8 @@ static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 
   PetscFunctionBeginUser;
   PetscCall(AskNames(r, "joints", &n_names, &names));
+  for (PetscInt k = 0; k < KEYS; k++)
+    if (Keys[k].section == SECTION_JOINTS) AddOptionNames(r, "joints", Keys[k].name, &n_names, names);
   PetscCall(PetscCalloc1(n_names + 1, &scene->joints));
   snprintf(scene->joints[0].name, NAME_LENGTH, "default");
   scene->n_joints = 1;

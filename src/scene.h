@@ -46,6 +46,7 @@ typedef struct {
   Formulation element;      /* see element_kernels.h */
   PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
   PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */

@@ -144,6 +144,8 @@ static const Key Keys[] = {
       "element: reduced: stiffness of the hourglass control"),
   KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
       "bodies of this group are rigid"),
+  KEY(MATERIALS, "macroblocks", BOOL, Material, macroblocks, "true", NULL, "",
+      "blocks that share a vertex are one body; false: each block is a body of its own, with joints to its neighbours"),
   KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",
       "bodies of this group are reduced onto the vertices where they meet others: small strain, static stages"),
   KEY(MATERIALS, "tension", REAL, Material, tension, "= none", ">= 0", "Pa",

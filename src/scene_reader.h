@@ -77,6 +77,9 @@ PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entr
 PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char path[LABEL_LENGTH]);
 /* The names in a list section such as `materials`, in their order; free with PetscFree. */
 PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names);
+/* Adds the names that options of this key, -<section>_<name>_<key>, give to a list which the options do not
+   name as a whole. */
+void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n, Name *names);
 /* Value or default of the key last asked for, into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
 /* ---- scene_echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;

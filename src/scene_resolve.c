@@ -82,6 +82,9 @@ static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscIn
   if (m->rigid < 0) m->rigid = mesh->group_rigid[group] != 0;
   if (m->rigid && m->condensed)
     Complain(message, scene->file, m->line, key, "condensed, but rigid: choose one");
+  if (m->condensed && !m->macroblocks)
+    Complain(message, scene->file, m->line, key,
+             "condensed, but macroblocks is false: a single block has no inside");
   for (PetscInt s = 0; m->condensed && s < scene->n_stages; s++)
     if (scene->stages[s].kind == STAGE_DYNAMIC)
       Complain(message, scene->file, m->line, key,

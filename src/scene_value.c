@@ -73,6 +73,25 @@ PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **name
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n, Name *names)
+{
+  const Entry *list = EntriesFind(&r->entries, section);
+  const size_t head = strlen(section) + 1, tail = strlen(key) + 1;
+  char name[NAME_LENGTH];
+
+  if (list && !list->line) return; // -joints a,b means these and no others
+  for (const Entry *e = r->entries.entries; e < r->entries.entries + r->entries.n; e++) {
+    const size_t length = strlen(e->key), middle = length - head - tail;
+    if (e->line || length <= head + tail || middle >= sizeof name) continue;
+    if (strncmp(e->key, section, head - 1) || e->key[head - 1] != '_') continue;
+    if (strcmp(e->key + length - tail + 1, key) || e->key[length - tail] != '_') continue;
+    snprintf(name, sizeof name, "%.*s", (int)middle, e->key + head);
+    PetscBool there = (PetscBool)!NameIsValid(name);
+    for (PetscInt i = 0; i < *n && !there; i++) there = (PetscBool)!strcmp(names[i].name, name);
+    if (!there) add_name(r, names, n, name, 0);
+  }
+}
+
 /* --------------------------------------------------------------------------------------- one value */
 
 static PetscBool in_range(const char *range, double x)

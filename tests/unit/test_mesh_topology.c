@@ -26,6 +26,36 @@ static PetscErrorCode TestBodies(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TestSeparate(void)
+{
+  const PetscInt all[12] = {0, 1, 2, 3, 9, 10, 4, -1, 5, 6, 7, 8};
+  PetscBool separate[SMALL_GROUPS] = {PETSC_FALSE, PETSC_TRUE};
+  BlockMesh mesh;
+
+  PetscFunctionBegin;
+  PetscCall(SmallMesh(&mesh));
+  PetscCall(MeshSeparate(&mesh, separate)); /* of one block: nothing to do */
+  ENSURE(mesh.n_vertices == SMALL_VERTICES && mesh.n_bodies == 2);
+  separate[0] = PETSC_TRUE;
+  PetscCall(MeshSeparate(&mesh, separate));
+  ENSURE(mesh.n_vertices == SMALL_VERTICES + 2 && mesh.n_bodies == 3);
+  for (int i = 0; i < 12; i++) ENSURE(mesh.blocks[i] == all[i]);
+  for (int a = 0; a < 2; a++) ENSURE(mesh.X[2 * 9 + a] == small_X[2 * 3 + a]);
+  for (PetscInt v = 0; v < mesh.n_vertices; v++) ENSURE(mesh.vertex_file[v] == v);
+  ENSURE(mesh.point_vertex[1] == 4);
+  PetscCall(MeshDestroy(&mesh));
+
+  /* a vertex that another group has too stays there, whichever block comes first */
+  PetscCall(SmallMesh(&mesh));
+  mesh.block_group[1] = 1;
+  separate[1] = PETSC_FALSE;
+  PetscCall(MeshSeparate(&mesh, separate));
+  ENSURE(mesh.n_bodies == 3 && mesh.blocks[4] == 3 && mesh.blocks[5] == 2);
+  ENSURE(mesh.blocks[0] == 0 && mesh.blocks[1] == 1 && mesh.blocks[2] == 9 && mesh.blocks[3] == 10);
+  PetscCall(MeshDestroy(&mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TestEdges(void)
 {
   const PetscInt vertices[10][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {2, 4},
@@ -283,6 +313,7 @@ int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TestBodies);
+  RUN_TEST(TestSeparate);
   RUN_TEST(TestEdges);
   RUN_TEST(TestOuterFaces);
   RUN_TEST(TestReorderWall);

@@ -189,6 +189,19 @@ static PetscErrorCode TestCommandLine(void)
   ENSURE(s.stages[1].joints[1].friction[0] == 45 && s.stages[1].joints[1].compression == PETSC_INFINITY);
   PetscCall(SceneDestroy(&s));
 
+  // rows of joints that the file lacks; -joints names all there are
+  PetscCall(
+      Read(good, "-joints_rock+ground_k_n 3e9 -joints_new_friction 5 -joints_rock+ground_friction 7", &s));
+  EnsureMessage("", "rows from the command line");
+  ENSURE(s.n_joints == 5 && !strcmp(s.joints[3].name, "rock+ground") && !strcmp(s.joints[4].name, "new"));
+  ENSURE(s.joints[3].k_n == 3e9 && s.joints[3].friction[0] == 7 && s.joints[3].k_s == s.joints[0].k_s);
+  ENSURE(s.joints[4].friction[1] == 5 && s.stages[2].joints[4].friction[0] == 5);
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Read(good, "-joints default,base -joints_new_friction 5", &s));
+  EnsureMessage("command line: -joints_new_friction: unknown option (-help lists all keys)",
+                "a list of joints");
+  PetscCall(SceneDestroy(&s));
+
   // no file at all
   PetscCall(
       Read(NULL,

@@ -16,6 +16,7 @@ from quoin_tools.assessment_options import Options, options_from, parser
 from quoin_tools.command import command
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.joint_uplift import uplift_loads
+from quoin_tools.meshing import separated
 from quoin_tools.results import NO_SHEAR, OPEN, Results, ResultsError, energy_account, table
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
@@ -104,7 +105,8 @@ def load_case(folder, options):
     path = scene.find(folder, summary.get("model"), ("model.h5",))
     if path is None:
         raise ResultsError(f"{folder}: the mesh of the run, '{summary.get('model')}', is not there")
-    mesh = blockmesh.read(path)
+    single = [name for name, keys in used.materials.items() if keys.get("macroblocks", True) in (False, 0)]
+    mesh = separated(blockmesh.read(path), single)
     rows = results.mesh.vertex_file
     if rows.max(initial=-1) >= len(mesh.vertices) or not np.array_equal(mesh.vertices[rows], results.mesh.vertices):
         raise ResultsError(f"{path}: not the mesh of this run, its vertices differ from those of results.h5")

@@ -157,6 +157,22 @@ def double_vertices(mesh, edges):
                      dict(mesh.face_sets), dict(mesh.points))
 
 
+def separated(mesh, groups):
+    """Each block of the groups a macroblock of its own, as `macroblocks: false` of their materials makes it, vertex for vertex.
+
+    A vertex stays with blocks of other groups, or else with the first block that has it; the others get copies behind the rest."""
+    mine = np.isin(mesh.block_group, [mesh.group_names.index(name) for name in groups])
+    corner = np.flatnonzero((mesh.blocks >= 0).ravel() & np.repeat(mine, 4))
+    old = mesh.blocks.ravel()[corner]
+    keeps = np.zeros(len(old), dtype=bool)
+    keeps[np.unique(old, return_index=True)[1]] = True
+    keeps &= ~np.isin(old, mesh.blocks[~mine])
+    blocks = mesh.blocks.ravel().copy()
+    blocks[corner] = np.where(keeps, old, len(mesh.vertices) + np.cumsum(~keeps) - 1)
+    return BlockMesh(np.concatenate([mesh.vertices, mesh.vertices[old[~keeps]]]), blocks.reshape(-1, 4), mesh.block_group,
+                     mesh.group_names, mesh.group_rigid, dict(mesh.face_sets), dict(mesh.points))  # fmt: skip
+
+
 def corner_pieces(mesh, interface):
     """Label of each corner (4 block + k): corners are joined where their blocks share a face, not a joint."""
     faces, ends = all_faces(mesh)
