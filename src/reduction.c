@@ -132,19 +132,19 @@ static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *f
         joint->cohesion[i] *= value, joint->tension[i] *= value;
       }
     }
-    if (stage->what == REDUCE_STRENGTHS)
-      joint->compression = PetscMax(joint->compression * value, DBL_MIN);
+    if (stage->what == REDUCE_STRENGTHS) joint->compression = PetscMax(joint->compression * value, DBL_MIN);
     JointPrepare(joint);
   }
 }
 
-/* Levels of reservoirs and uplift risen by `rise`. */
-static void raise_water(const Scene *scene, PetscReal rise, Load *loads)
+/* The waters of a flood that rise, risen by `rise`; the others stay. */
+static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads)
 {
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     Load *load = loads + l;
     *load = scene->loads[l];
-    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT) continue;
+    if (stage->tail_rises[l]) load->tailwater += rise;
+    if (!stage->level_rises[l]) continue;
     load->level += rise;
     if (load->raise == RAISE_WHOLE) load->drain_level += rise;
   }
@@ -154,7 +154,7 @@ static void raise_water(const Scene *scene, PetscReal rise, Load *loads)
 static void set_value(Driver *d, const Joint *full, PetscReal value)
 {
   if (d->stage.kind == STAGE_FLOOD)
-    raise_water(d->scene, value - d->stage.start, d->raised.loads);
+    raise_water(d->scene, &d->stage, value - d->stage.start, d->raised.loads);
   else
     reduce_joints(d->scene, &d->stage, full, value);
 }

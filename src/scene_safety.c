@@ -117,18 +117,126 @@ PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- what a flood raises */
+
+static PetscBool one_level(PetscReal a, PetscReal b)
+{
+  return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
+}
+
+/* Of the stage's loads of a kind, the row of the highest, -1: there is none; `others`: how many stand as high. */
+static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
+{
+  PetscInt best = -1;
+
+  *others = 0;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const PetscInt l = stage->loads[i];
+    if (l < 0 || scene->loads[l].kind != kind) continue;
+    const PetscReal above = best < 0 ? 1. : scene->loads[l].level - scene->loads[best].level;
+    if (best >= 0 && one_level(scene->loads[l].level, scene->loads[best].level))
+      ++*others;
+    else if (above > 0.)
+      best = l, *others = 0;
+  }
+  return best;
+}
+
+static PetscBool acts(const Stage *stage, PetscInt load)
+{
+  for (PetscInt i = 0; i < stage->n_loads; i++)
+    if (stage->loads[i] == load) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+// the waters that rise of themselves: those named, or the highest reservoir; without one, the highest uplifts
+static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *stage)
+{
+  const Load *loads = r->scene->loads;
+  PetscInt others, top = highest(r->scene, stage, LOAD_RESERVOIR, &others);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "rises", &given));
+  for (PetscInt i = 0; i < stage->n_rises; i++) {
+    const PetscInt l = stage->rises[i];
+    if (l < 0) continue; // that was said
+    if (!acts(stage, l) || (loads[l].kind != LOAD_RESERVOIR && loads[l].kind != LOAD_UPLIFT))
+      COMPLAIN(r, "'%s' is no reservoir or uplift of this stage", loads[l].name);
+    stage->level_rises[l] = true;
+  }
+  if (stage->n_rises) PetscFunctionReturn(PETSC_SUCCESS);
+  if (top >= 0 && others)
+    COMPLAIN_MISSING(r, "%d reservoirs stand at the highest level, %g m: name those that rise",
+                     (int)others + 1, (double)loads[top].level);
+  if (top >= 0) stage->level_rises[top] = true;
+  if (top >= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  top = highest(r->scene, stage, LOAD_UPLIFT, &others);
+  for (PetscInt l = 0; l < r->scene->n_loads && top >= 0; l++)
+    stage->level_rises[l] = acts(stage, l) && loads[l].kind == LOAD_UPLIFT &&
+                            one_level(loads[l].level, loads[top].level);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reservoirs of the stage with the level and the density of an uplift: that many rise, that many stay. */
+static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
+                         PetscInt n[2])
+{
+  n[0] = n[1] = 0;
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    const Load *load = scene->loads + l;
+    if (load->kind != LOAD_RESERVOIR || !acts(stage, l) || !one_level(load->level, level)) continue;
+    if (one_level(load->density, uplift->density)) n[stage->level_rises[l] ? 0 : 1]++;
+  }
+}
+
+// uplift belongs to the reservoirs that have its level, at heel and toe, and its density
+static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
+{
+  PetscInt n[2], others;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "rises", &given));
+  for (PetscInt l = 0; l < r->scene->n_loads; l++) {
+    const Load *load = r->scene->loads + l;
+    if (load->kind != LOAD_UPLIFT || !acts(stage, l)) continue;
+    if (!isnan(load->tailwater)) {
+      count_owners(r->scene, stage, load, load->tailwater, n);
+      if (n[0] && n[1])
+        COMPLAIN_MISSING(r,
+                         "the tailwater %g m of loads.%s is the level of a reservoir that rises and of one "
+                         "that stays: expected another level",
+                         (double)load->tailwater, load->name);
+      stage->tail_rises[l] = n[0] > 0;
+    }
+    if (stage->level_rises[l]) continue;
+    count_owners(r->scene, stage, load, load->level, n);
+    if (n[0] && n[1])
+      COMPLAIN_MISSING(
+          r, "loads.%s has the level %g m of a reservoir that rises and of one that stays: name it too",
+          load->name, (double)load->level);
+    else if (!n[0] && !n[1] && !given && highest(r->scene, stage, LOAD_RESERVOIR, &others) >= 0)
+      COMPLAIN_MISSING(
+          r, "loads.%s has the level %g m, which no reservoir of this stage has: name all that rise",
+          load->name, (double)load->level);
+    stage->level_rises[l] = n[0] > 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
 {
   PetscReal level = -PETSC_INFINITY;
   PetscBool given = PETSC_FALSE;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(r->scene->n_loads, &stage->level_rises, r->scene->n_loads, &stage->tail_rises));
+  PetscCall(choose_rising(r, path, stage));
+  for (PetscInt l = 0; l < r->scene->n_loads; l++)
+    if (stage->level_rises[l]) level = PetscMax(level, r->scene->loads[l].level);
+  PetscCall(follow_rising(r, path, stage));
   PetscCall(is_given(r, path, "loads", &given));
-  for (PetscInt l = 0; l < stage->n_loads; l++) {
-    const Load *load = stage->loads[l] < 0 ? NULL : &r->scene->loads[stage->loads[l]];
-    if (load && (load->kind == LOAD_RESERVOIR || load->kind == LOAD_UPLIFT))
-      level = PetscMax(level, load->level);
-  }
   if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir or uplift");
   stage->start = level;
   PetscCall(is_given(r, path, "limit", &given));

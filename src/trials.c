@@ -30,6 +30,22 @@ static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Levels of all waters of a flood [m]. */
+static void put_waters(FILE *f, const Problem *p)
+{
+  const char *before = "";
+  fprintf(f, "\"waters\": {");
+  for (PetscInt i = 0; i < p->stage->n_loads; i++) {
+    const Load *load = p->scene->loads + p->stage->loads[i];
+    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT) continue;
+    fprintf(f, "%s\"%s\": {", before, load->name);
+    JsonNumber(f, "level", load->level, load->kind == LOAD_UPLIFT ? ", " : "}");
+    if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->tailwater, "}");
+    before = ", ";
+  }
+  fprintf(f, "},\n      ");
+}
+
 static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const PetscReal *probes,
                                   PetscReal value, char **json)
 {
@@ -46,6 +62,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonCount(f, "cycles", r->cycles, ", ");
   JsonNumber(f, "wall_s", r->wall, ", ");
   JsonText(f, "evidence", r->evidence, ",\n      ");
+  if (p->stage->kind == STAGE_FLOOD) put_waters(f, p);
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryUplift(f, p);
   put_probes(f, p->m, probes);

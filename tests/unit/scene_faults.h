@@ -199,6 +199,8 @@ static const struct {
    "scene.yaml:23: stages.sw.loads: a flood needs a load of type reservoir or uplift"},
   {"loads: [weight, water]", "loads: [weight, water], type: flood, step: 1, limit: 30", "",
    "scene.yaml:24: stages.hp.limit: 30 is not above the level 33 of the loads [m]"},
+  {"loads: [weight, water]", "loads: [weight, water], type: flood, step: 1, limit: 40, rises: [weight]", "",
+   "scene.yaml:24: stages.hp.rises: 'weight' is no reservoir or uplift of this stage"},
   {"density: 2400", "densty: 0", "",
    "scene.yaml:8: materials.dam.densty: unknown key; did you mean materials.dam.density?"},
 };

@@ -11,7 +11,6 @@ import yaml
 
 JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0, "tension": 0.0,
                   "compression": float("inf"), "cohesion_residual": 0.0, "tension_residual": 0.0}  # fmt: skip
-WATER = ("reservoir", "uplift")  # types of loads that a flood raises
 ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the output folder
 
 
@@ -45,11 +44,13 @@ class Scene:
         if missing:
             raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
         loads = {name: self.loads[name] for name in names}
-        stable = self.trials.get(stage, {}).get("stable")
-        if stable is None or "what" in self.trials[stage]:
+        found = self.trials.get(stage, {})
+        if found.get("stable") is None or "what" in found:
             return loads
-        levels = [float(load["level"]) for load in loads.values() if load.get("type") in WATER]
-        return {name: raised(load, stable - max(levels)) if load.get("type") in WATER else load for name, load in loads.items()}
+        waters = next((t["waters"] for t in found["trials"] if t["value"] == found["stable"] and "waters" in t), None)
+        if waters is None:
+            raise SceneError(f"{self.path}: stage '{stage}': the run, of an older Quoin, does not say which waters its flood has raised")
+        return {name: raised(load, waters[name]) if name in waters else load for name, load in loads.items()}
 
     def joint(self, name, stage):
         """Keys of a joint in a stage, completed by `default` and the defaults of the table. Of a strength reduction, with the
@@ -71,9 +72,9 @@ class Scene:
         return keys | reduced(keys, found["what"], found["stable"])
 
 
-def raised(load, rise):
-    """A load of water, its level higher by `rise`; drain_level: where the pressure at the drain stays that of the old level."""
-    higher = load | {"level": float(load["level"]) + rise}
+def raised(load, water):
+    """A load of water with the levels of a trial; drain_level: where the pressure at the drain stays that of the old level."""
+    higher = load | {key: level for key, level in water.items() if level is not None}
     return higher | {"drain_level": float(load["level"])} if load.get("raise") == "to_drain" else higher
 
 
