@@ -5,10 +5,10 @@
 
 /* ---- contacts as rows of two tables */
 
-enum { COUNTS = 7, ENDS = 15, REALS = 1 + 2 * ENDS };
+enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CLOSURE_ARRAYS };
 
 /* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
-   end the reals of end_arrays. */
+   end the reals of ContactsEndArrays, those of closure last. Where nothing is crushed they are not written. */
 typedef struct {
   PetscInt64 count[COUNTS];
   PetscReal real[REALS];
@@ -22,24 +22,18 @@ static int row_order(const void *a, const void *b)
   return 0;
 }
 
-/* The (.., 2, BATCH) arrays of reals. */
-static void end_arrays(const Contacts *c, PetscReal *array[ENDS])
-{
-  PetscReal *const all[ENDS] = {c->t,   c->rest,   c->slip,     c->broken, c->u_n,
-                                c->u_s, c->speed,  c->sigma,    c->tau,    c->F_n,
-                                c->F_s, c->slip_0, c->broken_0, c->u_n_0,  c->u_s_0};
-  for (int i = 0; i < ENDS; i++) array[i] = all[i];
-}
-
 /* Between a row and the place of a contact in its arrays. */
 static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row)
 {
-  PetscReal *array[ENDS], *x = row->real;
-  end_arrays(c, array);
+  PetscReal *array[END_ARRAYS], *x = row->real;
+  ContactsEndArrays(c, array);
 #define MOVE(here, there) (reading ? ((here) = (there)) : ((there) = (here)))
+  const int closure = END_ARRAYS - CLOSURE_ARRAYS;
   MOVE(c->length[at], *x), x++;
+  for (int k = 0; k < 2; k++)
+    for (int i = 0; i < closure; i++, x++) MOVE(array[i][SUB(at, k)], *x);
   for (int k = 0; k < 2; k++) {
-    for (int i = 0; i < ENDS; i++, x++) MOVE(array[i][SUB(at, k)], *x);
+    for (int i = closure; i < END_ARRAYS; i++, x++) MOVE(array[i][SUB(at, k)], *x);
     if (reading)
       c->state[SUB(at, k)] = (uint8_t)row->count[5 + k];
     else
@@ -155,6 +149,7 @@ static PetscErrorCode keep_rows(const Model *m, PetscInt *n, Row *rows, Candidat
 static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const name[2], const Contacts *c)
 {
   PetscInt n;
+  size_t columns = UNCRUSHED;
   PetscInt64 *counts;
   PetscReal *reals;
   Row *rows;
@@ -163,13 +158,16 @@ static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const n
   if (a->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1((size_t)n * COUNTS, &counts));
   PetscCall(PetscMalloc1((size_t)n * REALS, &reals));
+  for (PetscInt i = 0; i < n && columns < REALS; i++)
+    for (int k = UNCRUSHED; k < REALS; k++)
+      if (rows[i].real[k] != 0.) columns = REALS;
   for (PetscInt i = 0; i < n; i++) {
     PetscCall(PetscArraycpy(counts + (size_t)i * COUNTS, rows[i].count, COUNTS));
-    PetscCall(PetscArraycpy(reals + (size_t)i * REALS, rows[i].real, REALS));
+    PetscCall(PetscArraycpy(reals + (size_t)i * columns, rows[i].real, columns));
   }
   PetscCall(PetscFree(rows));
   PetscCall(ArchiveAdd(a, name[0], ARCHIVE_COUNT, (size_t)n, COUNTS, counts));
-  PetscCall(ArchiveAdd(a, name[1], ARCHIVE_REAL, (size_t)n, REALS, reals));
+  PetscCall(ArchiveAdd(a, name[1], ARCHIVE_REAL, (size_t)n, columns, reals));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,17 +178,19 @@ static PetscErrorCode read_rows(Archive *a, const char *const name[2], PetscInt 
                               a->rank ? NULL : ArchiveFind(a, name[1])};
   PetscMPIInt bytes;
   PetscFunctionBeginUser;
-  *n = e[0] && e[1] && e[0]->columns == COUNTS && e[1]->columns == REALS && e[0]->rows == e[1]->rows
+  const size_t columns = e[1] ? e[1]->columns : 0;
+  *n = e[0] && e[1] && e[0]->columns == COUNTS && (columns == REALS || columns == UNCRUSHED) &&
+               e[0]->rows == e[1]->rows
            ? (PetscInt)e[0]->rows
            : -1;
   if (!a->rank && *n < 0) snprintf(a->message, MESSAGE_LENGTH, "%s is missing", name[0]);
   PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, a->comm));
   *n = PetscMax(*n, 0);
-  PetscCall(PetscMalloc1(*n, rows));
+  PetscCall(PetscCalloc1(*n, rows));
   for (PetscInt i = 0; i < *n && !a->rank; i++) {
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): rows were counted in the entry itself
     PetscCall(PetscArraycpy((*rows)[i].count, (PetscInt64 *)e[0]->data + (size_t)i * COUNTS, COUNTS));
-    PetscCall(PetscArraycpy((*rows)[i].real, (PetscReal *)e[1]->data + (size_t)i * REALS, REALS));
+    PetscCall(PetscArraycpy((*rows)[i].real, (PetscReal *)e[1]->data + (size_t)i * columns, columns));
   }
   enum { CHUNK = 1 << 20 };
   for (PetscInt i = 0; i < *n; i += CHUNK) {

@@ -67,7 +67,11 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
     if (!c->owned[i]) continue;
     const PetscReal history[4] = {c->slip[SUB(i, 0)], c->slip[SUB(i, 1)], c->broken[SUB(i, 0)],
                                   c->broken[SUB(i, 1)]};
-    sum += hash_reals(spread((uint64_t)c->key[2 * i]) ^ (uint64_t)c->key[2 * i + 1], 4, history);
+    const PetscReal crushed[4] = {c->closure[SUB(i, 0)], c->closure[SUB(i, 1)], c->closure_far[SUB(i, 0)],
+                                  c->closure_far[SUB(i, 1)]};
+    const uint64_t name = spread((uint64_t)c->key[2 * i]) ^ (uint64_t)c->key[2 * i + 1];
+    sum += hash_reals(name, 4, history);
+    if (crushed[0] < 0. || crushed[1] < 0.) sum += hash_reals(spread(name), 4, crushed);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, m->comm));
   *checksum = sum;

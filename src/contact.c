@@ -32,13 +32,14 @@ static PetscErrorCode zeros(PetscInt n, PetscReal **x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What stays zero where nothing has slipped, overlapped or moved in time. */
-enum { HISTORY_ARRAYS = 8 };
+/* What stays zero where nothing has slipped, overlapped, been crushed or moved in time. */
+enum { HISTORY_ARRAYS = 12 };
 
 static void history_arrays(Contacts *c, PetscReal **array[HISTORY_ARRAYS])
 {
-  PetscReal **const all[] = {&c->rest,     &c->slip,  &c->broken, &c->slip_0,
-                             &c->broken_0, &c->speed, &c->u_n_0,  &c->u_s_0};
+  PetscReal **const all[] = {&c->rest,          &c->slip,   &c->broken,   &c->closure,
+                             &c->closure_far,   &c->slip_0, &c->broken_0, &c->closure_0,
+                             &c->closure_far_0, &c->speed,  &c->u_n_0,    &c->u_s_0};
   for (int i = 0; i < HISTORY_ARRAYS; i++) array[i] = all[i];
 }
 
@@ -98,14 +99,14 @@ static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *
   c->owned[at] = old->owned[from], c->length[at] = old->length[from];
   for (int i = 0; i < CONTACT_ROWS; i++)
     c->vertex[CONTACT_ROW(at, i)] = vertex_now[old->vertex[CONTACT_ROW(from, i)]];
+  PetscReal *to[END_ARRAYS], *of[END_ARRAYS];
+  ContactsEndArrays(c, to);
+  ContactsEndArrays(old, of);
   for (int k = 0; k < 2; k++) {
-    const PetscInt to = SUB(at, k), of = SUB(from, k);
-    c->t[to] = old->t[of], c->rest[to] = old->rest[of], c->slip[to] = old->slip[of];
-    c->broken[to] = old->broken[of], c->u_n[to] = old->u_n[of], c->u_s[to] = old->u_s[of];
-    c->slip_0[to] = old->slip_0[of], c->broken_0[to] = old->broken_0[of];
-    c->u_n_0[to] = old->u_n_0[of], c->u_s_0[to] = old->u_s_0[of];
-    c->speed[to] = old->speed[of], c->sigma[to] = old->sigma[of], c->tau[to] = old->tau[of];
-    c->F_n[to] = old->F_n[of], c->F_s[to] = old->F_s[of], c->state[to] = old->state[of];
+    for (int i = 0; i < END_ARRAYS; i++)
+      if (i < END_ARRAYS - CLOSURE_ARRAYS || of[i][SUB(from, k)] != 0.)
+        to[i][SUB(at, k)] = of[i][SUB(from, k)];
+    c->state[SUB(at, k)] = old->state[SUB(from, k)];
   }
 }
 
@@ -153,6 +154,15 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void ContactsEndArrays(const Contacts *c, PetscReal *array[END_ARRAYS])
+{
+  PetscReal *const all[END_ARRAYS] = {c->t,       c->rest,        c->slip,      c->broken,       c->u_n,
+                                      c->u_s,     c->speed,       c->sigma,     c->tau,          c->F_n,
+                                      c->F_s,     c->slip_0,      c->broken_0,  c->u_n_0,        c->u_s_0,
+                                      c->closure, c->closure_far, c->closure_0, c->closure_far_0};
+  for (int i = 0; i < END_ARRAYS; i++) array[i] = all[i];
+}
+
 PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
 {
   const PetscInt n = c->n_padded;
@@ -167,13 +177,13 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscCall(PetscArraycpy(copy->length, c->length, n));
   PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
   PetscCall(PetscArraycpy(copy->traits, c->traits, n));
-  PetscReal *const to[] = {copy->t,   copy->rest,   copy->slip,     copy->broken, copy->u_n,
-                           copy->u_s, copy->speed,  copy->sigma,    copy->tau,    copy->F_n,
-                           copy->F_s, copy->slip_0, copy->broken_0, copy->u_n_0,  copy->u_s_0},
-                   *const from[] = {c->t,   c->rest,   c->slip,     c->broken, c->u_n,
-                                    c->u_s, c->speed,  c->sigma,    c->tau,    c->F_n,
-                                    c->F_s, c->slip_0, c->broken_0, c->u_n_0,  c->u_s_0};
-  for (int i = 0; i < 15; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  PetscReal *to[END_ARRAYS], *from[END_ARRAYS];
+  ContactsEndArrays(copy, to);
+  ContactsEndArrays(c, from);
+  for (int i = 0; i < END_ARRAYS - CLOSURE_ARRAYS; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  for (int i = END_ARRAYS - CLOSURE_ARRAYS; i < END_ARRAYS; i++)
+    for (PetscInt j = 0; j < 2 * n; j++) // pages of zeros take no memory
+      if (from[i][j] != 0.) to[i][j] = from[i][j];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

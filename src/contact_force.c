@@ -30,6 +30,7 @@ enum {
   HISTORY = 1 << 9, /* slip or broken, present or held, is not zero; the force loop adds it */
   JOINTS = 1 << 10, /* joints are not those of the LANES contacts before */
   MATCH = 1 << 11,  /* of all lanes: in the reference state P is where B is, Q where A is */
+  CRUSHED = 1 << 12 /* closure, present or held, is not zero; the force loop adds it, with HISTORY */
 };
 static const int IS_CROSSED = CROSSED * 15;
 
@@ -74,31 +75,49 @@ void ContactsSetTraits(const Model *m, Contacts *c)
     if (!are_zero(first, c->slip) || !are_zero(first, c->broken) || !are_zero(first, c->slip_0) ||
         !are_zero(first, c->broken_0))
       traits |= HISTORY;
+    if (!are_zero(first, c->closure) || !are_zero(first, c->closure_0)) traits |= HISTORY | CRUSHED;
     c->traits[first / LANES] = (uint16_t)traits;
   }
 }
 
+/* History of joints: that of the last evaluation, or the one held. */
+typedef struct {
+  PetscReal *slip, *broken, *closure, *far;
+} History;
+
+static History history_now(const Contacts *c)
+{
+  return (History){c->slip, c->broken, c->closure, c->closure_far};
+}
+
+static History history_held(const Contacts *c)
+{
+  return (History){c->slip_0, c->broken_0, c->closure_0, c->closure_far_0};
+}
+
 /* Where no history is, both are zero. */
-static void copy_history(const Contacts *c, const PetscReal *slip, const PetscReal *broken,
-                         PetscReal *slip_to, PetscReal *broken_to)
+static void copy_history(const Contacts *c, History from, History to)
 {
   for (PetscInt first = 0; first < c->n_padded; first += LANES)
     for (int k = 0; k < 2 && c->traits[first / LANES] & HISTORY; k++) {
       const PetscInt at = SUB(first, k);
-      memcpy(slip_to + at, slip + at, LANES * sizeof *slip);
-      memcpy(broken_to + at, broken + at, LANES * sizeof *broken);
+      memcpy(to.slip + at, from.slip + at, LANES * sizeof *to.slip);
+      memcpy(to.broken + at, from.broken + at, LANES * sizeof *to.broken);
+      if (!(c->traits[first / LANES] & CRUSHED)) continue;
+      memcpy(to.closure + at, from.closure + at, LANES * sizeof *to.closure);
+      memcpy(to.far + at, from.far + at, LANES * sizeof *to.far);
     }
 }
 
 void ContactsHold(Contacts *c)
 {
-  copy_history(c, c->slip, c->broken, c->slip_0, c->broken_0);
+  copy_history(c, history_now(c), history_held(c));
   c->held = PETSC_TRUE;
 }
 
 void ContactsGoBack(Contacts *c)
 {
-  copy_history(c, c->slip_0, c->broken_0, c->slip, c->broken);
+  copy_history(c, history_held(c), history_now(c));
 }
 
 /* Masks of lanes: ends on one face, FF2_I; the others are FF2_F. */
@@ -318,8 +337,8 @@ KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, C
 /* What an evaluation is of. */
 typedef struct {
   const PetscReal *X, *u;
-  const PetscReal *slip, *broken; /* history that it starts from */
-  PetscReal moving, thickness;    /* moving: 1 with large strain, 0 */
+  History from;                /* that it starts from */
+  PetscReal moving, thickness; /* moving: 1 with large strain, 0 */
   const Joint *joints;
   Contacts *c;
   int keep; /* results */
@@ -356,9 +375,18 @@ KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const Lane
                         : ElasticForces(of, model, J, first, p, 0);
 }
 
-/* Contacts from `first` on, whatever they are. */
+KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
+{
+  for (int k = 0; k < 2; k++) {
+    StoreLanes(c->closure + SUB(first, k), now->closure[k]);
+    StoreLanes(c->closure_far + SUB(first, k), now->far[k]);
+  }
+  if (Any((now->closure[0] < 0.) | (now->closure[1] < 0.))) c->traits[first / LANES] |= CRUSHED;
+}
+
+/* Contacts from `first` on, whatever they are. closes: a constant, see RespondContacts. */
 KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
-                        size_t first, const Place *p)
+                        int closes, size_t first, const Place *p)
 {
   Contacts *c = of->c;
   const size_t at = SUB(first, 0);
@@ -371,14 +399,17 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
     const size_t i = at + (size_t)k * BATCH;
     now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
     if (traits & RESTS) now.u_n[k] -= LoadLanes(c->rest + i);
-    if (traits & HISTORY) now.slip[k] = LoadLanes(of->slip + i), now.broken[k] = LoadLanes(of->broken + i);
+    if (traits & HISTORY)
+      now.slip[k] = LoadLanes(of->from.slip + i), now.broken[k] = LoadLanes(of->from.broken + i);
+    if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
-  const int changed = RespondContacts(J, model, c->rate != 0., &now);
+  const int changed = RespondContacts(J, model, c->rate != 0., closes, &now);
   if (c->held ? keep && (changed || traits & HISTORY) : changed) {
     for (int k = 0; k < 2; k++)
       StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
           StoreLanes(c->broken + at + k * BATCH, now.broken[k]);
     c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
+    if (closes) StoreClosure(first, &now, c);
   }
   if (keep && c->rate > 0.) dashpots((PetscInt)at, c, of->joints, c->joint + first, &now);
   if (keep) StoreResults((PetscInt)at, p, &now, c);
@@ -389,19 +420,27 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
 KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                             const Place *p)
 {
-  WholeForces(of, model, J, 1, first, p);
+  WholeForces(of, model, J, 1, 0, first, p);
 }
 
 KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                              const Place *p)
 {
-  WholeForces(of, model, J, 0, first, p);
+  WholeForces(of, model, J, 0, 0, first, p);
+}
+
+/* Of joints that can crush, or have. */
+KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                           const Place *p)
+{
+  WholeForces(of, model, J, of->keep, 1, first, p);
 }
 
 #define PARAMETERS                                                                                           \
   (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
 VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
 VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 
 enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
 
@@ -438,9 +477,13 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
       for (PetscInt i = from; i < to; i += LANES) {
         const Place *p = places + (i - from) / LANES;
         if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, &J);
-        if (of.keep)
+        const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;
+        if (!of.keep && PlainForces(&of, LanesModels + s, &J, (size_t)i, p)) continue;
+        if (closes)
+          Crushable(&of, LanesModels + s, &J, (size_t)i, p);
+        else if (of.keep)
           AndResults(&of, LanesModels + s, &J, (size_t)i, p);
-        else if (!PlainForces(&of, LanesModels + s, &J, (size_t)i, p))
+        else
           ForcesAlone(&of, LanesModels + s, &J, (size_t)i, p);
       }
     }
@@ -453,8 +496,7 @@ static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c,
 {
   const Evaluation of = {.X = m->X,
                          .u = u,
-                         .slip = c->held ? c->slip_0 : c->slip,
-                         .broken = c->held ? c->broken_0 : c->broken,
+                         .from = c->held ? history_held(c) : history_now(c),
                          .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
                          .thickness = m->thickness,
                          .joints = joints,

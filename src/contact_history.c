@@ -33,6 +33,32 @@ static PetscReal elastic_slip(const Contacts *c, int history, PetscInt at, int k
   return c->u_s[SUB(at, k)] - slip_of(c, history)[SUB(at, k)];
 }
 
+static PetscReal *closure_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->closure_0 : c->closure;
+}
+
+static PetscReal *far_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->closure_far_0 : c->closure_far;
+}
+
+/* Plastic closure between the same faces: its lines keep their slopes. w: places of the new ends, 0 and 1 those
+   of the old; beyond these nothing was crushed, and a corner takes its own along. */
+static void carry_closure(const Contacts *before, PetscInt from, const PetscReal w[2], PetscInt at,
+                          Contacts *c)
+{
+  for (int h = 0; h < HISTORIES; h++)
+    for (int k = 0; k < 2; k++) {
+      const PetscReal own = closure_of(before, h)[SUB(from, k)],
+                      slope = far_of(before, h)[SUB(from, k)] - own,
+                      now = own + slope * PetscMax(0., k ? 1. - w[1] : w[0]);
+      if (!(own < 0. && now < 0.)) continue;
+      closure_of(c, h)[SUB(at, k)] = now;
+      far_of(c, h)[SUB(at, k)] = now + slope * (w[1] - w[0]);
+    }
+}
+
 static PetscBool has_strength(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
@@ -55,7 +81,7 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
   const PetscReal *x[2] = {table->x + 4 * n->face[0], table->x + 4 * n->face[1]},
                   length = table->length[n->face[0]];
   const PetscInt from = n->before, was = (PetscInt)before->klass[from], is = (PetscInt)n->pair.klass;
-  PetscReal s_old[2], s_new[2];
+  PetscReal s_old[2], s_new[2], place[2];
   for (int k = 0; k < 2; k++) {
     s_old[k] = along(x[0], length, x[END_SOURCE[was][k]] + 2 * END_CORNER[was][k]);
     s_new[k] = along(x[0], length, x[END_SOURCE[is][k]] + 2 * END_CORNER[is][k]);
@@ -63,6 +89,7 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
   const PetscReal span = s_old[1] - s_old[0], old = (PetscReal)(PetscAbsReal(span) > 1e-9 * length);
   for (int k = 0; k < 2; k++) {
     const PetscReal w = old > 0. ? PetscMax(-1., PetscMin(2., (s_new[k] - s_old[0]) / span)) : 0.5;
+    place[k] = old > 0. ? w : k;
     c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(from, 0)] + w * before->speed[SUB(from, 1)];
     c->rest[SUB(at, k)] = PetscMin(0.,
                                    (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
@@ -79,6 +106,7 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
                                         : 0.;
     }
   }
+  carry_closure(before, from, place, at, c);
 }
 
 /* ---- the same contact as before, or a new one */
@@ -112,6 +140,7 @@ static void same_vertex(const Contacts *before, const Candidate *n, const Joint 
   const PetscReal rest = before->rest[SUB(from, 0)],
                   freed = PetscMax(0., PetscMin(0., n->pair.gap[0]) - rest);
   c->length[at] = before->length[from];
+  carry_closure(before, from, (const PetscReal[]){0., 1.}, at, c);
   c->rest[SUB(at, 0)] = c->rest[SUB(at, 1)] = 0.;
   for (int k = 0; k < vertex_ends(n); k++) {
     c->speed[SUB(at, k)] = before->speed[SUB(from, k)];
@@ -132,6 +161,7 @@ typedef struct {
   PetscReal length;         /* 0: keeps its own */
   PetscReal stored;         /* [m3] by the vertex that lands, see stored_in */
   PetscReal rest[2], u_e[HISTORIES][2], speed[2]; /* of both ends of the new contact */
+  PetscReal closure[HISTORIES][2], far[HISTORIES][2];
 } Heir;
 
 static int heir_order(const void *a, const void *b)
@@ -151,7 +181,11 @@ static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before,
                .kind = kind,
                .source = {before->key[2 * from], before->key[2 * from + 1]}};
   for (int k = 0; k < 2; k++) {
-    for (int h = 0; h < HISTORIES; h++) heir.u_e[h][k] = elastic_slip(before, h, from, end[k]);
+    for (int h = 0; h < HISTORIES; h++) {
+      heir.u_e[h][k] = elastic_slip(before, h, from, end[k]);
+      heir.closure[h][k] = closure_of(before, h)[SUB(from, end[k])];
+      heir.far[h][k] = far_of(before, h)[SUB(from, end[k])];
+    }
     heir.speed[k] = before->speed[SUB(from, end[k])];
   }
   return heir;
@@ -265,6 +299,7 @@ static PetscInt from_landing(const Model *m, const OldContacts *old, const Candi
   if (from < 0) return 0;
   const PetscBool moving = is_moving(before, from); // pt has one end, whose slip both ends take over
   *heir = heir_from(n, 0, before, from, (const int[]){moving ? k : 0, moving ? 1 - k : 0});
+  for (int h = 0; h < HISTORIES && !moving; h++) heir->closure[h][1 - k] = heir->far[h][1 - k] = 0.;
   heir->rest[k] = before->rest[SUB(from, 0)];
   if (moving) heir->rest[1 - k] = heir->rest[k];
   heir->stored = stored_in(moving, before->length[from], before->u_n[SUB(from, 0)],
@@ -305,7 +340,12 @@ static void inherit(const Heir *heir, PetscInt at, Contacts *c)
   if (heir->length > 0.) c->length[at] = heir->length;
   for (int k = 0; k < 2; k++) {
     if (c->klass[at] == VERTEX_FACE && k && !is_moving(c, at)) continue;
-    for (int h = 0; h < HISTORIES; h++) slip_of(c, h)[SUB(at, k)] = -heir->u_e[h][k];
+    for (int h = 0; h < HISTORIES; h++) {
+      slip_of(c, h)[SUB(at, k)] = -heir->u_e[h][k];
+      if (!(heir->closure[h][k] < 0.)) continue;
+      closure_of(c, h)[SUB(at, k)] = heir->closure[h][k];
+      far_of(c, h)[SUB(at, k)] = heir->far[h][k];
+    }
     c->speed[SUB(at, k)] = heir->speed[k];
     c->rest[SUB(at, k)] = heir->rest[k];
   }

@@ -18,7 +18,13 @@
    then lie above their limit; the diagram is clipped there. With cohesion 0 and nothing brittle no such place
    exists and theta = 0. Full sliding gives F_s = tan(phi) F_n + c (closed length), a brittle tptm contact
    sheared in one step or in many gives the same, and the answer for the same displacement is the same when
-   asked again. */
+   asked again.
+
+   Crushing. A place pressed past C keeps a plastic closure, u_n + C/k_n where that is lower than before. The
+   field along the contact is the lower envelope of 0 and of all such lines there have been; kept are two of
+   them, one by each end that was crushed: min(0, line 0, line 1) (AdvanceClosure). sigma is then the largest
+   of three lines, k_n times u_n less each of these, and convex; what does not fail or open is still one
+   interval, for every limit is concave. Functions that know of closure have `closes`, a constant. */
 #pragma once
 #include "joint_law.h"
 
@@ -26,6 +32,7 @@ typedef struct {
   Lanes length;
   Lanes u_n[2], u_s[2];     /* in */
   Lanes slip[2], broken[2]; /* in and out: history */
+  Lanes closure[2], far[2]; /* the same of a joint that can crush: line k at end k and at the other end */
   Lanes sigma[2], tau[2];   /* in: trial stresses; out: stresses at the ends */
   Lanes F_n[2], F_s[2];     /* out */
   Mask state[2];            /* out: ContactState bits */
@@ -59,13 +66,15 @@ KERNEL void RespondElastic(const PetscReal row[2], LanesContact *c)
   }
 }
 
-/* True where the law holds elastically at both ends and nothing is broken. */
-KERNEL Mask IsElastic(const LanesJoint *J, const LanesContact *c)
+/* True where the law holds elastically at both ends and nothing is broken or crushed. */
+KERNEL Mask IsElastic(const LanesJoint *J, int closes, const LanesContact *c)
 {
   Mask holds = {-1, -1, -1, -1};
-  for (int k = 0; k < 2; k++)
+  for (int k = 0; k < 2; k++) {
     holds &= (c->sigma[k] <= J->peak.tension) & (c->sigma[k] >= -J->compression) &
              (Absolute(c->tau[k]) <= JointCone(&J->peak, c->sigma[k])) & (c->broken[k] <= 0.);
+    if (closes) holds &= c->closure[k] >= 0.;
+  }
   return holds | J->elastic;
 }
 
@@ -124,5 +133,51 @@ KERNEL void EndStresses(const LanesJoint *J, const Lanes sigma[2], const Lanes t
     c->tau[k] = JointClip(tau[k], limit);
     c->state[k] = (open & CONTACT_OPEN) | (~open & (Absolute(tau[k]) > limit) & CONTACT_SLIPPING) |
                   (JointIsCrushing(J, sigma[k]) & CONTACT_CRUSHING);
+  }
+}
+
+/* --------------------------------------------------------------------------------------- crushing */
+
+/* Plastic part of u_n at xi. */
+KERNEL Lanes ClosureAt(const LanesContact *c, Lanes xi)
+{
+  const Lanes line[2][2] = {{c->closure[0], c->far[0]}, {c->far[1], c->closure[1]}};
+  const Lanes a = Line(line[0], xi), b = Line(line[1], xi), least = Select(a < b, a, b);
+  return Select(least < 0., least, LanesOf(0.));
+}
+
+KERNEL Lanes ClosureOfEnd(const LanesContact *c, int k)
+{
+  const Lanes least = Select(c->closure[k] < c->far[1 - k], c->closure[k], c->far[1 - k]);
+  return Select(least < 0., least, LanesOf(0.));
+}
+
+/* Depths (of closure, positive) of one end's line before, b, and of the line now, a, that is deeper at this
+   end: at the other end, of the line with the depth of a at this end and the crushed area of both. It is a
+   where b comes out from under a nowhere, or only where the other end's line is deeper still. q: of that
+   line. So crushing at C takes the work it should, and the same u_n asked again changes nothing. */
+KERNEL Lanes FarDepth(const Lanes a[2], const Lanes b[2], const Lanes q[2])
+{
+  const Lanes x = (a[0] - b[0]) / ((a[0] - b[0]) + (b[1] - a[1])), y = a[0] + x * (a[1] - a[0]);
+  const Lanes beyond = Select(b[1] < 0., y * y / (b[0] - b[1]), (1. - x) * (y + b[1]));
+  const Lanes twice = x * (a[0] + y) + beyond; /* the area */
+  const Mask covered = (q[0] + x * (q[1] - q[0]) >= y) & (q[1] >= b[1]);
+  const Lanes far = Select(twice < a[0], a[0] - a[0] * a[0] / twice, twice - a[0]);
+  const Lanes most = Select(q[1] > a[1], q[1], a[1]); /* the depth there is at the other end */
+  return Select((b[1] > a[1]) & (y > 0.) & ~covered, Select(far > most, most, far), a[1]);
+}
+
+/* Keeps what u_n has crushed. An end that is pressed deeper than ever gets a new line; crushing inside
+   between ends that were crushed deeper before is not kept. */
+KERNEL void AdvanceClosure(const LanesJoint *J, LanesContact *c)
+{
+  const Lanes closure[2] = {c->closure[0], c->closure[1]}, far[2] = {c->far[0], c->far[1]};
+  const Lanes now[2] = {c->u_n[0] + J->compression / J->k_n, c->u_n[1] + J->compression / J->k_n};
+  for (int k = 0; k < 2; k++) {
+    const Lanes a[2] = {-now[k], -now[1 - k]}, b[2] = {-closure[k], -far[k]},
+                q[2] = {-far[1 - k], -closure[1 - k]};
+    const Mask deeper = ~J->elastic & (now[k] < closure[k]);
+    c->far[k] = Select(deeper, -FarDepth(a, b, q), far[k]);
+    c->closure[k] = Select(deeper, now[k], closure[k]);
   }
 }

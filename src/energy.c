@@ -9,7 +9,7 @@
    conjugate. When contacts are found anew at time t, it is the new forces that the scheme uses at t: what
    they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What
    joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in
-   friction (and dashpots). */
+   friction, crushing and dashpots. */
 #include "stages.h"
 #include "archive.h"
 #include "lanes.h"
@@ -45,6 +45,18 @@ static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int
   return c->length[i] * (a * c->sigma[SUB(i, k)] + b * c->sigma[SUB(i, 1 - k)]);
 }
 
+/* Of a contact of tptm that crushes or was crushed. */
+static PetscReal stored_in_crushed(const Contacts *c, const Joint *j, PetscInt i)
+{
+  ContactPoint p = {.in_time = PETSC_TRUE};
+  for (int k = 0; k < 2; k++) {
+    const PetscInt at = SUB(i, k);
+    p.u_n[k] = c->u_n[at], p.broken[k] = c->broken[at];
+    p.closure[k] = c->closure[at], p.closure_far[k] = c->closure_far[at];
+  }
+  return StressModelStored(j, c->length[i], &p);
+}
+
 /* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens,
    tau as far as it holds. */
 static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
@@ -54,7 +66,9 @@ static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
   const PetscReal s[2] = {j->k_n * c->u_n[at[0]], j->k_n * c->u_n[at[1]]};
   const PetscBool open[2] = {(PetscBool)(c->sigma[at[0]] == 0. && s[0] > 0.),
                              (PetscBool)(c->sigma[at[1]] == 0. && s[1] > 0.)};
-  if (i >= c->model_start[STRESS_TPTM] && open[0] != open[1]) {
+  if (i >= c->model_start[STRESS_TPTM] && (c->closure[at[0]] < 0. || c->closure[at[1]] < 0.)) {
+    stored += stored_in_crushed(c, j, i);
+  } else if (i >= c->model_start[STRESS_TPTM] && open[0] != open[1]) {
     const PetscReal closed = open[0] ? s[1] : s[0], other = open[0] ? s[0] : s[1];
     stored += closed * closed * (closed / (closed - other)) * c->length[i] / (6. * j->k_n);
   } else {

@@ -241,23 +241,45 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Part of a contact that is open: where the linear opening between its ends is positive. */
+static PetscReal open_part(const ContactRow *c)
+{
+  const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
+  if (open[0] == open[1]) return open[0];
+  const PetscReal in = c->end[open[1]].opening,
+                  out = c->end[open[0]].opening; // at the open, at the closed end
+  return in > 0 && out < 0 ? in / (in - out) : 0.5;
+}
+
+/* How much of a contact is open and crushing: of tptm that was crushed by its diagram. */
+static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
+{
+  PetscReal open = open_part(row), crushing = 0.;
+  for (int k = 0; k < 2; k++) crushing += 0.5 * !!(row->end[k].state & CONTACT_CRUSHING);
+  if (kind == STRESS_TPTM && row->klass != VERTEX_FACE && (p->closure[0] < 0. || p->closure[1] < 0.))
+    StressModelParts(joint, p, &open, &crushing);
+  row->open = row->length * open, row->crushing = row->length * crushing;
+}
+
 /* End forces [N] of a contact from its stored opening, slip and history. Nothing stored changes. */
 static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
-                               PetscReal thickness, ContactRow *row)
+                               PetscReal thickness, ContactPoint *p, ContactRow *row)
 {
-  ContactPoint p = {.in_time = (PetscBool)(c->rate != 0.)};
+  *p = (ContactPoint){.in_time = (PetscBool)(c->rate != 0.)};
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
-    p.u_n[k] = c->u_n[j];
-    p.u_s[k] = c->u_s[j];
-    p.slip[k] = c->slip[j];
-    p.broken[k] = c->broken[j];
+    p->u_n[k] = c->u_n[j];
+    p->u_s[k] = c->u_s[j];
+    p->slip[k] = c->slip[j];
+    p->broken[k] = c->broken[j];
+    p->closure[k] = c->closure[j], p->closure_far[k] = c->closure_far[j];
   }
-  StressModelRespond(kind, joint, c->length[i], &p);
+  StressModelRespond(kind, joint, c->length[i], p);
   for (int k = 0; k < 2; k++) {
-    row->end[k].opening = p.u_n[k];
-    row->end[k].force[0] = thickness * p.F_n[k];
-    row->end[k].force[1] = thickness * p.F_s[k];
+    row->end[k].opening = p->u_n[k];
+    row->end[k].closure = StressModelClosure(p, k);
+    row->end[k].force[0] = thickness * p->F_n[k];
+    row->end[k].force[1] = thickness * p->F_s[k];
   }
 }
 
@@ -331,6 +353,7 @@ static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRo
 static void contact_row(const Model *model, const State *state, const Contacts *c, PetscInt i,
                         StressModelKind kind, const Joint *joints, ContactRow *row)
 {
+  ContactPoint p;
   row->face[0] = c->key[2 * i];
   row->face[1] = c->key[2 * i + 1];
   row->klass = c->klass[i];
@@ -350,8 +373,9 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   }
   for (int k = 0; k < 2; k++)
     if (at_shear_limit(&joints[c->joint[i]], row, k)) row->end[k].state |= CONTACT_SLIPPING;
-  contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, row);
+  contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, &p, row);
   if (row->klass == VERTEX_FACE) one_end(model, c, i, row);
+  contact_lengths(kind, &joints[c->joint[i]], &p, row);
 }
 
 static int compare_contacts(const void *a, const void *b)

@@ -305,6 +305,9 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *
 PetscErrorCode ContactsDestroy(Contacts *contacts);
 /* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
 PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
+/* The (.., 2, BATCH) arrays of reals; last the four of closure, mostly zero. */
+enum { CLOSURE_ARRAYS = 4, END_ARRAYS = 15 + CLOSURE_ARRAYS };
+void ContactsEndArrays(const Contacts *contacts, PetscReal *array[END_ARRAYS]);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
@@ -500,14 +503,22 @@ extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2
 void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
 /* Response of one contact, as contact_force.c has it of a batch; see stress_models.h. */
 typedef struct {
-  PetscReal u_n[2], u_s[2];     /* in: [m] at the two ends, openings already reduced by `rest` */
-  PetscReal slip[2], broken[2]; /* in: history at the start of the step; out: at its end */
-  PetscBool in_time;            /* in: of a dynamic stage, where partial slip may make no energy */
-  PetscReal sigma[2], tau[2];   /* out: [Pa] at the ends */
-  PetscReal F_n[2], F_s[2];     /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
-  PetscInt state[2];            /* out: ContactState bits */
+  PetscReal u_n[2], u_s[2];             /* in: [m] at the two ends, openings already reduced by `rest` */
+  PetscReal slip[2], broken[2];         /* in: history at the start of the step; out: at its end */
+  PetscReal closure[2], closure_far[2]; /* the same of a joint of finite compression */
+  PetscBool in_time;                    /* in: of a dynamic stage, where partial slip may make no energy */
+  PetscReal sigma[2], tau[2];           /* out: [Pa] at the ends */
+  PetscReal F_n[2], F_s[2]; /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
+  PetscInt state[2];        /* out: ContactState bits */
 } ContactPoint;
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
-/* Whether the law holds elastically at both ends and nothing is broken, for the trial stresses sigma, tau. */
+/* [m] Plastic part of u_n at end k. */
+PetscReal StressModelClosure(const ContactPoint *p, int k);
+/* Of tptm: the parts of the length where the trial stress opens the joint and where it crushes it. */
+void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing);
+/* [J/m] Of tptm: what its normal springs store, sigma^2/(2 k_n) over the length. */
+PetscReal StressModelStored(const Joint *joint, PetscReal length, const ContactPoint *p);
+/* Whether the law holds elastically at both ends and nothing is broken or crushed, for the trial stresses
+   sigma, tau. */
 PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
-                         const PetscReal broken[2]);
+                         const PetscReal broken[2], const PetscReal closure[2]);

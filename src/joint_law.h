@@ -2,10 +2,11 @@
    elastic, or Mohr-Coulomb with cut-offs in tension and compression, with peak and residual strength.
    stress_models.h integrates it over a contact.
 
-   Trial stresses (5)-(6) from TOTAL opening and slip:  sigma = k_n u_n,  tau = k_s (u_s - slip).  The paper
+   Trial stresses (5)-(6) from TOTAL opening and slip:  sigma = k_n (u_n - closure),
+   tau = k_s (u_s - slip).  The paper
    writes them in increments of stress; then a joint that has been cut off in tension forgets its gap and
-   carries compression before it closes. So u_n is total, and the plastic part of u_s is the only history of
-   shear.
+   carries compression before it closes. So u_n is total; history are the plastic part of u_s, `slip`, and
+   that of u_n, `closure` <= 0, which only a joint of finite compression has (contact_law.h).
 
    Strength: peak until the place fails; residual ever after. With t = tan_phi, C = compression:
      fails   when sigma_trial > peak tension or |tau_trial| > limit with peak strength
@@ -31,6 +32,7 @@ typedef struct {
   Lanes k_n, k_s, compression;
   LanesStrength peak, residual;
   Mask elastic; /* no limits at all */
+  int crushes;  /* compression of some lane is finite */
   Mask brittle; /* failing changes something; if not, `broken` stays 0 and contacts can return to elastic */
 } LanesJoint;
 
@@ -50,6 +52,7 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J
     J->peak.tan_phi[lane] = j->tan_phi[0], J->residual.tan_phi[lane] = j->tan_phi[1];
     J->elastic[lane] = -(long long)(j->law == LAW_ELASTIC);
   }
+  J->crushes = Any(J->compression < NO_LIMIT);
   J->brittle = (J->peak.cohesion != J->residual.cohesion) | (J->peak.tan_phi != J->residual.tan_phi) |
                (J->peak.tension != J->residual.tension);
 }

@@ -28,6 +28,7 @@ typedef struct {
   PetscReal normal[2];                 /* [-] from side b to side a; force acts along it on side b */
   PetscReal opening, sliding, slip;    /* [m] u_n less rest; u_s; plastic part of u_s */
   PetscReal broken;                    /* [-] */
+  PetscReal closure;                   /* [m] plastic part of u_n */
   PetscReal sigma, tau;                /* [Pa] */
   PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
   PetscInt state;                      /* ContactState bits */
@@ -41,8 +42,9 @@ typedef struct {
   PetscInt klass, joint;
   PetscBool
       sliver; /* a corner, or less than a tenth of the shorter face: its stress stands for no more than itself */
-  PetscReal length;  /* [m] */
-  ContactEnd end[2]; /* a vertex on a face has one end: the other repeats it without force */
+  PetscReal length;         /* [m] */
+  PetscReal open, crushing; /* [m] of it */
+  ContactEnd end[2];        /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;
 
 typedef struct {

@@ -153,6 +153,13 @@ static int write_faces_lengths(hid_t group, const StageFields *fields)
   return -error;
 }
 
+static int any_closure(const StageFields *fields)
+{
+  for (PetscInt i = 0; i < fields->n_contacts; i++)
+    if (fields->contact[i].end[0].closure < 0. || fields->contact[i].end[1].closure < 0.) return 1;
+  return 0;
+}
+
 static int write_contacts(hid_t stage, const StageFields *fields)
 {
   const size_t ends = offsetof(ContactRow, end);
@@ -175,8 +182,11 @@ static int write_contacts(hid_t stage, const StageFields *fields)
                     write_end_reals(group, "sigma", fields, 1, offsetof(ContactEnd, sigma)) ||
                     write_end_reals(group, "tau", fields, 1, offsetof(ContactEnd, tau)) ||
                     write_end_reals(group, "force", fields, 2, offsetof(ContactEnd, force));
+  const int last = error || !any_closure(fields)
+                       ? error
+                       : write_end_reals(group, "closure", fields, 1, offsetof(ContactEnd, closure));
   H5Gclose(group);
-  return error;
+  return last;
 }
 
 /* ---- whose a file is */

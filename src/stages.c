@@ -248,18 +248,17 @@ static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
   Contacts *contacts = p->contacts;
   const PetscInt n = 2 * contacts->n_padded;
   StageResult other = {.ratio = 0.};
-  PetscReal *slip, *broken;
+  PetscReal *const history[] = {contacts->slip, contacts->broken, contacts->closure, contacts->closure_far};
+  PetscReal *kept;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(n, &slip, n, &broken));
-  PetscCall(PetscArraycpy(slip, contacts->slip, n));
-  PetscCall(PetscArraycpy(broken, contacts->broken, n));
+  PetscCall(PetscMalloc1(4 * n, &kept));
+  for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(kept + i * n, history[i], n));
   contacts->held = PETSC_TRUE;
   PetscCall(Forces(p->m, p->stage->joints, contacts, p->state, contact_scale));
   PetscCall(Unbalanced(p->m, p->state, contact_scale, &other));
   contacts->held = PETSC_FALSE;
-  PetscCall(PetscArraycpy(contacts->slip, slip, n));
-  PetscCall(PetscArraycpy(contacts->broken, broken, n));
-  PetscCall(PetscFree2(slip, broken));
+  for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(history[i], kept + i * n, n));
+  PetscCall(PetscFree(kept));
   if (p->m->rank == 0 && other.ratio > PATH_RATIO) {
     fprintf(stderr,
             "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "

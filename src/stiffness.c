@@ -203,6 +203,7 @@ static void joint_tangent(const Joint *joint, StressModelKind model, const Conta
     const PetscInt at = SUB(i, k);
     base.u_n[k] = c->u_n[at], base.u_s[k] = c->u_s[at];
     base.slip[k] = c->slip_0[at], base.broken[k] = c->broken_0[at];
+    base.closure[k] = c->closure_0[at], base.closure_far[k] = c->closure_far_0[at];
     size = PetscMax(size, PetscMax(PetscAbsReal(c->u_n[at]), PetscAbsReal(c->u_s[at] - c->slip_0[at])));
   }
   const PetscReal step = PetscMax(1e-7 * size, 1e-18);
@@ -228,13 +229,13 @@ void StiffnessJoints(const Joint *joints, const Contacts *c, Stiffness *s)
   for (int model = 0; model < STRESS_MODELS; model++)
     for (PetscInt i = c->model_start[model]; i < c->model_start[model + 1]; i++) {
       const Joint *joint = joints + c->joint[i];
-      PetscReal sigma[2], tau[2], was[2];
+      PetscReal sigma[2], tau[2], was[2], closure[2];
       for (int k = 0; k < 2; k++) {
         const PetscInt at = SUB(i, k);
         sigma[k] = joint->k_n * c->u_n[at], tau[k] = joint->k_s * (c->u_s[at] - c->slip_0[at]);
-        was[k] = c->broken_0[at];
+        was[k] = c->broken_0[at], closure[k] = c->closure_0[at];
       }
-      if (c->key[2 * i] < 0 || JointIsElastic(joint, sigma, tau, was)) continue;
+      if (c->key[2 * i] < 0 || JointIsElastic(joint, sigma, tau, was, closure)) continue;
       joint_tangent(joint, (StressModelKind)model, c, i, s->joint + 16 * i);
     }
 }

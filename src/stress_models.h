@@ -20,7 +20,7 @@ extern const LanesModel LanesModels[]; /* stress_models.c */
 /* --------------------------------------------------------------------- models with fixed control points */
 
 /* Updates broken[] from the trial stresses; middle: the model has a third control point. */
-KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], const Lanes tau[2],
+KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], Lanes sm, const Lanes tau[2],
                         Lanes broken[2])
 {
   const Lanes part = LanesOf(middle ? 0.25 : 0.5);
@@ -31,7 +31,7 @@ KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], c
 
   /* the middle goes with the end more violated by the criterion that fails there; with both when there is
      none, to treat them alike */
-  const Lanes sm = Line(sigma, LanesOf(0.)), tm = Line(tau, LanesOf(0.));
+  const Lanes tm = Line(tau, LanesOf(0.));
   const Mask fails = J->brittle & ~whole & JointFails(J, sm, tm), opens = JointIsOpen(&J->peak, sm);
   Lanes violation[2];
   for (int k = 0; k < 2; k++)
@@ -44,11 +44,11 @@ KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], c
 
 /* The middle has a say when its state differs from an end's and it can bear more than the line between the
    ends. */
-KERNEL Hold HoldMiddle(const LanesJoint *J, const Lanes sigma[2], const Lanes broken[2], Mask residual,
-                       const Lanes limit[2])
+KERNEL Hold HoldMiddle(const LanesJoint *J, const Lanes sigma[2], Lanes sm, const Lanes broken[2],
+                       Mask residual, const Lanes limit[2])
 {
   const LanesStrength strength = StrengthOf(J, residual);
-  const Lanes sm = Line(sigma, LanesOf(0.)), most = JointShearLimit(J, &strength, sm);
+  const Lanes most = JointShearLimit(J, &strength, sm);
   Mask differs = {0};
   for (int k = 0; k < 2; k++) {
     const Mask end = EndIsResidual(broken, k);
@@ -60,15 +60,17 @@ KERNEL Hold HoldMiddle(const LanesJoint *J, const Lanes sigma[2], const Lanes br
                 most);
 }
 
-KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], LanesContact *c)
+KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes, LanesContact *c)
 {
   const int middle = row[1] > 0.;
   const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
-  Lanes limit[2], held[2], sm = {0.}, tm = {0.};
+  const Lanes sm = closes ? J->k_n * (Line(c->u_n, LanesOf(0.)) - ClosureAt(c, LanesOf(0.)))
+                          : Line(sigma, LanesOf(0.)); /* trial stress in the middle */
+  Lanes limit[2], held[2], normal = {0.}, tm = {0.};
   Hold hold = {{0}, {0.}, {0.}};
 
   /* failure, with the trial stresses */
-  if (Any(J->brittle)) BreakPoints(J, middle, sigma, tau, c->broken);
+  if (Any(J->brittle)) BreakPoints(J, middle, sigma, sm, tau, c->broken);
   const Mask residual = (c->broken[0] > 0.5) | (c->broken[1] > 0.5);
   for (int k = 0; k < 2; k++) {
     const LanesStrength strength = StrengthOf(J, EndIsResidual(c->broken, k));
@@ -76,7 +78,7 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], LanesConta
   }
 
   /* return of shear */
-  if (middle) hold = HoldMiddle(J, sigma, c->broken, residual, limit);
+  if (middle) hold = HoldMiddle(J, sigma, sm, c->broken, residual, limit);
   ReturnShear(middle, &hold, tau, limit, held);
   EndStresses(J, sigma, tau, c);
   AdvanceSlip(J, tau, held, c);
@@ -84,12 +86,11 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], LanesConta
   /* forces */
   if (middle) {
     const LanesStrength strength = StrengthOf(J, residual);
-    const Lanes s = Line(sigma, LanesOf(0.));
-    sm = JointNormal(J, &strength, s);
-    tm = JointClip(Line(held, LanesOf(0.)), JointShearLimit(J, &strength, s));
+    normal = JointNormal(J, &strength, sm);
+    tm = JointClip(Line(held, LanesOf(0.)), JointShearLimit(J, &strength, sm));
   }
   for (int k = 0; k < 2; k++) {
-    c->F_n[k] = c->length * (row[0] * c->sigma[k] + row[1] * sm + row[2] * c->sigma[1 - k]);
+    c->F_n[k] = c->length * (row[0] * c->sigma[k] + row[1] * normal + row[2] * c->sigma[1 - k]);
     c->F_s[k] = c->length * (row[0] * c->tau[k] + row[1] * tm + row[2] * c->tau[1 - k]);
   }
 }
@@ -97,11 +98,11 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], LanesConta
 /* ------------------------------------------------------------------------------------------------ */
 
 /* sigma, tau: trial stresses, from u_n, u_s and the history */
-KERNEL void TrialStresses(const LanesJoint *J, LanesContact *c)
+KERNEL void TrialStresses(const LanesJoint *J, int closes, LanesContact *c)
 {
   for (int k = 0; k < 2; k++) {
-    c->sigma[k] = J->k_n * c->u_n[k];              /* (5) */
-    c->tau[k] = J->k_s * (c->u_s[k] - c->slip[k]); /* (6) */
+    c->sigma[k] = J->k_n * (closes ? c->u_n[k] - ClosureOfEnd(c, k) : c->u_n[k]); /* (5) */
+    c->tau[k] = J->k_s * (c->u_s[k] - c->slip[k]);                                /* (6) */
   }
 }
 
@@ -109,37 +110,51 @@ KERNEL void TrialStresses(const LanesJoint *J, LanesContact *c)
    RespondContacts answers; otherwise nothing. */
 KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, LanesContact *c)
 {
-  TrialStresses(J, c);
-  if (Any(~IsElastic(J, c))) return 0;
+  TrialStresses(J, 0, c);
+  if (Any(~IsElastic(J, 0, c))) return 0;
   RespondElastic(model->elastic, c);
   return 1;
 }
 
 /* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row; only
-   when a lane's law does not hold elastically is the model asked, and answers for those lanes. Returns
-   whether the history may have changed. */
-KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, LanesContact *c)
+   when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes: a
+   constant, 0 where no joint can crush and nothing has been crushed. Returns whether the history may have
+   changed. */
+KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes,
+                           LanesContact *c)
 {
-  TrialStresses(J, c);
-  const Mask elastic = IsElastic(J, c);
+  TrialStresses(J, closes, c);
+  const Mask elastic = IsElastic(J, closes, c);
   if (!Any(~elastic)) {
     RespondElastic(model->elastic, c);
     return 0;
   }
   LanesContact trial;
+  Mask crushing[2];
   trial.length = c->length;
   for (int k = 0; k < 2; k++) {
     trial.sigma[k] = c->sigma[k], trial.tau[k] = c->tau[k];
     trial.slip[k] = c->slip[k], trial.broken[k] = c->broken[k];
+    if (closes) trial.closure[k] = c->closure[k], trial.far[k] = c->far[k];
   }
   RespondElastic(model->elastic, &trial);
+  if (closes) {
+    AdvanceClosure(J, c);
+    TrialStresses(J, closes, c);
+    for (int k = 0; k < 2; k++)
+      crushing[k] = (c->sigma[k] <= (-1. + 1e-9) * J->compression) & CONTACT_CRUSHING;
+  }
   if (model->moving)
-    RespondMoving(J, in_time, c);
+    RespondMoving(J, in_time, closes, c);
   else
-    RespondFixed(J, model->row, c);
+    RespondFixed(J, model->row, closes, c);
+  if (closes)
+    for (int k = 0; k < 2; k++) c->state[k] |= crushing[k];
   for (int k = 0; k < 2; k++) {
     c->slip[k] = Select(elastic, trial.slip[k], c->slip[k]);
     c->broken[k] = Select(elastic, trial.broken[k], c->broken[k]);
+    if (closes) c->closure[k] = Select(elastic, trial.closure[k], c->closure[k]);
+    if (closes) c->far[k] = Select(elastic, trial.far[k], c->far[k]);
     c->sigma[k] = Select(elastic, trial.sigma[k], c->sigma[k]);
     c->tau[k] = Select(elastic, trial.tau[k], c->tau[k]);
     c->F_n[k] = Select(elastic, trial.F_n[k], c->F_n[k]);

@@ -93,7 +93,8 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     for (int k = 0; k < 2; k++) {
       const ContactEnd *end = &s->contact[i].end[k];
-      joints += 0.5 * (end->force[0] * end->opening + end->force[1] * (end->sliding - end->slip));
+      joints += 0.5 *
+                (end->force[0] * (end->opening - end->closure) + end->force[1] * (end->sliding - end->slip));
     }
   }
   fprintf(f, "      \"energy\": {");

@@ -99,16 +99,6 @@ static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
                               line->length <= 1.25 * line->chord);
 }
 
-/* Part of a contact that is open: where the linear opening between its ends is positive. */
-static PetscReal open_part(const ContactRow *c)
-{
-  const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
-  if (open[0] == open[1]) return open[0];
-  const PetscReal in = c->end[open[1]].opening,
-                  out = c->end[open[0]].opening; // at the open, at the closed end
-  return in > 0 && out < 0 ? in / (in - out) : 0.5;
-}
-
 static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sums)
 {
   const PetscReal *e = line->e, *n = end->normal, *F = end->force;
@@ -137,11 +127,11 @@ static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     const ContactRow *c = &s->contact[i];
     if (c->joint != joint) continue;
-    sums->open += c->length * open_part(c);
+    sums->open += c->open;
+    sums->crushing += c->crushing;
     for (int k = 0; k < 2; k++) {
       add_end(line, &c->end[k], sums);
       if (c->end[k].state & CONTACT_SLIPPING) sums->slipping += 0.5 * c->length;
-      if (c->end[k].state & CONTACT_CRUSHING) sums->crushing += 0.5 * c->length;
     }
   }
 }

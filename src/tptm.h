@@ -182,6 +182,89 @@ KERNEL void DiagramShares(const LanesJoint *J, const Lanes sigma[2], const Lanes
       sum[what].at[k] = (of[2 * k][what].at[k] + of[1][what].at[k]) + of[2 - 2 * k][what].at[k];
 }
 
+/* -------------------------------------------------------------------------------- what was crushed */
+
+/* The trial stress of a contact that was crushed: line i from cut[i] to cut[i+1], where it is the largest. */
+typedef struct {
+  Lanes sigma[3][2], cut[4];
+} Pieces;
+
+KERNEL Pieces PiecesOf(const LanesJoint *J, const LanesContact *c)
+{
+  const Lanes one = LanesOf(1.), p[2] = {-c->closure[0], -c->far[0]}, q[2] = {-c->far[1], -c->closure[1]};
+  const Mask first = (p[0] > 0.) & ((p[0] > q[0]) | ((p[0] == q[0]) & (p[1] >= q[1])));
+  const Mask last = (q[1] > 0.) & ((q[1] > p[1]) | ((q[1] == p[1]) & (q[0] > p[0])));
+  const Mask meet = first & last & (p[0] > q[0]) & (q[1] > p[1]);
+  const Lanes meeting = Crossing(p[0] - q[0], p[1] - q[1]);
+  Lanes a = Select(p[1] < 0., Crossing(p[0], p[1]), one), b = Select(q[0] < 0., Crossing(q[0], q[1]), -one);
+  a = Select(meet & (meeting < a), meeting, a), b = Select(meet & (meeting > b), meeting, b);
+  Pieces pieces = {.cut = {-one, Select(first, a, -one), Select(last, b, one), one}};
+  for (int k = 0; k < 2; k++) {
+    pieces.sigma[0][k] = J->k_n * (c->u_n[k] + p[k]);
+    pieces.sigma[1][k] = J->k_n * c->u_n[k];
+    pieces.sigma[2][k] = J->k_n * (c->u_n[k] + q[k]);
+  }
+  return pieces;
+}
+
+/* What FindHolds finds in each piece, and the kinks between them, where the limit bends. */
+KERNEL int FindHoldsOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes front[2], Hold holds[14])
+{
+  int n = 0;
+  for (int i = 0; i < 3; i++)
+    for (const int end = n + FindHolds(J, pieces->sigma[i], front, holds + n); n < end; n++)
+      holds[n].counts &= (holds[n].xi >= pieces->cut[i]) & (holds[n].xi <= pieces->cut[i + 1]);
+  for (int i = 0; i < 3; i += 2) {
+    const Lanes xi = pieces->cut[i ? 2 : 1];
+    const LanesStrength strength = StrengthOf(J, J->brittle & ((xi < front[0]) | (xi > front[1])));
+    holds[n++] = HoldAt((Mask){-1, -1, -1, -1}, xi,
+                        JointShearLimit(J, &strength, Line(pieces->sigma[i], xi)));
+  }
+  return n;
+}
+
+/* Shares of both ends of the contact in a piece of one strength between two places; nothing where they are
+   the wrong way round. */
+KERNEL void SharesBetween(const LanesJoint *J, const LanesStrength *strength, const Lanes sigma[2],
+                          const Lanes tau[2], Lanes from, Lanes to, Shares sum[3])
+{
+  const Lanes end = Select(to < from, from, to);
+  const Interval part = {.from = 0.5 * (1. + from),
+                         .after = 0.5 * (1. - from),
+                         .to = 0.5 * (1. + end),
+                         .before = 0.5 * (1. - end),
+                         .length = 0.5 * (end - from)};
+  const Lanes s[2] = {Line(sigma, from), Line(sigma, end)}, t[2] = {Line(tau, from), Line(tau, end)};
+  PieceShares(J, strength, s, t, &sum[0], &sum[1], &sum[2]);
+  for (int what = 0; what < 3; what++) sum[what] = SharesOfPart(&part, sum[what]);
+}
+
+/* DiagramShares of a contact that was crushed: every piece, and of each what has not failed and what has. */
+KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes tau[2],
+                           const Lanes front[2], Shares sum[3])
+{
+  const Mask through = front[0] >= front[1];
+  const Lanes one = LanesOf(1.), zero = LanesOf(0.);
+  const Lanes cut[4] = {-one, Select(through, one, Select(J->brittle, front[0], -one)),
+                        Select(through, one, Select(J->brittle, front[1], one)), one};
+  Shares total[3][3] = {{{{zero, zero}}}}, of[3][3]; /* [piece][what] */
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) {
+      const Lanes from = Select(pieces->cut[i] > cut[j], pieces->cut[i], cut[j]),
+                  to = Select(pieces->cut[i + 1] < cut[j + 1], pieces->cut[i + 1], cut[j + 1]);
+      SharesBetween(J, j == 1 ? &J->peak : &J->residual, pieces->sigma[i], tau, from, to, of[j]);
+    }
+    for (int what = 0; what < 3; what++)
+      for (int k = 0; k < 2; k++)
+        total[i][what].at[k] = (of[2 * k][what].at[k] + of[1][what].at[k]) + of[2 - 2 * k][what].at[k];
+  }
+  for (int what = 0; what < 3; what++)
+    for (int k = 0; k < 2; k++)
+      sum[what].at[k] = (total[2 * k][what].at[k] + total[1][what].at[k]) + total[2 - 2 * k][what].at[k];
+}
+
+/* -------------------------------------------------------------------------------------------------- */
+
 /* In time: each end force F_s is an elastic-plastic spring with the limit of its share of the joint, because
    clipping a line that keeps its slip has no memory and makes energy where N changes while a part slips. The
    nearest point of the box |F_s| <= most to the trial forces in the metric of the elastic row L/6 [2 1; 1 2]:
@@ -209,15 +292,22 @@ KERNEL void ReturnForces(Lanes length, const Lanes trial[2], const Lanes most[2]
 
 /* in_time: of a dynamic stage, where partial slip may make no energy. A joint that can still break keeps the
    diagram, which the fronts of failure need. */
-KERNEL void RespondMoving(const LanesJoint *J, int in_time, LanesContact *c)
+KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, LanesContact *c)
 {
   const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
   const Mask forces = in_time ? ~J->brittle | (c->broken[0] >= 1.) : (Mask){0};
   Lanes limit[2], held[2] = {tau[0], tau[1]}, most[2];
   Shares sum[3];
+  Pieces pieces;
+  if (closes) pieces = PiecesOf(J, c);
 
   /* failure, with the trial stresses */
-  if (Any(J->brittle)) BreakFronts(J, sigma, tau, c->broken);
+  if (Any(J->brittle)) {
+    if (closes)
+      for (int i = 0; i < 3; i++) BreakFronts(J, pieces.sigma[i], tau, c->broken);
+    else
+      BreakFronts(J, sigma, tau, c->broken);
+  }
   const Lanes front[2] = {2. * c->broken[0] - 1., 1. - 2. * c->broken[1]};
 
   /* return of shear */
@@ -227,16 +317,19 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, LanesContact *c)
   }
   const Mask slides = SlidesWhole(tau, limit) & ~forces;
   if (Any(slides)) {
-    Hold holds[4];
+    Hold holds[14];
     Lanes returned[2];
-    const int n = FindHolds(J, sigma, front, holds);
+    const int n = closes ? FindHoldsOfPieces(J, &pieces, front, holds) : FindHolds(J, sigma, front, holds);
     ReturnShear(n, holds, tau, limit, returned);
     for (int k = 0; k < 2; k++) held[k] = Select(slides, returned[k], tau[k]);
   }
   EndStresses(J, sigma, tau, c);
 
   /* forces */
-  DiagramShares(J, sigma, held, front, sum);
+  if (closes)
+    SharesOfPieces(J, &pieces, held, front, sum);
+  else
+    DiagramShares(J, sigma, held, front, sum);
   for (int k = 0; k < 2; k++) {
     c->F_n[k] = c->length * sum[0].at[k];
     c->F_s[k] = c->length * sum[1].at[k];

@@ -246,11 +246,15 @@ typedef struct {
   PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
   uint16_t *traits;  /* what few contacts at a time have in common; contact_force.c */
   /* history, written by contact_force.c */
-  PetscReal *slip;   /* [m] (.., 2, BATCH) plastic part of u_s */
-  PetscReal *broken; /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
+  PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
+  PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
                         strength there */
-  PetscBool held; /* every evaluation starts from slip_0, broken_0; if not, from where the last one ended */
-  PetscReal *slip_0, *broken_0; /* (as slip, broken) of the last equilibrium; ContactsHold */
+  PetscReal *closure;     /* [m] (.., 2, BATCH) plastic part of u_n, <= 0: what was crushed, as it is at this
+                             end: the lower envelope of 0 and two lines, one by each end */
+  PetscReal *closure_far; /* [m] (.., 2, BATCH) where the line by this end is at the other one */
+  PetscBool held;         /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the
+                             last one ended */
+  PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
   PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) at the start of a stage of fixed connectivity, or where the
                                    contact first bore since, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
   PetscInt counted;         /* 1 + number of the stage that u_n_0 and u_s_0 are of, 0: of none */

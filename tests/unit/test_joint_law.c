@@ -194,7 +194,8 @@ static void TestEnvelope(void)
   }
 }
 
-/* compression is held at its strength and remembers nothing; friction is that of the stress held */
+/* compression is held at its strength, friction is that of the stress held, and what was crushed stays so:
+   pressed 0.5 mm with C/k_n = 0.2 mm the joint closes again at -0.3 mm */
 static void TestCrushing(void)
 {
   for (int model = 0; model < STRESS_MODELS; model++) {
@@ -207,8 +208,123 @@ static void TestCrushing(void)
     ENSURE(p.state[0] == CONTACT_CRUSHING && p.state[1] == CONTACT_CRUSHING);
     ENSURE_NEAR(Shear(model, &joint, 2 * mm, 10, &p), 2 * MPa * tan(PETSC_PI / 6), 1e-6);
     ENSURE(p.state[0] == (CONTACT_CRUSHING | CONTACT_SLIPPING));
-    SetNormal(model, &joint, -0.1 * mm, -0.1 * mm, &p);
-    ENSURE_NEAR(SumN(&p), -1 * MPa, 1e-6);
+    for (int k = 0; k < 2; k++) ENSURE_NEAR(StressModelClosure(&p, k), -0.3 * mm, 1e-12);
+    SetNormal(model, &joint, -0.35 * mm, -0.35 * mm, &p);
+    ENSURE_NEAR(SumN(&p), -0.5 * MPa, 1e-6);
+    SetNormal(model, &joint, -0.29 * mm, -0.29 * mm, &p);
+    ENSURE(SumN(&p) == 0 && p.state[0] == CONTACT_OPEN);
+    SetNormal(model, &joint, -0.5 * mm, -0.5 * mm, &p);
+    ENSURE_NEAR(SumN(&p), -2 * MPa, 1e-6);
+    ENSURE_NEAR(StressModelClosure(&p, 0), -0.3 * mm, 1e-12);
+  }
+}
+
+/* 1 MN on 1 m of 4 MPa, 0.35 m out of the middle, then in the middle. Crushed are a = (0.5 - sqrt(0.15))/2 m
+   next to b = 0.5 - 2 a of a triangle. Back in the middle that toe of depth w = a C/(k b) is set back: the
+   joint closes by N/k + w a/2 and turns by 6 w a (1/2 - a/3); 0.1064 and 0.0969 mm at its edges, not 0.1000. */
+static void TestCrushedToe(void)
+{
+  const double k_n = 10e9, C = 4 * MPa, N = 1 * MPa, a = (0.5 - sqrt(0.15)) / 2, b = 0.5 - 2 * a,
+               theta = C / k_n / b, w = theta * a, mean = N / k_n + w * a / 2,
+               turn = 6 * w * a * (0.5 - a / 3);
+  for (int end = 0; end < 2; end++) {
+    Joint joint = MakeJoint(k_n, 3e9, 30, 0, 0);
+    ContactPoint p = {.broken = {0}};
+    double u[2], open, crushing;
+
+    joint.compression = C;
+    u[end] = -C / k_n - w, u[1 - end] = u[end] + theta;
+    SetNormal(STRESS_TPTM, &joint, u[0], u[1], &p);
+    ENSURE_NEAR(SumN(&p), -N, 1e-6);
+    ENSURE_NEAR(p.F_n[1 - end], -0.15 * N, 1e-6);
+    StressModelParts(&joint, &p, &open, &crushing);
+    ENSURE_NEAR(crushing, a, 1e-9);
+    ENSURE_NEAR(open, 1 - a - b, 1e-12);
+    ENSURE_NEAR(StressModelStored(&joint, 1, &p), C * C / (2 * k_n) * (a + b / 3), 1e-9);
+    u[end] = -mean - turn / 2, u[1 - end] = -mean + turn / 2;
+    SetNormal(STRESS_TPTM, &joint, u[0], u[1], &p);
+    for (int k = 0; k < 2; k++) ENSURE_NEAR(p.F_n[k], -0.5 * N, 1e-6);
+    ENSURE_NEAR(p.sigma[end], -k_n * (mean + turn / 2 - w), 1e-6);
+    StressModelParts(&joint, &p, &open, &crushing);
+    ENSURE(open == 0 && crushing == 0);
+  }
+}
+
+/* One contact of tptm beside fibres that each keep their own closure; C = k_n = L = 1. */
+enum { FIBRES = 400 };
+static double fibre_force(const double u[2], double closure[FIBRES], double F[2], PetscBool keep)
+{
+  F[0] = F[1] = 0;
+  for (int i = 0; i < FIBRES; i++) {
+    const double x = (i + 0.5) / FIBRES, u_n = u[0] * (1 - x) + u[1] * x, least = fmin(closure[i], u_n + 1),
+                 sigma = fmin(0, u_n - least) / FIBRES;
+    if (keep) closure[i] = least;
+    F[0] += (1 - x) * sigma, F[1] += x * sigma;
+  }
+  return F[0] + F[1];
+}
+
+/* Rocking to and fro, ever wider, under a load of a quarter of the strength, constant or changing by 60 %:
+   exact up to the fibres, and within 2 % of the strength; any opening of the ends: within a quarter. */
+static void TestCrushingPaths(void)
+{
+  const double bound[3] = {1e-3, 0.02, 0.25};
+  Joint joint = MakeJoint(1, 1, 30, 0, 0);
+
+  joint.compression = 1;
+  for (int path = 0; path < 3; path++) {
+    double closure[FIBRES] = {0}, F[2], worst = 0;
+    ContactPoint p = {.broken = {0}};
+    for (int step = 0; step < 400; step++) {
+      const double t = step / 400., turn = 8 * t * sin(20 * PETSC_PI * t);
+      const double load = 0.25 + (path ? 0.15 * sin(14 * PETSC_PI * t) : 0);
+      double low = -20, high = 5;
+      for (int i = 0; i < 40 && path < 2; i++) {
+        const double middle = 0.5 * (low + high), u[2] = {middle - turn / 2, middle + turn / 2};
+        *(fibre_force(u, closure, F, PETSC_FALSE) < -load ? &low : &high) = middle;
+      }
+      p.u_n[0] = path < 2 ? low - turn / 2 : Random(-2, 0.5);
+      p.u_n[1] = path < 2 ? low + turn / 2 : Random(-2, 0.5);
+      fibre_force(p.u_n, closure, F, PETSC_TRUE);
+      StressModelRespond(STRESS_TPTM, &joint, 1, &p);
+      for (int k = 0; k < 2; k++) worst = fmax(worst, fabs(p.F_n[k] - F[k]));
+    }
+    ENSURE_NEAR(worst, 0, bound[path]);
+  }
+}
+
+/* On any path the work done on a joint less what it stores is never given back. */
+static void TestCrushingLoses(void)
+{
+  const int models[2] = {STRESS_PT, STRESS_TPTM};
+
+  for (int n = 0; n < CheckDraws(100); n++) {
+    Joint joint = MakeJoint(1, 1, 0, 0, 0);
+    ContactPoint p = {.u_n = {0, 0}}, old;
+    const int model = models[n % 2];
+    double lost = 0, most = 0;
+
+    joint.compression = 1;
+    StressModelRespond(model, &joint, 1, &p);
+    for (int leg = 0; leg < 20; leg++) {
+      const double to[2] = {Random(-2, 0.5), Random(-2, 0.5)}, from[2] = {p.u_n[0], p.u_n[1]};
+      for (int i = 1; i <= 200; i++) {
+        double stored[2];
+        old = p;
+        for (int k = 0; k < 2; k++) p.u_n[k] = from[k] + (to[k] - from[k]) * i / 200;
+        StressModelRespond(model, &joint, 1, &p);
+        for (int now = 0; now < 2; now++) {
+          const ContactPoint *q = now ? &p : &old;
+          stored[now] = model == STRESS_PT ? 0.25 * (PetscSqr(q->sigma[0]) + PetscSqr(q->sigma[1]))
+                                           : StressModelStored(&joint, 1, q);
+        }
+        for (int k = 0; k < 2; k++) lost += 0.5 * (p.F_n[k] + old.F_n[k]) * (p.u_n[k] - old.u_n[k]);
+        lost -= stored[1] - stored[0];
+        most = fmax(most, lost);
+        ENSURE(lost > most - 1e-4);
+      }
+    }
+    ENSURE(lost > 0.1);
   }
 }
 
@@ -262,6 +378,9 @@ int main(void)
   RUN_TEST(TestStepSize);
   RUN_TEST(TestEnvelope);
   RUN_TEST(TestCrushing);
+  RUN_TEST(TestCrushedToe);
+  RUN_TEST(TestCrushingPaths);
+  RUN_TEST(TestCrushingLoses);
   RUN_TEST(TestBrokenParts);
   RUN_TEST(TestElasticAndNaN);
   return CheckSummary();

@@ -239,9 +239,10 @@ static void TestElasticIsLimit(void)
 
 static void SwapEnds(ContactPoint *p)
 {
-  double *pairs[] = {p->u_n, p->u_s, p->slip, p->broken, p->sigma, p->tau, p->F_n, p->F_s};
+  double *pairs[] = {p->u_n, p->u_s, p->slip, p->broken,  p->sigma,
+                     p->tau, p->F_n, p->F_s,  p->closure, p->closure_far};
 
-  for (int i = 0; i < 8; i++) {
+  for (int i = 0; i < 10; i++) {
     double first = pairs[i][0];
     pairs[i][0] = pairs[i][1];
     pairs[i][1] = first;
@@ -264,12 +265,14 @@ static void NegateShear(ContactPoint *p)
  */
 static PetscBool SamePoint(const ContactPoint *p, const ContactPoint *q)
 {
-  const double *a[] = {p->u_n, p->slip, p->broken, p->sigma, p->tau, p->F_n, p->F_s};
-  const double *b[] = {q->u_n, q->slip, q->broken, q->sigma, q->tau, q->F_n, q->F_s};
+  const double *a[] = {p->u_n, p->slip, p->broken,  p->sigma,      p->tau,
+                       p->F_n, p->F_s,  p->closure, p->closure_far};
+  const double *b[] = {q->u_n, q->slip, q->broken,  q->sigma,      q->tau,
+                       q->F_n, q->F_s,  q->closure, q->closure_far};
   PetscBool same = PETSC_TRUE;
 
   for (int k = 0; k < 2; k++) {
-    for (int i = 0; i < 7; i++) {
+    for (int i = 0; i < 9; i++) {
       if (!(a[i][k] == b[i][k])) same = PETSC_FALSE;
     }
     if (p->state[k] != q->state[k]) same = PETSC_FALSE;
@@ -287,6 +290,12 @@ static void TestSymmetries(void)
     if (i % 7 == 0) p.u_n[1] = p.u_n[0];
     if (i % 11 == 0) p.u_s[1] = p.u_s[0], p.slip[1] = p.slip[0];
     if (i % 13 == 0) p.broken[0] = p.broken[1] = i % 2;
+    if (i % 3 == 0 && joint.compression < 2) { /* crushed before */
+      ContactPoint crushed = {.u_n = {1.5 * p.u_n[1], 0.7 * p.u_n[0]}};
+      StressModelRespond(model, &joint, 1.3, &crushed);
+      for (int k = 0; k < 2; k++)
+        p.closure[k] = crushed.closure[k], p.closure_far[k] = crushed.closure_far[k];
+    }
     q = r = p;
     SwapEnds(&q);
     NegateShear(&r);

@@ -94,6 +94,7 @@ class Contacts:
     def __init__(self, group):
         for name in CONTACT_FIELDS:
             setattr(self, "klass" if name == "class" else name, np.array(group[name]))
+        self.closure = np.array(group["closure"]) if "closure" in group else np.zeros_like(self.opening)
         self.macroblock = np.array(group["macroblock"]) if "macroblock" in group else None  # None: written by an older program
 
     def on_b(self):
