@@ -18,7 +18,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import assessment, browser, compare, cut, dam, export, guidelines, report, results, scene  # noqa: E402
+from quoin_tools import assessment, blockmesh, browser, compare, cut, dam, export, guidelines, meshing, report, results, scene  # noqa: E402
 from quoin_tools.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
@@ -198,9 +198,69 @@ def test_paths_that_fail_are_said(run):
     assert stages == "Stages hp, sw, swhp" and line.startswith("Path short: the path does not cut")  # said once
 
 
+@pytest.fixture(scope="module")
+def block(tmp_path_factory):
+    """A block of 10 x 10 m on rock, in one piece: paths cut it."""
+    folder = tmp_path_factory.mktemp("block")
+    body = meshing.renamed(meshing.rectangle(0.0, 0.0, 10.0, 10.0, nx=4, ny=4, group="dam"), faces={"upstream": "left", "joint": "bottom"})
+    rock = meshing.renamed(meshing.rectangle(-5.0, -5.0, 20.0, 5.0, group="rock", rigid=True))
+    blockmesh.write(folder / "model.h5", meshing.join([body, rock]))
+    text = yaml.safe_dump({
+        "model": "model.h5", "output": ".",
+        "materials": {"dam": {"density": 2400, "young": 20e9, "poisson": 0.2}, "rock": {"density": 0}},
+        "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "friction": 45}, "joint": {}}, "supports": {"rock": {"fix": "xy"}},
+        "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": {"type": "reservoir", "faces": "upstream", "level": 9},
+                  "uplift": {"type": "uplift", "faces": "joint", "level": 9}},
+        "stages": [{"weight": {"loads": ["weight"]}}, {"full": {"loads": ["weight", "water", "uplift"]}}]})  # fmt: skip
+    (folder / "scene.yaml").write_text(text, encoding="utf-8")
+    done = subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@solver
+@pytest.mark.parametrize("path", ["5,10,5,6,10,4", "4,10,5,6,10,4", "0,10,0.5,8,5,6,10,4"])
+def test_wedge_slides_on_its_plane(block, path):
+    """Behind a crack, or two, a seam that falls by 2 in 5: tan(friction)/tan(slope), whatever the chord does."""
+    found, _ = assess(block, "--path", "wedge=" + path, "--strength-on", "wedge=30,0")
+    wedge = found["weight", "wedge"]
+    assert wedge.base.ends() == pytest.approx(np.array([[5.0, 6.0], [10.0, 4.0]]), abs=1e-6)
+    assert wedge.hand.sliding_factor(30) == pytest.approx(np.tan(np.radians(30)) / 0.4, rel=1e-9)
+    assert "The path is bent" in wedge.notes[0] and "the plane from (5.00, 6.00) to (10.00, 4.00) m, -21.8°" in wedge.notes[0]
+    rows = {r.quantity: r for r in assessment.lines(wedge)}
+    assert rows[assessment.SLIDES.format("peak")].hand == pytest.approx(1.443, abs=1e-3)
+
+
+@solver
+@pytest.mark.parametrize("path, why", [
+    ("0,6,5,4,10,6", "along none of its planes"),  # a bowl: it rests in it
+    ("0,4,9.8,4,10,5", "along none of its planes"),  # a kerb at the end
+    ("2,10,9,6,10,5.9", "it does not stand"),  # its weight lies before the short seam
+])  # fmt: skip
+def test_bent_paths_without_a_plane_are_refused(block, path, why):
+    found, complaints = assess(block, "--path", f"bent={path}")
+    kept = [stage for stage in ("weight", "full") if (stage, "bent") not in found]
+    assert kept and all(any("the path is bent" in line and why in line for line in complaints[stage]) for stage in kept)
+    text = sheet(block, "--path", f"bent={path}", "--guideline", "usace", "--condition", f"{kept[0]}=usual")
+    assert "No numbers for path bent" in text and "<b>INCOMPLETE" in text or "<b>FAIL" in text
+
+
+@solver
+def test_uplift_in_one_column_only_does_not_pass(block):
+    """The uplift of the joint taken out of the gravity method: it stood there and passed."""
+    both = assess(block, *USACE, "--condition", "full=usual")[0]["full", "joint"]
+    rows = {r.quantity: r for r in assessment.lines(both)}
+    assert rows["U, uplift force"].block == pytest.approx(9 * 9.81 * 10 / 2, rel=1e-9) == rows["U, uplift force"].hand
+    assert not [note for note in both.notes if "only" in note]
+    dry = assess(block, *USACE, "--condition", "full=usual", "--uplift", "none")[0]["full", "joint"]
+    assert not dry.complete and any("Uplift (441.4 kN) acts in the block model only" in note for note in dry.notes)
+    other = assess(block, *USACE, "--condition", "full=usual", "--path", "lift=0,5,10,5", "--uplift", "linear", "--uplift-on", "lift")[0]
+    assert other["full", "lift"].block is None and not [note for note in other["full", "lift"].notes if "only" in note]
+
+
 @solver
 def test_bent_path_and_large_factors_are_said(run):
-    found, _ = assess(run, "--path", "bent=-9,15,5,18,30,15", "--strength-on", "bent=45,0")
+    found, _ = assess(run, "--path", "bent=-9,15,9,15,30,12", "--strength-on", "bent=45,0")
     assert "The path is bent" in found["swhp", "bent"].notes[0] and not found["swhp", "base"].notes
     found["swhp", "base"].block["peak"] = 1.5e7  # no shear but rounding
     rows = {r.quantity: r for r in assessment.lines(found["swhp", "base"])}
@@ -596,7 +656,7 @@ def test_sheet_names_open_stretches_without_water(wet, tmp_path):
     stage = next(s for s in summary["stages"] if s["name"] == "swhp")
     load = next(iter(stage["uplift"].values()))
     load["dry"] = [{"from": 0.02, "to": 1.88, "length": 1.86, "closed_from": 0.0, "closure": 8e-7, "at_toe": False}]
-    (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    write_summary(folder, summary)
     found, complaints = assess(folder)
     assert "the joint is open over 1.86 m" in complaints["swhp"][0] and "by 0.0008 mm at most" in complaints["swhp"][0]
     assert not found["swhp", "base"].complete and "open over 1.86 m" in sheet(folder)
@@ -613,7 +673,7 @@ def test_sheet_with_uplift_of_the_scene(wet):
 @solver
 def test_joints_in_a_row_are_one_base(sliding):
     """The key and the rest of the base, with the flood of the run at its last stable level: hand values of S4 at +5 m."""
-    found, complaints = assess(sliding / "s4")
+    found, complaints = assess(sliding / "s4", "--merge", "key,base")
     assert not any(complaints.values()) and {name for _, name in found} == {"key+base"}
     base = found["s4", "key+base"]
     assert base.complete and base.hand.crack == pytest.approx(7.41, abs=6e-3) and base.hand.compression == pytest.approx(1109e3, abs=600)
@@ -625,9 +685,19 @@ def test_joints_in_a_row_are_one_base(sliding):
 
 
 @solver
+def test_joints_are_merged_when_asked(sliding):
+    """Unasked, each is its own base: none cuts through the body, and it is said what would."""
+    found, complaints = assess(sliding / "s4")
+    assert not found and any("key (in one line with base: --merge takes them as one)" in line for line in complaints["s4"])
+    options = options_from(parser("assessment", "").parse_args([str(sliding / "s4"), "--merge", "key,nothing"]))
+    with pytest.raises(cut.GravityError, match="no joint 'nothing' that is a line"):
+        assessment.assess(assessment.load_case(str(sliding / "s4"), options))
+
+
+@solver
 def test_strengths_of_a_reduction(sliding):
     """The key's cohesion over its own length (2.85 m here); in the reduction, the strengths that are left."""
-    found, _ = assess(sliding / "s3")
+    found, _ = assess(sliding / "s3", "--merge", "base,key")
     key = found["swhpuk", "key+base"]
     length = Results(sliding / "s3").stage_summary("swhpuk")["joints"]["key"]["chord"]
     full = (key.hand.N + 1e6 * length) / key.hand.T

@@ -11,17 +11,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from quoin_tools import blockmesh, cut, guidelines, scene, uplift
+from quoin_tools import blockmesh, cut, guidelines, scene, uplift, wedge
 from quoin_tools.assessment_options import Options, options_from, parser
 from quoin_tools.command import command
 from quoin_tools.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.joint_uplift import uplift_loads
 from quoin_tools.meshing import separated
-from quoin_tools.results import NO_SHEAR, OPEN, Results, ResultsError, energy_account, table
+from quoin_tools.results import NO_SHEAR, Results, ResultsError, energy_account, table
+from quoin_tools.strength import closed_stretches, factors, neighbours, rows_of, strength_of
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
-BENT = 0.02  # [-] of its chord: a path that goes farther from it is no plane
 ALIKE = 0.01  # applied forces of run and scene may differ by this
 SLIDES = "sliding factor, {}, c on the closed length"
 WHOLE_WAY = "; --path names a way through several joints"
@@ -137,15 +137,6 @@ def contacts_on(path, contacts):
     return near.all(axis=1)
 
 
-def open_part(opening, is_open):
-    """Part of each contact's length that is open: where one end is, up to where the opening passes zero."""
-    size = np.abs(opening)
-    own = np.where(is_open[:, 0], size[:, 0], size[:, 1])
-    crosses = opening.min(axis=1) * opening.max(axis=1) < 0  # else nobody knows where: half, as summary.json has it
-    one = np.where(crosses, own / np.where(size.sum(axis=1) > 0, size.sum(axis=1), 1.0), 0.5)
-    return np.where(is_open.all(axis=1), 1.0, np.where(is_open.any(axis=1), one, 0.0))
-
-
 def block_on_path(case, stage, path, base, strength):
     """Sums of the contact forces along a path; None where the path leaves the joints of the model."""
     contacts = case.results.stage(stage).contacts
@@ -163,24 +154,15 @@ def block_on_path(case, stage, path, base, strength):
     system = sum((cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
     N, T, M = base.resultants(system)
     hand = Hand(base, N, T, M)
-    opened = open_part(contacts.opening[mine], contacts.state[mine] & OPEN > 0) @ contacts.length[mine]
+    bearing = mine & contacts_on(base.ends(), contacts)  # of a bent path the plane that it slides on
+    closed, opened = closed_stretches(base, contacts, bearing)
     values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
-              "end": hand.linear[1], "crack": float(opened), "compression": float(-contacts.sigma[mine].min()),
+              "end": hand.linear[1], "crack": opened, "compression": float(-contacts.sigma[mine].min()),
               "friction": hand.friction_needed}  # fmt: skip
-    closed = max(0.0, float(contacts.length[mine].sum() - opened))
     return values | factors(hand, strength, closed)
 
 
 # ---- the hand method ------------------------------------------------------------------------------------------
-
-def factors(hand, strength, length=None):
-    """Sliding factors; None without strengths."""
-    if strength.get("friction") is None or strength.get("law") == "elastic":
-        return {"peak": None, "residual": None, "friction_only": None}
-    peak, residual = ((strength["friction" + kind], strength["cohesion" + kind]) for kind in ("", "_residual"))
-    return {"peak": hand.sliding_factor(*peak, length), "residual": hand.sliding_factor(*residual, length),
-            "friction_only": hand.sliding_factor(peak[0])}  # fmt: skip
-
 
 def water_levels(case, stage, base):
     """Levels of the water at the start and at the end of a base: reservoirs by the side on which their faces lie."""
@@ -217,22 +199,33 @@ def water_density(case, stage):
 
 
 def assess_base(case, stage, name, path, kind, strength):
-    """Hand method and block model of one base in one stage."""
+    """Hand method and block model of one base in one stage; of a bent path on the plane that the part above slides on."""
     part = case.part(name, path)
     path = path if kind == "joint" else cut.trimmed(path, case.body)
     base = Base(path[0], path[-1], case.scene.thickness)
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
     dry = cut.total(forces)
-    water, others = scene_uplift(case, stage, part, base)
+    bent = wedge.is_bent(path)
+    if bent:
+        water, others = None, block_uplift(case, stage, part)
+        base = wedge.sliding_plane(path, dry + others, case.scene.thickness)
+    else:
+        water, others = scene_uplift(case, stage, part, base)
     hand = hand_method(base, dry, water, others)
-    if kind == "joint":
+    if bent and hand.refused:
+        raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand "
+                           f"({hand.refused}): {wedge.WAY_OUT}")  # fmt: skip
+    if kind == "joint" and not bent:
         block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
     else:
         block = block_on_path(case, stage, path, base, strength)
     if block:
-        block["uplift"] = block_uplift(case, stage, part) or None
+        block["uplift"] = float(np.hypot(*block_uplift(case, stage, part)[:2])) or None
     found = Assessment(stage, name, kind, base, path, block, hand, strength)
     asked = uplift_under(case, stage, name, base)
+    if asked and bent:
+        asked, found.complete = None, False
+        found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
     if asked:
         found.with_uplift = hand_method(base, dry, asked)
     found.water, found.other_water = asked or water, bool(others.any()) and not asked
@@ -243,8 +236,9 @@ def assess_base(case, stage, name, path, kind, strength):
         if answer and answer.refused:
             found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
         found.notes += [f"Gravity method{which}: {note}." for note in answer.notes] if answer else []
-    if np.abs((path - base.start) @ base.normal).max() > BENT * base.length:
-        found.notes.append("The path is bent: resultants and sliding factor are those of its chord, as if it slid along it.")
+    if bent:
+        found.notes.insert(0, f"The path is bent. The part above slides on {wedge.words(base)}: all numbers are those of this plane; what lies on the "
+                              "rest of the path parts and bears nothing.")  # fmt: skip
     if left_out:
         found.complete = False
         found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
@@ -252,11 +246,10 @@ def assess_base(case, stage, name, path, kind, strength):
 
 
 def block_uplift(case, stage, part):
-    """Resultant [N] of the water on the part above as the run has it, with its own cracks."""
+    """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
     ran = case.results.stage_summary(stage).get("uplift", {})
     loads = uplift_loads(case.mesh, case.scene, stage, part)
-    total = sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
-    return float(case.scene.thickness * np.hypot(*total[:2]))
+    return case.scene.thickness * sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
 
 
 def dry_stretches(facts):
@@ -299,35 +292,6 @@ def joint_path(case, stage, name):
             kept.append(point)
     kept[max(1, len(kept) - 1) :] = [end]  # a joint between blocks that are not written has its two ends only
     return cut.straightened(np.array(kept))
-
-
-def chains(joints):
-    """Joints that go on in a straight line from end to start, in one row each, such as the bonded and the open part of a base."""
-    rows = []
-    for name, facts in sorted(joints.items(), key=lambda item: (item[1]["start"]["x"], item[1]["start"]["y"])):
-        start, end = (np.array([facts[at]["x"], facts[at]["y"]]) for at in ("start", "end"))
-        along = (end - start) / np.hypot(*(end - start))
-        for row in rows:
-            if np.hypot(*(start - row[1])) < ON_PATH and along @ row[2] > 1 - 1e-6:
-                row[0].append(name)
-                row[1] = end
-                break
-        else:
-            rows.append([[name], end, along])
-    return [row[0] for row in rows]
-
-
-def strength_of(case, stage, names, joints):
-    """Strength of joints in a row; cohesion is the mean over their lengths. None of them where their friction differs."""
-    keys = [case.scene.joint(name, stage) for name in names]
-    angles = ("friction", "friction_residual")
-    if len(names) < 2:
-        return keys[0] if names else {}
-    if any(k["law"] == "elastic" for k in keys) or any(k[angle] != keys[0][angle] for k in keys for angle in angles):
-        return {}
-    lengths = np.array([joints[name]["chord"] for name in names])
-    mean = {key: float(lengths @ [k[key] for k in keys] / lengths.sum()) for key in ("cohesion", "cohesion_residual")}
-    return keys[0] | mean
 
 
 # ---- all of a run ---------------------------------------------------------------------------------------------
@@ -398,6 +362,16 @@ def least_favourable(found, strength, facts):
     return {name: both[name][0](values) if values else None for name, values in numbers.items()}
 
 
+def one_sided_uplift(found):
+    """Numbers with uplift in one column and without in the other are no basis for a pass."""
+    block, hand = ((found.block or {}).get("uplift") or 0.0), found.governing.uplift
+    least = 1e-6 * max(abs(found.hand.N), 1.0)
+    if found.block and (block > least) != (hand > least):
+        found.complete = False
+        which, other = ("block model", "gravity method") if block > least else ("gravity method", "block model")
+        found.notes.append(f"Uplift ({max(block, hand) / 1e3:.1f} kN) acts in the {which} only: what is judged of the {other} is without it.")
+
+
 def judge(case, found):
     """Limits of the guideline of the options, in the stages that are to be judged."""
     o, stage = case.options, found.stage
@@ -407,6 +381,7 @@ def judge(case, found):
     if water_levels(case, stage, found.base)[0] is not None and found.water is None and not found.other_water:
         found.complete = False
         found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
+    one_sided_uplift(found)
     guideline = guidelines.read()
     if o.guideline not in guideline:
         raise guidelines.GuidelineError(f"no guideline '{o.guideline}', there are: {', '.join(guideline)}")
@@ -425,7 +400,7 @@ def assess(case):
         flawed = bool(said)
         joints = case.results.stage_summary(stage)["joints"]
         failed = {}
-        rows = chains({name: facts for name, facts in joints.items() if facts["line"]})
+        rows = rows_of({name: facts for name, facts in joints.items() if facts["line"]}, case.options.merged)
         bases = [("+".join(names), "joint" if len(names) == 1 else "joints", names) for names in rows]
         said += [f"Joint {name} is no line: the gravity method needs a plane." for name in joints if not joints[name]["line"]]
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
@@ -434,10 +409,12 @@ def assess(case):
                     path = cut.checked_path(case.options.paths[name])
                 else:
                     path = cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
-                strength = case.options.strengths.get(name) or strength_of(case, stage, names, joints)
+                strength = case.options.strengths.get(name) or strength_of(case.scene, stage, names, joints)
                 found = assess_base(case, stage, name, path, kind, strength)
             except GravityError as error:
-                failed.setdefault((kind, str(error)), []).append(name)
+                mates = neighbours(name, joints) if kind == "joint" else []
+                hint = f" (in one line with {', '.join(mates)}: --merge takes them as one)" if mates else ""
+                failed.setdefault((kind, str(error)), []).append(name + hint)
                 continue
             found.complete &= not flawed
             judge(case, found)

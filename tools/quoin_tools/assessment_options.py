@@ -24,6 +24,7 @@ class Options:
     strength: float | None = None  # [Pa], compressive, of the dam
     paths: dict = field(default_factory=dict)  # name: [[x, y], ...]
     strengths: dict = field(default_factory=dict)  # of paths and joints: friction, cohesion and residual ones
+    merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
 
 def named(text, what):
@@ -72,6 +73,7 @@ def parser(program, description):
     add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
         help="judge this stage as usual, unusual or extreme (again for more); default: the last static stage, usual")  # fmt: skip
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
+    add("--merge", action="append", default=[], metavar="NAME,NAME", help="joints in one straight line that are to be one base")
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
         help="strength of a path, or another one of a joint: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip
     add("--strength", type=float, metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
@@ -93,4 +95,4 @@ def parser(program, description):
 def options_from(given):
     return Options(given.guideline, dict(given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, dict(given.path), dict(given.strength_on))  # fmt: skip
+                   given.strength, dict(given.path), dict(given.strength_on), [text.split(",") for text in given.merge])  # fmt: skip

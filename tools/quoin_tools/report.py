@@ -107,7 +107,9 @@ def verdict_box(case, found, complaints):
         return f'<div class="verdict open"><b>Not judged</b><br><span>No guideline was named (--guideline: {esc(names)}).</span></div>'
     judged = [a for a in found if a.condition]
     named = set(case.conditions)
-    missing = not judged or not named <= {a.stage for a in judged}
+    there = {(a.stage, a.name) for a in judged}
+    refused = [name for name in o.paths if any((stage, name) not in there for stage in named)]
+    missing = not judged or not named <= {a.stage for a in judged} or bool(refused)
     rows = [limit for a in judged for limit in a.limits]
     word = guidelines.overall(rows, not missing and all(a.complete for a in judged))
     failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
@@ -115,6 +117,8 @@ def verdict_box(case, found, complaints):
     text = f"{guidelines.read()[o.guideline]['title']}. Judged: {stages or 'no stage'}."
     if failed:
         text += " Fails: " + "; ".join(failed) + "."
+    if refused:
+        text += f" No numbers for path {', '.join(refused)}."
     open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
     if open_ones:
         text += f" Limits not judged for want of a number: {open_ones}."

@@ -1,0 +1,102 @@
+"""Strength of a base in the gravity method and in sums of contact forces: of one joint, of joints in one line, of a path."""
+
+import numpy as np
+
+from quoin_tools.cut import GravityError
+from quoin_tools.results import OPEN
+
+IN_LINE = 0.01  # [m] between the end of a joint and the start of the next one
+NONE = {"peak": None, "residual": None, "friction_only": None}
+
+
+def factors(hand, strength, closed=None):
+    """Sliding factors, cohesion on the closed length; None without strengths. closed: (n, 2) stretches of the base, by default the
+    ligament."""
+    if strength.get("friction") is None or strength.get("law") == "elastic":
+        return dict(NONE)
+    closed = ligament(hand) if closed is None else closed
+    peak, residual = (hand.sliding_factor(strength["friction" + kind], 1.0, cohesion_on(strength, "cohesion" + kind, closed))
+                      for kind in ("", "_residual"))  # fmt: skip
+    return {"peak": peak, "residual": residual, "friction_only": hand.sliding_factor(strength["friction"])}
+
+
+def ligament(hand):
+    if hand.crack is None:
+        return np.zeros((0, 2))
+    return np.array([[hand.crack, hand.base.length] if hand.crack_at == "start" else [0.0, hand.base.length - hand.crack]])
+
+
+def cohesion_on(strength, key, closed):
+    """[N/m] of the closed stretches: each joint in a row has its own."""
+    spans = strength.get("spans") or [(-np.inf, np.inf, strength)]
+    return float(sum(own[key] * np.maximum(0.0, np.minimum(closed[:, 1], b) - np.maximum(closed[:, 0], a)).sum() for a, b, own in spans))
+
+
+def closed_stretches(base, contacts, mine):
+    """(n, 2) where along a base the contacts (rows mine) are closed, and the length [m] over which they are open."""
+    place = (contacts.point[mine] - base.start) @ base.along
+    length, opening = contacts.length[mine], contacts.opening[mine]
+    is_open = contacts.state[mine] & OPEN > 0
+    part = open_part(opening, is_open)
+    low, high = place.min(axis=1), place.max(axis=1)
+    first_is_open = np.take_along_axis(is_open, place.argmin(axis=1)[:, None], axis=1)[:, 0]
+    cut = np.where(first_is_open, low + part * (high - low), high - part * (high - low))
+    return np.stack([np.where(first_is_open, cut, low), np.where(first_is_open, high, cut)], axis=1), float(part @ length)
+
+
+def open_part(opening, is_open):
+    """Part of each contact's length that is open: where one end is, up to where the opening passes zero."""
+    size = np.abs(opening)
+    own = np.where(is_open[:, 0], size[:, 0], size[:, 1])
+    crosses = opening.min(axis=1) * opening.max(axis=1) < 0  # else nobody knows where: half, as summary.json has it
+    one = np.where(crosses, own / np.where(size.sum(axis=1) > 0, size.sum(axis=1), 1.0), 0.5)
+    return np.where(is_open.all(axis=1), 1.0, np.where(is_open.any(axis=1), one, 0.0))
+
+
+def ends_of(facts):
+    return tuple(np.array([facts[at]["x"], facts[at]["y"]]) for at in ("start", "end"))
+
+
+def go_on(first, second):
+    """Whether a joint begins where another ends, in the same straight line. Facts of summary.json."""
+    (a, b), (c, d) = ends_of(first), ends_of(second)
+    along, after = (b - a) / np.hypot(*(b - a)), (d - c) / np.hypot(*(d - c))
+    return bool(np.hypot(*(c - b)) < IN_LINE and along @ after > 1 - 1e-6)
+
+
+def in_order(names, joints):
+    """Names of joints that are to be one base, from start to end; joints: facts by name."""
+    missing = [name for name in names if not joints.get(name, {}).get("line")]
+    if missing:
+        raise GravityError(f"--merge: no joint '{missing[0]}' that is a line")
+    names = sorted(names, key=lambda name: tuple(ends_of(joints[name])[0]))
+    for one, other in zip(names[:-1], names[1:]):
+        if not go_on(joints[one], joints[other]):
+            raise GravityError(f"--merge: joint {other} does not go on where {one} ends, in the same straight line")
+    return names
+
+
+def rows_of(joints, merged):
+    """Names of the joints of each base: each its own, but for those merged. joints: facts by name, of lines only."""
+    together = [in_order(names, joints) for names in merged]
+    taken = {name for names in together for name in names}
+    rows = together + [[name] for name in joints if name not in taken]
+    return sorted(rows, key=lambda names: tuple(ends_of(joints[names[0]])[0]))
+
+
+def neighbours(name, joints):
+    """Joints that go on in one line with this one: --merge would take them as one base."""
+    return [other for other in joints if other != name and joints[other]["line"]
+            and (go_on(joints[name], joints[other]) or go_on(joints[other], joints[name]))]  # fmt: skip
+
+
+def strength_of(scene, stage, names, joints):
+    """Strength of joints in a row, each with its own cohesion. None of them where their friction differs."""
+    keys = [scene.joint(name, stage) for name in names]
+    angles = ("friction", "friction_residual")
+    if len(names) < 2:
+        return keys[0] if names else {}
+    if any(k["law"] == "elastic" for k in keys) or any(k[angle] != keys[0][angle] for k in keys for angle in angles):
+        return {}
+    ends = np.concatenate([[0.0], np.cumsum([joints[name]["chord"] for name in names])])
+    return keys[0] | {"spans": list(zip(ends[:-1], ends[1:], keys))}
