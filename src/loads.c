@@ -199,7 +199,7 @@ PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
     }
     if (PetscAbsReal(across) + PetscAbsReal(along) <= CENTRED * size)
       f[3 * b + 2] = 0.;
-    else if (!Held(m, 3 * b + 2))
+    else if (m->strain == STRAIN_LARGE && !Held(m, 3 * b + 2))
       any = PETSC_TRUE;
   }
   return any;

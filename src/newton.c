@@ -162,7 +162,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   PetscBool fails = PETSC_FALSE;
   PetscFunctionBeginUser;
   StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
-  if (n->drag > 0. && (p->m->strain == STRAIN_LARGE || p->m->n_rigid_global > 0))
+  if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
     PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
   if (n->drag > 0.) PetscCall(add_drag(p));

@@ -1,6 +1,7 @@
 /* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex
    forces go to the centroid, vertex positions come from centroid and angle (never by adding
-   velocities: the shape would drift). */
+   velocities: the shape would drift). In small strain both are linear: u + theta x r, arms of the
+   reference state. */
 #include "internal.h"
 
 PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
@@ -137,13 +138,14 @@ PetscErrorCode RigidBodiesCreate(Model *m)
 void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
 {
   const PetscReal *u_vertex = u + 3 * m->n_bodies, *f_vertex = f + 3 * m->n_bodies;
+  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     const PetscReal *C = m->body_X + 2 * b;
     PetscReal fx = 0., fy = 0., moment = 0.;
     for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      // lever arm in the present position: vertex minus centroid
-      const PetscReal rx = (m->X[2 * v] - C[0]) + (u_vertex[2 * v] - u[3 * b]);
-      const PetscReal ry = (m->X[2 * v + 1] - C[1]) + (u_vertex[2 * v + 1] - u[3 * b + 1]);
+      // lever arm in the present position: vertex minus centroid (small strain: in the reference state)
+      const PetscReal rx = (m->X[2 * v] - C[0]) + moving * (u_vertex[2 * v] - u[3 * b]);
+      const PetscReal ry = (m->X[2 * v + 1] - C[1]) + moving * (u_vertex[2 * v + 1] - u[3 * b + 1]);
       fx += f_vertex[2 * v];
       fy += f_vertex[2 * v + 1];
       moment += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
@@ -155,9 +157,12 @@ void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
 void RigidMotion(const Model *m, PetscReal *u)
 {
   PetscReal *u_vertex = u + 3 * m->n_bodies;
+  const PetscBool large = (PetscBool)(m->strain == STRAIN_LARGE);
   for (PetscInt b = 0; b < m->n_bodies; b++) {
-    const PetscReal *C = m->body_X + 2 * b, theta = u[3 * b + 2], half = PetscSinReal(0.5 * theta);
-    const PetscReal s = PetscSinReal(theta), c1 = -2. * half * half; // cos theta - 1 without loss of digits
+    const PetscReal *C = m->body_X + 2 * b, theta = u[3 * b + 2],
+                    half = large ? PetscSinReal(0.5 * theta) : 0.;
+    const PetscReal s = large ? PetscSinReal(theta) : theta,
+                    c1 = -2. * half * half; // cos theta - 1 without loss of digits
     for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
       const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
       u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);         // (21) integrated exactly

@@ -166,7 +166,7 @@ PetscErrorCode StiffnessBodies(const Model *m, const PetscReal *u, Stiffness *s)
 {
   PetscFunctionBeginUser;
   s->turns = (PetscBool)(u != NULL);
-  PetscCall(set_arms(m, u, s));
+  PetscCall(set_arms(m, m->strain == STRAIN_LARGE ? u : NULL, s));
   PetscCall(MatZeroEntries(s->bodies));
   PetscCall(add_bodies(m, u && m->strain == STRAIN_LARGE ? u + 3 * m->n_bodies : NULL, s, s->bodies));
   PetscCall(MatAssemblyBegin(s->bodies, MAT_FINAL_ASSEMBLY));
@@ -314,7 +314,8 @@ static PetscErrorCode add_joints(const Model *m, const Contacts *c, const PetscR
     contact_stiffness(m, c, i, u_vertex, (PetscBool)(s->turns && m->strain == STRAIN_LARGE),
                       s->joint + 16 * i, vertices, force, k);
     PetscCall(StiffnessAdd(m, s, matrix, MOST, vertices, k));
-    for (int a = 0; a < MOST && s->turns; a++) { // arms of rigid bodies turn, too
+    for (int a = 0; a < MOST && s->turns && m->strain == STRAIN_LARGE;
+         a++) { // arms of rigid bodies turn, too
       const PetscReal *arm = s->arm + 2 * vertices[a];
       const PetscInt row = s->row[3 * vertices[a] + 2];
       PetscCall(

@@ -169,6 +169,33 @@ static PetscErrorCode SmallRotationsKeepTheirDigits(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Small strain: vertices move by theta x r whatever theta is, and forces do their work on that motion. */
+static PetscErrorCode SmallStrainIsLinear(void)
+{
+  const double theta = 0.4;
+  PetscReal moment = 0;
+  Fixture f;
+
+  PetscFunctionBeginUser;
+  PetscCall(OpenIrregularBody(&f));
+  Model *m = f.model;
+  PetscReal *u = f.state->u, *force = f.state->f;
+  m->strain = STRAIN_SMALL;
+  u[0] = 2, u[1] = -3, u[2] = theta;
+  RigidMotion(m, u);
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    const double x = m->X[2 * v] - m->body_X[0], y = m->X[2 * v + 1] - m->body_X[1];
+    ENSURE_NEAR(f.u_vertex[2 * v], 2 - theta * y, 1e-14);
+    ENSURE_NEAR(f.u_vertex[2 * v + 1], -3 + theta * x, 1e-14);
+    force[3 + 2 * v] = Uniform(-1, 1), force[4 + 2 * v] = Uniform(-1, 1);
+    moment += x * force[4 + 2 * v] - y * force[3 + 2 * v];
+  }
+  RigidForces(m, u, force);
+  ENSURE_NEAR(force[2], moment, 1e-12);
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* (15): the body's forces do the work of the vertices' forces, in any position. */
 static PetscErrorCode BodyForcesDoTheWorkOfVertexForces(void)
 {
@@ -208,6 +235,7 @@ int main(int argc, char **argv)
   RUN_TEST(HangingBlocksLeaveTheirLumpedMass);
   RUN_TEST(ShapeIsKeptOver100Turns);
   RUN_TEST(SmallRotationsKeepTheirDigits);
+  RUN_TEST(SmallStrainIsLinear);
   RUN_TEST(BodyForcesDoTheWorkOfVertexForces);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());

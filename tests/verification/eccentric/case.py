@@ -69,7 +69,24 @@ def run(case):
                    [d[1] for _, d, _ in stands], relative=1e-6)
         for e, _, result in (pair for pair in pairs if not pair[1]):
             case.check(f"{model}, e/L = {e:g}: no equilibrium", result.verdict, "collapsed")
+    linear(case, mesh)
     stress, turn, opening = edge(case.run(mesh, scene("tptm", 0.4, LARGE)))
     case.check("tptm, N = 1 MN, e/L = 0.4: edge stress [Pa]", stress, 2 * LARGE / 0.3, relative=1e-4)
     case.check("... rotation [rad]", turn, 2 * LARGE / 0.3 / (K_N * 0.3), relative=1e-4)
     case.check("... opening of the far edge [m]", opening, 2 * LARGE / 0.3 / (K_N * 0.3) * 0.7, relative=1e-4)
+
+
+def linear(case, mesh):
+    """Small strain is linear for rigid blocks: pushed at the top of a height H the block slides by P/k_s L and turns by 12 P H/(k_n L^3),
+    however far, and its weight does nothing to it."""
+    k_n, k_s, P, H = 1e7, 5e6, 1e5, 1.0
+    loads = {"weight": {"type": "self_weight"}, "push": {"type": "point_force", "point": "top_left", "value": [P, 0]}}
+    stages = [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}]
+    pushed = changed(SCENE, ("strain", "small"), ("loads", loads), ("stages", stages),
+                     ("joints.default", {"law": "elastic", "k_n": k_n, "k_s": k_s}))
+    turn = 12 * P * H / k_n
+    for method in ("explicit", "preconditioned"):
+        result = case.run(mesh, changed(pushed, ("relaxation.method", method)))
+        moved = result.probe("push", "top_left") - result.probe("weight", "top_left")
+        case.check(f"small strain, {method}, rigid block turned by {turn:g}: top corner moves by [m]", moved,
+                   [P / k_s + turn * H, 0.5 * turn], relative=1e-6)
