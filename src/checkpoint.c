@@ -303,8 +303,8 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 static PetscBool is_idle(const char *line)
 {
   static const char *const idle[] = {"title ",       "output ", "restart ",   "advise ",
-                                     "checkpoint_",  "model ",  "partition ", "exchange ",
-                                     "repartition_", "isa ",    NULL};
+                                     "checkpoint.",  "model ",  "partition ", "exchange ",
+                                     "repartition.", "isa ",    NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;
@@ -348,11 +348,14 @@ static PetscBool values_equal(const char *a, const char *b)
   return (PetscBool)(end[0] != a && end[1] != b && *end[0] == '\n' && *end[1] == '\n' && x == y);
 }
 
+/* The key as the command line has it. */
 static void say(const char *line, const char *old, const char *new)
 {
-  printf("restart: changed since the checkpoint: %.*s: %.*s -> %.*s\n", (int)strcspn(line, " "), line,
-         old ? (int)strcspn(old, "\n") : 9, old ? old : "not given", new ? (int)strcspn(new, "\n") : 9,
-         new ? new : "not given");
+  char key[6 * NAME_LENGTH];
+  snprintf(key, sizeof(key), "%.*s", (int)strcspn(line, " "), line);
+  for (char *c = key; *c; c++) *c = *c == '.' ? '_' : *c;
+  printf("restart: changed since the checkpoint: %s: %.*s -> %.*s\n", key, old ? (int)strcspn(old, "\n") : 9,
+         old ? old : "not given", new ? (int)strcspn(new, "\n") : 9, new ? new : "not given");
 }
 
 /* Rank 0: says which options differ, key by key; whether any does. */

@@ -73,18 +73,54 @@ const char *NextItem(const char *list, char item[LABEL_LENGTH])
   return comma ? comma + 1 : NULL;
 }
 
-// a dot of the scene file is an underscore on the command line
-static PetscBool keys_are_equal(const char *a, const char *b)
+/* A dot of the scene file is an underscore on the command line. Names may hold underscores too, so several dotted keys
+   may be one key there (`loads.water.level`, and a load `water_level`). */
+static char plain(char c)
+{
+  return c == '.' ? '_' : c;
+}
+
+static PetscBool may_be_equal(const char *a, const char *b)
 {
   for (; *a && *b; a++, b++)
-    if ((*a == '.' ? '_' : *a) != (*b == '.' ? '_' : *b)) return PETSC_FALSE;
+    if (plain(*a) != plain(*b)) return PETSC_FALSE;
   return (PetscBool)(*a == *b);
+}
+
+static PetscInt slot_of(const Entries *list, const char *key)
+{
+  uint32_t h = 2166136261u; // FNV-1a
+  for (; *key; key++) h = (h ^ (unsigned char)plain(*key)) * 16777619u;
+  return (PetscInt)(h & (uint32_t)(list->n_slots - 1));
+}
+
+static void put_in_slot(Entries *list, PetscInt i)
+{
+  PetscInt *slot = list->slot + slot_of(list, list->entries[i].key);
+  list->entries[i].next = *slot, *slot = i;
+}
+
+static Entry *find_exactly(const Entries *list, const char *key)
+{
+  for (PetscInt i = list->n ? list->slot[slot_of(list, key)] : -1; i >= 0; i = list->entries[i].next)
+    if (!strcmp(list->entries[i].key, key)) return list->entries + i;
+  return NULL;
 }
 
 Entry *EntriesFind(const Entries *list, const char *key)
 {
-  for (PetscInt i = 0; i < list->n; i++)
-    if (keys_are_equal(list->entries[i].key, key)) return &list->entries[i];
+  Entry *exact = find_exactly(list, key);
+  if (exact) return exact;
+  for (PetscInt i = list->n ? list->slot[slot_of(list, key)] : -1; i >= 0; i = list->entries[i].next)
+    if (list->entries[i].loose && may_be_equal(list->entries[i].key, key)) return list->entries + i;
+  return NULL;
+}
+
+Entry *EntriesFindSection(const Entries *list, const char *key)
+{
+  for (PetscInt i = list->n ? list->slot[slot_of(list, key)] : -1; i >= 0; i = list->entries[i].next)
+    if (list->entries[i].kind == ENTRY_SECTION && may_be_equal(list->entries[i].key, key))
+      return list->entries + i;
   return NULL;
 }
 
@@ -94,11 +130,16 @@ static PetscErrorCode entries_add(Entries *list, const char *key, const char *va
   if (list->n == list->capacity) {
     list->capacity = 2 * list->capacity + 64;
     PetscCall(PetscRealloc(list->capacity * sizeof(Entry), &list->entries));
+    for (list->n_slots = 64; list->n_slots < list->capacity;) list->n_slots *= 2;
+    PetscCall(PetscRealloc(list->n_slots * sizeof(PetscInt), &list->slot));
+    for (PetscInt s = 0; s < list->n_slots; s++) list->slot[s] = -1;
+    for (PetscInt i = 0; i < list->n; i++) put_in_slot(list, i);
   }
   Entry *entry = &list->entries[list->n++];
   *entry = (Entry){.kind = kind, .line = line};
   PetscCall(PetscStrallocpy(key, &entry->key));
   PetscCall(PetscStrallocpy(value, &entry->value));
+  put_in_slot(list, list->n - 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,9 +151,7 @@ PetscErrorCode EntriesText(const Entries *list, char **text)
   PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
   for (PetscInt i = 0; i < list->n; i++) {
     const Entry *e = list->entries + i;
-    if (e->kind == ENTRY_SECTION || EntriesFind(list, e->key) != e) continue;
-    for (const char *c = e->key; *c; c++) fputc(*c == '.' ? '_' : *c, f);
-    fprintf(f, " %s\n", e->value);
+    if (e->kind != ENTRY_SECTION) fprintf(f, "%s %s\n", e->key, e->value);
   }
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,6 +165,7 @@ PetscErrorCode EntriesDestroy(Entries *list)
     PetscCall(PetscFree(list->entries[i].value));
   }
   PetscCall(PetscFree(list->entries));
+  PetscCall(PetscFree(list->slot));
   list->n = list->capacity = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,7 +196,7 @@ static PetscErrorCode walk_pair(Walk *w, yaml_node_pair_t pair, const char *pare
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   snprintf(key, sizeof key, "%s%s%s", parent, parent[0] ? "." : "", (const char *)name->data.scalar.value);
-  Entry *twin = EntriesFind(w->list, key);
+  Entry *twin = find_exactly(w->list, key);
   if (twin) Complain(w->message, w->file, line, key, "duplicate key, given in line %d already", twin->line);
   if (depth > DEEPEST) Complain(w->message, w->file, line, key, "nested too deeply");
   if (w->list->n > MOST_ENTRIES) Complain(w->message, w->file, line, key, "more than %d keys", MOST_ENTRIES);
@@ -323,7 +363,7 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
 // clang-format off
 static const char *const PetscOwn[] = {
     "blas_", "check_pointer_intensity", "checkstack", "debug_terminal", "debugger_", "display", "dm_",
-    "error_output_stdout", "fp_trap", "get_total_flops", "help", "info", "info_", "is_", "ksp_", "log_",
+    "error_output_stdout", "get_total_flops", "help", "info", "info_", "is_", "ksp_", "log_",
     "malloc", "malloc_", "mat_", "memory_view", "no_signal_handler", "nox", "objects_dump", "on_error_",
     "options_", "pc_", "petscpartitioner_", "petscsection_", "python", "sf_", "shared_tmp",
     "skip_petscrc", "snes_", "start_in_debugger", "stop_for_debugger", "sub_", "tao_", "ts_", "vec_",
@@ -364,6 +404,21 @@ static void drop_others(Entries *list, const Entry *section)
   }
 }
 
+/* What a key of the command line stands for in the file: the one value, list or section of the first level; NULL: nothing
+   there. */
+static Entry *find_meant(const Entries *list, const char *key, char *message)
+{
+  Entry *meant = NULL;
+  for (PetscInt i = list->n ? list->slot[slot_of(list, key)] : -1; i >= 0; i = list->entries[i].next) {
+    Entry *e = list->entries + i;
+    if (!may_be_equal(e->key, key) || (e->kind == ENTRY_SECTION && strchr(e->key, '.'))) continue;
+    if (meant)
+      Complain(message, "", 0, key, "may be %s or %s: change the scene file instead", meant->key, e->key);
+    meant = e;
+  }
+  return meant;
+}
+
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message)
 {
   PetscBool known_to_petsc;
@@ -380,17 +435,22 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
     }
     const char *value = i + 1 < argc && !option_key(argv[i + 1]) ? argv[++i] : "";
     if (is_petsc_own(key)) continue;
+    if (!strcmp(key, "fp_trap"))
+      Complain(message, "", 0, key,
+               "lanes whose results are thrown away may divide by zero: NaN is looked for instead");
     const int c = control(value, strlen(value));
     if (c >= 0) Complain(message, "", 0, key, CONTROL, c);
-    Entry *entry = EntriesFind(list, key);
+    Entry *entry = find_meant(list, key, message);
     if (entry) {
       PetscCall(PetscFree(entry->value));
       PetscCall(PetscStrallocpy(value, &entry->value));
       if (entry->kind == ENTRY_SECTION) drop_others(list, entry);
       entry->kind = ENTRY_VALUE;
       entry->line = 0;
-    } else
+    } else {
       PetscCall(entries_add(list, key, value, ENTRY_VALUE, 0));
+      list->entries[list->n - 1].loose = PETSC_TRUE;
+    }
     PetscCall(PetscOptionsHasName(NULL, NULL, option, &known_to_petsc)); // not left over
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -12,13 +12,16 @@ typedef struct {
   char *key;
   char *value;
   EntryKind kind;
-  int line;       /* in the scene file; 0: command line */
-  PetscBool used; /* somebody asked for it */
+  int line;        /* in the scene file; 0: command line */
+  PetscInt next;   /* entry of the same slot, -1: none */
+  PetscBool used;  /* somebody asked for it */
+  PetscBool loose; /* of the command line, and no key of the file: it may mean several dotted keys */
 } Entry;
 
 typedef struct {
-  PetscInt n, capacity;
+  PetscInt n, capacity, n_slots;
   Entry *entries;
+  PetscInt *slot; /* (n_slots,) first entry by hash of its key, -1: none */
 } Entries;
 
 /* message: receives the first fault found in the text or among the arguments; file: for messages */
@@ -28,9 +31,12 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
 /* After these: options that PETSc took from elsewhere (PETSC_OPTIONS, PETSC_OPTIONS_YAML,
    -options_file_yaml) may be its own only. A scene is what its file and its command line say. */
 PetscErrorCode EntriesCheckElsewhere(char *message);
-/* The entry with this key, NULL if there is none. Does not mark it as used. */
+/* The entry with this dotted key, else one of the command line that may mean it; NULL if there is none. Does not mark it
+   as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
-/* A line "key value" for each value and list that counts, with _ for every dot; free with free(). */
+/* The section of the file that a key of the command line may mean; NULL: none. */
+Entry *EntriesFindSection(const Entries *list, const char *key);
+/* A line "key value" for each value and list, with dotted keys; free with free(). */
 PetscErrorCode EntriesText(const Entries *list, char **text);
 PetscErrorCode EntriesDestroy(Entries *list);
 

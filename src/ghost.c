@@ -80,7 +80,7 @@ static PetscErrorCode make_room(const Model *m, Ghost *g)
     g->told = g->memory.mine;
     g->count = 0;
   }
-  g->told->slots = g->n_told;
+  if (g->told) g->told->slots = g->n_told;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,7 +138,10 @@ PetscErrorCode GhostConnect(Model *m)
   PetscCall(PetscMalloc1(m->n_vertices, &slot));
   PetscCall(number_slots(m, g, slot));
   PetscCall(make_room(m, g));
-  PetscCall(find_near(m, g, slot));
+  if (g->told)
+    PetscCall(find_near(m, g, slot));
+  else
+    m->one_machine = PETSC_FALSE; // by messages from now on
   PetscCall(PetscFree(slot));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -177,7 +177,7 @@ static const Key Keys[] = {
       "shear strength without normal stress"),
   KEY(JOINTS, "tension", REAL, Joint, tension[0], "0", ">= 0", "Pa", "tensile strength"),
   KEY(JOINTS, "compression", LIMIT, Joint, compression, "inf", "> 0", "Pa",
-      "compressive strength; inf: no limit"),
+      "compressive strength; past it the joint is crushed and stays so; inf: no limit"),
   KEY(JOINTS, "friction_residual", REAL, Joint, friction[1], "= friction", ">= 0, < 90", "degree",
       "once the joint has failed"),
   KEY(JOINTS, "cohesion_residual", REAL, Joint, cohesion[1], "0", ">= 0", "Pa", "once the joint has failed"),

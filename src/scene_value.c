@@ -9,6 +9,20 @@
 
 /* ------------------------------------------------------------------------------------------- asking */
 
+/* A key of the command line gets its dots; two that may be meant are one too many. */
+static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
+{
+  PetscFunctionBeginUser;
+  if (strcmp(entry->key, label)) {
+    r->line = 0;
+    if (entry->used) COMPLAIN(r, "may be %s too: change the scene file instead", entry->key);
+    PetscCall(PetscFree(entry->key));
+    PetscCall(PetscStrallocpy(label, &entry->key));
+  }
+  entry->used = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry)
 {
   char *known, label[LABEL_LENGTH];
@@ -19,7 +33,7 @@ PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entr
   memcpy(known, label, LABEL_LENGTH);
   memcpy(r->label, label, LABEL_LENGTH);
   *entry = EntriesFind(&r->entries, label);
-  if (*entry) (*entry)->used = PETSC_TRUE;
+  if (*entry) PetscCall(take_as(r, label, *entry));
   const Entry *holder = *entry ? *entry : EntriesFind(&r->entries, parent);
   r->line = holder ? holder->line : -1;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -357,7 +371,10 @@ PetscErrorCode ConcludeMessage(Reader *r)
 
   PetscFunctionBeginUser;
   while (e < end && e->used) e++;
-  if (e < end) {
+  if (e < end && e->loose && EntriesFindSection(&r->entries, e->key)) {
+    Complain(r->message, r->scene->file, e->line, e->key,
+             "keys below it expected ({key: value, ..}), not a value");
+  } else if (e < end) {
     PetscCall(nearest_key(r, e, nearest));
     Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
              nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");

@@ -82,7 +82,7 @@ PetscErrorCode SumsCreate(const Model *m, Sums **sums)
   PetscCallMPI(MPI_Type_commit(&s->type));
   if (m->size == 1 || !m->one_machine) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SharedCreate(m->comm, 2 * ROUNDS * sizeof(Line), &s->memory));
-  PetscCall(plan(s, m->rank, m->size));
+  if (s->memory.mine) PetscCall(plan(s, m->rank, m->size));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

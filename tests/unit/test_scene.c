@@ -214,6 +214,28 @@ static PetscErrorCode TestCommandLine(void)
   return 0;
 }
 
+/* Names may hold what stands for a dot on the command line. */
+static PetscErrorCode TestUnderscores(void)
+{
+  static const char text[] = "model: m.h5\n"
+                             "materials: {dam: {density: 1}}\n"
+                             "loads:\n"
+                             "  a: {type: uplift, faces: b, level: 3, drain: 4, rule: npb}\n"
+                             "  a_drain: {type: reservoir, faces: f, level: 5}\n"
+                             "  a_level: {type: self_weight}\n"
+                             "stages: [one: {loads: [a_level, a, a_drain]}]\n";
+  Scene s;
+  PetscCall(Read(text, "-loads_a_level 7", &s));
+  EnsureMessage("", "a section is no value");
+  ENSURE(s.loads[0].level == 7 && s.loads[1].level == 5 && s.loads[2].kind == LOAD_SELF_WEIGHT);
+  PetscCall(SceneDestroy(&s));
+  PetscCall(Read(text, "-loads_a_drain_level 8", &s));
+  EnsureMessage("", "what the file has comes first");
+  ENSURE(s.loads[1].level == 8);
+  PetscCall(SceneDestroy(&s));
+  return 0;
+}
+
 static void EnsureSameJoints(PetscInt n, const Joint *a, const Joint *b)
 {
   for (PetscInt j = 0; j < n; j++) {
@@ -465,6 +487,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestValues);
   RUN_TEST(TestJoints);
   RUN_TEST(TestCommandLine);
+  RUN_TEST(TestUnderscores);
   RUN_TEST(TestEcho);
   RUN_TEST(TestModelPath);
   RUN_TEST(TestBadInput);
