@@ -4,23 +4,6 @@
 #include "internal.h"
 #include "contact_find.h"
 
-/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the
- * default. */
-PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
-{
-  const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g];
-  if (jf >= 0 || jg >= 0) return jf < 0 ? jg : jg < 0 ? jf : PetscMin(jf, jg);
-  const char *a = m->group_names[m->faces.group[f]], *b = m->group_names[m->faces.group[g]];
-  for (PetscInt j = 1; j < scene->n_joints; j++) {
-    const char *name = scene->joints[j].name, *plus = strchr(name, '+');
-    if (!plus) continue;
-    const size_t na = strlen(a), nb = strlen(b), first = (size_t)(plus - name);
-    if (first == na && !strncmp(name, a, na) && !strcmp(plus + 1, b)) return j;
-    if (first == nb && !strncmp(name, b, nb) && !strcmp(plus + 1, a)) return j;
-  }
-  return 0;
-}
-
 /* ---- faces as they stand */
 
 typedef struct {

@@ -312,6 +312,12 @@ PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, Pet
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 
+/* ---- joint_rows.c */
+/* Collective. Variable connectivity without a `default` row: contacts that come later between two groups, on
+   faces without a named joint, have the weakest row of those that the groups have at the start. Refuses
+   groups that have none and may meet. */
+PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model);
+
 /* ---- contact_force.c */
 /* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and
    the arrays of the last evaluation. joints: the stage's table. u, f: vertex arrays. */

@@ -396,6 +396,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree(m->ghosts));
   PetscCall(PetscFree6(m->group_names, m->group_rigid, m->group_condensed, m->lame, m->density,
                        m->group_upgradeable));
+  PetscCall(PetscFree(m->later_joint));
   PetscCall(PetscFree2(m->face_set_names, m->face_set_start));
   PetscCall(PetscFree(m->face_set_faces));
   PetscCall(PetscFree2(m->point_names, m->point_vertex));

@@ -224,6 +224,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
+  PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
   PetscCall(CondensedCreate(&q->scene, &q->model));
   PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));

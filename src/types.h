@@ -190,6 +190,9 @@ typedef struct {
   PetscReal *hourglass; /* [Pa] (n_groups,3) ElementHourglass of each group; NULL: all are ELEMENT_FULL */
   Lame *lame;           /* of each group */
   PetscReal *density;   /* [kg/m3] */
+  PetscInt
+      *later_joint; /* (n_groups, n_groups) row of joints, in place of default, of contacts that come later;
+                            NULL: default, joint_rows.c */
   PetscBool *group_upgradeable;
   PetscReal thickness; /* [m] */
   StrainMeasure strain;

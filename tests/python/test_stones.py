@@ -1,0 +1,69 @@
+"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle.
+
+ranks: 1 2"""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+from quoin_tools import blockmesh
+from quoin_tools.meshing import face_set_on, join, rectangle, renamed
+from quoin_tools.results import Results
+
+QUOIN = os.environ.get("QUOIN", "build/quoin")
+pytestmark = pytest.mark.skipif(not Path(QUOIN).exists(), reason="the solver is not built")
+
+
+def quoin(folder, mesh, scene, *options, ranks=1):
+    """The finished process; its results are in folder / "out"."""
+    folder.mkdir(parents=True, exist_ok=True)
+    blockmesh.write(folder / "model.h5", mesh)
+    (folder / "scene.yaml").write_text(yaml.safe_dump({"model": "model.h5", "output": "out"} | scene, sort_keys=False), encoding="utf-8")
+    start = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
+    return subprocess.run([*start, str(Path(QUOIN).resolve()), "-options_file", "scene.yaml", *options], cwd=folder, capture_output=True,
+                          text=True, timeout=120, env=os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})  # fmt: skip
+
+
+# ---- rows of joints for contacts that come later
+
+SLIDING = {
+    "contact": {"connectivity": "variable", "tolerance": 0.01},
+    "materials": {"base": {"density": 0}, "stone": {"density": 2400}},
+    "joints": {"bed": {"k_n": 1e8, "k_s": 1e8, "friction": 20}, "head": {"k_n": 1e8, "k_s": 1e8, "friction": 30}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["stone"]},
+              "push": {"type": "traction", "faces": "left", "value": [100e3, 0]}},
+    "stages": [{"weight": {"loads": ["weight"]}}, {"push": {"type": "dynamic", "loads": ["weight", "push"], "duration": 0.3}}],
+}  # fmt: skip
+
+
+def row(second):
+    """A stone, at x = `second` another, and a third 0.1 m beyond that; the first is pushed to the right until it touches all."""
+    places = (0.0, second, second + 1.1)
+    mesh = join([renamed(rectangle(-1, -1, 7, 1, group="base", rigid=True))]
+                + [renamed(rectangle(x, 0, 1, 1, group="stone", rigid=True)) for x in places])  # fmt: skip
+    mesh.face_sets = {"bed": face_set_on(mesh, (-1, 0), (6, 0)), "left": face_set_on(mesh, (0, 0), (0, 1)),
+                      "head": face_set_on(mesh, (1, 0), (1, 1))}  # fmt: skip
+    return mesh
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_later_contacts_have_the_row_of_their_groups(tmp_path, ranks):
+    """No `default`: a contact that comes between groups that touch at the start has their row (the third stone: `head`)."""
+    done = quoin(tmp_path, row(1.0), SLIDING, ranks=ranks)
+    assert done.returncode == 0, done.stderr
+    results = Results(str(tmp_path / "out"))
+    assert results.stage_summary("push")["contacts_made"] > 0
+    assert results.stage("push").displacement[-4:, 0].min() > 0.01  # the third stone was hit
+
+
+def test_missing_row_is_refused_at_set_up(tmp_path):
+    """Stones that do not touch at the start, and no row for them: told before the first stage, not after two."""
+    done = quoin(tmp_path, row(1.1), SLIDING)
+    assert done.returncode == 2 and "stage" not in done.stdout
+    assert "groups stone and stone may come into contact" in done.stderr and "stone+stone or default" in done.stderr
+    given = quoin(tmp_path, row(1.1), SLIDING | {"joints": SLIDING["joints"] | {"stone+stone": SLIDING["joints"]["head"]}})
+    assert given.returncode == 0, given.stderr
+    assert quoin(tmp_path, row(1.1), SLIDING | {"contact": {"connectivity": "fixed"}, "stages": SLIDING["stages"][:1]}).returncode == 0
