@@ -296,7 +296,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->loads_turn = (PetscBool)turn; // a rank that has no such loads turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
-  c->counted = (PetscInt)reals[7];
+  c->counted = (PetscBool)(reals[7] > 0.);
   PetscCall(spread(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,13 +33,13 @@ static PetscErrorCode zeros(PetscInt n, PetscReal **x)
 }
 
 /* What stays zero where nothing has slipped, overlapped, been crushed or moved in time. */
-enum { HISTORY_ARRAYS = 12 };
+enum { HISTORY_ARRAYS = 13 };
 
 static void history_arrays(Contacts *c, PetscReal **array[HISTORY_ARRAYS])
 {
-  PetscReal **const all[] = {&c->rest,          &c->slip,   &c->broken,   &c->closure,
-                             &c->closure_far,   &c->slip_0, &c->broken_0, &c->closure_0,
-                             &c->closure_far_0, &c->speed,  &c->u_n_0,    &c->u_s_0};
+  PetscReal **const all[] = {&c->rest,   &c->slip,     &c->broken,    &c->closure,       &c->closure_far,
+                             &c->slip_0, &c->broken_0, &c->closure_0, &c->closure_far_0, &c->speed,
+                             &c->u_n_0,  &c->u_s_0,    &c->moved};
   for (int i = 0; i < HISTORY_ARRAYS; i++) array[i] = all[i];
 }
 
@@ -156,10 +156,10 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
 
 void ContactsEndArrays(const Contacts *c, PetscReal *array[END_ARRAYS])
 {
-  PetscReal *const all[END_ARRAYS] = {c->t,       c->rest,        c->slip,      c->broken,       c->u_n,
-                                      c->u_s,     c->speed,       c->sigma,     c->tau,          c->F_n,
-                                      c->F_s,     c->slip_0,      c->broken_0,  c->u_n_0,        c->u_s_0,
-                                      c->closure, c->closure_far, c->closure_0, c->closure_far_0};
+  PetscReal *const all[END_ARRAYS] = {c->t,     c->rest,    c->slip,        c->broken,    c->u_n,
+                                      c->u_s,   c->speed,   c->sigma,       c->tau,       c->F_n,
+                                      c->F_s,   c->slip_0,  c->broken_0,    c->u_n_0,     c->u_s_0,
+                                      c->moved, c->closure, c->closure_far, c->closure_0, c->closure_far_0};
   for (int i = 0; i < END_ARRAYS; i++) array[i] = all[i];
 }
 

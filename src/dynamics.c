@@ -119,6 +119,7 @@ static PetscErrorCode start(const Problem *p)
     PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
     PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
   }
+  p->contacts->counted = PETSC_FALSE;
   PartingStart(p);
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
@@ -439,5 +440,6 @@ PetscErrorCode StageRunDynamic(const Problem *p)
   PetscCall(EnergyDestroy(&loop.energy));
   PetscCall(StageReport(p));
   if (!p->stage->variable) PetscCall(FixedOutgrown(p));
+  p->contacts->counted = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

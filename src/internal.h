@@ -306,7 +306,7 @@ PetscErrorCode ContactsDestroy(Contacts *contacts);
 /* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
 PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
 /* The (.., 2, BATCH) arrays of reals; last the four of closure, mostly zero. */
-enum { CLOSURE_ARRAYS = 4, END_ARRAYS = 15 + CLOSURE_ARRAYS };
+enum { CLOSURE_ARRAYS = 4, END_ARRAYS = 16 + CLOSURE_ARRAYS };
 void ContactsEndArrays(const Contacts *contacts, PetscReal *array[END_ARRAYS]);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */

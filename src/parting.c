@@ -1,8 +1,9 @@
 /* parting.c: how far faces in contact have moved against each other, and what fixed connectivity makes of it.
 
-   What counts. Openings and slidings are counted from the start of the stage: those of stages before it have
-   had their verdicts, and motion in time may have carried blocks anywhere. A contact across a gap is counted
-   from where it first bears: until then it says nothing, however far its faces part. Joints of `law: elastic`
+   What counts. Openings and slidings are counted from the start of the run or the end of the last motion in
+   time, which may have carried blocks anywhere. Static stages in a row are one way: what slides a little in
+   each of them has slid far. A contact across a gap is counted from where it first bears: until then it says
+   nothing, however far its faces part. Joints of `law: elastic`
    cannot fail; they are never counted. */
 #include "stages.h"
 
@@ -24,12 +25,12 @@ static void count_from_here(Contacts *c, PetscInt i, PetscBool from_here)
 void PartingStart(const Problem *p)
 {
   Contacts *c = p->contacts;
-  if (p->stage->variable || c->counted == p->number + 1) return;
+  if (p->stage->variable || c->counted) return;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const PetscReal gap = PetscMin(c->u_n[SUB(i, 0)], c->u_n[SUB(i, 1)]);
     if (c->key[2 * i] >= 0) count_from_here(c, i, (PetscBool)(gap <= TOUCHING * c->length[i]));
   }
-  c->counted = p->number + 1;
+  c->counted = PETSC_TRUE;
 }
 
 void PartingOfBearing(Contacts *c)
@@ -54,6 +55,19 @@ static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
   return shorter;
 }
 
+/* Parted or slid, end k of contact i over the shorter face of it. */
+static PetscReal moved_by(const Model *m, const Contacts *c, PetscInt i, int k)
+{
+  const PetscReal opened = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                  slid = PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]);
+  return PetscMax(slid, opened) / shorter_face(m, c, i);
+}
+
+static PetscBool may_fail(const Problem *p, PetscInt i)
+{
+  return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
+}
+
 PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2])
 {
   const Model *m = p->m;
@@ -64,21 +78,32 @@ PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal p
   } worst = {0., m->rank};
   PetscFunctionBeginUser;
   place[0] = place[1] = 0.;
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (!counts(c, i) || p->stage->joints[c->joint[i]].law == LAW_ELASTIC) continue;
-    for (int k = 0; k < 2; k++) {
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && may_fail(p, i); k++) {
+      const PetscReal moved = moved_by(m, c, i, k);
       PetscInt v[3];
-      const PetscReal opened = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
-                      slid = PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]),
-                      moved = PetscMax(slid, opened) / shorter_face(m, c, i);
       if (moved <= worst.moved) continue;
       ContactEndVertices(c, i, k, v);
       worst.moved = moved, place[0] = m->X[2 * v[0]], place[1] = m->X[2 * v[0] + 1];
     }
-  }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
   PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
   *fraction = worst.moved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PartingOfChunk(const Problem *p, PetscReal *gain)
+{
+  Contacts *c = p->contacts;
+  PetscReal most = -1.;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && may_fail(p, i); k++) {
+      const PetscReal moved = moved_by(p->m, c, i, k);
+      most = PetscMax(most, PetscMax(0., moved - c->moved[SUB(i, k)]));
+      c->moved[SUB(i, k)] = moved;
+    }
+  PetscCallMPI(MPI_Allreduce(&most, gain, 1, MPIU_REAL, MPI_MAX, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,7 +121,7 @@ PetscErrorCode JudgeContacts(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The contact that has moved farthest: slid since it was found, or parted in this stage. */
+/* The contact that has moved farthest: slid since it was found, or parted in the stages that count. */
 typedef struct {
   double moved; /* [-] over its length */
   int rank;

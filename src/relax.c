@@ -29,6 +29,7 @@
 
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
 static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
+static const PetscReal FLOATS = 1e7; /* chunks: no elastic structure is so slow */
 enum { STALL_CYCLES = 2500 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
 
@@ -39,7 +40,8 @@ PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *
   PetscCall(SumsCreate(m, &r->over_ranks));
   r->max_ratios = CHUNK_MAX / scene->check_every + 2;
   PetscCall(PetscCalloc2(m->n_dof, &r->u_0, m->n_dof, &r->f_0));
-  PetscCall(PetscCalloc3(m->n_dof, &r->u_chunk, m->n_dof, &r->du_chunk, r->max_ratios, &r->ratios));
+  PetscCall(PetscCalloc4(m->n_dof, &r->u_chunk, m->n_dof, &r->du_chunk, m->n_dof, &r->r_chunk, r->max_ratios,
+                         &r->ratios));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,7 +50,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
   PetscFunctionBeginUser;
   PetscCall(NewtonDestroy(&r->newton));
   PetscCall(SumsDestroy(&r->over_ranks));
-  PetscCall(PetscFree3(r->u_chunk, r->du_chunk, r->ratios));
+  PetscCall(PetscFree4(r->u_chunk, r->du_chunk, r->r_chunk, r->ratios));
   PetscCall(PetscFree2(r->u_0, r->f_0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -60,7 +62,8 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
                               &q->den_max,    &r->q_secant,  &r->best_ratio, &r->q_ray,         r->median,
                               r->median + 1,  r->median + 2, r->median + 3,  r->rate,           r->rate + 1,
                               r->rate + 2,    r->rate + 3,   &r->alpha_sum,  &r->settled_alpha, &r->longest,
-                              &r->half_ratio, &r->reached,   &r->step};
+                              &r->half_ratio, &r->reached,   &r->step,       r->ahead,          r->ahead + 1,
+                              r->ahead + 2};
   enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 8 };
   PetscReal x[REALS];
   PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle,   r->n_ratios, r->steady,
@@ -80,6 +83,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
   PetscCall(ArchiveDofs(a, m, "f_0", r->f_0));
   PetscCall(ArchiveDofs(a, m, "u_chunk", r->u_chunk));
   PetscCall(ArchiveDofs(a, m, "du_chunk", r->du_chunk));
+  PetscCall(ArchiveDofs(a, m, "r_chunk", r->r_chunk));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -261,18 +265,24 @@ static void start_chunk(const Model *m, const State *state, Relaxation *r)
   r->chunk_start = state->cycle;
   r->n_ratios = 0;
   for (PetscInt d = 0; d < m->n_dof; d++) r->u_chunk[d] = state->u[d];
+  for (PetscInt d = 0; d < m->n_dof; d++) r->r_chunk[d] = state->f_ext[d] - state->f[d];
 }
 
-PetscErrorCode RelaxationReset(const Model *m, const State *state, Relaxation *r)
+PetscErrorCode RelaxationReset(const Problem *p)
 {
+  const Model *m = p->m;
+  Relaxation *r = p->relax;
+  PetscReal gain;
   PetscFunctionBeginUser;
   r->steady = r->n_alpha = 0;
   r->still = PETSC_FALSE;
   r->alpha_sum = 0.;
   r->chunk_length = 0;
   for (int i = 0; i < 4; i++) r->median[i] = r->rate[i] = PETSC_INFINITY;
+  for (int i = 0; i < 3; i++) r->ahead[i] = PETSC_INFINITY;
   PetscCall(PetscArrayzero(r->du_chunk, m->n_dof));
-  start_chunk(m, state, r);
+  PetscCall(PartingOfChunk(p, &gain));
+  start_chunk(m, p->state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -283,7 +293,7 @@ PetscErrorCode RelaxationStill(const Problem *p)
   p->relax->tangent_only = PETSC_TRUE;
   p->relax->q_secant = 0.;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
-  PetscCall(RelaxationReset(p->m, p->state, p->relax));
+  PetscCall(RelaxationReset(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -293,6 +303,9 @@ typedef struct {
   PetscReal most;   /* [m] largest component of it */
   PetscReal cosine; /* between it and that of the chunk before */
   PetscReal away;   /* its product with the displacement since the start of the stage, in units; > 0: away */
+  PetscReal gain;   /* [-] largest part of its length that a contact has parted or slid by; -1: none can */
+  PetscReal rest;   /* chunks like it to where the unbalanced force along it is nothing */
+  PetscReal omega;  /* [1/cycle] frequency of the stiffness along it, 0: it has none */
 } ChunkMotion;
 
 static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, ChunkMotion *motion)
@@ -327,41 +340,96 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far what moves would still get [m] if it went on slowing down as it did over the last three chunks;
-   infinite where it does not slow down. */
-static PetscReal way_to_go(const Relaxation *r, const ChunkMotion *motion)
+/* The stiffness along the motion of the chunk, du: with the unbalanced force R it changes by dR, so du has the
+   frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du lead to where nothing drives it. */
+static PetscErrorCode stiffness_along(const Model *m, const State *state, const Relaxation *r,
+                                      ChunkMotion *motion)
+{
+  PetscReal top[3] = {0., 0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
+    const Bins bins[3] = {BinsFor(PetscMax(top[0], 1e-290)), BinsFor(PetscMax(top[1], 1e-290)),
+                          BinsFor(PetscMax(top[2], 1e-290))};
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscReal du = state->u[d] - r->u_chunk[d], R = state->f_ext[d] - state->f[d],
+                      term[3] = {R * du, (r->r_chunk[d] - R) * du, state->m[d] * du * du};
+      if (Held(m, d)) continue;
+      for (int i = 0; i < 3 && pass; i++) BinAdd(bins + i, term[i], sum + 2 * i);
+      for (int i = 0; i < 3 && !pass; i++) top[i] = PetscMax(top[i], PetscAbsReal(term[i]));
+    }
+    if (pass)
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
+    else
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
+  }
+  const PetscReal drives = sum[0] + sum[1], holds = sum[2] + sum[3], inertia = sum[4] + sum[5];
+  motion->rest = drives <= 0. ? 0. : holds > 0. ? drives / holds : PETSC_INFINITY;
+  motion->omega = holds > 0. && inertia > 0. ? PetscSqrtReal(holds / inertia) : 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chunks like the last to where the motion ends: by the stiffness along it, or by how it slowed down over
+   three chunks, whichever is sooner; infinite where it neither meets stiffness nor slows down. Where damping
+   rules the motion, what it heads for has to come nearer: a body that turns over about a corner meets stiffness
+   all the way, and less and less of it. */
+static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMotion *motion)
 {
   const PetscReal decay = PetscLogReal(r->rate[2] / r->rate[0]) / 2.; // per chunk
-  return decay > 0. ? motion->most / decay : PETSC_INFINITY;
+  for (int i = 2; i > 0; i--) r->ahead[i] = r->ahead[i - 1];
+  r->ahead[0] = motion->rest * motion->norm;
+  const PetscBool damped = (PetscBool)(state->alpha * state->dt * (PetscReal)r->chunk_length > 2.),
+                  recedes = (PetscBool)(damped && r->ahead[0] > r->ahead[2]);
+  return PetscMin(decay > 0. ? 1. / decay : PETSC_INFINITY, recedes ? PETSC_INFINITY : motion->rest);
+}
+
+/* Whether the motion would carry faces as far as contacts do not bear. Where no joint can fail only what meets
+   no stiffness at all does: it floats. */
+static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
+{
+  const PetscReal way = to_go * motion->most;
+  if (p->stage->variable) return (PetscBool)(way > OUTGROWN * p->relax->longest);
+  if (motion->gain < 0.) return (PetscBool)(to_go > FLOATS);
+  return (PetscBool)(way > OUTGROWN * p->relax->longest && to_go * motion->gain > OUTGROWN);
 }
 
 /* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
    right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither falls
    by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where the stage
-   began: a block that has overshot and finds its way back through the air moves as steadily. What creeps to
-   an equilibrium nearer than OUTGROWN contact lengths is waited for. */
-static PetscErrorCode judge_chunk(const Model *m, const State *state, Relaxation *r, StageResult *result)
+   began: a block that has overshot and finds its way back through the air moves as steadily. And it meets no
+   stiffness that would end it: what swings or creeps to an equilibrium nearer than OUTGROWN contact lengths
+   is waited for. */
+static PetscErrorCode judge_chunk(const Problem *p)
 {
-  ChunkMotion motion = {0., 0., 0., 0.};
+  const Model *m = p->m;
+  const State *state = p->state;
+  Relaxation *r = p->relax;
+  StageResult *result = p->result;
+  ChunkMotion motion = {.norm = 0.};
   PetscFunctionBeginUser;
   for (int i = 3; i > 0; i--) r->median[i] = r->median[i - 1], r->rate[i] = r->rate[i - 1];
   PetscCall(PetscRealSortSemiOrdered(r->n_ratios, r->ratios));
   r->median[0] = r->ratios[r->n_ratios / 2];
   PetscCall(chunk_motion(m, state, r, &motion));
+  PetscCall(stiffness_along(m, state, r, &motion));
+  PetscCall(PartingOfChunk(p, &motion.gain));
   r->rate[0] = motion.norm / (state->cycle - r->chunk_start);
   const PetscBool steady = (PetscBool)(motion.cosine > 0.98 ||
                                        (motion.cosine > 0.9 && r->rate[0] > 1.5 * r->rate[1]));
   r->steady = steady && motion.away > 0. ? r->steady + 1 : 0;
+  const PetscReal to_go = chunks_to_go(state, r, &motion);
+  const PetscBool far = goes_far(p, &motion, to_go);
+  // what swings more slowly than two chunks had no time to halve
+  const PetscBool slow = (PetscBool)(!far && motion.omega * r->chunk_length < PETSC_PI);
   if (state->beta > 0. && state->beta < BETA_STILL && r->median[2] < PETSC_INFINITY &&
-      r->median[0] > 0.5 * r->median[2]) {
+      r->median[0] > 0.5 * r->median[2] && !slow) {
     r->still = PETSC_TRUE; // evidence begins anew
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[2] && r->rate[0] > 0.95 * r->rate[2]);
-  const PetscReal to_go = way_to_go(r, &motion);
-  if (r->steady >= CHUNKS_TO_COLLAPSE && holds && to_go > OUTGROWN * r->longest) {
+  if (r->steady >= CHUNKS_TO_COLLAPSE && holds && far) {
+    const PetscReal way = to_go * motion.most;
     char end[32] = "no end";
-    if (to_go < 1e3 * m->diameter) PetscCall(PetscSNPrintf(end, sizeof(end), "%.3g m to go", (double)to_go));
+    if (way < 1e3 * m->diameter) PetscCall(PetscSNPrintf(end, sizeof(end), "%.3g m to go", (double)way));
     result->verdict = VERDICT_COLLAPSED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
@@ -405,7 +473,7 @@ PetscErrorCode Judge(const Problem *p)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (r->n_ratios < r->max_ratios) r->ratios[r->n_ratios++] = result->ratio;
-  if (state->cycle - r->chunk_start >= r->chunk_length) PetscCall(judge_chunk(p->m, state, r, result));
+  if (state->cycle - r->chunk_start >= r->chunk_length) PetscCall(judge_chunk(p));
   if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),

@@ -215,9 +215,10 @@ static PetscErrorCode begin(const Problem *p)
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
   ContactsHold(p->contacts);
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
+  ContactsGoBack(p->contacts);
   PartingStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
-  PetscCall(RelaxationReset(p->m, state, p->relax)); // a mechanism before the ramp ends is counted from here
+  PetscCall(RelaxationReset(p)); // a mechanism before the ramp ends is counted from here
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -295,7 +296,7 @@ PetscErrorCode StageRelax(const Problem *p)
       LoadsApply(m, state,
                  stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - loop.ramp_start) / stage->ramp)
                              : 1.);
-      if (state->ramp >= 1.) PetscCall(RelaxationReset(m, state, relax)); // evidence counts from here on
+      if (state->ramp >= 1.) PetscCall(RelaxationReset(p)); // evidence counts from here on
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? loop.contact_scale : NULL));
     result->cycles++, relax->effort.evaluations++;

@@ -48,10 +48,12 @@ typedef struct _p_Relaxation {
   Sums *over_ranks;      /* the reduction of a cycle */
   /* evidence for the verdict, per chunk of cycles */
   PetscReal *u_chunk,
-      *du_chunk;     /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
-  PetscReal *ratios; /* unbalanced ratios seen in this chunk */
+      *du_chunk;      /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
+  PetscReal *r_chunk; /* (n_dof,) [N, N m] unbalanced force at the start of the chunk */
+  PetscReal *ratios;  /* unbalanced ratios seen in this chunk */
   PetscInt n_ratios, max_ratios, steady; /* steady: chunks in a row that moved on in one direction */
   PetscReal median[4], rate[4];          /* of the last chunks, the last first: ratio [-], motion [m/cycle] */
+  PetscReal ahead[3];                    /* [m] and how far ahead of them nothing drove the motion */
   PetscInt64 chunk_start, chunk_length;
   PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
   PetscInt n_alpha;
@@ -74,7 +76,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r);
 /* Collective, see archive.h: all that the damping and the verdicts remember. */
 PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model, Relaxation *r);
 /* Start of a stage: forgets the evidence. */
-PetscErrorCode RelaxationReset(const Model *model, const State *state, Relaxation *r);
+PetscErrorCode RelaxationReset(const Problem *p);
 /* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
@@ -98,13 +100,16 @@ PetscErrorCode Judge(const Problem *p);
 /* Of a face: parted or slid so far, a contact that was kept means nothing. */
 #define OUTGROWN 0.1
 /* At the start of a stage of fixed connectivity, forces evaluated: partings and slidings count from here.
-   Nothing in a stage of variable connectivity, nor where the stage has begun before. */
+   Nothing in a stage of variable connectivity, nor where they count from a stage before. */
 void PartingStart(const Problem *p);
 /* At an equilibrium, or between cycles: contacts across a gap that bear by now count from here. */
 void PartingOfBearing(Contacts *contacts);
-/* Collective. Farthest that two faces in contact have parted or slid in the stage, over the length of the
+/* Collective. Farthest that two faces in contact have parted or slid, over the length of the
    contact (of the shorter face, where they are staggered), and where [m]. */
 PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2]);
+/* Collective. Largest part [-] of its length that a contact has parted or slid farther by since the last call;
+   -1: no joint can fail. */
+PetscErrorCode PartingOfChunk(const Problem *p, PetscReal *gain);
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */
 PetscErrorCode JudgeContacts(const Problem *p);

@@ -258,10 +258,12 @@ typedef struct {
   PetscBool held;         /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the
                              last one ended */
   PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
-  PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) at the start of a stage of fixed connectivity, or where the
-                                   contact first bore since, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
-  PetscInt counted;         /* 1 + number of the stage that u_n_0 and u_s_0 are of, 0: of none */
-  PetscReal rate; /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
+  PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
+                               contact first bore, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
+  PetscReal
+      *moved; /* [-] (as u_n) parted or slid by since then, over the length, when the last chunk began */
+  PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
+  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */

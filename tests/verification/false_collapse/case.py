@@ -5,10 +5,11 @@ import numpy as np
 from driver import changed
 from quoin_tools.meshing import join, rectangle, renamed
 
-WHAT = "what is no collapse, and what is: gaps, earlier motion, nothing that moves"
-SOURCE = "statics: nothing moves but by the closure of joints, weight/k_n/width"
+WHAT = "what is no collapse, and what is: slow bending, gaps, earlier motion, nothing that moves"
+SOURCE = "Timoshenko's cantilever on an elastic joint, q H^4/8EI + q H^2/2GA' + M H/k_n I; overturning q H^2/2 = W B/2; closure weight/k_n"
 
 G, RHO, K_N = 9.81, 2400.0, 1e9
+E, NU, K_TOWER = 20e9, 0.2, 1e11
 SCENE = {
     "contact": {"connectivity": "fixed"},
     "materials": {"block": {"density": RHO, "young": 1e9, "poisson": 0.2}, "base": {"density": 0, "young": 1e9, "poisson": 0.2}},
@@ -30,6 +31,7 @@ def base(rigid=True):
 
 
 def run(case):
+    slender(case)
     gap(case)
     motion_before(case)
     nothing_moves(case)
@@ -66,3 +68,38 @@ def nothing_moves(case):
         stage = case.run(mesh, changed(scene, ("relaxation", {"method": method, "ramp": 0}))).stage_summary("rest")
         case.check(f"all held, no weight, {method}", stage["verdict"], "converged")
         case.check("... cycles, at most a look", stage["cycles"] <= 50, True)
+
+
+def tower(width, height, nx, ny, push, joint):
+    """A slender cantilever on a joint, its weight, then a push from the side."""
+    body = renamed(rectangle(0, 0, width, height, nx, ny, group="block"), {"left": "left"}, {"crest": "top_left"})
+    loads = {"weight": SCENE["loads"]["weight"], "push": {"type": "traction", "faces": "left", "value": [push, 0]}}
+    return join([base(), body]), changed(
+        SCENE, ("strain", "small"), ("materials.block", {"density": RHO, "young": E, "poisson": NU, "element": "bending"}),
+        ("joints.default", {"k_n": K_TOWER, "k_s": 0.4 * K_TOWER} | joint), ("loads", loads),
+        ("stages", [{"rest": {"loads": ["weight"]}}, {"pushed": {"loads": ["weight", "push"]}}]))
+
+
+def crest(width, height, push):
+    """Plane strain: bending and shear of the tower, rotation and sliding of the joint."""
+    inertia, moment, shear = width**3 / 12, push * height**2 / 2, E / 2 / (1 + NU)
+    return (push * height**4 / 8 / (E / (1 - NU**2)) / inertia + push * height**2 / 2 / (5 / 6 * shear * width)
+            + moment * height / (K_TOWER * inertia) + push * height / (0.4 * K_TOWER * width))
+
+
+def slender(case):
+    """Damping and chunks of the stage before are those of motion up and down: bending is fifty times slower, and no mechanism."""
+    elastic, friction = {"law": "elastic"}, {"friction": 45}
+    for what, joint, (width, height, nx, ny, push) in [
+            ("column 1 x 40 m on an elastic joint", elastic, (1.0, 40.0, 4, 40, 100.0)),
+            ("column 1 x 40 m on a joint with friction", friction, (1.0, 40.0, 2, 40, 50.0)),
+            ("tower 1.5 x 60 m on a joint with friction", friction, (1.5, 60.0, 2, 40, 100.0)),
+            ("dam 6 x 60 m on a joint with friction", friction, (6.0, 60.0, 3, 30, 3000.0)),
+            ("tower 2 x 100 m on an elastic joint", elastic, (2.0, 100.0, 2, 50, 100.0))]:
+        result = case.run(*tower(width, height, nx, ny, push, joint))
+        case.check(f"{what}: pushed with {push:g} Pa", result.verdict, "converged")
+        case.check("... crest [m]", result.probe("pushed", "crest")[0], crest(width, height, push), relative=5e-3)
+        case.check("... cycles, at most 80 000", result.stage_summary("pushed")["cycles"] <= 80000, True)
+    limit = RHO * G * (1.5 / 60.0) * 1.5  # q H^2/2 = W B/2
+    mesh, scene = tower(1.5, 60.0, 2, 40, 1.15 * limit, friction)
+    case.check("tower 1.5 x 60 m, 1.15 of what turns it over", case.run(mesh, scene).verdict, "collapsed")
