@@ -123,6 +123,8 @@ PetscErrorCode OldContactsDestroy(OldContacts *old)
 
 /* ---- finding */
 
+static const PetscReal STALE = 0.1; /* of a contact's length: slid or parted so far, it is not what it was */
+
 PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
 {
   PetscFunctionBeginUser;
@@ -139,6 +141,23 @@ PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
 static PetscBool half_open(const FacePair *pair, PetscReal shorter)
 {
   return (PetscBool)(PetscMax(pair->gap[0], pair->gap[1]) > 0. && pair->length >= 0.5 * shorter);
+}
+
+/* To measure a contact anew changes its ends and length by what blocks have strained and slipped, and with them
+   its answer. So it stays until it has slid by the tolerance, or a tenth of its length. In time a step that is
+   too low to be seen is enough: what a contact under load stores jumps by its slide squared. */
+PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
+{
+  const PetscReal length = before->length[at];
+  const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? length : 1.);
+  const PetscReal most = PetscMin((before->rate != 0. ? FLUSH : 1.) * tolerance, STALE * length);
+  return (PetscBool)(PetscMax(PetscAbsReal(before->u_s[SUB(at, 0)]), PetscAbsReal(before->u_s[SUB(at, 1)])) <=
+                     most);
+}
+
+PetscReal ContactParts(const Contacts *before, PetscInt at, PetscReal tolerance)
+{
+  return PetscMax(tolerance, STALE * before->length[at]);
 }
 
 /* Completes the candidate of faces f and g, that of the lower gid first; PETSC_FALSE: they do not touch. */
@@ -163,7 +182,8 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) < -depth && !half_open(&c->pair, shorter)) return PETSC_FALSE;
   if (!was && c->pair.length < 0.5 * shorter && PetscMax(c->pair.gap[0], c->pair.gap[1]) > tolerance)
     return PETSC_FALSE;
-  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > tolerance) return PETSC_FALSE;
+  const PetscReal parts = was ? ContactParts(old->contacts, c->before, tolerance) : tolerance;
+  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > parts) return PETSC_FALSE;
   // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
   // long is the side of a block that slides over the edge; so is one on a step too low to be seen, once it
   // has left it
@@ -173,6 +193,7 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   if (old && corners && c->pair.length < low && distance > deep) return PETSC_FALSE;
   c->joint = was ? old->contacts->joint[c->before] : JointOfPair(scene, m, f, g);
   c->model = scene->joints[c->joint].stress_model;
+  c->kept = (PetscBool)(was && ContactStays(scene, old->contacts, c->before));
   return PETSC_TRUE;
 }
 
@@ -197,7 +218,7 @@ PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContact
           .key = {gid[f], gid[g]}, .face = {f, g}, .before = old ? OldContactFind(old, gid[f], gid[g]) : -1};
       char touch = c.before >= 0 ? TOUCHED : 0;
       if (make_candidate(scene, m, old, table, f, g, &c)) {
-        touch |= TOUCHES;
+        touch |= TOUCHES | (c.kept ? STAYS : 0);
         PetscCall(CandidatesPush(list, &c));
       }
       if (!touch) continue;

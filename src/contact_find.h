@@ -14,8 +14,9 @@ static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt 
 
 static const PetscReal FLUSH = 0.1; /* of the contact tolerance: lower steps are not seen */
 
-/* Of a pair of faces: they are a contact; they were one, and have not turned far since. */
-enum FaceTouch { TOUCHES = 1, TOUCHED = 2 };
+/* Of a pair of faces: they are a contact; they were one, and have not turned far since; they are the contact
+ * that they were. */
+enum FaceTouch { TOUCHES = 1, TOUCHED = 2, STAYS = 4 };
 
 /* The faces of this rank as they stand, and which come within the contact margin of each other and may touch:
    of different blocks, not of one rigid body, one of the two at an owned vertex. */
@@ -39,7 +40,7 @@ typedef struct {
   PetscInt key[2], face[2], joint; /* face: rows of Model.faces, that of the lower gid first */
   PetscInt vertex;                 /* VERTEX_FACE: local vertex; face[1] is the face it stands on */
   PetscInt before;                 /* its place in the contacts that were, -1: it is new */
-  PetscBool kept;                  /* stays as it was in everything; of face, only that of key[0] is set */
+  PetscBool kept;                  /* stays as it was in everything; of face, that of key[0] is set */
   FacePair pair;
 } Candidate;
 typedef struct {
@@ -85,6 +86,17 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 /* Adds the face-to-face contacts among the near faces and marks them in the table. old: NULL at set-up. */
 PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContacts *old, FaceTable *table,
                             CandidateList *list);
+/* Collective. Takes away the new contacts of corners that only seem to meet (contact_corner.c); face-to-face
+ * contacts must be marked. */
+PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list);
+/* Whether the corner at the owned vertex v, now at P, is held by another face, with face g nowhere in front of
+   it. f: the face of v that is to touch g, whose own contacts count only while they stay; -1: the vertex. */
+PetscBool CornerIsHidden(const Scene *scene, const FaceTable *table, PetscInt v, const PetscReal P[2],
+                         PetscInt f, PetscInt g);
+/* Whether a contact that was stays as it was: it has slid less than its share of the tolerance. */
+PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at);
+/* [m] Both ends opened farther than this, a face contact has parted. */
+PetscReal ContactParts(const Contacts *before, PetscInt at, PetscReal tolerance);
 /* Collective. Adds the contacts of vertices on faces; face-to-face contacts must be marked. */
 PetscErrorCode VerticesFind(const Scene *scene, const Model *m, const OldContacts *old,
                             const FaceTable *table, CandidateList *list);

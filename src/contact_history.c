@@ -14,6 +14,7 @@
    sources the first by kind and key is taken on all. */
 #include "internal.h"
 #include "contact_find.h"
+#include "joint_law.h"
 
 /* The present history and the one held (contact_force.c: ContactsHold) go the same way. */
 enum { NOW, HELD, HISTORIES };
@@ -59,6 +60,12 @@ static void carry_closure(const Contacts *before, PetscInt from, const PetscReal
     }
 }
 
+/* Whether a joint pulls without ever having failed: what meets in motion must not. */
+static PetscBool holds_together(const Joint *j)
+{
+  return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
+}
+
 static PetscBool has_strength(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
@@ -101,7 +108,8 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
                             w * elastic_slip(before, h, from, 1);
       const PetscReal part = PetscMax(0., reach) + broken_of(before, h)[SUB(from, k)] * before->length[from];
       slip_of(c, h)[SUB(at, k)] = -u_e;
-      broken_of(c, h)[SUB(at, k)] = has_strength(joint) && (part > 1e-6 * n->pair.length)
+      broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
+                                    : has_strength(joint) && (part > 1e-6 * n->pair.length)
                                         ? PetscMin(1., part / n->pair.length)
                                         : 0.;
     }
@@ -120,7 +128,10 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
     c->rest[SUB(at, k)] = k ? -open : 0.; // what met in motion has no stress-free overlap
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = 0.;
-      broken_of(c, h)[SUB(at, k)] = !has_strength(joint) ? 0. : n->pair.klass == VERTEX_FACE ? 1. : 0.5;
+      broken_of(c, h)[SUB(at, k)] = holds_together(joint)          ? LOOSE
+                                    : !has_strength(joint)         ? 0.
+                                    : n->pair.klass == VERTEX_FACE ? 1.
+                                                                   : 0.5;
     }
   }
 }
@@ -147,7 +158,9 @@ static void same_vertex(const Contacts *before, const Candidate *n, const Joint 
     c->rest[SUB(at, k)] = before->rest[SUB(from, k)] + freed;
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = -elastic_slip(before, h, from, k);
-      broken_of(c, h)[SUB(at, k)] = has_strength(joint) ? 1. : 0.;
+      broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
+                                    : has_strength(joint)                       ? 1.
+                                                                                : 0.;
     }
   }
 }

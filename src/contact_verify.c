@@ -68,12 +68,13 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
 
 /* ---- the whole */
 
-/* Depth of a contact over its shorter face; of one that is kept, over its length. */
+/* Depth of a contact over its shorter face; of one between groups that are not upgradeable, over its length. */
 static PetscReal depth_of(const FaceTable *table, const Candidate *n, const Contacts *before)
 {
   PetscReal gap, length;
   if (n->kept) {
-    length = before->length[n->before];
+    length = n->face[1] < 0 ? before->length[n->before]
+                            : PetscMin(table->length[n->face[0]], table->length[n->face[1]]);
     gap = PetscMin(before->u_n[SUB(n->before, 0)] + before->rest[SUB(n->before, 0)],
                    before->u_n[SUB(n->before, 1)] + before->rest[SUB(n->before, 1)]);
   } else {
@@ -108,20 +109,25 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] How deep contacts overlap now, in a stage in time. The boxes of two flat faces pressed in deeper than
+/* [m] How deep contacts overlap now, or how far they are open. The boxes of two flat faces farther apart than
    the margin do not meet: faces that are a contact must not be out of sight for that, as long as they may be
    one. */
 static PetscErrorCode measure_depth(const Contacts *c, Model *m)
 {
   PetscReal depth = 0.;
   PetscFunctionBeginUser;
-  for (PetscInt at = 0; at < c->n_padded && c->rate != 0.; at++)
-    for (int k = 0; k < 2 && c->key[2 * at] >= 0; k++) {
-      const PetscReal deep = -(c->u_n[SUB(at, k)] + c->rest[SUB(at, k)]);
-      if (!(deep > PetscMax(depth, m->contact_margin))) continue;
-      const PetscInt f = FaceRow(m, c->key[2 * at]);
-      if (f >= 0 && deep <= FACE_DEPTH * m->faces.thick[f]) depth = deep;
-    }
+  for (PetscInt at = 0; at < c->n_padded; at++) {
+    if (c->key[2 * at] < 0) continue;
+    const PetscReal gap[2] = {c->u_n[SUB(at, 0)] + c->rest[SUB(at, 0)],
+                              c->u_n[SUB(at, 1)] + c->rest[SUB(at, 1)]};
+    const PetscReal deep = -PetscMin(gap[0], gap[1]), open = -deep;
+    if (open > depth && open <= ContactParts(c, at, m->contact_margin) && c->klass[at] != VERTEX_FACE)
+      depth = open;
+    if (!(deep > PetscMax(depth, m->contact_margin))) continue;
+    const PetscInt f = FaceRow(m, c->key[2 * at]);
+    if (f >= 0 && deep <= FACE_DEPTH * m->faces.thick[f]) depth = deep;
+  }
+  if (depth <= m->contact_margin) depth = 0.;
   PetscCallMPI(MPI_Allreduce(&depth, &m->contact_depth, 1, MPIU_REAL, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -139,6 +145,7 @@ static PetscErrorCode find(const Scene *scene, Model *m, State *state, const Old
   PetscCall(PartEnd(PART_NEAR_FACES));
   PetscCall(PartBegin(PART_FACE_CONTACTS));
   PetscCall(ContactsFind(scene, m, old, table, list));
+  PetscCall(CornersHide(scene, m, table, list));
   PetscCall(PartEnd(PART_FACE_CONTACTS));
   PetscCall(PartBegin(PART_VERTEX_CONTACTS));
   PetscCall(VerticesFind(scene, m, old, table, list));

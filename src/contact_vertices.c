@@ -193,7 +193,8 @@ static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear
         near[i].blocked = PETSC_TRUE;
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt f = near[i].face, g = near[i].on;
-    if (near[i].blocked) continue;
+    const PetscReal *P = s->table->x + 4 * f + 2 * (m->faces.vertex[2 * f] != v);
+    if (near[i].blocked || (!near[i].was && CornerIsHidden(s->scene, s->table, v, P, -1, g))) continue;
     // a first touch has the influence length of an end of a whole face contact, so that two corners landing
     // flat are one already
     const PetscInt joint = near[i].before >= 0 ? s->old->contacts->joint[near[i].before]

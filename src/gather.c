@@ -366,7 +366,7 @@ static void contact_row(const Model *model, const State *state, const Contacts *
     contact_end_place(model, state->u + 3 * model->n_bodies, c, i, k, end);
     end->sliding = c->u_s[j];
     end->slip = c->slip[j];
-    end->broken = c->broken[j];
+    end->broken = PetscMin(1., c->broken[j]);
     end->sigma = c->sigma[j];
     end->tau = c->tau[j];
     end->state = c->state[j];

@@ -57,6 +57,31 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J
                (J->peak.tension != J->residual.tension);
 }
 
+/* `broken` of a contact that has met in motion in a joint that holds together, elastic or with a residual
+   tension: it carries none. In shear an elastic joint has no limit where it is pressed; others have their
+   residual strength. */
+static const PetscReal LOOSE = 2.;
+static const PetscReal LOOSE_TAN = 1e6; /* stands for no limit */
+
+KERNEL LanesStrength LooseStrength(const LanesJoint *J, Mask loose, const LanesStrength *whole)
+{
+  const Lanes cohesion = Keep(~J->elastic, J->residual.cohesion),
+              tan_phi = Select(J->elastic, LanesOf(LOOSE_TAN), J->residual.tan_phi);
+  return (LanesStrength){Keep(~loose, whole->tension), Select(loose, cohesion, whole->cohesion),
+                         Select(loose, tan_phi, whole->tan_phi)};
+}
+
+KERNEL LanesJoint LooseJoint(const LanesJoint *J, Mask loose)
+{
+  LanesJoint now = *J;
+  now.peak = LooseStrength(J, loose, &J->peak);
+  now.residual = LooseStrength(J, loose, &J->residual);
+  now.compression = Select(loose & J->elastic, LanesOf(NO_LIMIT), J->compression);
+  now.elastic &= ~loose;
+  now.brittle &= ~loose;
+  return now;
+}
+
 KERNEL LanesStrength StrengthOf(const LanesJoint *J, Mask residual)
 {
   return (LanesStrength){Select(residual, J->residual.tension, J->peak.tension),

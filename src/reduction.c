@@ -14,7 +14,7 @@
 typedef struct {
   PetscReal *u, *u_verified, *f_ext, *crack;
   Contacts contacts;
-  PetscReal alpha, q_ray;
+  PetscReal alpha, q_ray, contact_depth;
 } Snapshot;
 
 typedef struct {
@@ -56,6 +56,7 @@ static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(s->u, p->state->u, ModelApplied(p->m)));
+  s->contact_depth = p->m->contact_depth;
   if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
   PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
   PetscCall(ContactsDestroy(&s->contacts));
@@ -70,6 +71,7 @@ static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
   PetscFunctionBeginUser;
   if (p->stage->variable) { // the local numbers in the contacts hold where they were found
     PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
+    p->m->contact_depth = s->contact_depth;
     PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
   }
   PetscReal *u = p->state->u;

@@ -39,6 +39,7 @@ PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const Pet
   for (int k = 0; k < 2; k++)
     c.sigma[k] = LanesOf(sigma[k]), c.tau[k] = LanesOf(tau[k]), c.broken[k] = LanesOf(broken[k]),
     c.closure[k] = LanesOf(closure[k]);
+  if (broken[0] >= LOOSE) J = LooseJoint(&J, c.broken[0] >= LOOSE);
   return (PetscBool)(IsElastic(&J, 1, &c)[0] != 0);
 }
 

@@ -120,8 +120,8 @@ KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, Lane
    when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes: a
    constant, 0 where no joint can crush and nothing has been crushed. Returns whether the history may have
    changed. */
-KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes,
-                           LanesContact *c)
+KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes,
+                        LanesContact *c)
 {
   TrialStresses(J, closes, c);
   const Mask elastic = IsElastic(J, closes, c);
@@ -162,4 +162,14 @@ KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_
     c->state[k] = (elastic & trial.state[k]) | (~elastic & c->state[k]);
   }
   return 1;
+}
+
+/* The same of contacts that may have met in motion. */
+KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes,
+                           LanesContact *c)
+{
+  const Mask loose = c->broken[0] >= LOOSE;
+  if (!Any(loose)) return RespondJoint(J, model, in_time, closes, c);
+  const LanesJoint now = LooseJoint(J, loose);
+  return RespondJoint(&now, model, in_time, closes, c);
 }

@@ -134,8 +134,9 @@ typedef struct {
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
   PetscReal diameter;       /* [m] of the bounding box of the whole mesh */
   PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
-  PetscReal contact_depth;  /* [m] deepest overlap when contacts were last looked for in motion,
-                               0: within the margin */
+  PetscReal
+      contact_depth; /* [m] deepest overlap or widest opening of a contact when contacts were last looked
+                               for, 0: within the margin */
 
   /* vertices */
   PetscInt n_deformable;      /* owned, of deformable blocks */
@@ -251,7 +252,7 @@ typedef struct {
   /* history, written by contact_force.c */
   PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
   PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
-                        strength there */
+                        strength there; LOOSE: has met in motion and never held together */
   PetscReal *closure;     /* [m] (.., 2, BATCH) plastic part of u_n, <= 0: what was crushed, as it is at this
                              end: the lower envelope of 0 and two lines, one by each end */
   PetscReal *closure_far; /* [m] (.., 2, BATCH) where the line by this end is at the other one */
