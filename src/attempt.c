@@ -344,6 +344,7 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   }
   PetscCall(other_stages(&p, a));
   PetscCall(PetscFree(output.probes));
+  PetscCall(BodyMotionDestroy(&output.bodies));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,7 +2,6 @@
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
 #include "output.h"
 #include "repartition.h"
-#include "reproducible.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
@@ -12,47 +11,6 @@ static const PetscReal PRESSED_THROUGH =
 
 /* ---- start */
 
-/* First moment of the mass of a dof [kg m] and, once per vertex or body, the mass [kg]; FALSE: a rotation. */
-static PetscBool moment_of_dof(const Model *m, const State *s, PetscInt d, int *axis, PetscReal *moment)
-{
-  const PetscInt at = 3 * m->n_bodies;
-  *axis = (int)(d < at ? d % 3 : (d - at) % 2);
-  if (*axis == 2) return PETSC_FALSE;
-  *moment = DofMass(m, d) * ((d < at ? m->body_X[2 * (d / 3) + *axis] : m->X[d - at]) + s->u[d]);
-  return PETSC_TRUE;
-}
-
-/* Mass centre of every macroblock from owned vertices and bodies [m] (n_bodies_global,2); the same bits on
-   any number of ranks. */
-static PetscErrorCode mass_centres(const Model *m, const State *s, PetscReal *centre)
-{
-  const PetscInt nb = m->n_bodies_global;
-  PetscReal *sum, moment, top[2] = {1e-290, 1e-290};
-  int axis;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(6 * nb, &sum)); // by body: moments x, y, mass; two bins each
-  for (PetscInt d = 0; d < m->n_dof; d++)
-    if (moment_of_dof(m, s, d, &axis, &moment)) {
-      top[0] = PetscMax(top[0], PetscAbsReal(moment));
-      top[1] = PetscMax(top[1], DofMass(m, d));
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
-  const Bins moments = BinsFor(top[0]), masses = BinsFor(top[1]);
-  for (PetscInt d = 0; d < m->n_dof; d++)
-    if (moment_of_dof(m, s, d, &axis, &moment)) {
-      PetscReal *body = sum + 6 * DofBody(m, d);
-      BinAdd(&moments, moment, body + 2 * axis);
-      if (axis == 0) BinAdd(&masses, DofMass(m, d), body + 4);
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6 * nb, MPIU_REAL, MPI_SUM, m->comm));
-  for (PetscInt i = 0; i < 2 * nb; i++) {
-    const PetscReal *body = sum + 6 * (i / 2), mass = body[4] + body[5];
-    centre[i] = mass > 0. ? (body[2 * (i % 2)] + body[2 * (i % 2) + 1]) / mass : 0.;
-  }
-  PetscCall(PetscFree(sum));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Velocities the materials start with, at the time of the displacements. */
 static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State *s)
 {
@@ -61,7 +19,7 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
   PetscReal *centre;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * m->n_bodies_global, &centre));
-  PetscCall(mass_centres(m, s, centre));
+  PetscCall(BodyCentres(m, s->u, centre));
   for (int l = 0; l < 4; l++)
     for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
       const Material *material = scene->materials + list[l]->group[e];
@@ -240,6 +198,7 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
   PetscReal top[3] = {0., 0., 0.};
   PetscFunctionBeginUser;
   PetscCall(EnergyReport(p->m, p->stage->joints, p->contacts, energy, first, &result->energy));
+  PetscCall(BodyMotionLook(p->m, s, &p->output->bodies));
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
     if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
     top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
@@ -301,6 +260,7 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   PetscCall(ArchiveResult(a, "result", p->result));
   PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &loop->energy));
+  PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
   if (!a->anew) loop->start = MPI_Wtime() - p->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -323,6 +283,23 @@ static PetscErrorCode name_fault(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Blocks whose contacts are kept from the start do not see others in their way: a motion through them is
+   none. */
+static PetscErrorCode passed(const Problem *p)
+{
+  char message[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  if (p->stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(BodiesPassed(p, message));
+  if (!message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  p->result->verdict = VERDICT_DIVERGED;
+  PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                          "t = %.6g s: %s: connectivity is fixed, bodies pass through each other: use "
+                          "contact.connectivity: variable",
+                          (double)p->state->time, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The steps of a stage; frames are written where forces and displacements are of one time. */
 static PetscErrorCode run(Loop *loop, SupportMotion *motions)
 {
@@ -340,8 +317,10 @@ static PetscErrorCode run(Loop *loop, SupportMotion *motions)
     PetscBool verified = PETSC_FALSE;
     if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, energy, &verified));
     if (!verified) PetscCall(evaluate(p, energy));
-    if (loop->frame < stage->frames && i * (stage->frames + 1) >= steps * (loop->frame + 1))
+    if (loop->frame < stage->frames && i * (stage->frames + 1) >= steps * (loop->frame + 1)) {
+      PetscCall(passed(p));
       PetscCall(OutputFrame(p, ++loop->frame));
+    }
     const PetscBool report = (PetscBool)(!i || (i + 1) % p->scene->history_every == 0 || i + 1 == steps);
     if (report) PetscCall(EnergyOfBlocks(p->m, s, energy));
     PetscCall(advance(p, motions, energy));
@@ -402,13 +381,14 @@ static PetscErrorCode judge_account(const Problem *p, const EnergyAccount *energ
   if (out > UNBALANCED * moved)
     PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
   r->verdict = VERDICT_COMPLETED;
-  PetscCall(PetscSNPrintf(r->evidence, sizeof(r->evidence),
-                          "%.6g s in %" PetscInt64_FMT
-                          " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
-                          "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT
-                          " made, %" PetscInt64_FMT " lost",
-                          (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection,
-                          (double)moved, r->verifications, r->contacts_made, r->contacts_lost));
+  PetscCall(BodyMotionSay(p->m, &p->output->bodies, sizeof(words), words));
+  PetscCall(PetscSNPrintf(
+      r->evidence, sizeof(r->evidence),
+      "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
+      "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
+      " lost",
+      words, (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection, (double)moved,
+      r->verifications, r->contacts_made, r->contacts_lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -421,6 +401,7 @@ PetscErrorCode StageRunDynamic(const Problem *p)
   PetscCall(PetscMemzero(p->result, sizeof(*p->result)));
   PetscCall(SupportMotionsRead(p->scene, p->m->comm, &motions));
   PetscCall(EnergyCreate(p->m, &loop.energy));
+  PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
   PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
   if (!resumed) {
     PetscCall(start(p));
@@ -428,6 +409,7 @@ PetscErrorCode StageRunDynamic(const Problem *p)
   }
   PetscCall(warn_models(p));
   if (!resumed) PetscCall(SupportMotionsWarn(p, motions));
+  if (!resumed && !p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(run(&loop, motions));
   PetscCall(CheckpointDetach(p->output->checkpoint));
   p->contacts->rate = -1.;
@@ -435,6 +417,7 @@ PetscErrorCode StageRunDynamic(const Problem *p)
   PetscCall(follow_motion(p));
   half_step(p->m, p->state, 1.);
   p->result->wall = MPI_Wtime() - loop.start;
+  if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
   if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &loop.energy));
   PetscCall(SupportMotionsDestroy(p->scene, &motions));
   PetscCall(EnergyDestroy(&loop.energy));

@@ -57,6 +57,9 @@ PetscErrorCode SceneDestroy(Scene *scene);
 PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
 /* Rank 0: every check of docs/mesh_format.md; message receives the first fault, "" when the mesh is good. */
 PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH]);
+/* Rank 0, of a sound mesh, wherever its vertices are: the first two macroblocks that overlap deeper than the
+   tolerance [m], "" when none do. */
+PetscErrorCode MeshOverlap(const BlockMesh *mesh, PetscReal tolerance, char message[MESSAGE_LENGTH]);
 /* Rank 0, of a sound mesh: how many blocks have an aspect ratio above 1000, the file id and the ratio of the
    worst (-1: none). */
 void MeshSlender(const BlockMesh *mesh, PetscInt *n, PetscInt *worst, PetscReal *ratio);
@@ -69,8 +72,8 @@ PetscErrorCode MeshDestroy(BlockMesh *mesh);
 /* ---- mesh_topology.c (with MeshReorder) */
 /* Writes body and n_bodies, numbered by first appearance. */
 PetscErrorCode MeshBodies(BlockMesh *mesh);
-/* Rank 0. Blocks of the groups that are marked, (n_groups,), share no vertex with any other block: a vertex that
-   several blocks have stays with those of other groups, or else with the first, and the others get copies of
+/* Rank 0. Blocks of the groups that are marked, (n_groups,), share no vertex with any other block: a vertex
+   that several blocks have stays with those of other groups, or else with the first, and the others get copies of
    it behind the rest. A named point stays with the vertex. */
 PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate);
 /* Edges of all blocks, numbered by first appearance. edge_vertices: (n_edges,2) in the direction of the first

@@ -389,6 +389,16 @@ static PetscErrorCode check_overlap(Check *c, PetscReal tolerance)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MeshOverlap(const BlockMesh *mesh, PetscReal tolerance, char message[MESSAGE_LENGTH])
+{
+  Check check = {.mesh = mesh, .message = message};
+
+  PetscFunctionBegin;
+  message[0] = 0;
+  PetscCall(check_overlap(&check, tolerance));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH])
 {
   Check check = {.mesh = mesh, .message = message};

@@ -347,6 +347,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));
+  PetscCall(BodyMotionDestroy(&output->bodies));
   PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -362,6 +363,7 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
   output->lock = -1;
   PetscCall(PetscFree(output->memory));
   PetscCall(TrialsReset(&output->trials));
+  PetscCall(BodyMotionDestroy(&output->bodies));
   for (PetscInt s = 0; s < output->n_stages && output->stages; s++) free(output->stages[s]);
   PetscCall(PetscFree(output->stages));
   PetscCall(PetscFree(output->probes));

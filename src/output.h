@@ -219,6 +219,39 @@ PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char me
 /* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
 PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);
 
+/* ---- body_motion.c: what becomes of each macroblock in a dynamic stage */
+typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
+/* Numbers of all macroblocks, the same on all ranks. */
+typedef struct {
+  PetscInt n;
+  PetscReal *centre; /* [m] (n,2) mass centre in the mesh */
+  PetscReal
+      *balance; /* [rad] (n,2) rotation, anticlockwise and clockwise, beyond which it lies on another side */
+  PetscReal *size;   /* [m] (n,2) width and height in the mesh; 0: a support holds it, it is not judged */
+  PetscReal *since;  /* [s] (n,BODY_FATES) infinite: has not happened */
+  PetscReal *moved;  /* [m] (n,2) of the mass centre over the ground, at the last look */
+  PetscReal *turned; /* [rad] (n,) likewise, anticlockwise */
+  PetscInt *group;   /* (n,) of those that are judged */
+} BodyMotion;
+/* Collective. From the mesh; nothing has happened yet. */
+PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
+PetscErrorCode BodyMotionDestroy(BodyMotion *bodies);
+/* Collective. What the present displacements say, at the present time. */
+PetscErrorCode BodyMotionLook(const Model *model, const State *state, BodyMotion *bodies);
+/* The macroblock that it happened to first, -1: to none; n: to how many. */
+PetscInt BodyMotionFirst(const BodyMotion *bodies, BodyFate fate, PetscInt *n);
+/* For the evidence; "" when nothing has happened. */
+PetscErrorCode BodyMotionSay(const Model *model, const BodyMotion *bodies, size_t size, char *text);
+/* Collective. Fixed connectivity: warns of bodies without contacts, at the start; the first two blocks that
+   overlap deeper than closed joints and the mesh explain, "" when none do. */
+PetscErrorCode BodiesLoose(const Problem *p);
+PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH]);
+/* The "bodies" member of a stage's object. */
+void SummaryBodies(FILE *f, const Model *model, const BodyMotion *bodies);
+/* Collective. Mass centre of every macroblock [m] (n_bodies_global,2) with displacements u of the dofs, NULL:
+   in the mesh. */
+PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *centre);
+
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
@@ -232,6 +265,7 @@ typedef struct _p_Output {
   uint64_t history_checksum; /* and FileChecksum of that */
   int lock;                  /* rank 0: of the folder, -1: none */
   Trials trials;             /* of the stage that runs */
+  BodyMotion bodies;         /* likewise, of a dynamic one */
   struct _p_Checkpoint *checkpoint;
   void *memory; /* output.c: for the checkpoint */
 } Output;

@@ -241,7 +241,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   put_forces(f, "reaction", mesh, fields, 2, 3);
   PetscCall(put_supports(f, scene, mesh, fields));
   if (p->stage->kind == STAGE_DYNAMIC)
-    put_account(f, &result->energy);
+    SummaryBodies(f, p->m, &p->output->bodies), put_account(f, &result->energy);
   else
     put_energies(f, mesh, fields, result);
   put_extremes(f, p->m, mesh, fields);

@@ -20,7 +20,7 @@ from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gat
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.command import command
 from quoin_tools.mechanism import plot_mechanisms
-from quoin_tools.results import condensed_words, effort_rows, factor_rows, fixed, mechanism_rows, no_single_factor, trials_of
+from quoin_tools.results import body_rows, condensed_words, effort_rows, factor_rows, fixed, mechanism_rows, no_single_factor, trials_of
 
 STYLE = """
 :root { --ink: #1b1f24; --soft: #5b6570; --rule: #c9d0d6; --accent: #12456b }
@@ -325,6 +325,11 @@ def convergence_part(case, pictures):
     part = "<h2>Evidence of convergence</h2>" + table(
         ("stage", "verdict", "evidence", "cycles", "unbalanced ratio", "checksum"), rows, (3, 4))  # fmt: skip
     effort = [(s["name"], *row) for s in case.results.summary["stages"] for row in effort_rows(s)]
+    left = [(s["name"], *row) for s in case.results.summary["stages"] for row in body_rows(s)]
+    if left:
+        part += "<h3>Bodies that left their place</h3>" + table(
+            ("stage", "macroblock", "group", "at [m]", "overturned [s]", "fallen [s]", "slid [s]", "moved x [m]", "moved y [m]", "turned [degree]"),
+            left, tuple(range(4, 10)))  # fmt: skip
     if effort:
         part += table(("stage", "method", "force evaluations", "solves", "factorisations"), effort, (2, 3, 4))
     for path in pictures:

@@ -398,6 +398,14 @@ def energy_rows(s):
     return [(fixed(s["time"]), *("-" if energy[name] is None else f"{energy[name]:.4g}" for name in ENERGIES))]
 
 
+def body_rows(s):
+    """Bodies of a dynamic stage that have left their place, in the order of time; times [s] as they happened first."""
+    fates = ("overturned", "fallen", "slid")
+    bodies = sorted(s.get("bodies", []), key=lambda b: min(b[fate] for fate in fates if b[fate] is not None))
+    return [(b["macroblock"], b["group"], place(b), *("-" if b[fate] is None else fixed(b[fate]) for fate in fates),
+             fixed(b["moved_x"]), fixed(b["moved_y"]), fixed(b["turned"], 180 / np.pi, 1)) for b in bodies]  # fmt: skip
+
+
 SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
     ("How they were solved", "method|force evaluations|solves|factorisations", effort_rows),
@@ -409,6 +417,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
     ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),
     ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),
+    ("Bodies that left their place", "macroblock|group|at m|overturned s|fallen s|slid s|moved x m|moved y m|turned deg", body_rows),
     ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),
 )  # fmt: skip
 

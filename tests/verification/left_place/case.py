@@ -1,0 +1,116 @@
+# ranks: 2
+"""What becomes of bodies in motion: overturned, fallen, slid out of their place, with the time; bodies that fixed connectivity lets through."""
+
+import numpy as np
+from driver import changed
+from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.results import report
+
+WHAT = "bodies in motion: overturned, fallen, slid out of their place, when; bodies that pass through each other"
+SOURCE = "free fall: 0.5 h after sqrt(h/g); sliding: 0.1 b after (v - sqrt(v^2 - 0.2 b mu g))/(mu g); balance of a block: atan(b/h)"
+
+G = 9.81
+SCENE = {
+    "contact": {"connectivity": "variable", "tolerance": 0.01},
+    "relaxation": {"allow_floating": True, "history_every": 10},
+    "materials": {"block": {"density": 2400}, "base": {"density": 2400}},
+    "joints": {"default": {"k_n": 1e9, "k_s": 1e9, "friction": 30, "stress_model": "pt"}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["block"]}},
+}
+
+
+def on_base(width, height, x=0.0, y=0.0, base=(-4, 12), division=1):
+    return join([renamed(rectangle(base[0], -1, base[1], 1, group="base", rigid=True), {}),
+                 renamed(rectangle(x, y, width, height, division, 2 * division, group="block", rigid=division == 1), {})])  # fmt: skip
+
+
+def go(**keys):
+    return ("stages", [{"go": {"type": "dynamic", "loads": ["weight"], "dt_factor": 0.1} | keys}])
+
+
+def told(result):
+    """The list `bodies` of the stage."""
+    return result.stage_summary("go")["bodies"]
+
+
+def run(case):
+    overturned(case)
+    slid(case)
+    fallen(case)
+    table(case)
+    fixed(case)
+
+
+def overturned(case):
+    """A block of 1 by 2 m given a spin: below what it needs to get over its corner it rocks back, above it goes over."""
+    alpha = np.arctan(0.5)
+    needed = np.sqrt(1.5 * G / np.hypot(0.5, 1.0) * (1 - np.cos(alpha)))  # of the rotation about the corner
+    for factor, fates in ((0.9, []), (1.1, ["overturned"])):
+        w = factor * needed  # about its corner: spin and the velocity of the mass centre
+        scene = changed(SCENE, ("materials.block", {"density": 2400, "spin": -w, "velocity": [w * 1.0, w * 0.5]}),
+                        ("joints.default.friction", 60), go(duration=1.2))
+        result = case.run(on_base(1.0, 2.0), scene)
+        found = [fate for body in told(result) for fate in ("overturned", "fallen", "slid") if body[fate] is not None and fate != "slid"]
+        case.check(f"spin {factor:g} of what it needs to go over: {fates}", found, fates)
+    body = told(result)[0]
+    case.check("... of group block, and in the evidence", [body["group"], "overturned: macroblock" in result.stage_summary("go")["evidence"]], ["block", True])
+    t, w, theta = 0.0, factor * needed, 0.0  # Housner's block, in steps of 10 us
+    while theta < alpha:
+        w -= 1e-5 * 0.75 * G / np.hypot(0.5, 1.0) * np.sin(alpha - theta)
+        theta += 1e-5 * w
+        t += 1e-5
+    case.check("... passes its balance at [s]", body["overturned"], t, absolute=0.02)
+    flexible = changed(scene, ("materials.block", scene["materials"]["block"] | {"young": 1e10, "poisson": 0.2}), go(duration=0.8, dt_factor=0.5))
+    folder = case.prepare(on_base(1.0, 2.0, division=2), flexible)
+    one = case.again(folder)
+    first, evidence = told(one), one.stage_summary("go")["evidence"]
+    case.check("... as a body of eight deformable blocks [s]", first[0]["overturned"], t, absolute=0.05)
+    two = case.again(folder, "-checkpoint_every", 7000, ranks=2)
+    case.check("... the same, bit for bit, on 2 ranks", [told(two) == first, two.stage_summary("go")["evidence"].split(" s in ")[0]],
+               [True, evidence.split(" s in ")[0]])  # fmt: skip
+    again = case.again(folder, "-restart", sorted((folder / "out" / "checkpoints").iterdir())[-1])
+    case.check("... and after a restart behind it", told(again) == first, True)
+
+
+def slid(case):
+    """A block thrown along its base comes to rest after v^2 / (2 mu g)."""
+    mu, v = np.tan(np.radians(30)), 1.5
+    rest = [{"rest": {"loads": ["weight"]}}]
+    for name, speed, expected in (("far", v, True), ("not far", 0.5 * v, False)):
+        scene = changed(SCENE, ("materials.block.velocity", [speed, 0.0]), ("stages", rest + go(duration=0.5)[1]))
+        body = told(case.run(on_base(1.5, 0.3), scene))
+        case.check(f"thrown at {speed:g} m/s, {name}: slid out of its place", bool(body), expected)
+        if body:
+            case.check("... at [s]", body[0]["slid"], (v - np.sqrt(v**2 - 0.3 * mu * G)) / (mu * G), absolute=5e-3)
+            case.check("... neither fallen nor overturned", [body[0]["fallen"], body[0]["overturned"]], [None, None])
+            case.check("... moved v^2 / (2 mu g) [m]", body[0]["moved_x"], v**2 / (2 * mu * G), relative=0.02)
+
+
+def fallen(case):
+    """A block that is let go beside its base."""
+    result = case.run(on_base(1.0, 1.0, x=10.0), changed(SCENE, go(duration=0.5)))
+    body = told(result)[0]
+    case.check("free fall: fallen at [s]", body["fallen"], np.sqrt(1.0 / G), absolute=5e-3)
+    case.check("... printed", "fallen: macroblock" in result.stdout, True)
+    case.check("... in the table of results", "Bodies that left their place" in report(result.summary), True)
+
+
+def table(case):
+    """What is carried along with the ground has not moved over it."""
+    scene = changed(SCENE, ("supports.base", {"fix": "xy", "motion": "motion.csv"}), ("joints.default.friction", 60), go(duration=2.0))
+    folder = case.prepare(on_base(1.5, 0.5), scene)
+    (folder / "motion.csv").write_text("0, 0, 0\n1, 1, 0\n2, 0, 0\n")
+    result = case.again(folder)
+    case.check("block on a table that moves by 1 m: nothing to tell", told(result), [])
+
+
+def fixed(case):
+    """Connectivity is fixed: a block falls onto the base 0.5 m below, and through it; a warning says so before."""
+    scene = changed(SCENE, ("contact.connectivity", "fixed"), go(duration=0.4))
+    result = case.run(on_base(1.0, 1.0, y=0.5), scene)
+    case.check("fixed connectivity, falls through its base", result.verdict, "diverged")
+    case.check("... told before", "macroblock with no contact will pass through" in result.stdout, True)
+    case.check("... and then", "bodies pass through each other" in result.stage_summary("go")["evidence"], True)
+    result = case.run(on_base(1.0, 1.0), scene)
+    case.check("fixed connectivity, stays in its place: completed, nothing to tell", [result.verdict, told(result)], ["converged", []])
