@@ -29,8 +29,8 @@ static void on_signal(int number)
 }
 
 /* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it leaves them about a second.
-   SIGXCPU comes at the limit of processor time, and again each second; a write beyond the largest file (ulimit
-   -f) is to fail like any other. */
+   SIGXCPU comes at the limit of processor time, and again each second; a write beyond the largest file
+   (ulimit -f) is to fail like any other. */
 void SignalsCatch(void)
 {
   const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGXCPU, SIGHUP};
@@ -64,8 +64,8 @@ static PetscInt number_of(const char *name)
   return number;
 }
 
-/* Largest number below `below` in a folder, -1: none. 0, or errno where the folder cannot be read: then nobody
-   knows what is in it. */
+/* Largest number below `below` in a folder, -1: none. 0, or errno where the folder cannot be read: then
+   nobody knows what is in it. */
 static int newest(const char *folder, PetscInt below, PetscInt *most)
 {
   *most = -1;

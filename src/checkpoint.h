@@ -37,7 +37,8 @@ typedef struct _p_Checkpoint {
   struct _p_Repartition *repartition; /* repartition.h; NULL: none */
 } Checkpoint;
 
-/* From now on signals wait for the next look of the run (CheckpointPoll). Again after a library has taken them. */
+/* From now on signals wait for the next look of the run (CheckpointPoll). Again after a library has taken
+   them. */
 void SignalsCatch(void);
 /* Collective. Call when the scene is read. mesh: checksum, on rank 0. */
 PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh, Checkpoint *checkpoint);

@@ -73,8 +73,8 @@ const char *NextItem(const char *list, char item[LABEL_LENGTH])
   return comma ? comma + 1 : NULL;
 }
 
-/* A dot of the scene file is an underscore on the command line. Names may hold underscores too, so several dotted keys
-   may be one key there (`loads.water.level`, and a load `water_level`). */
+/* A dot of the scene file is an underscore on the command line. Names may hold underscores too, so several
+   dotted keys may be one key there (`loads.water.level`, and a load `water_level`). */
 static char plain(char c)
 {
   return c == '.' ? '_' : c;
@@ -404,8 +404,8 @@ static void drop_others(Entries *list, const Entry *section)
   }
 }
 
-/* What a key of the command line stands for in the file: the one value, list or section of the first level; NULL: nothing
-   there. */
+/* What a key of the command line stands for in the file: the one value, list or section of the first level;
+   NULL: nothing there. */
 static Entry *find_meant(const Entries *list, const char *key, char *message)
 {
   Entry *meant = NULL;

@@ -31,8 +31,8 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
 /* After these: options that PETSc took from elsewhere (PETSC_OPTIONS, PETSC_OPTIONS_YAML,
    -options_file_yaml) may be its own only. A scene is what its file and its command line say. */
 PetscErrorCode EntriesCheckElsewhere(char *message);
-/* The entry with this dotted key, else one of the command line that may mean it; NULL if there is none. Does not mark it
-   as used. */
+/* The entry with this dotted key, else one of the command line that may mean it; NULL if there is none. Does
+   not mark it as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
 /* The section of the file that a key of the command line may mean; NULL: none. */
 Entry *EntriesFindSection(const Entries *list, const char *key);

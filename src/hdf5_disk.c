@@ -1,9 +1,9 @@
 /* hdf5_disk.c: a driver of HDF5 for files that are written.
 
-   HDF5 1.10 cannot go on from a write that has failed. It forgets data that stood in one of its buffers, so that zeros
-   are read later, or it crashes when MPI ends. So it never sees a failure: the driver remembers the first one, tells
-   HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are complete, whatever a signal or a
-   short write of the system leaves over.
+   HDF5 1.10 cannot go on from a write that has failed. It forgets data that stood in one of its buffers, so
+   that zeros are read later, or it crashes when MPI ends. So it never sees a failure: the driver remembers the
+   first one, tells HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are complete,
+   whatever a signal or a short write of the system leaves over.
 
    The first 512 bytes, which HDF5 leaves to its users, are text: length and CRC-32 of the rest. */
 #include "hdf5_disk.h"
@@ -22,7 +22,7 @@
 
 typedef struct {
   H5FD_t base; /* HDF5's own part comes first */
-  int file;
+  int file, writes;
   haddr_t eoa, eof; /* end of what is allocated, of what is there */
 } DiskFile;
 
@@ -48,15 +48,15 @@ static H5FD_t *disk_open(const char *path, unsigned flags, hid_t options, haddr_
     if (file >= 0) close(file);
     return NULL;
   }
-  disk->file = file, disk->eof = (haddr_t)status.st_size;
+  disk->file = file, disk->writes = (flags & H5F_ACC_RDWR) != 0, disk->eof = (haddr_t)status.st_size;
   return &disk->base;
 }
 
 static herr_t disk_close(H5FD_t *base)
 {
   DiskFile *disk = (DiskFile *)base;
-  if (fsync(disk->file)) failed();
-  if (close(disk->file)) failed();
+  if (disk->writes && fsync(disk->file)) failed();
+  if (close(disk->file) && disk->writes) failed();
   free(disk);
   return 0;
 }
@@ -159,7 +159,6 @@ static hid_t access_by_disk(void)
   static hid_t driver = -1;
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   if (driver < 0) driver = H5FDregister(&DiskDriver);
-  first_error = 0;
   if (access < 0 || H5Pset_driver(access, driver, NULL) < 0) return -1;
   return access;
 }
@@ -171,8 +170,17 @@ static hid_t opened(hid_t file, const char *path)
   return open_path ? file : -1;
 }
 
+hid_t DiskFileRead(const char *path)
+{
+  const hid_t access = DiskFileIsWhole(path) ? access_by_disk() : -1;
+  const hid_t file = access < 0 ? -1 : H5Fopen(path, H5F_ACC_RDONLY, access);
+  if (access >= 0) H5Pclose(access);
+  return file;
+}
+
 hid_t DiskFileCreate(const char *path)
 {
+  first_error = 0;
   const hid_t access = access_by_disk(), create = H5Pcreate(H5P_FILE_CREATE);
   hid_t file = -1;
   if (access >= 0 && create >= 0 && H5Pset_userblock(create, DISK_HEADER) >= 0)
@@ -184,6 +192,7 @@ hid_t DiskFileCreate(const char *path)
 
 hid_t DiskFileOpen(const char *path)
 {
+  first_error = 0;
   const hid_t access = access_by_disk();
   const hid_t file = access < 0 ? -1 : opened(H5Fopen(path, H5F_ACC_RDWR, access), path);
   if (access >= 0) H5Pclose(access);

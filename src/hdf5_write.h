@@ -1,5 +1,5 @@
-/* hdf5_write.h: datasets and attributes of an HDF5 file, each in one call; numbers little endian. Each returns 0, or -1
-   on failure. */
+/* hdf5_write.h: datasets and attributes of an HDF5 file, each in one call; numbers little endian. Each
+   returns 0, or -1 on failure. */
 #pragma once
 #include "types.h"
 #include <hdf5.h>

@@ -71,8 +71,8 @@ static void start_alone(void)
 }
 
 /* A terminal or a pipe that goes away ends no run: SIGPIPE is ignored, and SIGHUP where it was before PETSc
-   took it (nohup); elsewhere SIGHUP stops the run after a checkpoint (checkpoint.c), as other signals do, those
-   that come during set-up included. */
+   took it (nohup); elsewhere SIGHUP stops the run after a checkpoint (checkpoint.c), as other signals do,
+   those that come during set-up included. */
 static void keep_running(PetscBool hangup_ignored)
 {
   signal(SIGPIPE, SIG_IGN);

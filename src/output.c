@@ -174,6 +174,16 @@ static PetscErrorCode close_mesh(Output *o)
 
 /* ---- opening */
 
+/* Rank 0. */
+static uint64_t checksum_of_program(void)
+{
+  static const char program[] = "/proc/self/exe"; // of Linux
+  struct stat status;
+  uint64_t sum = 0;
+  if (!stat(program, &status)) (void)FileChecksum(program, (size_t)status.st_size, &sum);
+  return sum;
+}
+
 /* Rank 0: the file that has the rows of this run up to the checkpoint, less the rows behind it. It may have
    its final name already. */
 static void continue_history(Output *o, char message[MESSAGE_LENGTH])
@@ -249,6 +259,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
+    output->program_checksum = checksum_of_program();
     output->results.choice = WrittenChecksum(&output->results.written);
     output->results.run = output->results.origin = CheckpointRun(checkpoint);
   }

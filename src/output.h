@@ -263,17 +263,19 @@ typedef struct _p_Output {
   FILE *history;             /* rank 0 */
   PetscInt64 history_bytes;  /* rank 0: how far it went when last looked at, */
   uint64_t history_checksum; /* and FileChecksum of that */
+  uint64_t program_checksum; /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
   int lock;                  /* rank 0: of the folder, -1: none */
   Trials trials;             /* of the stage that runs */
   BodyMotion bodies;         /* likewise, of a dynamic one */
   struct _p_Checkpoint *checkpoint;
   void *memory; /* output.c: for the checkpoint */
 } Output;
-/* Makes the folder of the scene; refuses one that cannot be written or that another run writes into, and keeps
-   others out until OutputClose. `output` is zero before. */
+/* Makes the folder of the scene; refuses one that cannot be written or that another run writes into, and
+   keeps others out until OutputClose. `output` is zero before. */
 PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output);
-/* Call when set-up has succeeded, after OutputLock: starts results.h5.part and history.csv.part; after a restart goes on with the files there.
-   Results of an older run stay until the first stage is complete. `output` must not move in memory. */
+/* Call when set-up has succeeded, after OutputLock: starts results.h5.part and history.csv.part; after a
+   restart goes on with the files there. Results of an older run stay until the first stage is complete.
+   `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output);
 /* A row of history.csv. */

@@ -214,7 +214,7 @@ void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSA
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  const hid_t file = n ? H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT) : -1;
+  const hid_t file = n ? DiskFileRead(path) : -1;
   if (file < 0) return;
   if (!is_of_this_run(file, results))
     snprintf(message, MESSAGE_LENGTH,
@@ -265,8 +265,7 @@ static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  const hid_t file = DiskFileIsWhole(path) ? H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT) : -1,
-              stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
+  const hid_t file = DiskFileRead(path), stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   PetscBool holds = (PetscBool)(stages >= 0);
   for (PetscInt s = 0; s < n && holds; s++)
     holds = (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
@@ -277,7 +276,7 @@ static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
 
 static hid_t open_with(const ResultsFile *results, const char *path, const char *group)
 {
-  hid_t file = DiskFileIsWhole(path) ? H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT) : -1;
+  hid_t file = DiskFileRead(path);
   if (file >= 0 && (!is_of_this_run(file, results) || H5Lexists(file, group, H5P_DEFAULT) <= 0)) {
     H5Fclose(file);
     file = -1;

@@ -34,8 +34,8 @@ static void say_messages(MPI_Comm comm)
   said = PETSC_TRUE;
 }
 
-/* Collective. Whether the folder that MPI libraries take it from has room: Open MPI 4.1 leaves its ranks waiting for each
-   other when the one that makes the file finds none. */
+/* Collective. Whether the folder that MPI libraries take it from has room: Open MPI 4.1 leaves its ranks
+   waiting for each other when the one that makes the file finds none. */
 static PetscErrorCode has_room(MPI_Comm comm, size_t bytes, int *room)
 {
   enum { PAGE = 4096, EACH = 16 * PAGE }; /* what the library adds for each rank, rounded up amply */

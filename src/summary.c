@@ -268,7 +268,8 @@ PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char me
   JsonText(f, "format", "quoin-summary", ",\n  ");
   JsonCount(f, "version", 2, ",\n  ");
   JsonText(f, "quoin", QUOIN_VERSION, ",\n  ");
-  fprintf(f, "\"run\": \"%016llx\",\n  ", (unsigned long long)o->results.run);
+  fprintf(f, "\"program\": \"%08llx\",\n  \"run\": \"%016llx\",\n  ", (unsigned long long)o->program_checksum,
+          (unsigned long long)o->results.run);
   JsonText(f, "title", scene->title, ",\n  ");
   JsonText(f, "scene", scene->file, ",\n  ");
   JsonText(f, "model", scene->model, ",\n  ");

@@ -18,7 +18,21 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import assessment, blockmesh, browser, compare, cut, dam, export, guidelines, meshing, report, results, scene  # noqa: E402
+from quoin_tools import (  # noqa: E402
+    assessment,
+    blockmesh,
+    browser,
+    compare,
+    cut,
+    dam,
+    export,
+    guidelines,
+    meshing,
+    report,
+    results,
+    scene,
+    verify,
+)
 from quoin_tools.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
@@ -560,6 +574,23 @@ def test_compare(run, flood, copy, capsys):
     assert compare.main([str(run), str(copy), "--tolerance", "1"]) == 1
     assert "converged in A, collapsed in B" in capsys.readouterr().out
     assert compare.main([str(run), "none"]) == 2
+
+
+@solver
+def test_the_sheet_is_signed(copy, capsys):
+    assert report.main([str(copy), *USACE, *UPLIFT]) == 0
+    sheet, words = copy / "report.html", [str(copy / "report.html"), str(copy), "--program", QUOIN]
+    assert verify.main(words) == 0
+    text = capsys.readouterr().out
+    assert "as it was written" in text and text.count("that of the sheet") == 6 and "that of the run" in text
+    good = sheet.read_bytes()
+    sheet.write_bytes(good.replace(b"kN", b"MN", 1))
+    assert verify.main(words) == 1 and "CHANGED" in capsys.readouterr().out
+    sheet.write_bytes(good)
+    with open(copy / "scene_echo.yaml", "a", encoding="utf-8") as file:
+        file.write("# another\n")
+    assert verify.main(words) == 1 and "scene scene_echo.yaml: ANOTHER" in capsys.readouterr().out
+    assert verify.main([str(sheet), str(copy), "--program", sys.executable]) == 1
 
 
 @solver

@@ -8,14 +8,13 @@ is loaded from elsewhere.
 
 import base64
 import datetime
-import hashlib
 import html
 import os
 import sys
 import tempfile
 
 import quoin_tools
-from quoin_tools import browser, guidelines, plots, scene, section, uplift
+from quoin_tools import browser, guidelines, plots, scene, section, uplift, verify
 from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.command import command
@@ -367,14 +366,8 @@ def sections_part(case, found):
     return part
 
 
-def digest(path):
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def echo_part(case):
-    files = [("results.h5", case.results.path), ("scene", case.scene.path), ("mesh", case.mesh_path), ("guidelines", guidelines.PATH)]
-    rows = [(name, os.path.basename(path), digest(path)) for name, path in files]
+    rows = verify.rows_of(case.results, case.scene.path, case.mesh_path)
     echoed = os.path.basename(case.scene.path) == scene.ECHO
     source = ("Every key in force, as the solver wrote it down, the command line included." if echoed else
               "The scene as read from its file; keys given on the solver's command line are not in it.")  # fmt: skip
@@ -407,7 +400,7 @@ def page(case, pictures):
 def write(folder, options, with_pdf=False):
     """Paths of what was written."""
     case = load_case(folder, options)
-    text = page(case, plots.plot_all(case.results) + plot_mechanisms(case.results))
+    text = verify.signed(page(case, plots.plot_all(case.results) + plot_mechanisms(case.results)))
     path = os.path.join(folder, "report.html")
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=folder, suffix=".part", delete=False) as file:
         file.write(text)
