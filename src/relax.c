@@ -392,18 +392,33 @@ static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal
   return (PetscBool)(way > OUTGROWN * p->relax->longest && to_go * motion->gain > OUTGROWN);
 }
 
+static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, PetscReal way,
+                                PetscReal diameter, StageResult *result)
+{
+  char end[32] = "no end";
+  PetscFunctionBeginUser;
+  if (way < 1e3 * diameter) PetscCall(PetscSNPrintf(end, sizeof(end), "%.3g m to go", (double)way));
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
+                          "motion from %.3g to %.3g m a cycle, cosine %.4f, %s",
+                          r->chunk_length, (double)r->median[2], (double)r->median[0], (double)r->rate[2],
+                          (double)r->rate[0], (double)motion->cosine, end));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
    right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither falls
    by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where the stage
    began: a block that has overshot and finds its way back through the air moves as steadily. And it meets no
    stiffness that would end it: what swings or creeps to an equilibrium nearer than OUTGROWN contact lengths
-   is waited for. */
+   is waited for, and so is an open joint that the motion closes on such a way: a loose stone that crosses a gap
+   moves as steadily as one that falls, until it bears. */
 static PetscErrorCode judge_chunk(const Problem *p)
 {
   const Model *m = p->m;
   const State *state = p->state;
   Relaxation *r = p->relax;
-  StageResult *result = p->result;
   ChunkMotion motion = {.norm = 0.};
   PetscFunctionBeginUser;
   for (int i = 3; i > 0; i--) r->median[i] = r->median[i - 1], r->rate[i] = r->rate[i - 1];
@@ -427,15 +442,9 @@ static PetscErrorCode judge_chunk(const Problem *p)
   }
   const PetscBool holds = (PetscBool)(r->median[0] > 0.95 * r->median[2] && r->rate[0] > 0.95 * r->rate[2]);
   if (r->steady >= CHUNKS_TO_COLLAPSE && holds && far) {
-    const PetscReal way = to_go * motion.most;
-    char end[32] = "no end";
-    if (way < 1e3 * m->diameter) PetscCall(PetscSNPrintf(end, sizeof(end), "%.3g m to go", (double)way));
-    result->verdict = VERDICT_COLLAPSED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
-                            "motion from %.3g to %.3g m a cycle, cosine %.4f, %s",
-                            r->chunk_length, (double)r->median[2], (double)r->median[0], (double)r->rate[2],
-                            (double)r->rate[0], (double)motion.cosine, end));
+    PetscReal gap;
+    PetscCall(MotionCloses(m, state, p->contacts, r->du_chunk, OUTGROWN * r->longest / motion.most, &gap));
+    if (gap == 0.) PetscCall(collapsed(r, &motion, to_go * motion.most, m->diameter, p->result));
   }
   start_chunk(m, state, r);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -121,6 +121,12 @@ PetscErrorCode FixedOutgrown(const Problem *p);
    take, [1] what is available [byte], on all machines together. */
 PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits);
 
+/* ---- mechanism.c; more in output.h */
+/* Collective. The widest open contact [m] that closes when the degrees of freedom move on by du (n_dof,) so
+   many times, 0: none does. */
+PetscErrorCode MotionCloses(const Model *model, const State *state, const Contacts *contacts,
+                            const PetscReal *du, PetscReal times, PetscReal *gap);
+
 /* ---- newton.c */
 /* Collective. Equilibrium of a static stage or trial with fixed connectivity by Newton's method with the
    factor of the elastic stiffness, under loads that go from f_start to f_target. Verdict: converged,
