@@ -215,6 +215,17 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
 /* The whole file from the objects of the stages so far, replaced in one go. */
 PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char message[MESSAGE_LENGTH]);
 
+/* ---- hinges.c: rank 0 only */
+/* Joints between two bodies that are closed over less than half of their face, with tptm. */
+typedef struct {
+  PetscInt n;
+  PetscReal least;    /* [-] the least compressed length over the face */
+  PetscReal point[2]; /* [m] where */
+} Hinges;
+Hinges HingesOf(const Problem *p, const StageFields *fields);
+/* The "hinges" member of a stage or trial, where there are some. */
+void SummaryHinges(FILE *f, const Hinges *hinges);
+
 /* ---- summary_joints.c: rank 0 only */
 /* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
 PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);

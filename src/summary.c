@@ -235,6 +235,8 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
   JsonText(f, "checksum", hex, ",\n");
   put_probes(f, p->m, p->output->probes);
+  const Hinges hinges = HingesOf(p, fields);
+  SummaryHinges(f, &hinges);
   if (p->stage->kind != STAGE_FLOOD) SummaryUplift(f, p);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);

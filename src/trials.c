@@ -46,8 +46,8 @@ static void put_waters(FILE *f, const Problem *p)
   fprintf(f, "},\n      ");
 }
 
-static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const PetscReal *probes,
-                                  PetscReal value, char **json)
+static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const Hinges *hinges,
+                                  const PetscReal *probes, PetscReal value, char **json)
 {
   const StageResult *r = p->result;
   size_t size = 0;
@@ -64,6 +64,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonText(f, "evidence", r->evidence, ",\n      ");
   if (p->stage->kind == STAGE_FLOOD) put_waters(f, p);
   JsonNumber(f, "max_displacement", r->displacement, ", ");
+  SummaryHinges(f, hinges);
   SummaryUplift(f, p);
   put_probes(f, p->m, probes);
   PetscCall(SummaryJoints(f, p, fields));
@@ -82,10 +83,9 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
   StageFields fields = {0};
   MeshFields mesh;
   PetscReal *probes;
+  Hinges hinges = {.n = 0};
+  char words[80] = "";
   PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s\n",
-                        p->stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
-                        Plural(result->cycles), result->wall));
   PetscCall(PetscMalloc1(2 * m->n_points, &probes));
   PetscCall(find_probes(m, p->state, probes));
   PetscCall(GatherMesh(m, &mesh));
@@ -94,8 +94,15 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
   PetscCall(UpliftSurvey(p, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
-    PetscCall(write_trial(p, &fields, probes, value, trials->json + trials->n));
+    hinges = HingesOf(p, &fields);
+    PetscCall(write_trial(p, &fields, &hinges, probes, value, trials->json + trials->n));
   }
+  if (hinges.n && result->verdict == VERDICT_CONVERGED) // in a mechanism they only pass by
+    PetscCall(
+        PetscSNPrintf(words, sizeof(words), ", hinges pressed over %.2g of the face", (double)hinges.least));
+  PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s%s\n",
+                        p->stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
+                        Plural(result->cycles), result->wall, words));
   trials->n++;
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(PetscFree(probes));

@@ -24,8 +24,8 @@ def table(header, rows):
     return head + "|" + "---|" * len(header) + "\n" + "".join(lines)
 
 
-def replace_between(mark, text):
-    """The text between <!-- mark --> and <!-- end mark --> of docs/performance.md."""
-    path, start, end = DOCS / "performance.md", f"<!-- {mark} -->\n", f"<!-- end {mark} -->"
+def replace_between(mark, text, document="performance.md"):
+    """The text between <!-- mark --> and <!-- end mark --> of a document."""
+    path, start, end = DOCS / document, f"<!-- {mark} -->\n", f"<!-- end {mark} -->"
     head, rest = path.read_text(encoding="utf-8").split(start)
     path.write_text(head + start + text + end + rest.split(end)[1], encoding="utf-8")
