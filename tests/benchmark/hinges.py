@@ -21,7 +21,7 @@ sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tests" / "veri
 import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")
-from case import B, G, H, RHO, SCENE, arch, hinge_length  # noqa: E402
+from case import RHO, SCENE, B, G, H, arch, hinge_length  # noqa: E402
 from driver import ENVIRONMENT, VERDICTS, changed  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402

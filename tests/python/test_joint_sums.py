@@ -98,21 +98,21 @@ def test_normal_leads_from_b_to_a(tmp_path):
 
 
 def test_ends_of_a_joint_are_no_slivers(tmp_path):
-    """A block that was pushed by 1.5 mm along faces of a metre has a contact as long with the next face, which lies 0.2 mm
+    """A block that was pushed by 15 mm along faces of a metre has a contact as long with the next face, which lies 0.2 mm
     lower and bears nothing. The stress at the end is that of the face which bears the weight."""
     mesh = join([rectangle(0.0, -1.0, 3.0, 1.0, nx=3, group="base", rigid=True), rectangle(3.0, -1.0, 1.0, 1.0 - 2e-4, group="base", rigid=True),
                  rectangle(1.0, 0.0, 2.0, 1.0, nx=2, group="stone", rigid=True)])  # fmt: skip
     mesh.face_sets["side"], mesh.face_sets["joint"] = face_set_on(mesh, (1.0, 0.0), (1.0, 1.0)), face_set_on(mesh, (0.0, 0.0), (4.0, 0.0), 1e-3)
     scene = heap_scene(True, "tptm")
     scene["materials"].pop("soft")
-    scene["joints"] = {"default": {"k_n": 1e9, "k_s": 5e6, "friction": 50}, "joint": {}}
+    scene["joints"] = {"default": {"k_n": 1e9, "k_s": 5e5, "friction": 50}, "joint": {}}
     scene["contact"]["tolerance"] = 0.002
-    scene["loads"]["push"]["value"] = [15e3, 0.0]  # on 2 m of 5 MPa/m
+    scene["loads"]["push"]["value"] = [15e3, 0.0]  # on 2 m of 0.5 MPa/m
     scene["stages"] = [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"], "ramp": 3000}}]
     results = solve(tmp_path, mesh, scene)
     contacts, joint = results.stage("push").contacts, results.stage_summary("push")["joints"]["joint"]
     sliver = contacts.length.argmin()
-    assert 0.5e-3 < contacts.length[sliver] < 1.6e-3 and (contacts.sigma[sliver] == 0).all()
-    assert joint["end"]["x"] == pytest.approx(3.0, abs=0.01) and joint["N"] == pytest.approx(2 * RHO * G, rel=1e-4)
+    assert 5e-3 < contacts.length[sliver] < 16e-3 and (contacts.sigma[sliver] == 0).all()
+    assert joint["end"]["x"] == pytest.approx(3.0, abs=0.02) and joint["N"] == pytest.approx(2 * RHO * G, rel=1e-4)
     linear = joint["sigma_linear_start"], joint["sigma_linear_end"]
     assert [joint[end]["sigma"] for end in ("start", "end")] == pytest.approx(linear, rel=0.05)

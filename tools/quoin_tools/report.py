@@ -19,7 +19,16 @@ from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gat
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.command import command
 from quoin_tools.mechanism import plot_mechanisms
-from quoin_tools.results import body_rows, condensed_words, effort_rows, factor_rows, fixed, mechanism_rows, no_single_factor, trials_of
+from quoin_tools.results import (
+    body_rows,
+    condensed_words,
+    effort_rows,
+    factor_rows,
+    fixed,
+    mechanism_rows,
+    no_single_factor,
+    trials_of,
+)
 
 STYLE = """
 :root { --ink: #1b1f24; --soft: #5b6570; --rule: #c9d0d6; --accent: #12456b }
