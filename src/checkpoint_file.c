@@ -131,6 +131,8 @@ static PetscErrorCode read_image(hid_t file, Archive *a, int *error)
   text[contents.rows] = 0;
   while (!*error && sscanf(text, "%127s %d %zu %zu\n%n", e.name, &kind, &e.rows, &e.columns, &used) == 4) {
     e.kind = (ArchiveKind)kind;
+    if (kind < 0 || kind > ARCHIVE_TEXT || (e.columns && e.rows > SIZE_MAX / 8 / e.columns)) *error = 1;
+    if (*error) break;
     PetscCall(read_entry(file, &e, a, error));
     text += used;
   }

@@ -271,6 +271,10 @@ static void complain_syntax(Walk *w, const yaml_parser_t *parser, const char *te
   for (size_t n = 0; at < length && n < line; at++) n += text[at] == '\n';
   while (at < length && text[at] == ' ') at++;
   PetscBool tab = (PetscBool)(at < length && text[at] == '\t');
+  if (parser->error == YAML_MEMORY_ERROR) {
+    Complain(w->message, w->file, -1, "", "no memory is left to read it");
+    return;
+  }
   Complain(w->message, w->file, (int)line + 1, "", "YAML syntax: %s%s%s%s",
            parser->context ? parser->context : "", parser->context ? ": " : "",
            parser->problem ? parser->problem : "unreadable",

@@ -9,7 +9,7 @@
 static void check_header(FileReader *r)
 {
   char format[NAME_LENGTH] = "";
-  int version = 0;
+  long long version = 0;
 
   if (!ReaderSound(r)) return;
   const hid_t text = H5Tcopy(H5T_C_S1);
@@ -18,10 +18,10 @@ static void check_header(FileReader *r)
     ReaderFault(r, "attribute format is missing or not fixed-length bytes, expected 'quoin-mesh'");
   else if (strcmp(format, "quoin-mesh"))
     ReaderFault(r, "attribute format is '%.63s', expected 'quoin-mesh'", format);
-  else if (!ReaderAttribute(r, "version", H5T_INTEGER, H5T_NATIVE_INT, &version))
+  else if (!ReaderAttribute(r, "version", H5T_INTEGER, H5T_NATIVE_LLONG, &version))
     ReaderFault(r, "attribute version is missing or not an integer, expected 1");
   else if (version != 1)
-    ReaderFault(r, "attribute version is %d, expected 1", version);
+    ReaderFault(r, "attribute version is %lld, expected 1", version);
   H5Tclose(text);
 }
 

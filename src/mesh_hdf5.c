@@ -180,13 +180,31 @@ void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, 
   if (dataset >= 0) H5Dclose(dataset);
 }
 
+/* Why a dataset is not read: by a filter that this HDF5 has not (compression by a plugin), or for damage. */
+static void fault_of(FileReader *r, hid_t dataset, const char *path)
+{
+  unsigned flags, config;
+  size_t values = 0;
+  char name[64] = "";
+  const hid_t plan = dataset < 0 ? -1 : H5Dget_create_plist(dataset);
+  for (int i = 0; plan >= 0 && i < H5Pget_nfilters(plan); i++) {
+    const H5Z_filter_t filter = H5Pget_filter2(plan, (unsigned)i, &flags, &values, NULL, sizeof name, name,
+                                               &config);
+    if (filter >= 0 && H5Zfilter_avail(filter) <= 0)
+      ReaderFault(r, "dataset %s is written with filter %d (%s), which this HDF5 has not: write it without",
+                  path, (int)filter, name[0] ? name : "without a name");
+  }
+  if (plan >= 0) H5Pclose(plan);
+  ReaderFault(r, "dataset %s cannot be read: the file is damaged", path);
+}
+
 /* Reads a dataset that ReaderInspect has seen. */
 void ReaderNumbers(FileReader *r, const char *path, ItemKind kind, void *data)
 {
   if (!ReaderSound(r)) return;
   const hid_t dataset = H5Dopen2(r->file, path, H5P_DEFAULT);
   if (dataset < 0 || H5Dread(dataset, memory_type(kind), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
-    ReaderFault(r, "dataset %s cannot be read: the file is damaged", path);
+    fault_of(r, dataset, path);
   if (dataset >= 0) H5Dclose(dataset);
 }
 
@@ -201,7 +219,7 @@ PetscErrorCode ReaderNames(FileReader *r, const char *path, PetscInt n, char (*n
   const hid_t dataset = H5Dopen2(r->file, path, H5P_DEFAULT), type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, sizeof *buffer);
   if (dataset < 0 || H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, buffer) < 0)
-    ReaderFault(r, "dataset %s cannot be read: the file is damaged", path);
+    fault_of(r, dataset, path);
   for (PetscInt i = 0; i < n && ReaderSound(r); i++) {
     buffer[i][NAME_LENGTH] = 0;
     check_name(r, "group", buffer[i]);

@@ -154,6 +154,19 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective. As CheckpointRefuse. What is left in the buffer of history.csv cannot be written either: PETSc
+   would fail over it at the end. */
+static PetscErrorCode refuse(Output *o, const char *message)
+{
+  PetscFunctionBeginUser;
+  if (message[0] && o->history) {
+    fclose(o->history);
+    o->history = NULL;
+  }
+  PetscCall(CheckpointRefuse(o->checkpoint, ERROR_OUTPUT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the mesh while a file is being written, and which of it is */
 
 static PetscErrorCode open_mesh(const Scene *scene, const Model *model, Output *o)
@@ -205,6 +218,18 @@ static void continue_history(Output *o, char message[MESSAGE_LENGTH])
   }
 }
 
+/* Rank 0: the rows are in the file of that name. */
+static void check_history(const Output *o, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  struct stat mine, there;
+  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
+  if (fflush(o->history) || ferror(o->history) || fstat(fileno(o->history), &mine))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
+  else if (stat(path, &there) || there.st_ino != mine.st_ino)
+    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
+}
+
 /* Rank 0: a new history.csv.part and results.h5.part, or those of the run that goes on. */
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
@@ -219,7 +244,10 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
             o->folder);
   if (!o->history && !message[0]) {
     o->history = PartOpen(o->folder, "history.csv", message);
-    if (o->history) history_header(o->history, scene, model);
+    if (o->history) {
+      history_header(o->history, scene, model);
+      check_history(o, message);
+    }
     if (o->history && o->n_stages) PartRename(o->folder, "history.csv", message);
   }
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
@@ -271,20 +299,8 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));
   if (!model->rank) PetscCall(open_files(scene, model, output, resumed, message));
   PetscCall(close_mesh(output)); // a few bytes a block that only output reads
-  PetscCall(CheckpointRefuse(checkpoint, ERROR_OUTPUT, message));
+  PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Rank 0: the rows are in the file of that name. */
-static void check_history(const Output *o, char message[MESSAGE_LENGTH])
-{
-  char path[PETSC_MAX_PATH_LEN + 64];
-  struct stat mine, there;
-  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
-  if (ferror(o->history) || fstat(fileno(o->history), &mine))
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
-  else if (stat(path, &there) || there.st_ino != mine.st_ino)
-    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
 }
 
 static void history_row(const Problem *p, PetscReal u_max)
@@ -311,7 +327,7 @@ PetscErrorCode OutputHistory(const Problem *p)
     history_row(p, u_max);
     check_history(p->output, message);
   }
-  PetscCall(CheckpointRefuse(p->output->checkpoint, ERROR_OUTPUT, message));
+  PetscCall(refuse(p->output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -327,7 +343,7 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
     PetscCall(ResultsFileStage(&output->results, p->number, frame, p->result, &fields, message));
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
-  PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
+  PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -359,7 +375,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));
   PetscCall(BodyMotionDestroy(&output->bodies));
-  PetscCall(CheckpointRefuse(output->checkpoint, ERROR_OUTPUT, message));
+  PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -371,7 +371,9 @@ def parse():
 def main():
     options = parse()
     folder = Path(options.folder) if options.folder else None
-    data = measure(options, (folder or DATA) / "peers.json")
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    data = dict.fromkeys(PARTS, []) | measure(options, (folder or DATA) / "peers.json")
     text = "\n".join((static_table(data["static"]), ratios(data["static"]), explicit_table(data["explicit"]), wall_table(data["wall"])))
     draw(data, folder / "peers.png" if folder else DOCS / "img" / "peers.png")
     if folder:

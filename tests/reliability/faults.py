@@ -72,7 +72,7 @@ def wait_for(job, folder, pattern, patience=60):
 
 def full_disk(bench):
     times = 0
-    for kilobytes in (60, 150, 250, 340):
+    for kilobytes in (8, 16, 60, 150, 250, 272, 340):
         folder = bench.prepare("static")
         with disk(folder / "out", f"size={kilobytes}k") as small:
             if not small:
@@ -86,7 +86,7 @@ def full_disk(bench):
             if known:
                 restart(bench, folder, "static")
             times += 1
-    return ("disk full (60, 150, 250, 340 kB)", times, OUTPUT, NOTHING)
+    return ("disk full (8, 16, 60, 150, 250, 272, 340 kB)", times, OUTPUT, NOTHING)
 
 
 def read_only(bench):
