@@ -6,6 +6,8 @@
    nothing, however far its faces part. Joints of `law: elastic`
    cannot fail; they are never counted. */
 #include "stages.h"
+#include "reproducible.h"
+#include <float.h>
 
 static const PetscReal TOUCHING = 1e-6; /* of a contact: faces nearer than this touch, mesh files round */
 
@@ -154,5 +156,83 @@ PetscErrorCode FixedOutgrown(const Problem *p)
         p->stage->name, (double)m->X[2 * v], (double)m->X[2 * v + 1], slid ? "slid" : "parted", worst.moved);
     fflush(stderr);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- bodies that nothing holds any more */
+
+/* Of each macroblock: whether a support or a contact holds it; (n_bodies_global,). */
+static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
+    if (Held(m, d)) tied[DofBody(m, d)] = 1;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0)
+      tied[m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]]] =
+          tied[m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]]] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, tied, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+enum {
+  FALLS = 4
+}; /* work of its loads since the start of the stage, their power now, their sums along x, y */
+
+/* What the loads do to macroblocks; sum: (n_bodies_global, FALLS, 2) bins. */
+static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
+{
+  const Model *m = p->m;
+  const State *s = p->state;
+  PetscReal top[FALLS] = {0.};
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
+    Bins bins[FALLS];
+    for (int i = 0; i < FALLS; i++) bins[i] = BinsFor(PetscMax(top[i], 1e-290));
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscInt rigid = 3 * m->n_bodies, along = d < rigid ? d % 3 : (d - rigid) % 2;
+      const PetscReal f = s->f_ext[d], term[FALLS] = {f * (s->u[d] - p->relax->u_0[d]), f * s->v[d],
+                                                      along == 0 ? f : 0., along == 1 ? f : 0.};
+      if (along == 2) continue;
+      for (int i = 0; i < FALLS && pass; i++)
+        BinAdd(bins + i, term[i], sum + 2 * (FALLS * DofBody(m, d) + i));
+      for (int i = 0; i < FALLS && !pass; i++) top[i] = PetscMax(top[i], PetscAbsReal(term[i]));
+    }
+    if (pass)
+      PetscCallMPI(
+          MPI_Allreduce(MPI_IN_PLACE, sum, 2 * FALLS * m->n_bodies_global, MPIU_REAL, MPI_SUM, m->comm));
+    else
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, FALLS, MPIU_REAL, MPI_MAX, m->comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JudgeLoose(const Problem *p)
+{
+  const Model *m = p->m;
+  const PetscInt n = m->n_bodies_global;
+  PetscInt *tied, loose = 0;
+  PetscReal *sum;
+  PetscFunctionBeginUser;
+  if (p->scene->allow_floating) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(n, &tied, 2 * FALLS * n, &sum));
+  PetscCall(find_tied(p, tied));
+  for (PetscInt b = 0; b < n; b++) loose += !tied[b];
+  if (loose) PetscCall(find_falls(p, sum));
+  for (PetscInt b = 0; b < n && p->result->verdict == VERDICT_NONE; b++) {
+    PetscReal f[FALLS];
+    for (int i = 0; i < FALLS; i++) f[i] = sum[2 * (FALLS * b + i)] + sum[2 * (FALLS * b + i) + 1];
+    const PetscReal fallen = f[0] / PetscMax(PetscHypotReal(f[2], f[3]), DBL_MIN);
+    if (tied[b] || !(fallen > OUTGROWN * p->relax->longest) || !(f[1] > 0.)) continue;
+    p->result->verdict = VERDICT_COLLAPSED;
+    PetscCall(
+        PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                      "macroblock %" PetscInt_FMT
+                      " has lost its last contact and falls: %.3g m along its loads since the stage began",
+                      b, (double)fallen));
+  }
+  PetscCall(PetscFree2(tied, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

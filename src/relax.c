@@ -382,13 +382,13 @@ static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMoti
   return PetscMin(decay > 0. ? 1. / decay : PETSC_INFINITY, recedes ? PETSC_INFINITY : motion->rest);
 }
 
-/* Whether the motion would carry faces as far as contacts do not bear. Where no joint can fail only what meets
-   no stiffness at all does: it floats. */
+/* Whether the motion would carry faces as far as contacts do not bear. What meets no stiffness at all does:
+   it floats; nothing else where no joint can fail. */
 static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
 {
   const PetscReal way = to_go * motion->most;
   if (p->stage->variable) return (PetscBool)(way > OUTGROWN * p->relax->longest);
-  if (motion->gain < 0.) return (PetscBool)(to_go > FLOATS);
+  if (motion->gain < 0. || to_go > FLOATS) return (PetscBool)(to_go > FLOATS);
   return (PetscBool)(way > OUTGROWN * p->relax->longest && to_go * motion->gain > OUTGROWN);
 }
 

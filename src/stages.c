@@ -113,6 +113,7 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscCall(ContactsVerify(p->scene, joints, p->m, p->state, p->contacts, p->result));
   PetscCall(CondensedCheckContacts(p->scene, p->m, p->contacts));
   PetscCall(ScaledMasses(p->scene, p->m, joints, p->contacts, p->state));
+  if (!now) PetscCall(JudgeLoose(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

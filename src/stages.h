@@ -113,6 +113,9 @@ PetscErrorCode PartingOfChunk(const Problem *p, PetscReal *gain);
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */
 PetscErrorCode JudgeContacts(const Problem *p);
+/* Collective. Variable connectivity, after contacts were found again: a body that nothing holds any more and
+   that falls is a collapse, unless bodies may float. */
+PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Problem *p);
 

@@ -49,10 +49,52 @@ static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, Petsc
   row[2] = K_rot + c * l;
 }
 
+/* A vertex may come to stand on, or carry, contacts along all of its faces: the bound of the stiffest joint
+   over their half lengths, once as the vertex of a contact and once as an end of the face under another. */
+static PetscErrorCode contact_stiffness_anywhere(const Scene *scene, const Model *m, const Joint *joints,
+                                                 PetscReal *k)
+{
+  PetscReal stiffest = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    const Joint *joint = joints + j;
+    stiffest = PetscMax(stiffest, PetscMax(joint->k_n, joint->k_s));
+  }
+  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+    const PetscInt *v = m->faces.vertex + 2 * f;
+    const PetscReal length = PetscHypotReal(m->X[2 * v[1]] - m->X[2 * v[0]],
+                                            m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1]);
+    for (int i = 0; i < 2; i++) k[v[i]] += 2. * 2. * stiffest * 0.5 * length * m->thickness;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The bodies that touch nothing now have the masses of contacts that may come: with true ones, in steps of 1 s,
+   they would fall by 10 m a cycle, and through everything. */
+static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joint *joints, PetscReal factor,
+                                   PetscReal *mass)
+{
+  PetscReal *k;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
+  PetscCall(contact_stiffness_anywhere(scene, m, joints, k));
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    PetscReal row[3];
+    if (mass[3 * b] > 0.) continue;
+    body_stiffness(m, b, k, row);
+    for (int i = 0; i < 3; i++)
+      mass[3 * b + i] = row[i] > 0. ? factor * row[i] : PetscMax(DofMass(m, 3 * b + i), 1.);
+  }
+  PetscCall(PetscFree(k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joints, const Contacts *c,
                             State *state)
 {
   const PetscInt at = 3 * m->n_bodies;
+  const PetscBool may_land = (PetscBool)(state->u_verified != NULL); // contacts are looked for
+  PetscBool loose = PETSC_FALSE;
   PetscReal *k;
   PetscFunctionBeginUser;
   state->dt = 1.;
@@ -66,32 +108,16 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     PetscReal row[3];
     body_stiffness(m, b, k, row);
+    loose = (PetscBool)(loose || !(row[0] > 0.));
     for (int i = 0; i < 3; i++)
-      state->m[3 * b + i] = row[i] > 0. ? factor * row[i] : PetscMax(DofMass(m, 3 * b + i), 1.);
+      state->m[3 * b + i] = row[i] > 0. ? factor * row[i]
+                            : may_land  ? 0.
+                                        : PetscMax(DofMass(m, 3 * b + i), 1.);
   }
+  if (loose && may_land) PetscCall(loose_masses(scene, m, joints, factor, state->m));
   for (PetscInt d = 0; d < 2 * m->n_deformable; d++) state->m[at + d] = factor * k[d / 2];
   for (PetscInt d = 0; d < m->n_dof; d++) state->m_inv[d] = Held(m, d) ? 0. : 1. / state->m[d];
   PetscCall(PetscFree(k));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A vertex may come to stand on, or carry, contacts along all of its faces: the bound of the stiffest joint
-   over their half lengths, once as the vertex of a contact and once as an end of the face under another. */
-static PetscErrorCode contact_stiffness_anywhere(const Scene *scene, const Model *m, const Stage *stage,
-                                                 PetscReal *k)
-{
-  PetscReal stiffest = 0.;
-  PetscFunctionBeginUser;
-  for (PetscInt j = 0; j < scene->n_joints; j++) {
-    const Joint *joint = stage->joints + j;
-    stiffest = PetscMax(stiffest, PetscMax(joint->k_n, joint->k_s));
-  }
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
-    const PetscInt *v = m->faces.vertex + 2 * f;
-    const PetscReal length = PetscHypotReal(m->X[2 * v[1]] - m->X[2 * v[0]],
-                                            m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1]);
-    for (int i = 0; i < 2; i++) k[v[i]] += 2. * 2. * stiffest * 0.5 * length * m->thickness;
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,7 +130,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
-  PetscCall(contact_stiffness_anywhere(scene, m, stage, k));
+  PetscCall(contact_stiffness_anywhere(scene, m, stage->joints, k));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};
     if (d < at) body_stiffness(m, d / 3, k, row);

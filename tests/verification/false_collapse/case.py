@@ -3,10 +3,11 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.stacks import block_on_plane
 
-WHAT = "what is no collapse, and what is: slow bending, gaps, earlier motion, nothing that moves"
-SOURCE = "Timoshenko's cantilever on an elastic joint, q H^4/8EI + q H^2/2GA' + M H/k_n I; overturning q H^2/2 = W B/2; closure weight/k_n"
+WHAT = "what is no collapse, and what is: slow bending, gaps, earlier motion, nothing that moves; what falls off"
+SOURCE = "Timoshenko's cantilever on an elastic joint, q H^4/8EI + q H^2/2GA' + M H/k_n I; overturning q H^2/2 = W B/2; closure weight/k_n; arch thickness 0.1075 of its radius"
 
 G, RHO, K_N = 9.81, 2400.0, 1e9
 E, NU, K_TOWER = 20e9, 0.2, 1e11
@@ -32,6 +33,7 @@ def base(rigid=True):
 
 def run(case):
     slender(case)
+    falls_off(case)
     gap(case)
     motion_before(case)
     nothing_moves(case)
@@ -103,3 +105,34 @@ def slender(case):
     limit = RHO * G * (1.5 / 60.0) * 1.5  # q H^2/2 = W B/2
     mesh, scene = tower(1.5, 60.0, 2, 40, 1.15 * limit, friction)
     case.check("tower 1.5 x 60 m, 1.15 of what turns it over", case.run(mesh, scene).verdict, "collapsed")
+
+
+def arch(n, radius, thickness):
+    """A half circle of n rigid stones on the base."""
+    def at(r, i):
+        return r * np.cos(np.pi * (1 - i / n)), r * np.sin(np.pi * (1 - i / n))
+
+    outer = radius + thickness / 2
+    inner = outer - thickness
+    return join([renamed(rectangle(-2 * radius, -1, 4 * radius, 1, group="base", rigid=True), {}),
+                 *(renamed(quad_patch(at(inner, i), at(inner, i + 1), at(outer, i + 1), at(outer, i), 1, 1, "block", True), {})
+                   for i in range(n))])
+
+
+def falls_off(case):
+    """Variable connectivity: what has lost every contact falls, and the run ends there with its mechanism, not 12 km below."""
+    variable = changed(SCENE, ("contact.connectivity", "variable"), ("joints.default", {"k_n": 1e10, "k_s": 5e9, "friction": 20}))
+    arches = changed(variable, ("joints.default.friction", 60))
+    for what, mesh, scene, verdict in [
+            ("block on a plane of 30 degrees, friction 20", block_on_plane(slope_degrees=30.0), variable, "collapsed"),
+            ("the same, friction 31", block_on_plane(slope_degrees=30.0), changed(variable, ("joints.default.friction", 31)), "converged"),
+            ("arch of 7 stones, 0.06 of its radius thick", arch(7, 5.0, 0.3), arches, "collapsed"),
+            ("arch of 8 stones, 0.2 of its radius thick", arch(8, 5.0, 1.0), arches, "converged")]:
+        result = case.run(mesh, scene)
+        case.check(f"{what}, variable connectivity", result.verdict, verdict)
+        stage = result.stage("rest")
+        if verdict == "converged":
+            continue
+        case.check("... says so", "lost its last contact" in result.stage_summary("rest")["evidence"], True)
+        case.check("... nothing has gone farther than the model is large", np.abs(stage.displacement).max() < 10.0, True)
+        case.check("... with its mechanism", np.abs(stage.mechanism).max() > 0.5, True)
