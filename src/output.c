@@ -244,11 +244,9 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
             o->folder);
   if (!o->history && !message[0]) {
     o->history = PartOpen(o->folder, "history.csv", message);
-    if (o->history) {
-      history_header(o->history, scene, model);
-      check_history(o, message);
-    }
+    if (o->history) history_header(o->history, scene, model);
     if (o->history && o->n_stages) PartRename(o->folder, "history.csv", message);
+    if (o->history && !message[0]) check_history(o, message);
   }
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (resumed)

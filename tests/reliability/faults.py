@@ -372,9 +372,27 @@ def newton_method(bench):
             "nothing: the same checksum on 1 rank, on 2 the same verdicts and displacements to 1e-6")
 
 
-def final(folder):
+def newton_everywhere(bench, points=60):
+    """Restarts on one rank from checkpoints all along a run by Newton's method: the bits are those of the straight run."""
+    def slow(scene):
+        scene["relaxation"] |= {"increments": 30}
+    folder = bench.prepare("newton", slow)
+    code, _, error = bench.run(folder, 1, "-checkpoint_every", 1, "-checkpoint_keep", 1000)
+    ensure(code == OK, error)
+    expected = final(folder)
+    files = sorted((folder / "out" / "checkpoints").glob("*.h5"))[:-1]
+    files = files[::max(1, len(files) // points)]
+    for path in files:
+        shutil.rmtree(folder / "again", ignore_errors=True)
+        code, _, error = bench.run(folder, 1, "-restart", path, "-output", "again")
+        ensure(code == OK, f"{path}: {code} {error}")
+        ensure(final(folder, "again") == expected, f"{path}: the result is another")
+    return ("restart from checkpoints all along a run by Newton's method, 1 rank", len(files), OK, "nothing: the same checksums")
+
+
+def final(folder, output="out"):
     """Per stage: name, verdict, largest displacement, checksum; outcomes of the trials."""
-    stages = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))["stages"]
+    stages = json.loads((folder / output / "summary.json").read_text(encoding="utf-8"))["stages"]
     rows = [[stage["name"], stage["verdict"], stage["max_displacement"]["value"], stage["checksum"]] for stage in stages]
     return rows, [[trial["value"], trial["outcome"]] for trial in stages[-1]["strength_reduction"]["trials"]]
 
@@ -385,7 +403,7 @@ def compare(ours, expected, folder):
         ensure(stage[:2] == other[:2] and abs(stage[2] - other[2]) <= 1e-6 * other[2], f"{folder}: {stage}, expected {other}")
 
 
-ALL = (signals, hangup, newton_method, slow_rank, two_runs, damaged, other, motion_file, model_file, not_a_number, memory, removed, full_disk,
+ALL = (signals, hangup, newton_method, newton_everywhere, slow_rank, two_runs, damaged, other, motion_file, model_file, not_a_number, memory, removed, full_disk,
        read_only)
 
 
