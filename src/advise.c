@@ -205,17 +205,32 @@ static const char *spent(const Attempt *t, char text[TAKEN])
   return text;
 }
 
+/* What "-" means. */
+static PetscErrorCode print_unknown(const Advisor *a)
+{
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < a->base.n_stages; s++)
+    any = (PetscBool)(any || !isfinite((double)a->base.cost[s].most));
+  if (any)
+    PetscCall(PetscPrintf(
+        a->comm, "-: not known. Cycles have no upper end where no equilibrium was found, and where many "
+                 "of more than a thousand bodies slip\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode print_stages(const Advisor *a)
 {
   const Attempt *b = &a->base;
   char text[6][32], taken[TAKEN];
   PetscFunctionBeginUser;
   if (b->cycle > 0.)
-    PetscCall(PetscPrintf(
-        a->comm,
-        "explicit: %.3g us a cycle, lowest frequency %.3g a cycle, %.0f %% of the contacts slip or "
-        "are open\n",
-        1e6 * b->cycle, (double)b->omega, 100. * (double)b->loose));
+    PetscCall(
+        PetscPrintf(a->comm,
+                    "explicit: %.3g us a cycle, lowest frequency %s a cycle, %.0f %% of the contacts slip or "
+                    "are open\n",
+                    1e6 * b->cycle, number(b->omega > 0. ? (double)b->omega : (double)NAN, "%.3g", text[0]),
+                    100. * (double)b->loose));
   if (b->step > 0.) PetscCall(PetscPrintf(a->comm, "in time: %.3g us a step\n", 1e6 * b->step));
   PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %23s %14s %18s\n", "stage", "trials", "cycles", "range",
                         "explicit [s]", "preconditioned [s]"));
@@ -223,11 +238,11 @@ static PetscErrorCode print_stages(const Advisor *a)
     const Stage *stage = a->scene->stages + s;
     const Cost *c = b->cost + s;
     const double each = stage->kind == STAGE_DYNAMIC ? b->step : b->cycle;
-    PetscCall(PetscPrintf(a->comm, "%-16s %7.0f %12s %11s %11s %14s %18s\n", stage->name, (double)c->trials,
-                          number((double)c->cycles, "%.0f", text[0]),
-                          number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
-                          number((double)c->cycles * each, "%.3g", text[3]),
-                          number(c->seconds, "%.3g", text[4])));
+    PetscCall(
+        PetscPrintf(a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
+                    number((double)c->trials, "%.0f", text[5]), number((double)c->cycles, "%.0f", text[0]),
+                    number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
+                    number((double)c->cycles * each, "%.3g", text[3]), number(c->seconds, "%.3g", text[4])));
   }
   PetscCall(PetscPrintf(a->comm, "%-16s %12s %23s %12s %23s\n", "preconditioned", "evaluations", "range",
                         "solves", "range"));
@@ -237,6 +252,7 @@ static PetscErrorCode print_stages(const Advisor *a)
     PetscCall(PetscPrintf(a->comm, "%-16s %12s %11s %11s %12s %11s %11s\n", a->scene->stages[s].name, text[0],
                           text[1], text[2], text[3], text[4], text[5]));
   }
+  PetscCall(print_unknown(a));
   if (b->spent.evaluations)
     PetscCall(PetscPrintf(a->comm, "preconditioned: given up after %s\n", spent(b, taken)));
   if (b->n_solved && !b->solved)

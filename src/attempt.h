@@ -18,6 +18,7 @@ typedef struct {
   PetscInt n_solved;            /* the first ones: those, or the start of trials that come first */
   Effort spent;       /* when Newton's method was given up for taking too long; no evaluations: not */
   PetscBool solved;   /* they all have an equilibrium */
+  PetscReal bodies;   /* of the scene */
   PetscReal loose;    /* [-] part of the contacts that slip, are open or crushed at its end */
   PetscReal omega;    /* [1/cycle] lowest frequency, 0: not known */
   double cycle, step; /* [s] of an explicit cycle, of a step in time; 0: there is none */

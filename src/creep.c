@@ -195,6 +195,8 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     PetscCall(at_rest(p, c, found, &lost));
     if (*found || lost) break;
     n->drag = drag;
+    snprintf(n->told, sizeof(n->told), "creep, step %" PetscInt_FMT ", ratio %.2e", i + 1,
+             (double)p->result->ratio);
     PetscCall(creep_step(p, force, &iterations, &good));
     if (good) {
       const PetscReal parted = c->steps ? c->last[0].parted : c->parted;

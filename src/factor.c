@@ -63,6 +63,36 @@ static PetscErrorCode silence_cholmod(void)
 
 /* ---- the factor */
 
+enum { LARGE_FACTOR = 20000 }; /* degrees of freedom: from here on it is told before it is made */
+
+/* A line of progress with every solve, when it is time for one. */
+static PetscErrorCode show_solve(KSP ksp, PetscInt i, PetscReal residual, void *context)
+{
+  const Newton *n = context;
+  char text[160];
+  PetscFunctionBeginUser;
+  (void)ksp, (void)residual;
+  if (!StageShows(n->problem)) PetscFunctionReturn(PETSC_SUCCESS);
+  snprintf(text, sizeof(text), "Newton's method: %s, solve %" PetscInt_FMT ", %" PetscInt64_FMT " so far",
+           n->told, i, n->problem->relax->effort.solves + i);
+  StageShow(n->problem, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode show_factor(const Problem *p, MatSolverType package)
+{
+  char text[128];
+  PetscInt n;
+  PetscFunctionBeginUser;
+  PetscCall(MatGetSize(p->relax->newton->stiffness.tangent, &n, NULL));
+  if (p->m->rank || n < LARGE_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  snprintf(text, sizeof(text),
+           "Newton's method: factor %" PetscInt64_FMT " by %s, %" PetscInt_FMT " degrees of freedom",
+           p->relax->effort.factorisations + 1, package, n);
+  StageShow(p, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails)
 {
   const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
@@ -75,6 +105,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
     PetscCall(KSPCreate(p->m->comm, ksp));
     PetscCall(KSPSetType(*ksp, KSPFGMRES));
     PetscCall(KSPGMRESSetRestart(*ksp, NEWTON_MOST_SOLVES));
+    PetscCall(KSPMonitorSet(*ksp, show_solve, n, NULL));
   }
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, type));
@@ -82,6 +113,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
   n->wants = PETSC_FALSE;
+  PetscCall(show_factor(p, package));
   if (refuses) PetscCall(silence_cholmod());
   if (refuses) PetscCall(PetscPushErrorHandler(keep_status, &n->wants));
   if (refuses) PetscErrorPrintf = PetscErrorPrintfNone;

@@ -58,6 +58,7 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
   PetscCall(StiffnessCreate(p->m, p->contacts, &n->stiffness));
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
+  PetscCall(VecGetSize(n->r, &n->n_dof));
   PetscCall(VecDuplicate(n->r, &n->dragged));
   PetscCall(PetscMalloc4(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->u_creep, n_dof, &n->contact_scale));
   PetscCall(PetscMalloc2(CONTACT_ROWS * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
@@ -169,6 +170,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
   KSP ksp = n->worn ? n->worn : n->elastic;
+  n->problem = p;
   PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, NEWTON_MOST_SOLVES));
   PetscCall(KSPSolve(ksp, n->r, n->du));
   PetscCall(KSPGetIterationNumber(ksp, &n->last_solves));
@@ -262,7 +264,23 @@ PetscErrorCode NewtonFresh(const Problem *p)
 
 PetscBool NewtonSpent(const Problem *p)
 {
-  return (PetscBool)(p->relax->most_work > 0. && EffortWork(&p->relax->effort) > p->relax->most_work);
+  const Relaxation *r = p->relax;
+  const PetscReal done = EffortWork(&r->effort), since = done - EffortWork(&r->newton->effort);
+  if (since * (PetscReal)r->newton->n_dof > p->scene->effort) return PETSC_TRUE;
+  return (PetscBool)(r->most_work > 0. && done > r->most_work);
+}
+
+/* Given up: explicit cycles go on, and it is said. */
+static void given_up(const Problem *p)
+{
+  const Effort *e = &p->relax->effort;
+  p->relax->spent = *e;
+  if (p->m->rank || p->relax->most_work > 0.) return;
+  fprintf(stderr,
+          "quoin: warning: stage %s: preconditioned relaxation found no equilibrium in %" PetscInt64_FMT
+          " solves and %" PetscInt64_FMT " factorisations: the stage goes on by explicit cycles\n",
+          p->stage->name, e->solves, e->factorisations);
+  fflush(stderr);
 }
 
 /* ---- increments */
@@ -291,6 +309,8 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
     before = norm;
+    snprintf(p->relax->newton->told, sizeof(n->told), "iteration %" PetscInt_FMT ", ratio %.2e", i + 1,
+             (double)p->result->ratio);
     PetscCall(NewtonIterate(p, tolerance, &norm));
     PetscCall(CheckpointStop(p->output->checkpoint, stop));
     if (*stop) break;
@@ -364,7 +384,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
       continue;
     }
     if (!found && result->verdict == VERDICT_NONE) {
-      if (NewtonSpent(p)) p->relax->spent = p->relax->effort;
+      if (NewtonSpent(p)) given_up(p);
       PetscCall(restore(p));
       break;
     }

@@ -7,6 +7,7 @@ struct _p_Newton {
   Stiffness stiffness;
   KSP elastic, worn;     /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
   PC pc;                 /* of elastic */
+  PetscInt n_dof;        /* of all ranks */
   PetscInt last_solves;  /* that the last iteration took */
   Vec r, du;             /* unbalanced force, correction */
   Vec dragged;           /* drag times masses */
@@ -17,6 +18,8 @@ struct _p_Newton {
   Effort effort;
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
+  const Problem *problem;   /* of the iteration at work */
+  char told[96];            /* where that is, for lines of progress */
   PetscBool fails;          /* K0 has no factor */
   PetscBool wants;          /* the last factor failed for want of memory */
   double memory[2];         /* [byte] that the factor was foreseen to take, and that there were */
@@ -44,7 +47,8 @@ PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u);
 /* Forces at u_base + part du (du NULL: at the present u) from the committed history; newton->r: the
    unbalanced force less the drag, and its norm [N]. */
 PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm);
-/* Whether this stage has done the work it may (relax->most_work), alike on all ranks. */
+/* Whether the way from the last equilibrium, or this stage (relax->most_work), has taken the work it may,
+   alike on all ranks. */
 PetscBool NewtonSpent(const Problem *p);
 /* One iteration: the correction from the present tangent, to a relative residual `tolerance`, and the way
    along it. norm: of newton->r, before and after. */

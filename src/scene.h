@@ -161,6 +161,7 @@ typedef struct {
   PetscReal overlap_tolerance; /* [m] two macroblocks may overlap this deep in the mesh */
   /* relaxation */
   MethodKind method;   /* of static stages */
+  PetscReal effort;    /* preconditioned: solves times degrees of freedom from one equilibrium to the next */
   PetscInt increments; /* preconditioned: steps in which loads that are ramped are applied */
   DampingKind damping;
   PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */

@@ -90,6 +90,8 @@ static const Key Keys[] = {
       .choices = Methods),
   KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
       "preconditioned: steps in which the loads of a stage with a ramp are applied"),
+  KEY(RELAXATION, "effort", REAL, Scene, effort, "1e8", "> 0", "-",
+      "preconditioned: solves times degrees of freedom from one equilibrium to the next; beyond, explicit cycles go on"),
   KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "",
       "how alpha is chosen; paper: (35)-(38) alone; with all but adaptive slip is kept as it comes",
       .choices = Dampings),

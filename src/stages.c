@@ -49,23 +49,40 @@ static PetscBool on_terminal(void)
   return (PetscBool)(!strncmp(target, "/dev/pts/", 9) || !strncmp(target, "/dev/tty", 8));
 }
 
-/* On a terminal, twice a second: where the stage is and about how long it still takes, from the decay of the
-   ratio since it started. */
+PetscBool StageShows(const Problem *p)
+{
+  static const double EVERY = 10., EVERY_ON_TERMINAL = 0.5; /* [s] */
+  static double last = -1.;
+  if (p->m->rank) return PETSC_FALSE;
+  if (last < 0.) last = MPI_Wtime(); // the first line is one interval from the start
+  if (MPI_Wtime() - last < (on_terminal() ? EVERY_ON_TERMINAL : EVERY)) return PETSC_FALSE;
+  last = MPI_Wtime();
+  return PETSC_TRUE;
+}
+
+void StageShow(const Problem *p, const char *what)
+{
+  if (on_terminal())
+    printf("\r%-12s %-86s", p->stage->name, what);
+  else
+    printf("  %s: %s\n", p->stage->name, what);
+  fflush(stdout);
+}
+
+/* Of explicit cycles: where they are and about how long they still take, from the decay of the ratio since
+   they started. */
 static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
 {
-  static double last_shown = 0.;
   const StageResult *now = p->result;
-  if (p->m->rank || MPI_Wtime() - last_shown < 0.5 || !on_terminal()) return;
-  last_shown = MPI_Wtime();
+  char text[128], rest[32] = "";
+  if (!StageShows(p)) return;
   const double decay = log(first_ratio / PetscMax(now->ratio, 1e-300)),
                left = log(now->ratio / p->stage->tolerance);
-  printf("\r%-12s cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e", p->stage->name, now->cycles,
-         (double)now->ratio, (double)p->state->alpha);
   if (decay > 0.5 && left > 0.)
-    printf("  about %.0f s left   ", (now->wall - first_wall) / decay * left);
-  else
-    printf("                    ");
-  fflush(stdout);
+    snprintf(rest, sizeof(rest), "  about %.0f s left", (now->wall - first_wall) / decay * left);
+  snprintf(text, sizeof(text), "cycle %8" PetscInt64_FMT "  ratio %9.2e  alpha %7.1e%s", now->cycles,
+           (double)now->ratio, (double)p->state->alpha, rest);
+  StageShow(p, text);
 }
 
 const char *EffortMethod(const Effort *e)

@@ -216,6 +216,10 @@ PetscErrorCode StateDestroy(State *state);
 const char *EffortMethod(const Effort *effort);
 /* [solves] What it amounts to by Newton's method. */
 PetscReal EffortWork(const Effort *effort);
+/* Rank 0: whether it is time for a line about where the stage is: every ten seconds, on a terminal twice a
+   second; and that line. */
+PetscBool StageShows(const Problem *p);
+void StageShow(const Problem *p, const char *what);
 /* Lines on stdout about how a stage ended. */
 PetscErrorCode StageReport(const Problem *p);
 /* Loads that follow the motion, anew at the present displacements. */

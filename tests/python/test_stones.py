@@ -1,8 +1,9 @@
-"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle.
+"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle, effort that ends, and is told.
 
 ranks: 1 2"""
 
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import yaml
 from quoin_tools import blockmesh
 from quoin_tools.meshing import face_set_on, join, rectangle, renamed
 from quoin_tools.results import Results
+from quoin_tools.walls import wall
 
 QUOIN = os.environ.get("QUOIN", "build/quoin")
 pytestmark = pytest.mark.skipif(not Path(QUOIN).exists(), reason="the solver is not built")
@@ -67,3 +69,49 @@ def test_missing_row_is_refused_at_set_up(tmp_path):
     given = quoin(tmp_path, row(1.1), SLIDING | {"joints": SLIDING["joints"] | {"stone+stone": SLIDING["joints"]["head"]}})
     assert given.returncode == 0, given.stderr
     assert quoin(tmp_path, row(1.1), SLIDING | {"contact": {"connectivity": "fixed"}, "stages": SLIDING["stages"][:1]}).returncode == 0
+
+
+# ---- effort and what is said of it
+
+WALL = {
+    "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}, "base": {"density": 0}},
+    "joints": {"default": {"law": "elastic", "k_n": 10e9, "k_s": 4e9}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["block"]}},
+    "stages": [{"weight": {"loads": ["weight"]}}],
+}
+
+
+def test_effort_of_newton_is_bounded(tmp_path):
+    """Preconditioned relaxation that has spent `relaxation.effort` says so, and explicit cycles come to the same end."""
+    mesh = wall(4, 3, rigid=False)
+    done = quoin(tmp_path, mesh, WALL, "-relaxation_method", "preconditioned", "-relaxation_effort", "1")
+    assert done.returncode == 0 and "found no equilibrium in" in done.stderr and "goes on by explicit cycles" in done.stderr
+    stage = Results(str(tmp_path / "out")).stage_summary("weight")
+    assert stage["method"] == "preconditioned, then explicit" and stage["verdict"] == "converged"
+    given = quoin(tmp_path, mesh, WALL, "-relaxation_method", "preconditioned")
+    assert given.returncode == 0 and "found no equilibrium" not in given.stderr
+    assert Results(str(tmp_path / "out")).stage_summary("weight")["method"] == "preconditioned"
+
+
+def test_large_factor_is_told(tmp_path):
+    """A line, in a file too, names the factorisation before it is made: 1800 stones, 21 600 degrees of freedom."""
+    done = quoin(tmp_path, wall(45, 40, rigid=False), WALL, "-relaxation_method", "preconditioned")
+    assert done.returncode == 0
+    line = re.search(r"^ +weight: Newton's method: factor 1 by (cholmod|mumps), (\d+) degrees of freedom$", done.stdout, re.MULTILINE)
+    assert line and int(line[2]) > 20000
+
+
+def test_advise_says_what_it_does_not_know(tmp_path):
+    """No equilibrium of the first stage: cycles of that stage have no upper end, the next is unknown, none is zero."""
+    joints = {"default": {"k_n": 10e9, "k_s": 4e9, "friction": 5}}
+    push = {"push": {"type": "traction", "faces": "left", "value": [200e3, 0]}}
+    stages = [{"one": {"loads": ["weight", "push"]}}, {"two": {"loads": ["weight"]}}]
+    scene = WALL | {"joints": joints, "loads": WALL["loads"] | push, "stages": stages}
+    done = quoin(tmp_path, wall(2, 2, rigid=False), scene, "-advise", "0.01")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    head = next(i for i, line in enumerate(lines) if line.startswith("stage "))
+    one, two = (line.split() for line in lines[head + 1:head + 3])
+    assert one[2] == "-" and float(one[3]) > 0 and one[4:] == ["-", "-", "-"] and two[2:] == ["-"] * 5
+    assert "-: not known" in done.stdout
