@@ -7,9 +7,11 @@ import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
-from quoin_tools import blockmesh
+from matplotlib import image
+from quoin_tools import blockmesh, plot_mesh
 from quoin_tools.meshing import face_set_on, join, rectangle, renamed
 from quoin_tools.results import Results
 from quoin_tools.walls import wall
@@ -26,6 +28,27 @@ def quoin(folder, mesh, scene, *options, ranks=1):
     start = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
     return subprocess.run([*start, str(Path(QUOIN).resolve()), "-options_file", "scene.yaml", *options], cwd=folder, capture_output=True,
                           text=True, timeout=120, env=os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})  # fmt: skip
+
+
+# ---- pictures
+
+def test_outlines_do_not_cover(tmp_path):
+    """Thousands of stones: outlines and joints get thinner, and the fill is still what one sees; few keep their lines."""
+    for blocks, courses, many in ((4, 4, False), (40, 40, True)):
+        mesh = wall(blocks, courses)
+        ends = mesh.vertices[blockmesh.face_ends(mesh, mesh.face_sets["joint_bed"])]
+        width = plot_mesh.outline_width(ends, 2.4, plot_mesh.limits(mesh, None), 5.0)
+        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()
+        assert (width == 2.4) != many
+        area = np.prod(np.ptp(ends.reshape(-1, 2), axis=0))
+        height = np.diff(plot_mesh.limits(mesh, None)[2:])[0]
+        assert not many or width * length <= 0.21 * area * 72 * 5.0 / height
+        plot_mesh.plot(mesh, str(tmp_path / "mesh.png"))
+        picture = image.imread(tmp_path / "mesh.png")[:, :, :3]
+        red = (picture[:, :, 0] - picture[:, :, 1] > 0.5).mean()
+        assert not many or red < 0.15
+    outer = plot_mesh.silhouette(ends)
+    assert outer.sum() < 0.05 * len(ends)
 
 
 # ---- rows of joints for contacts that come later

@@ -20,6 +20,7 @@ import matplotlib
 import numpy as np
 
 from quoin_tools.command import command
+from quoin_tools.plot_mesh import outline_width, silhouette
 from quoin_tools.results import Results, ResultsError, sliding
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
@@ -34,7 +35,6 @@ from matplotlib.tri import Triangulation  # noqa: E402
 FILLS = ("#d9c8a9", "#b5c4cf", "#cfdcb4", "#e3c3c3", "#cfc4e0", "#c2ddd6")
 LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: colour-blind safe
 TENSION, COMPRESSION, GREY = "#d55e00", "#0072b2", "#5a5a5a"
-MANY = 30_000  # blocks beyond which their outlines would only blacken the picture
 FAR = 2.0  # views; blocks that have moved farther are drawn short, or they would leave nothing of the rest to see
 DOMINANT = 2.0  # a group this many times larger than all others together is left out of the view
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
@@ -127,24 +127,34 @@ def magnification(mesh, displacement, box):
     return 1.0, (min(box[0], low[0]), max(box[1], high[0]), min(box[2], low[1]), max(box[3], high[1]))
 
 
+def drawn_outlines(mesh, moved, box, inches):
+    """Outlines (n, 2, 2) of the bodies where they were and where they have moved; of bodies so small that their outlines
+    would cover them, that of all together."""
+    outline = mesh.outline()
+    here, there = mesh.vertices[outline], moved[outline]
+    if outline_width(here, 0.7, box, inches) == 0.7:
+        return here, there
+    alone = silhouette(here)
+    return here[alone], there[alone]
+
+
 def plot_mesh(results, path, whole=False):
     mesh, stage = results.mesh, results.stage()
     factor, box = magnification(mesh, stage.displacement, view(mesh, whole)[0])
     moved = mesh.vertices + factor * stage.displacement
     figure, axes = pyplot.subplots(figsize=figure_size(box, height=6.5, extra=1.0))
     ring = mesh.rings(moved)
-    edges = {"edgecolors": "#8a8a8a", "linewidths": 0.3} if len(mesh.blocks) <= MANY else {}
+    width = outline_width(ring[:, [0, 1]], 0.3, box, 5.1)
+    edges = {"edgecolors": "#8a8a8a", "linewidths": width} if width else {}
     handles = []
     for row in np.unique(mesh.block_group):
         fill = FILLS[row % len(FILLS)]
         axes.add_collection(PolyCollection(ring[mesh.block_group == row], facecolors=fill, **edges))
         name = mesh.group_names[row] + (" (rigid)" if mesh.group_rigid[row] else "")
         handles.append(Patch(facecolor=fill, edgecolor="#8a8a8a", label=name))
-    outline = mesh.outline()
-    axes.add_collection(LineCollection(moved[outline], colors="black", linewidths=0.7))
-    axes.add_collection(
-        LineCollection(mesh.vertices[outline], colors=COMPRESSION, linewidths=0.9, linestyles="--")
-    )
+    here, there = drawn_outlines(mesh, moved, box, 5.1)
+    axes.add_collection(LineCollection(there, colors="black", linewidths=outline_width(there, 0.7, box, 5.1)))
+    axes.add_collection(LineCollection(here, colors=COMPRESSION, linewidths=0.9, linestyles="--"))
     handles += [
         Line2D([], [], color="black", lw=0.9, label="deformed"),
         Line2D([], [], color=COMPRESSION, lw=0.9, ls="--", label="undeformed"),
@@ -260,7 +270,7 @@ def plot_stress(results, name, path, whole=False):
     for axes, kind in zip(panels, ("s1", "s2")):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
     cross_panel(panels[2], mesh, stage, chosen, box)
-    outline = mesh.vertices[mesh.outline()]
+    outline, _ = drawn_outlines(mesh, mesh.vertices, box, 4.2)
     for axes in panels:
         axes.add_collection(LineCollection(outline, colors="black", linewidths=0.6))
         set_view(axes, box)
