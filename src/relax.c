@@ -340,8 +340,8 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The stiffness along the motion of the chunk, du: with the unbalanced force R it changes by dR, so du has the
-   frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du lead to where nothing drives it. */
+/* The stiffness along the motion of the chunk, du: the unbalanced force R changes by dR over it, so du has
+   the frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du lead to where nothing drives it. */
 static PetscErrorCode stiffness_along(const Model *m, const State *state, const Relaxation *r,
                                       ChunkMotion *motion)
 {
@@ -370,8 +370,8 @@ static PetscErrorCode stiffness_along(const Model *m, const State *state, const 
 
 /* Chunks like the last to where the motion ends: by the stiffness along it, or by how it slowed down over
    three chunks, whichever is sooner; infinite where it neither meets stiffness nor slows down. Where damping
-   rules the motion, what it heads for has to come nearer: a body that turns over about a corner meets stiffness
-   all the way, and less and less of it. */
+   rules the motion, what it heads for has to come nearer: a body that turns over about a corner meets
+   stiffness all the way, and less and less of it. */
 static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMotion *motion)
 {
   const PetscReal decay = PetscLogReal(r->rate[2] / r->rate[0]) / 2.; // per chunk

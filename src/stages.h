@@ -107,8 +107,8 @@ void PartingOfBearing(Contacts *contacts);
 /* Collective. Farthest that two faces in contact have parted or slid, over the length of the
    contact (of the shorter face, where they are staggered), and where [m]. */
 PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2]);
-/* Collective. Largest part [-] of its length that a contact has parted or slid farther by since the last call;
-   -1: no joint can fail. */
+/* Collective. Largest part [-] of its length that a contact has parted or slid farther by since the last
+   call; -1: no joint can fail. */
 PetscErrorCode PartingOfChunk(const Problem *p, PetscReal *gain);
 /* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
    before it finds an equilibrium of contacts that are no more. */

@@ -69,8 +69,8 @@ static PetscErrorCode contact_stiffness_anywhere(const Scene *scene, const Model
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The bodies that touch nothing now have the masses of contacts that may come: with true ones, in steps of 1 s,
-   they would fall by 10 m a cycle, and through everything. */
+/* The bodies that touch nothing now have the masses of contacts that may come: with true ones, in steps of
+   1 s, they would fall by 10 m a cycle, and through everything. */
 static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joint *joints, PetscReal factor,
                                    PetscReal *mass)
 {
