@@ -251,19 +251,16 @@ KERNEL void StorePlace(const Place *p, int crossed, Place *place)
   for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
 }
 
-/* Dashpots of closed ends in time: damping * k_n * d(u_n)/dt over the end's half of the contact; a joint
-   never pulls. at: first lane of end 0. */
-static void dashpots(PetscInt at, Contacts *c, const Joint *joints, const PetscInt *joint, LanesContact *now)
+/* Speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at: first lane of
+   end 0. */
+KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts *c)
 {
-  for (int lane = 0; lane < LANES; lane++) {
-    const Joint *j = joints + joint[lane];
-    for (int k = 0; k < 2 && j->damping > 0.; k++) {
-      const PetscInt i = at + k * BATCH + lane;
-      c->speed[i] = (now->u_n[k][lane] - c->u_n[i]) * c->rate;
-      if (now->sigma[k][lane] >= 0.) continue;
-      now->F_n[k][lane] = PetscMin(0., now->F_n[k][lane] +
-                                           0.5 * now->length[lane] * j->damping * j->k_n * c->speed[i]);
-    }
+  const Mask has = J->damping > 0.;
+  for (int k = 0; k < 2; k++) {
+    const size_t i = at + (size_t)k * BATCH;
+    const Lanes speed = (now->u_n[k] - LoadLanes(c->u_n + i)) * c->rate;
+    now->dashpot[k] = Keep(has, J->k_n * J->damping * speed);
+    StoreLanes(c->speed + i, Select(has, speed, LoadLanes(c->speed + i)));
   }
 }
 
@@ -386,7 +383,7 @@ KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
 
 /* Contacts from `first` on, whatever they are. closes: a constant, see RespondContacts. */
 KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
-                        int closes, size_t first, const Place *p)
+                        int closes, int damped, size_t first, const Place *p)
 {
   Contacts *c = of->c;
   const size_t at = SUB(first, 0);
@@ -403,7 +400,8 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
       now.slip[k] = LoadLanes(of->from.slip + i), now.broken[k] = LoadLanes(of->from.broken + i);
     if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
-  const int changed = RespondContacts(J, model, c->rate != 0., closes, &now);
+  if (damped) Dashpots(at, J, &now, c);
+  const int changed = RespondContacts(J, model, c->rate != 0., closes, damped, &now);
   if (c->held ? keep && (changed || traits & HISTORY) : changed) {
     for (int k = 0; k < 2; k++)
       StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
@@ -411,7 +409,6 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
     c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
     if (closes) StoreClosure(first, &now, c);
   }
-  if (keep && c->rate > 0.) dashpots((PetscInt)at, c, of->joints, c->joint + first, &now);
   if (keep) StoreResults((PetscInt)at, p, &now, c);
   RowForces(p, c->t + at, &now, of->thickness, traits, force);
   ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
@@ -420,20 +417,27 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
 KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                             const Place *p)
 {
-  WholeForces(of, model, J, 1, 0, first, p);
+  WholeForces(of, model, J, 1, 0, 0, first, p);
 }
 
 KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                              const Place *p)
 {
-  WholeForces(of, model, J, 0, 0, first, p);
+  WholeForces(of, model, J, 0, 0, 0, first, p);
 }
 
 /* Of joints that can crush, or have. */
 KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                            const Place *p)
 {
-  WholeForces(of, model, J, of->keep, 1, first, p);
+  WholeForces(of, model, J, of->keep, 1, 0, first, p);
+}
+
+/* Of joints with dashpots, in time. */
+KERNEL void Damped_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                        const Place *p)
+{
+  WholeForces(of, model, J, 1, 1, 1, first, p);
 }
 
 #define PARAMETERS                                                                                           \
@@ -441,6 +445,7 @@ KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const 
 VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
 VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 
 enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
 
@@ -479,7 +484,9 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
         if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, &J);
         const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;
         if (!of.keep && PlainForces(&of, LanesModels + s, &J, (size_t)i, p)) continue;
-        if (closes)
+        if (of.keep && J.damps && c->rate > 0.)
+          Damped(&of, LanesModels + s, &J, (size_t)i, p);
+        else if (closes)
           Crushable(&of, LanesModels + s, &J, (size_t)i, p);
         else if (of.keep)
           AndResults(&of, LanesModels + s, &J, (size_t)i, p);

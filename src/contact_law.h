@@ -24,7 +24,10 @@
    field along the contact is the lower envelope of 0 and of all such lines there have been; kept are two of
    them, one by each end that was crushed: min(0, line 0, line 1) (AdvanceClosure). sigma is then the largest
    of three lines, k_n times u_n less each of these, and convex; what does not fail or open is still one
-   interval, for every limit is concave. Functions that know of closure have `closes`, a constant. */
+   interval, for every limit is concave. Functions that know of closure have `closes`, a constant.
+
+   Dashpots act where the spring is pressed, and spring and dashpot together neither pull nor pass C: that is
+   the normal stress that limits shear. Functions that know of them have `damped`, a constant. */
 #pragma once
 #include "joint_law.h"
 
@@ -33,7 +36,8 @@ typedef struct {
   Lanes u_n[2], u_s[2];     /* in */
   Lanes slip[2], broken[2]; /* in and out: history */
   Lanes closure[2], far[2]; /* the same of a joint that can crush: line k at end k and at the other end */
-  Lanes sigma[2], tau[2];   /* in: trial stresses; out: stresses at the ends */
+  Lanes dashpot[2];         /* in: of a joint with dashpots, k_n damping d(u_n)/dt */
+  Lanes sigma[2], tau[2];   /* in: trial stresses; out: stresses at the ends, of the springs alone */
   Lanes F_n[2], F_s[2];     /* out */
   Mask state[2];            /* out: ContactState bits */
 } LanesContact;
@@ -179,5 +183,28 @@ KERNEL void AdvanceClosure(const LanesJoint *J, LanesContact *c)
     const Mask deeper = ~J->elastic & (now[k] < closure[k]);
     c->far[k] = Select(deeper, -FarDepth(a, b, q), far[k]);
     c->closure[k] = Select(deeper, now[k], closure[k]);
+  }
+}
+
+/* --------------------------------------------------------------------------------------- dashpots */
+
+KERNEL Lanes CutAtCompression(const LanesJoint *J, Lanes sigma)
+{
+  return Select(~J->elastic & JointIsCrushing(J, sigma), -J->compression, sigma);
+}
+
+/* What the dashpot adds to a spring of trial stress s at a place. */
+KERNEL Lanes DashpotStress(const LanesJoint *J, Lanes s, Lanes dashpot)
+{
+  const Lanes both = s + dashpot, held = Select(both > 0., LanesOf(0.), CutAtCompression(J, both));
+  return Keep(s < 0., held - CutAtCompression(J, s));
+}
+
+/* Stresses of the springs alone, where EndStresses has put those with dashpots. */
+KERNEL void SpringStresses(const LanesJoint *J, const Lanes spring[2], LanesContact *c)
+{
+  for (int k = 0; k < 2; k++) {
+    const LanesStrength strength = StrengthOf(J, EndIsResidual(c->broken, k));
+    c->sigma[k] = JointNormal(J, &strength, spring[k]);
   }
 }

@@ -516,6 +516,7 @@ typedef struct {
   PetscReal slip[2], broken[2];         /* in: history at the start of the step; out: at its end */
   PetscReal closure[2], closure_far[2]; /* the same of a joint of finite compression */
   PetscBool in_time;                    /* in: of a dynamic stage, where partial slip may make no energy */
+  PetscReal speed[2];                   /* in: [m/s] of opening, for dashpots of a dynamic stage */
   PetscReal sigma[2], tau[2];           /* out: [Pa] at the ends */
   PetscReal F_n[2], F_s[2]; /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
   PetscInt state[2];        /* out: ContactState bits */

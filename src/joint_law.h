@@ -29,10 +29,11 @@ typedef struct {
 } LanesStrength;
 
 typedef struct {
-  Lanes k_n, k_s, compression;
+  Lanes k_n, k_s, compression, damping;
   LanesStrength peak, residual;
   Mask elastic; /* no limits at all */
   int crushes;  /* compression of some lane is finite */
+  int damps;    /* some lane has a dashpot */
   Mask brittle; /* failing changes something; if not, `broken` stays 0 and contacts can return to elastic */
 } LanesJoint;
 
@@ -46,12 +47,14 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J
     const Joint *j = joints + joint[lane];
     J->k_n[lane] = j->k_n, J->k_s[lane] = j->k_s;
     J->compression[lane] = PetscMin(j->compression, NO_LIMIT);
+    J->damping[lane] = j->damping;
     J->peak.tension[lane] = PetscMin(j->tension[0], NO_LIMIT), J->peak.cohesion[lane] = j->cohesion[0];
     J->residual.tension[lane] = PetscMin(j->tension[1], NO_LIMIT),
     J->residual.cohesion[lane] = j->cohesion[1];
     J->peak.tan_phi[lane] = j->tan_phi[0], J->residual.tan_phi[lane] = j->tan_phi[1];
     J->elastic[lane] = -(long long)(j->law == LAW_ELASTIC);
   }
+  J->damps = Any(J->damping > 0.);
   J->crushes = Any(J->compression < NO_LIMIT);
   J->brittle = (J->peak.cohesion != J->residual.cohesion) | (J->peak.tan_phi != J->residual.tan_phi) |
                (J->peak.tension != J->residual.tension);

@@ -56,12 +56,15 @@ void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal len
     c.u_n[k] = LanesOf(p->u_n[k]), c.u_s[k] = LanesOf(p->u_s[k]);
     c.slip[k] = LanesOf(p->slip[k]), c.broken[k] = LanesOf(p->broken[k]);
     c.closure[k] = LanesOf(p->closure[k]), c.far[k] = LanesOf(p->closure_far[k]);
+    c.dashpot[k] = J.k_n * J.damping * LanesOf(p->speed[k]);
     crushed |= p->closure[k] < 0.;
   }
-  if (crushed || J.crushes)
-    RespondContacts(&J, LanesModels + model, p->in_time, 1, &c);
+  if (p->in_time && J.damps)
+    RespondContacts(&J, LanesModels + model, 1, 1, 1, &c);
+  else if (crushed || J.crushes)
+    RespondContacts(&J, LanesModels + model, p->in_time, 1, 0, &c);
   else
-    RespondContacts(&J, LanesModels + model, p->in_time, 0, &c);
+    RespondContacts(&J, LanesModels + model, p->in_time, 0, 0, &c);
   for (int k = 0; k < 2; k++) {
     p->slip[k] = c.slip[k][0], p->broken[k] = c.broken[k][0];
     p->closure[k] = c.closure[k][0], p->closure_far[k] = c.far[k][0];

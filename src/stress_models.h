@@ -60,12 +60,23 @@ KERNEL Hold HoldMiddle(const LanesJoint *J, const Lanes sigma[2], Lanes sm, cons
                 most);
 }
 
-KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes, LanesContact *c)
+/* Trial stress in the middle. */
+KERNEL Lanes MiddleTrial(const LanesJoint *J, int closes, const LanesContact *c)
+{
+  const Lanes line[2] = {J->k_n * c->u_n[0], J->k_n * c->u_n[1]}, middle = LanesOf(0.);
+  return closes ? Line(line, middle) - J->k_n * ClosureAt(c, middle) : Line(line, middle);
+}
+
+KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes, int damped, LanesContact *c)
 {
   const int middle = row[1] > 0.;
-  const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
-  const Lanes sm = closes ? J->k_n * (Line(c->u_n, LanesOf(0.)) - ClosureAt(c, LanesOf(0.)))
-                          : Line(sigma, LanesOf(0.)); /* trial stress in the middle */
+  const Lanes spring[3] = {c->sigma[0], c->sigma[1], MiddleTrial(J, closes, c)};
+  const Lanes tau[2] = {c->tau[0], c->tau[1]};
+  Lanes sigma[2] = {spring[0], spring[1]}, sm = spring[2]; /* with dashpots */
+  if (damped) {
+    for (int k = 0; k < 2; k++) sigma[k] += DashpotStress(J, spring[k], c->dashpot[k]);
+    sm += DashpotStress(J, sm, Line(c->dashpot, LanesOf(0.)));
+  }
   Lanes limit[2], held[2], normal = {0.}, tm = {0.};
   Hold hold = {{0}, {0.}, {0.}};
 
@@ -81,12 +92,13 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
   if (middle) hold = HoldMiddle(J, sigma, sm, c->broken, residual, limit);
   ReturnShear(middle, &hold, tau, limit, held);
   EndStresses(J, sigma, tau, c);
+  if (damped) SpringStresses(J, spring, c);
   AdvanceSlip(J, tau, held, c);
 
   /* forces */
   if (middle) {
     const LanesStrength strength = StrengthOf(J, residual);
-    normal = JointNormal(J, &strength, sm);
+    normal = JointNormal(J, &strength, spring[2]);
     tm = JointClip(Line(held, LanesOf(0.)), JointShearLimit(J, &strength, sm));
   }
   for (int k = 0; k < 2; k++) {
@@ -116,17 +128,50 @@ KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, Lane
   return 1;
 }
 
+/* Whether the law holds elastically at both ends with dashpots as well. */
+KERNEL Mask IsElasticDamped(const LanesJoint *J, int closes, const LanesContact *c)
+{
+  LanesContact total;
+  for (int k = 0; k < 2; k++) {
+    total.sigma[k] = c->sigma[k] + DashpotStress(J, c->sigma[k], c->dashpot[k]);
+    total.tau[k] = c->tau[k], total.broken[k] = c->broken[k];
+    if (closes) total.closure[k] = c->closure[k];
+  }
+  return IsElastic(J, closes, &total);
+}
+
+/* Adds forces of dashpots to those of springs, whose trial stresses at the ends are `spring`. */
+KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes, const Lanes spring[2],
+                        LanesContact *c)
+{
+  if (model->moving) {
+    Pieces pieces;
+    if (closes) pieces = PiecesOf(J, c);
+    const Shares dashpots = closes ? DashpotSharesOfPieces(J, &pieces, c->dashpot)
+                                   : DashpotShares(J, spring, c->dashpot);
+    for (int k = 0; k < 2; k++) c->F_n[k] += c->length * dashpots.at[k];
+    return;
+  }
+  Lanes add[3];
+  for (int k = 0; k < 2; k++) add[k] = DashpotStress(J, spring[k], c->dashpot[k]);
+  add[2] = DashpotStress(J, MiddleTrial(J, closes, c), Line(c->dashpot, LanesOf(0.)));
+  for (int k = 0; k < 2; k++)
+    c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
+}
+
 /* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row; only
-   when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes: a
-   constant, 0 where no joint can crush and nothing has been crushed. Returns whether the history may have
-   changed. */
-KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes,
+   when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes, damped:
+   constants, 0 where no joint can crush and nothing has been crushed, and where there are no dashpots.
+   Returns whether the history may have changed. */
+KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                         LanesContact *c)
 {
   TrialStresses(J, closes, c);
-  const Mask elastic = IsElastic(J, closes, c);
+  Mask elastic = IsElastic(J, closes, c);
+  if (damped) elastic &= IsElasticDamped(J, closes, c);
   if (!Any(~elastic)) {
     RespondElastic(model->elastic, c);
+    if (damped) AddDashpots(J, model, closes, c->sigma, c);
     return 0;
   }
   LanesContact trial;
@@ -144,10 +189,11 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
     for (int k = 0; k < 2; k++)
       crushing[k] = (c->sigma[k] <= (-1. + 1e-9) * J->compression) & CONTACT_CRUSHING;
   }
+  const Lanes spring[2] = {c->sigma[0], c->sigma[1]};
   if (model->moving)
-    RespondMoving(J, in_time, closes, c);
+    RespondMoving(J, in_time, closes, damped, c);
   else
-    RespondFixed(J, model->row, closes, c);
+    RespondFixed(J, model->row, closes, damped, c);
   if (closes)
     for (int k = 0; k < 2; k++) c->state[k] |= crushing[k];
   for (int k = 0; k < 2; k++) {
@@ -161,15 +207,16 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
     c->F_s[k] = Select(elastic, trial.F_s[k], c->F_s[k]);
     c->state[k] = (elastic & trial.state[k]) | (~elastic & c->state[k]);
   }
+  if (damped) AddDashpots(J, model, closes, spring, c);
   return 1;
 }
 
 /* The same of contacts that may have met in motion. */
-KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes,
+KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                            LanesContact *c)
 {
   const Mask loose = c->broken[0] >= LOOSE;
-  if (!Any(loose)) return RespondJoint(J, model, in_time, closes, c);
+  if (!Any(loose)) return RespondJoint(J, model, in_time, closes, damped, c);
   const LanesJoint now = LooseJoint(J, loose);
-  return RespondJoint(&now, model, in_time, closes, c);
+  return RespondJoint(&now, model, in_time, closes, damped, c);
 }

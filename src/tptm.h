@@ -263,6 +263,51 @@ KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lane
       sum[what].at[k] = (total[2 * k][what].at[k] + total[1][what].at[k]) + total[2 - 2 * k][what].at[k];
 }
 
+/* ------------------------------------------------------------------------------------------ dashpots */
+
+/* Shares of what dashpots add where the line s of the springs is negative. */
+KERNEL Shares DashpotShares(const LanesJoint *J, const Lanes s[2], const Lanes dashpot[2])
+{
+  const Mask open[2] = {s[0] >= 0., s[1] >= 0.};
+  const Lanes w = PositivePart(-s[0], -s[1]), one = LanesOf(1.),
+              C = Select(J->elastic, LanesOf(NO_LIMIT), J->compression);
+  const Interval part = {.from = Keep(open[0], 1. - w),
+                         .after = Select(open[0], w, one),
+                         .to = Select(open[1], w, one),
+                         .before = Keep(open[1], 1. - w),
+                         .length = Select(open[0] | open[1], w, one)};
+  Lanes in[2], d[2], both[2];
+  in[0] = part.after * s[0] + part.from * s[1], in[1] = part.before * s[0] + part.to * s[1];
+  d[0] = part.after * dashpot[0] + part.from * dashpot[1];
+  d[1] = part.before * dashpot[0] + part.to * dashpot[1];
+  for (int k = 0; k < 2; k++) both[k] = in[k] + d[k];
+  const Shares line = LinearShares(d[0], d[1]), pulls = PositiveShares(both[0], both[1]),
+               beyond = PositiveShares(-C - both[0], -C - both[1]),
+               before = PositiveShares(-C - in[0], -C - in[1]);
+  Shares sum;
+  for (int k = 0; k < 2; k++) sum.at[k] = (line.at[k] - pulls.at[k]) + (beyond.at[k] - before.at[k]);
+  return SharesOfPart(&part, sum);
+}
+
+/* The same of a contact that was crushed. */
+KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes dashpot[2])
+{
+  Shares of[3], sum;
+  for (int i = 0; i < 3; i++) {
+    const Lanes from = pieces->cut[i], to = pieces->cut[i + 1], end = Select(to < from, from, to);
+    const Interval part = {.from = 0.5 * (1. + from),
+                           .after = 0.5 * (1. - from),
+                           .to = 0.5 * (1. + end),
+                           .before = 0.5 * (1. - end),
+                           .length = 0.5 * (end - from)};
+    const Lanes s[2] = {Line(pieces->sigma[i], from), Line(pieces->sigma[i], end)};
+    const Lanes d[2] = {Line(dashpot, from), Line(dashpot, end)};
+    of[i] = SharesOfPart(&part, DashpotShares(J, s, d));
+  }
+  for (int k = 0; k < 2; k++) sum.at[k] = (of[2 * k].at[k] + of[1].at[k]) + of[2 - 2 * k].at[k];
+  return sum;
+}
+
 /* -------------------------------------------------------------------------------------------------- */
 
 /* In time: each end force F_s is an elastic-plastic spring with the limit of its share of the joint, because
@@ -292,14 +337,20 @@ KERNEL void ReturnForces(Lanes length, const Lanes trial[2], const Lanes most[2]
 
 /* in_time: of a dynamic stage, where partial slip may make no energy. A joint that can still break keeps the
    diagram, which the fronts of failure need. */
-KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, LanesContact *c)
+KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damped, LanesContact *c)
 {
   const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
+  Lanes total[2] = {sigma[0], sigma[1]}; /* with dashpots */
   const Mask forces = in_time ? ~J->brittle | (c->broken[0] >= 1.) : (Mask){0};
   Lanes limit[2], held[2] = {tau[0], tau[1]}, most[2];
   Shares sum[3];
+  Shares dashpots;
   Pieces pieces;
   if (closes) pieces = PiecesOf(J, c);
+  if (damped) {
+    for (int k = 0; k < 2; k++) total[k] += DashpotStress(J, sigma[k], c->dashpot[k]);
+    dashpots = closes ? DashpotSharesOfPieces(J, &pieces, c->dashpot) : DashpotShares(J, sigma, c->dashpot);
+  }
 
   /* failure, with the trial stresses */
   if (Any(J->brittle)) {
@@ -313,7 +364,7 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, LanesCon
   /* return of shear */
   for (int k = 0; k < 2; k++) {
     const LanesStrength strength = StrengthOf(J, EndIsResidual(c->broken, k));
-    limit[k] = JointShearLimit(J, &strength, sigma[k]);
+    limit[k] = JointShearLimit(J, &strength, total[k]);
   }
   const Mask slides = SlidesWhole(tau, limit) & ~forces;
   if (Any(slides)) {
@@ -323,7 +374,8 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, LanesCon
     ReturnShear(n, holds, tau, limit, returned);
     for (int k = 0; k < 2; k++) held[k] = Select(slides, returned[k], tau[k]);
   }
-  EndStresses(J, sigma, tau, c);
+  EndStresses(J, total, tau, c);
+  if (damped) SpringStresses(J, sigma, c);
 
   /* forces */
   if (closes)
@@ -334,6 +386,12 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, LanesCon
     c->F_n[k] = c->length * sum[0].at[k];
     c->F_s[k] = c->length * sum[1].at[k];
     most[k] = c->length * sum[2].at[k];
+    if (damped) {
+      const LanesStrength strength = StrengthOf(J, EndIsResidual(c->broken, k));
+      most[k] = NotNegative(most[k] - c->length * strength.tan_phi * dashpots.at[k]);
+      const Mask works = (c->dashpot[0] != 0.) | (c->dashpot[1] != 0.);
+      c->F_s[k] = Select(works, JointClip(c->F_s[k], most[k]), c->F_s[k]);
+    }
   }
   if (in_time) {
     Lanes F[2], line[2];

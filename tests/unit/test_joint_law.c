@@ -328,6 +328,36 @@ static void TestCrushingLoses(void)
   }
 }
 
+/* Dashpots: sigma from -1 to 1, so that tptm is closed over a half and the others at one end; damping k_n v =
+   -0.4. They add 0.4 times what is closed, friction counts it; leaving fast the contact bears nothing, ever. */
+static void TestDashpots(void)
+{
+  const double closed[STRESS_MODELS] = {[STRESS_PT] = 0.5,   [STRESS_R2PT] = 0.5,  [STRESS_R3PT] = 0.25,
+                                        [STRESS_T2PT] = 0.5, [STRESS_T3PT] = 0.25, [STRESS_TPTM] = 0.5};
+  const double slide = 9;
+
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint joint = MakeJoint(1, 1, 30, 0, 0);
+    ContactPoint spring = {.u_n = {-1, 1}, .u_s = {slide, slide}, .in_time = PETSC_TRUE}, both;
+
+    joint.damping = 0.2;
+    both = spring;
+    both.speed[0] = both.speed[1] = -2;
+    StressModelRespond(model, &joint, 1, &spring);
+    StressModelRespond(model, &joint, 1, &both);
+    ENSURE_NEAR(SumN(&both), SumN(&spring) - 0.4 * closed[model], 1e-12);
+    ENSURE_NEAR(SumS(&both), -joint.tan_phi[0] * SumN(&both), 1e-12);
+    ENSURE_NEAR(both.sigma[0], spring.sigma[0], 0); /* stresses are those of the springs */
+    both = (ContactPoint){.u_n = {-1, 1}, .u_s = {slide, slide}, .in_time = PETSC_TRUE, .speed = {9, 9}};
+    StressModelRespond(model, &joint, 1, &both);
+    ENSURE_NEAR(SumN(&both), 0, 1e-12);
+    ENSURE_NEAR(SumS(&both), 0, 1e-12);
+    both = (ContactPoint){.u_n = {1, 2}, .in_time = PETSC_TRUE, .speed = {-99, -99}}; /* open: nothing yet */
+    StressModelRespond(model, &joint, 1, &both);
+    ENSURE(SumN(&both) == 0);
+  }
+}
+
 /* the middle of a three-point model fails with the more violated end */
 static void TestBrokenParts(void)
 {
@@ -381,6 +411,7 @@ int main(void)
   RUN_TEST(TestCrushedToe);
   RUN_TEST(TestCrushingPaths);
   RUN_TEST(TestCrushingLoses);
+  RUN_TEST(TestDashpots);
   RUN_TEST(TestBrokenParts);
   RUN_TEST(TestElasticAndNaN);
   return CheckSummary();

@@ -118,14 +118,16 @@ def off_the_edge(case):
     mesh = join([*(renamed(body, {}) for body in (high, *low)), renamed(block, {}, {"block": "bottom_left", "top": "top_right"})])
     slide = {"type": "dynamic", "loads": ["weight"], "duration": 2.0, "frames": 100, "dt_factor": 0.1,
              "joints": {"default": {"friction": 10}}}
-    scene = changed(SCENE, ("stages", [{"rest": {"loads": ["weight"]}}, {"slide": slide}]), ("materials.block.velocity", [2.0, 0.0]))
+    scene = changed(SCENE, ("stages", [{"rest": {"loads": ["weight"]}}, {"slide": slide}]), ("materials.block.velocity", [2.0, 0.0]),
+                    ("joints.default.damping", 4e-3))
     first = [{"rest": {"loads": ["weight"]}}, {"slide": slide | {"duration": 0.8, "frames": 49}}]
     on_ranks(case, "off the edge, until it has landed", mesh, changed(scene, ("stages", first)), "slide", 2, 3, 4)
     result = case.run(mesh, scene)
     moved = energy_of(case, "off the edge", result, "slide")
     kinetic = 0.5 * RHO * 0.125 * 2.0**2
+    # a corner of tptm stores k_n delta^3 cot(20 degrees)/6, and its dashpot has only what of it is closed
     case.check("off the edge: overlap no deeper than a spring of one corner that takes all its energy",
-               bool(deepest(result, "slide") < np.sqrt(2 * (moved + kinetic) / (K_N * 0.25 / 2))), True)
+               bool(deepest(result, "slide") < np.cbrt(6 * (moved + kinetic) / K_N * np.tan(np.radians(20)))), True)
     mid = result.stage("slide").displacement[-4:] + result.mesh.vertices[-4:]
     case.check("... it has landed on the lower block: height of its lowest corner [m]", mid[:, 1].min(), 0.3, absolute=1e-3)
     case.report("... kinetic energy left [J]", result.stage_summary("slide")["energy"]["kinetic"], 0.0)
