@@ -466,6 +466,20 @@ static void TestFrictionLoses(void)
   }
 }
 
+/* A contact pressed at one end alone bears at this part of its length from there: the pivot of rocking. */
+static void TestPivot(void)
+{
+  const double pivot[STRESS_MODELS] = {0, 1. / 4, 1. / 8, 1. / 3, 1. / 6, 0};
+
+  for (int model = 0; model < STRESS_MODELS; model++) {
+    Joint joint = MakeJoint(1, 1, 30, 0, 0);
+    ContactPoint p = {.u_n = {-1e-6, 1}};
+
+    StressModelRespond(model, &joint, 1, &p);
+    ENSURE_NEAR(p.F_n[1] / SumN(&p), pivot[model], 1e-6);
+  }
+}
+
 int main(void)
 {
   RUN_TEST(TestReference);
@@ -479,5 +493,6 @@ int main(void)
   RUN_TEST(TestPointLaw);
   RUN_TEST(TestFullSliding);
   RUN_TEST(TestFrictionLoses);
+  RUN_TEST(TestPivot);
   return CheckSummary();
 }

@@ -130,6 +130,7 @@ def rocking(case):
         else:
             case.report(what, drift[np.argmax(np.abs(drift))], 0.0)
         case.check(f"... {model}: a warning", "create or destroy energy" in result.stdout, model not in ("pt", "tptm"))
+        case.check("... that says where it pivots", "pivot inside the base" in result.stdout, model not in ("pt", "tptm"))
         case.check(f"... {model}: told at the end", "energy account is out by" in result.stdout, model not in ("pt", "tptm"))
 
 
