@@ -110,6 +110,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, type));
   PetscCall(PCFactorSetMatSolverType(pc, package));
+  PetscCall(KSPSetFromOptions(*ksp)); // -ksp_*, -pc_*; check_factor sees whether it is still a factor
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
   n->wants = PETSC_FALSE;

@@ -12,6 +12,7 @@ static const PetscReal GROWTH = 1048576.;
 /* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
   PetscReal dt, d1, d2, beta; /* (12), (13); stiffness-proportional damping, see relax.c */
+  PetscReal local;            /* part of the unbalanced force that opposes the velocity */
   Bins num_bins, den_bins;
   Lanes num[2], den[2], num_max, den_max;
 } Sweep;
@@ -41,10 +42,11 @@ KERNEL void AddTerms(Sweep *w, Terms t)
 }
 
 /* LANES degrees of freedom. in_q: NULL when all enter the quotient. f_old has done its work then and is
-   cleared for the forces of the next cycle while it is in the cache. */
-KERNEL Terms MoveLanes(const Sweep *w, const PetscReal *f_now, PetscReal *f_old, const PetscReal *f_ext,
-                       const PetscReal *mass, const PetscReal *m_inv, const PetscReal *in_q, PetscReal *v_at,
-                       PetscReal *u_at)
+   cleared for the forces of the next cycle while it is in the cache. local: local non-viscous damping, a
+   force against the velocity in proportion to the unbalanced one, whose work is never positive. */
+KERNEL Terms MoveLanes(const Sweep *w, int local, const PetscReal *f_now, PetscReal *f_old,
+                       const PetscReal *f_ext, const PetscReal *mass, const PetscReal *m_inv,
+                       const PetscReal *in_q, PetscReal *v_at, PetscReal *u_at)
 {
   const Lanes f = LoadLanes(f_now), df = f - LoadLanes(f_old), v = LoadLanes(v_at);
   StoreLanes(f_old, LanesOf(0.));
@@ -52,7 +54,11 @@ KERNEL Terms MoveLanes(const Sweep *w, const PetscReal *f_now, PetscReal *f_old,
   Lanes num = v * df, den = LoadLanes(mass) * v * v;
   if (in_q) num *= LoadLanes(in_q), den *= LoadLanes(in_q);
   // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step
-  const Lanes r = LoadLanes(f_ext) - f - w->beta * df;
+  Lanes r = LoadLanes(f_ext) - f - w->beta * df;
+  if (local) {
+    const Lanes against = w->local * Absolute(r);
+    r -= Keep(v > 0., against) - Keep(v < 0., against);
+  }
   const Lanes v_new = (v * w->d1 + LoadLanes(m_inv) * r * w->dt) * w->d2;
   StoreLanes(v_at, v_new);
   StoreLanes(u_at, LoadLanes(u_at) + v_new * w->dt);
@@ -72,9 +78,9 @@ KERNEL void AddVertices(Sweep *w, Terms p, Terms q)
 }
 
 /* Degrees of freedom from d on, in arrays of the state. */
-KERNEL Terms MoveAt(const Sweep *w, const State *s, const PetscReal *q, PetscInt d)
+KERNEL Terms MoveAt(const Sweep *w, int local, const State *s, const PetscReal *q, PetscInt d)
 {
-  return MoveLanes(w, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, q ? q + d : NULL,
+  return MoveLanes(w, local, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, q ? q + d : NULL,
                    s->v + d, s->u + d);
 }
 
@@ -87,8 +93,8 @@ static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, Petsc
   PetscReal copy[8][LANES] = {{0.}};
   for (int i = 0; i < 8; i++)
     if (in[i]) memcpy(copy[i], in[i], bytes);
-  const Terms t = MoveLanes(w, copy[0], copy[1], copy[2], copy[3], copy[4], q ? copy[5] : NULL, copy[6],
-                            copy[7]);
+  const Terms t = MoveLanes(w, w->local > 0., copy[0], copy[1], copy[2], copy[3], copy[4], q ? copy[5] : NULL,
+                            copy[6], copy[7]);
   memset(s->f_old + d, 0, bytes);
   memcpy(s->v + d, copy[6], bytes);
   memcpy(s->u + d, copy[7], bytes);
@@ -96,16 +102,17 @@ static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, Petsc
 }
 
 /* vertices: the range is of whole vertices, not of bodies. */
-KERNEL void MoveLoop(Sweep *w, const State *s, const PetscReal *q, int vertices, PetscInt from, PetscInt to)
+KERNEL void MoveLoop(Sweep *w, int local, const State *s, const PetscReal *q, int vertices, PetscInt from,
+                     PetscInt to)
 {
   const Terms none = {LanesOf(0.), LanesOf(0.)};
   PetscInt d = from;
   for (; vertices && d + 2 * LANES <= to; d += 2 * LANES) {
-    const Terms first = MoveAt(w, s, q, d);
-    AddVertices(w, first, MoveAt(w, s, q, d + LANES));
+    const Terms first = MoveAt(w, local, s, q, d);
+    AddVertices(w, first, MoveAt(w, local, s, q, d + LANES));
   }
   for (; d < to; d += LANES) {
-    const Terms t = d + LANES <= to ? MoveAt(w, s, q, d) : move_rest(w, s, q, d, to - d);
+    const Terms t = d + LANES <= to ? MoveAt(w, local, s, q, d) : move_rest(w, s, q, d, to - d);
     if (vertices)
       AddVertices(w, t, none);
     else
@@ -117,12 +124,20 @@ KERNEL void Move_code(const Model *m, State *state, PetscInt from, PetscInt to, 
 {
   const State s = *state; // no store changes its pointers, the compiler sees
   Sweep sums = *w;        // in registers
-  if (from < 3 * m->n_bodies) MoveLoop(&sums, &s, m->in_quotient, 0, from, PetscMin(to, 3 * m->n_bodies));
-  from = PetscMax(from, 3 * m->n_bodies);
-  if (m->in_quotient)
-    MoveLoop(&sums, &s, m->in_quotient, 1, from, to);
+  const PetscInt at = 3 * m->n_bodies;
+  const PetscReal *q = m->in_quotient;
+  if (sums.local > 0.) {
+    MoveLoop(&sums, 1, &s, q, 0, from, PetscMin(to, at));
+    MoveLoop(&sums, 1, &s, q, 1, PetscMax(from, at), to);
+    *w = sums;
+    return;
+  }
+  if (from < at) MoveLoop(&sums, 0, &s, q, 0, from, PetscMin(to, at));
+  from = PetscMax(from, at);
+  if (q)
+    MoveLoop(&sums, 0, &s, q, 1, from, to);
   else
-    MoveLoop(&sums, &s, NULL, 1, from, to);
+    MoveLoop(&sums, 0, &s, NULL, 1, from, to);
   *w = sums;
 }
 
@@ -141,6 +156,7 @@ void IntegrateRange(const Model *m, State *state, const QuotientSums *last, Pets
              .d1 = 1. - half,
              .d2 = 1. / (1. + half),
              .beta = state->beta,
+             .local = state->local,
              .num_bins = BinsFor(PetscMax(last->num_max * GROWTH, least)),
              .den_bins = BinsFor(PetscMax(last->den_max * GROWTH, least))};
   Move(m, state, from, to, &w);

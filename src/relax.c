@@ -89,7 +89,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
 
 static PetscBool is_adaptive(const Scene *scene)
 {
-  return (PetscBool)(scene->damping != DAMPING_NONE && scene->damping != DAMPING_FIXED);
+  return (PetscBool)(scene->damping == DAMPING_ADAPTIVE || scene->damping == DAMPING_PAPER);
 }
 
 void DampingBegin(const Scene *scene, const Model *m, Relaxation *r, const QuotientSums *local)

@@ -29,7 +29,7 @@ typedef enum { HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
 typedef enum { REACHES_HEEL, REACHES_ANY } UpliftReach;
 typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED } MethodKind;
-typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_NONE } DampingKind;
+typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_LOCAL, DAMPING_NONE } DampingKind;
 typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
@@ -165,6 +165,7 @@ typedef struct {
   PetscInt increments; /* preconditioned: steps in which loads that are ramped are applied */
   DampingKind damping;
   PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */
+  PetscReal local;           /* [-] local damping: State.local */
   PetscReal beta;            /* [-] adaptive damping: State.beta */
   PetscInt n_damping_groups; /* groups that enter the Rayleigh quotient; 0: all */
   char (*damping_groups)[NAME_LENGTH];

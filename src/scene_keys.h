@@ -26,7 +26,7 @@ static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", 
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 static const char *const Methods[] = {"explicit", "preconditioned", "MethodKind", "METHOD_", NULL};
-static const char *const Dampings[] = {"adaptive", "paper", "fixed", "none", "DampingKind", "DAMPING_", NULL};
+static const char *const Dampings[] = {"adaptive", "paper", "fixed", "local", "none", "DampingKind", "DAMPING_", NULL};
 
 static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
                                          "STAGE_", NULL};
@@ -93,10 +93,12 @@ static const Key Keys[] = {
   KEY(RELAXATION, "effort", REAL, Scene, effort, "1e8", "> 0", "-",
       "preconditioned: solves times degrees of freedom from one equilibrium to the next; beyond, explicit cycles go on"),
   KEY(RELAXATION, "damping", CHOICE, Scene, damping, "adaptive", NULL, "",
-      "how alpha is chosen; paper: (35)-(38) alone; with all but adaptive slip is kept as it comes",
+      "how alpha is chosen; paper: (35)-(38) alone; local: none, non-viscous; with all but adaptive slip is kept as it comes",
       .choices = Dampings),
   KEY(RELAXATION, "alpha_dt", REAL, Scene, alpha_dt, "0.1", ">= 0, < 2", "-",
       "alpha times the time step, for damping: fixed"),
+  KEY(RELAXATION, "local", REAL, Scene, local, "0.8", "> 0, < 1", "-",
+      "part of the unbalanced force of each degree of freedom that acts against its velocity, for damping: local"),
   KEY(RELAXATION, "beta", REAL, Scene, beta, "0.25", ">= 0, <= 0.5", "-",
       "stiffness-proportional damping over the time step where joints can slip, for damping: adaptive; stills flutter"),
   KEY(RELAXATION, "groups", NAMES, Scene, damping_groups, "= all", NULL, "",

@@ -199,12 +199,21 @@ static void check_frames(const Scene *scene, char *message)
     }
 }
 
+// [all] is all groups, unless the mesh has a group of that name: an empty list
+static void take_all(const BlockMesh *mesh, PetscInt *n, const NameText *groups)
+{
+  if (*n == 1 && !strcmp(groups[0], "all") && find_group(mesh, "all") < 0) *n = 0;
+}
+
 PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";
 
   PetscFunctionBeginUser;
   PetscCall(resolve_materials(scene, mesh, message));
+  take_all(mesh, &scene->n_damping_groups, (const NameText *)scene->damping_groups);
+  for (PetscInt l = 0; l < scene->n_loads; l++)
+    take_all(mesh, &scene->loads[l].n_groups, (const NameText *)scene->loads[l].groups);
   check_joints(scene, mesh, message);
   check_supports(scene, mesh, message);
   check_loads(scene, mesh, message);

@@ -346,7 +346,7 @@ PetscErrorCode StageRelax(const Problem *p)
   if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
     PetscCall(PetscStrlcat(result->evidence, "; slip kept as it came", sizeof(result->evidence)));
   contacts->held = PETSC_FALSE;
-  state->beta = 0.;
+  state->beta = state->local = 0.;
   relax->effort.evaluations++;
   result->wall = MPI_Wtime() - loop.start;
   PetscCall(PetscFree(loop.contact_scale));

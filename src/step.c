@@ -206,6 +206,7 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
   PartSample(state->cycle);
+  state->local = scene->damping == DAMPING_LOCAL ? scene->local : 0.;
   state->f_old = state->f;
   state->f = swap;
   state->f_old_clear = PETSC_FALSE;

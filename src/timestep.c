@@ -98,8 +98,10 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   PetscReal *k;
   PetscFunctionBeginUser;
   state->dt = 1.;
-  // (33), dt/safety for dt; damping by beta takes (1 + 2 beta) (omega dt)^2 <= 4
-  const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) /
+  // (33), dt/safety for dt; damping by beta takes (1 + 2 beta) (omega dt)^2 <= 4, local damping can add its
+  // part of the unbalanced force
+  const PetscReal pushed = scene->damping == DAMPING_LOCAL ? 1. + scene->local : 1.;
+  const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) * pushed /
                            (scene->safety * scene->safety);
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));

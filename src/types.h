@@ -314,6 +314,7 @@ typedef struct {
   PetscReal dt;                  /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;               /* [1/s] Rayleigh damping (38) */
   PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
+  PetscReal local;               /* [-] local non-viscous damping, of Step, in static stages */
   PetscInt64 cycle;              /* cycles since the start of the run */
   PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
                                     loads.c. f_target has those at vertices of rigid bodies behind its dofs;

@@ -62,7 +62,7 @@ static const struct {
   {"ramp: 500", "max_cycles: 0", "",
    "scene.yaml:5: relaxation.max_cycles: 0 is out of range: must be >= 1 [cycles]"},
   {"ramp: 500", "damping: some", "",
-   "scene.yaml:5: relaxation.damping: 'some' is not one of: adaptive, paper, fixed, none"},
+   "scene.yaml:5: relaxation.damping: 'some' is not one of: adaptive, paper, fixed, local, none"},
   {"ramp: 500", "alpha_dt: 2", "", "scene.yaml:5: relaxation.alpha_dt: 2 is out of range: must be >= 0, < 2"},
   {"ramp: 500", "safety: 1.1", "", "scene.yaml:5: relaxation.safety: 1.1 is out of range: must be > 0, <= 1"},
   {"tolerance: 1e-7", "tolerance: 0", "",

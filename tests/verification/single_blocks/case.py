@@ -20,7 +20,7 @@ COLUMN = {
 }
 DAM = {
     "strain": "small",
-    "relaxation": {"method": "preconditioned", "tolerance": 1e-8},
+    "relaxation": {"method": "preconditioned", "tolerance": 1e-8, "groups": ["all"]},
     "materials": {name: {"density": 2400, "young": 10e9, "poisson": 0.2} for name in ("dam", "rock")},
     "joints": {"base": {"law": "elastic", "k_n": 10e9, "k_s": 3e9}},
     "supports": {"rock_sides": {"fix": "x"}, "rock_bottom": {"fix": "y"}},
@@ -74,4 +74,5 @@ def guilhofrei(case):
         rows[k], result = crest(options)
         case.check(f"Guilhofrei, joints of {k} Pa/m: macroblocks", result.summary["n_macroblocks"], 793)
         case.check("... crest u_x, sw and hp, and those of the dam as one body [mm]", rows[k], whole, relative=0.01 if k == "1e12" else 0.001)
+    case.check("-ksp_monitor acts on the solver of preconditioned relaxation", "KSP Residual norm" in crest(("-ksp_monitor",))[1].stdout, True)
     case.check("ten times stiffer joints: a tenth of the difference", (rows["1e13"] - whole) / (rows["1e12"] - whole), 0.1, relative=0.03)

@@ -48,6 +48,13 @@ def run(case):
     amplitude = np.sqrt([part.mean() for part in np.array_split(square, 10)])
     case.check("amplitude of each 1000 of 10000 cycles / first", amplitude / amplitude[0], 1.0, absolute=1e-10)
 
+    a = 0.1  # k A^2/2 (1 - a) reaches the middle, k A'^2/2 (1 + a) takes it up
+    local = changed(short, ("relaxation.damping", "local"), ("relaxation.local", a), ("relaxation.safety", 0.05), ("relaxation.max_cycles", 1000))
+    u = swing(case.run(mesh, local))
+    ends = np.abs(u[1:-1][(u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) < 0])
+    case.check("local damping a = 0.1: each swing over that before: sqrt((1 - a)/(1 + a))", ends[1:] / ends[:-1],
+               np.sqrt((1 - a) / (1 + a)), relative=2e-3)  # fmt: skip
+
     for alpha_dt, s in ((0.02, 0.5), (0.2, 1.0)):
         damped = changed(short, ("relaxation.damping", "fixed"), ("relaxation.alpha_dt", alpha_dt), ("relaxation.safety", s))
         square = r[list(safety).index(s)]**2
