@@ -289,8 +289,9 @@ static int side_of_vertex(const Contacts *c, PetscInt i, int k)
   return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
 }
 
-/* Where end k of contact i stands, and the normal from side b to side a. The outward normal of the destination
-   leads from it to the vertex; turned round it leaves F_n and F_s as they are, for they act on the other side. */
+/* Where end k of contact i stands, and the normal from side b to side a. The outward normal of the
+   destination leads from it to the vertex; turned round it leaves F_n and F_s as they are, for they act on
+   the other side. */
 static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
                               ContactEnd *end)
 {

@@ -1,6 +1,6 @@
-/* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the compressed
-   part has a length, and the centre of its force lies a third of that inside the edge: about what the limit of rigid
-   blocks falls short by (docs/rigid_blocks.md). Rank 0 only. */
+/* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the
+   compressed part has a length, and the centre of its force lies a third of that inside the edge: about what
+   the limit of rigid blocks falls short by (docs/rigid_blocks.md). Rank 0 only. */
 #include "output.h"
 #include <math.h>
 #include <stdlib.h>

@@ -386,7 +386,8 @@ typedef struct {
   PetscInt n;
   PetscReal s[4], p[4]; /* [m] from the heel, [Pa] */
 } UpliftDiagram;
-/* A stretch that is open without the full head; between closed_from and from it is closed, by `closure` at most. */
+/* A stretch that is open without the full head; from closed_from to it the joint is closed, by `closure` at
+   most. */
 typedef struct {
   PetscReal from, to, closed_from, closure; /* [m] */
   PetscBool at_toe;

@@ -40,9 +40,8 @@ typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
   PetscInt klass, joint;
-  PetscBool
-      sliver; /* a corner, or less than a tenth of the shorter face: its stress stands for no more than itself */
-  PetscReal length;         /* [m] */
+  PetscBool sliver; /* a corner, or less than a tenth of the shorter face: too short to stand for it */
+  PetscReal length; /* [m] */
   PetscReal open, crushing; /* [m] of it */
   ContactEnd end[2];        /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;

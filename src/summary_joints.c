@@ -62,8 +62,8 @@ static PetscReal deviation(const StageFields *s, PetscInt joint, const JointLine
   return most;
 }
 
-/* Outermost ends along e. What has slid leaves slivers there, whose stress is that of their own past: values are
-   taken from the outermost contact that is none. */
+/* Outermost ends along e. What has slid leaves slivers there, whose stress is that of their own past: values
+   are taken from the outermost contact that is none. */
 static void outermost(const StageFields *s, PetscInt joint, PetscBool slivers, JointLine *line)
 {
   PetscReal low = INFINITY, high = -INFINITY;

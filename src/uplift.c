@@ -346,7 +346,7 @@ static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stretch that is open, and how far the joint is closed at most [m] between the one before, or the heel, and it. */
+/* A stretch that is open; closure: of the joint at most [m] between the one before, or the heel, and it. */
 typedef struct {
   PetscReal from, to, closure;
 } Stretch;
@@ -367,7 +367,7 @@ static PetscReal tie_of(const Uplift *u)
   return 1e-6 * u->length;
 }
 
-/* Where the joint is open, from heel to toe; where there is no contact, faces have parted. open: (2 n + 1,) */
+/* Where the joint is open, from heel to toe; where there is no contact, faces have parted. open: (3 n + 1) */
 static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileRow *rows, PetscInt *n_open,
                                      Stretch *open)
 {
@@ -395,8 +395,8 @@ static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far the full head reaches: as far as the joint is open from the heel; with reaches: any, to the end of the last
-   stretch that does not run out at the toe, where it has the tailwater. */
+/* How far the full head reaches: as far as the joint is open from the heel; with reaches: any, to the end of
+   the last stretch that does not run out at the toe, where it has the tailwater. */
 static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const Stretch *open)
 {
   PetscReal wet = 0.;
@@ -424,7 +424,7 @@ static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch 
   }
 }
 
-/* Collective. Measures the joint of a cracked load as it is now; returns how far the full head should reach. */
+/* Collective. Measures the joint of a cracked load as it is now; wet: how far the full head should reach. */
 static PetscErrorCode measure(const Problem *p, const Load *load, Uplift *u, PetscReal *wet)
 {
   PetscInt n, n_open = 0;
