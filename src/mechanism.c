@@ -61,7 +61,7 @@ static PetscErrorCode joint_motion(const Problem *p, const PetscReal *v, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MechanismTake(const Problem *p)
+PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
 {
   const Model *m = p->m;
   const State *state = p->state;
@@ -78,7 +78,12 @@ PetscErrorCode MechanismTake(const Problem *p)
   PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &v));
   PetscCall(PetscMalloc1(m->n_dof, &du));
   // of the last chunk of cycles: single velocities still carry what vibrates in the blocks
-  for (PetscInt d = 0; d < m->n_dof; d++) du[d] = chunk_ended ? r->du_chunk[d] : state->u[d] - r->u_chunk[d];
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    if (from)
+      du[d] = state->u[d] - from[d];
+    else
+      du[d] = chunk_ended ? r->du_chunk[d] : state->u[d] - r->u_chunk[d];
+  }
   PetscCall(vertex_motion(m, state, du, v));
   PetscCall(PetscFree(du));
   for (PetscInt i = 0; i < m->n_owned; i++) most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));

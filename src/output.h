@@ -179,13 +179,16 @@ typedef struct {
   PetscInt n;
   char **json;               /* rank 0: (n,) one object each */
   PetscReal stable, failing; /* the bracket; NaN: no such trial */
+  PetscReal open;            /* value nearest to stable of which no trial has told; NaN: there is none */
+  PetscReal moved;           /* [m] in the stage as far as the last stable trial */
   JointFactor *joints;       /* (n_joints,) of a reduction of friction that has ended; NULL: none */
   PetscInt one;              /* joint whose factors are those of the stage, -1: it has no single factor */
   PetscReal *mechanism;      /* (n_owned,2) velocities as it fails, largest 1; NULL: it does not */
   PetscReal *joint_motion;   /* (n_joints,2) JointMotion of each joint in it; NULL likewise */
 } Trials;
-/* Collective. Keeps in p->output what the trial of this value, just run, has come to, and prints it. */
-PetscErrorCode TrialsAdd(const Problem *p, PetscReal value);
+/* Collective. Keeps in p->output what the trial of this value, just run, has come to, and prints it. moved:
+   largest displacement [m] since the stage began. */
+PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved);
 /* What a reduction of friction comes to, joint by joint. full: the joints before; has: (n_joints,)
    ReducedJoints. */
 PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has);
@@ -198,8 +201,9 @@ void SummaryUplift(FILE *f, const Problem *p);
 
 /* ---- mechanism.c: how it fails */
 enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
-/* Collective. Takes the present motion as the mechanism of p->output->trials. */
-PetscErrorCode MechanismTake(const Problem *p);
+/* Collective. Takes the present motion as the mechanism of p->output->trials; from: not NULL: the way from
+   these displacements (ModelApplied,) instead. */
+PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
 /* Whether a joint slides, or opens, in it. */
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);

@@ -28,8 +28,11 @@ typedef struct {
   PetscInt trial;            /* of the steps: 0: the start */
   PetscReal value;           /* of the trial that runs */
   PetscReal stable, failing; /* NaN: none yet */
-  PetscInt64 first_cycle;    /* of the stage */
-  double start;              /* [s] of MPI_Wtime */
+  PetscReal open;            /* value nearest to stable whose trial ended without a verdict; NaN: none */
+  PetscReal moved[2]; /* [m] since the stage began, in the trial that ran last, and in the last stable one */
+  PetscReal *u_start; /* (ModelApplied,) displacements as the stage began */
+  PetscInt64 first_cycle; /* of the stage */
+  double start;           /* [s] of MPI_Wtime */
 } Driver;
 
 /* ---- the stable state */
@@ -163,6 +166,34 @@ static void set_value(Driver *d, const Joint *full, PetscReal value)
 
 /* ---- trials */
 
+/* Largest displacement since the stage began. */
+static PetscErrorCode measure_way(Driver *d)
+{
+  const Model *m = d->p.m;
+  const PetscReal *u = d->p.state->u + 3 * m->n_bodies, *from = d->u_start + 3 * m->n_bodies;
+  PetscReal most = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    most = PetscMax(most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
+  d->moved[0] = most;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What has come to rest too far away has failed. */
+static PetscErrorCode judge_way(Driver *d)
+{
+  StageResult *result = d->p.result;
+  char rest[sizeof(result->evidence)];
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(rest, result->evidence, sizeof(rest)));
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "%.3g m from where the stage began, displacement_limit %.3g m: %.300s",
+                          (double)d->moved[0], (double)d->stage.displacement_limit, rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Runs the trial of d->value from the present state. */
 static PetscErrorCode run_trial(Driver *d, const Joint *full)
 {
@@ -174,14 +205,18 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
   PetscCall(StageRelax(&d->p));
   // far away but finite: it fell
   if (*verdict == VERDICT_DIVERGED && d->p.result->finite) *verdict = VERDICT_COLLAPSED;
-  PetscCall(TrialsAdd(&d->p, value));
+  PetscCall(measure_way(d));
+  const PetscBool far = (PetscBool)(*verdict == VERDICT_CONVERGED &&
+                                    d->moved[0] > d->stage.displacement_limit);
+  if (far) PetscCall(judge_way(d));
+  PetscCall(TrialsAdd(&d->p, value, d->moved[0]));
   if (*verdict == VERDICT_CONVERGED) {
-    d->stable = value;
+    d->stable = value, d->moved[1] = d->moved[0];
     d->last_stable = *d->p.result;
     PetscCall(snapshot_take(&d->p, &d->snapshot));
   } else if (*verdict == VERDICT_COLLAPSED) {
     d->failing = value;
-    PetscCall(MechanismTake(&d->p));
+    PetscCall(MechanismTake(&d->p, far ? d->u_start : NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -189,6 +224,13 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
 static PetscBool decided(const Driver *d)
 {
   return (PetscBool)(d->p.result->verdict == VERDICT_CONVERGED || d->p.result->verdict == VERDICT_COLLAPSED);
+}
+
+/* The failing value or the open one, whichever is nearer to the last stable; NaN: none. */
+static PetscReal nearest_end(const Driver *d)
+{
+  if (PetscIsNanReal(d->failing)) return d->open;
+  return PetscAbsReal(d->open - d->stable) < PetscAbsReal(d->failing - d->stable) ? d->open : d->failing;
 }
 
 /* The value after `value` on the way from start to limit. */
@@ -203,20 +245,24 @@ static PetscReal next_value(const Stage *s, PetscInt trial)
   return value;
 }
 
-/* Steps until something fails, then bisection. */
+/* Steps until something fails, then bisection. A trial without a verdict is an end of the bisection, too: what
+   lies between it and the last stable value may tell. */
 static PetscErrorCode next_trial(Driver *d, PetscBool *go)
 {
   PetscFunctionBeginUser;
   *go = PETSC_FALSE;
-  if (!decided(d)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (PetscIsNanReal(d->failing)) {
+  if (d->p.result->verdict == VERDICT_INTERRUPTED || PetscIsNanReal(d->stable))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (!decided(d)) d->open = d->value;
+  const PetscReal end = nearest_end(d);
+  if (PetscIsNanReal(end)) {
     if (d->stable == d->stage.limit) PetscFunctionReturn(PETSC_SUCCESS);
     d->value = next_value(&d->stage, ++d->trial);
   } else {
-    if (!(d->stage.bracket > 0. && PetscAbsReal(d->stable - d->failing) > d->stage.bracket))
+    if (!(d->stage.bracket > 0. && PetscAbsReal(d->stable - end) > d->stage.bracket))
       PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(snapshot_restore(&d->p, &d->snapshot));
-    d->value = 0.5 * (d->stable + d->failing);
+    d->value = 0.5 * (d->stable + end);
   }
   *go = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -244,33 +290,49 @@ static PetscErrorCode refuse_start(const Driver *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the stage comes to: the last stable state with its numbers; undecided and interrupted trials pass on
-   their verdict. */
+/* The bracket in words, and what it leaves open. */
+static void tell_bracket(const Driver *d, size_t size, char *text)
+{
+  const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
+  char end[96] = "", open[96] = "", factor[128];
+  const PetscBool stands = (PetscBool)(PetscIsNanReal(d->failing) && PetscIsNanReal(d->open));
+  if (!PetscIsNanReal(d->failing))
+    snprintf(end, sizeof(end), ", fails at %.8g%s", (double)d->failing, unit);
+  else if (stands)
+    snprintf(end, sizeof(end), ", the limit; nothing fails");
+  if (nearest_end(d) == d->open)
+    snprintf(open, sizeof(open), ", no verdict at %.8g%s", (double)d->open, unit);
+  TrialsSay(&d->p, sizeof(factor), factor);
+  snprintf(text, size, "%d trials: stable at %.8g%s%s%s%s; moved %.3g m since the stage began%s",
+           (int)d->p.output->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1],
+           stands && PetscIsNanReal(d->stage.displacement_limit)
+               ? " (no displacement_limit: what has found another seat counts as stable)"
+               : "");
+}
+
+/* What the stage comes to: the last stable state with its numbers. Without a failing value a trial that told
+   nothing leaves the stage without a verdict; so do the first trial, and an interruption. */
 static PetscErrorCode conclude(const Driver *d)
 {
   StageResult *result = d->p.result;
-  const PetscInt n = d->p.output->trials.n;
-  const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
   const StageResult last = *result;
-  char factor[128];
+  char bracket[sizeof(result->evidence)];
   PetscFunctionBeginUser;
-  if (!decided(d)) {
+  if (last.verdict == VERDICT_INTERRUPTED || PetscIsNanReal(d->stable)) {
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "trial %" PetscInt_FMT " is %s, last stable %.8g%s: %s", n,
-                            VerdictNames[last.verdict], (double)d->stable, unit, last.evidence));
+                            "trial %" PetscInt_FMT " is %s: %.400s", d->p.output->trials.n,
+                            VerdictNames[last.verdict], last.evidence));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  tell_bracket(d, sizeof(bracket), bracket);
   *result = d->last_stable;
-  if (PetscIsNanReal(d->failing))
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "%" PetscInt_FMT " trials: stable at %.8g%s, the limit; nothing fails", n,
-                            (double)d->stable, unit));
-  else
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "%" PetscInt_FMT " trials: stable at %.8g%s, fails at %.8g%s", n,
-                            (double)d->stable, unit, (double)d->failing, unit));
-  TrialsSay(&d->p, sizeof(factor), factor);
-  PetscCall(PetscStrlcat(result->evidence, factor, sizeof(result->evidence)));
+  if (PetscIsNanReal(d->failing) && !PetscIsNanReal(d->open))
+    result->verdict = last.verdict == VERDICT_DIVERGED ? VERDICT_DIVERGED : VERDICT_UNDECIDED;
+  PetscCall(PetscStrncpy(result->evidence, bracket, sizeof(result->evidence)));
+  if (result->verdict == last.verdict && last.verdict != VERDICT_CONVERGED) {
+    PetscCall(PetscStrlcat(result->evidence, ": ", sizeof(result->evidence)));
+    PetscCall(PetscStrlcat(result->evidence, last.evidence, sizeof(result->evidence)));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,18 +341,20 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
 {
   Driver *d = context;
   Snapshot *s = &d->snapshot;
-  PetscReal reals[] = {d->value,      d->stable, d->failing, s->alpha, s->q_ray, MPI_Wtime() - d->start,
-                       d->stage.start};
+  PetscReal reals[] = {d->value,       d->stable, d->failing,  s->alpha,   s->q_ray, MPI_Wtime() - d->start,
+                       d->stage.start, d->open,   d->moved[0], d->moved[1]};
   PetscInt64 counts[] = {d->trial, d->first_cycle};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveReals(a, "reals", 7, reals));
+  PetscCall(ArchiveReals(a, "reals", 10, reals));
   PetscCall(ArchiveCounts(a, "counts", 2, counts));
   d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
   s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
-  d->stage.start = reals[6];
+  d->stage.start = reals[6], d->open = reals[7], d->moved[0] = reals[8], d->moved[1] = reals[9];
   d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
   if (d->has) PetscCall(ArchiveInts(a, "has", d->scene->n_joints, d->has));
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
+  PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));
+  if (a->reading) RigidMotion(d->p.m, d->u_start);
   if (PetscIsNanReal(d->stable)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveResult(a, "last_stable", &d->last_stable));
   PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
@@ -313,7 +377,9 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   PetscFunctionBeginUser;
   d->p.scene = &d->raised, d->p.stage = &d->stage;
   PetscCall(snapshot_create(&d->p, &d->snapshot));
-  d->stable = d->failing = NAN;
+  PetscCall(PetscMalloc1(ModelApplied(d->p.m), &d->u_start));
+  PetscCall(PetscArraycpy(d->u_start, d->p.state->u, ModelApplied(d->p.m)));
+  d->stable = d->failing = d->open = NAN;
   d->trial = 0, d->value = d->stage.start, d->first_cycle = d->p.state->cycle, d->start = MPI_Wtime();
   PetscCall(CheckpointAttach(d->p.output->checkpoint, "trials", archive_trials, d, &resumed));
   if (!resumed) PetscCall(TrialsReset(trials));
@@ -330,7 +396,8 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   }
   PetscCall(CheckpointDetach(d->p.output->checkpoint));
   if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
-  trials->stable = d->stable, trials->failing = d->failing;
+  trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
+  trials->moved = d->moved[1];
   if (d->has && d->stage.what == REDUCE_FRICTION) {
     PetscCall(reduced_joints(&d->p, d->has));
     PetscCall(TrialsFactors(&d->p, full, d->has));
@@ -338,6 +405,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   PetscCall(conclude(d));
   d->p.result->cycles = d->p.state->cycle - d->first_cycle;
   d->p.result->wall = MPI_Wtime() - d->start;
+  PetscCall(PetscFree(d->u_start));
   PetscCall(snapshot_destroy(&d->snapshot));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -265,7 +265,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
     memcpy(stage->name, names[i].name, NAME_LENGTH);
     stage->line = names[i].line;
-    stage->start = stage->step = stage->limit = stage->factor = NAN;
+    stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));

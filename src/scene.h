@@ -133,8 +133,10 @@ typedef struct {
   PetscReal start, step, limit; /* [degree], [-] or [m]; NaN: not given */
   PetscReal factor;  /* [-] strengths: each trial leaves this part of the strengths of the one before */
   PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
-  PetscInt n_rises;  /* flood: loads named, 0: the highest reservoir */
-  PetscInt *rises;   /* (n_rises,) rows of Scene.loads */
+  PetscReal
+      displacement_limit; /* [m] a trial that has moved farther since the stage began fails; NaN: none */
+  PetscInt n_rises;       /* flood: loads named, 0: the highest reservoir */
+  PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
   bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) whose level, whose tailwater a trial raises */
   int line;
 } Stage;

@@ -289,6 +289,9 @@ static const Key Keys[] = {
   KEY(STAGES, "bracket", REAL, Stage, bracket, "0", ">= 0", "degree, - or m",
       "bisection between the last stable and the first unstable trial down to this width; 0: none",
       .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "displacement_limit", REAL, Stage, displacement_limit, "= none", "> 0", "m",
+      "trials: one that comes to rest after it has moved farther since the stage began fails",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),
 };

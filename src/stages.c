@@ -363,7 +363,8 @@ PetscErrorCode StageRun(const Problem *p)
   p->contacts->rate = 0.; // not in time: joints have no dashpots
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   PetscCall(runners[p->stage->kind](p));
-  if (p->stage->kind == STAGE_STATIC && result->verdict == VERDICT_COLLAPSED) PetscCall(MechanismTake(p));
+  if (p->stage->kind == STAGE_STATIC && result->verdict == VERDICT_COLLAPSED)
+    PetscCall(MechanismTake(p, NULL));
   result->effort = *effort;
   if (effort->wanted) {
     char more[128];

@@ -47,7 +47,7 @@ static void put_waters(FILE *f, const Problem *p)
 }
 
 static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const Hinges *hinges,
-                                  const PetscReal *probes, PetscReal value, char **json)
+                                  const PetscReal *probes, PetscReal value, PetscReal moved, char **json)
 {
   const StageResult *r = p->result;
   size_t size = 0;
@@ -63,6 +63,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonNumber(f, "wall_s", r->wall, ", ");
   JsonText(f, "evidence", r->evidence, ",\n      ");
   if (p->stage->kind == STAGE_FLOOD) put_waters(f, p);
+  JsonNumber(f, "moved", moved, ", ");
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryHinges(f, hinges);
   SummaryUplift(f, p);
@@ -73,7 +74,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
+PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
 {
   static const char *const units[] = {" m", " degree", " of the strengths"};
   const char *unit = units[p->stage->kind == STAGE_FLOOD ? 0 : p->stage->what == REDUCE_FRICTION ? 1 : 2];
@@ -95,7 +96,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value)
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     hinges = HingesOf(p, &fields);
-    PetscCall(write_trial(p, &fields, &hinges, probes, value, trials->json + trials->n));
+    PetscCall(write_trial(p, &fields, &hinges, probes, value, moved, trials->json + trials->n));
   }
   if (hinges.n && result->verdict == VERDICT_CONVERGED) // in a mechanism they only pass by
     PetscCall(
@@ -210,7 +211,10 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
   if (!flood) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");
   JsonNumber(f, "stable", trials->stable, ", ");
   JsonNumber(f, "failing", trials->failing, ", ");
-  JsonNumber(f, "width", fabs(trials->failing - trials->stable), ",\n        ");
+  JsonNumber(f, "width", fabs(trials->failing - trials->stable), ", ");
+  JsonNumber(f, "undecided", trials->open, ",\n        ");
+  JsonNumber(f, "moved", trials->moved, ", ");
+  JsonNumber(f, "displacement_limit", stage->displacement_limit, ",\n        ");
   if (trials->joints) put_factors(f, scene, trials);
   if (!flood && stage->what == REDUCE_STRENGTHS) {
     JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");

@@ -112,8 +112,8 @@ def factors(results, stages):
 
 
 def trials(results, stages):
-    header = ("stage", "value", "outcome", "cycles", "max displacement [m]")
-    rows = [(name, t["value"], t["outcome"], t["cycles"], t["max_displacement"]) for name in stages
+    header = ("stage", "value", "outcome", "cycles", "moved [m]", "max displacement [m]")
+    rows = [(name, t["value"], t["outcome"], t["cycles"], t.get("moved"), t["max_displacement"]) for name in stages
             for t in (trials_of(results.stage_summary(name)) or {}).get("trials", ())]  # fmt: skip
     return header, rows
 

@@ -228,9 +228,9 @@ def trials_part(case):
         if rows := factor_rows(s):
             part += table(("joint", "φ [°]", "factor, last stable", "factor, first failing", "in the mechanism"), rows, (1, 2, 3))
         rows = [(cell(t["value"], 4), (t["outcome"], "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
-                 t["cycles"], fixed(t["max_displacement"], 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
+                 t["cycles"], fixed(t.get("moved", t["max_displacement"]), 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
                  t["evidence"]) for t in found["trials"]]  # fmt: skip
-        part += table(("value", "outcome", "cycles", "largest displacement [mm]", "open joints [m]", "evidence"), rows, (0, 2, 3, 4))
+        part += table(("value", "outcome", "cycles", "moved since the stage began [mm]", "open joints [m]", "evidence"), rows, (0, 2, 3, 4))
     note = ("<p><small>A trial is stable when it finds equilibrium, and fails when a mechanism moves on (evidence); trials start from the last "
             "stable state. The factor of a joint is tan φ over the tangent of its angle in the trial, that of the stage is the one of the joints that slide "
             "in the mechanism; or one over the part of the strengths left.</small></p>")  # fmt: skip

@@ -353,7 +353,7 @@ def bracket_rows(s):
     what = {"m": "level m", "degree": "friction deg"}.get(found["unit"], "strengths")
     ends = [fixed(found[end], digits=4) for end in ("stable", "failing")]
     factors = ["none: use strengths"] * 2 if no_single_factor(found) else [fixed(found.get(f"safety_factor_{end}")) for end in ("stable", "failing")]
-    return [(what, *ends, *factors)]
+    return [(what, *ends, *factors, fixed(found.get("moved"), 1e3))]
 
 
 def factor_rows(s):
@@ -413,7 +413,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak, c on closed|residual|length m|open m|closed m|slipping m|"
                "sigma start MPa|sigma end MPa", joint_rows),
-    ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing", bracket_rows),
+    ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing|moved mm", bracket_rows),
     ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
     ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),
     ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),

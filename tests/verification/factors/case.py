@@ -58,6 +58,7 @@ def run(case):
     two_planes(case)
     together(case)
     collapsed(case)
+    another_seat(case)
 
 
 def single(case):
@@ -135,3 +136,26 @@ def collapsed(case):
     text = sheet(result)
     case.check("... the sheet has the mechanism and its picture", ["Stage hp has collapsed: its mechanism" in text, "How it fails" in text], [True, True])
     case.check("... all of the dam moves along the base", result.stage("hp").mechanism[4:, 0], [1.0] * 3, absolute=0.02)
+
+
+def another_seat(case):
+    """A block on a plane of 30 degrees comes to rest 40 mm below, at a stop: stable at any friction, or failed where it has moved too far."""
+    slope = math.radians(30)
+    down, up = (math.cos(slope), -math.sin(slope)), (math.sin(slope), math.cos(slope))
+    ends = [(2.04 * down[0], 3 + 2.04 * down[1]), (2.9 * down[0], 3 + 2.9 * down[1])]
+    over = [(p[0] + 0.2 * up[0], p[1] + 0.2 * up[1]) for p in (ends[1], ends[0])]
+    mesh = join([*plane(0, 30, "plane"), renamed(quad_patch(*ends, *over, 1, 1, "base", True), {"rock": "right"})])
+    loads = {"weight": {"type": "self_weight", "groups": ["dam"]}}
+    scene = changed(SCENE, ("joints", {"default": {"k_n": 10e9, "k_s": 10e9, "friction": 0}, "plane": {"friction": 45}}), ("loads", loads),
+                    ("contact", {"tolerance": 0.1}))
+    flat = {"type": "strength_reduction", "loads": ["weight"], "step": 5, "limit": 25, "bracket": 0.1}
+    for limit in (None, 0.02):
+        stage = flat | ({} if limit is None else {"displacement_limit": limit})
+        result = case.run(mesh, changed(scene, ("stages", [{"all": {"loads": ["weight"]}}, {"reduced": stage}])))
+        found = found_in(result)
+        if limit is None:
+            case.check("block that comes to rest at a stop: stable, failing [degree]", [found["stable"], found["failing"]], [25.0, None])
+            case.check("... way that every trial tells, the last one [m]", [found["moved"], found["trials"][-1]["moved"]], 0.04, absolute=1e-4)
+            case.check("... evidence", "moved 0.04 m since the stage began" in result.stage("reduced").evidence, True)
+        else:
+            case.check("... displacement_limit 20 mm: stable, failing [degree]", [found["stable"], found["failing"]], 30.0, absolute=0.11)
