@@ -480,6 +480,44 @@ static void TestPivot(void)
   }
 }
 
+/* Reversed partial slip of tptm in statics: a base of 1 m under a triangle of pressure, limit x at x, sheared to and
+   fro; the largest error of its shear force beside fibres, over the most it bears. */
+enum { SLIP_FIBRES = 20000 };
+static double ReversedSlip(int n)
+{
+  static double slip[SLIP_FIBRES];
+  const double turns[5] = {0, 0.43, -0.37, 0.29, -0.05};
+  Joint joint = MakeJoint(1, 1, 45, 0, 0);
+  ContactPoint p[32] = {{.u_n = {0}}};
+  double worst = 0;
+
+  memset(slip, 0, sizeof slip);
+  for (int step = 1; step <= 200; step++) {
+    const int leg = (step - 1) / 50;
+    const double u = turns[leg] + (turns[leg + 1] - turns[leg]) * (step - 50 * leg) / 50;
+    double force = 0, exact = 0;
+    for (int i = 0; i < n; i++) {
+      for (int k = 0; k < 2; k++) p[i].u_n[k] = -(i + k) / (double)n, p[i].u_s[k] = u;
+      StressModelRespond(STRESS_TPTM, &joint, 1. / n, p + i);
+      force += SumS(p + i);
+    }
+    for (int i = 0; i < SLIP_FIBRES; i++) {
+      const double x = (i + 0.5) / SLIP_FIBRES, tau = fmax(-x, fmin(x, u - slip[i]));
+      slip[i] = u - tau, exact += tau / SLIP_FIBRES;
+    }
+    worst = fmax(worst, fabs(force - exact));
+  }
+  return worst / 0.375;
+}
+
+static void TestReversedSlip(void)
+{
+  const int n[4] = {4, 8, 16, 32};
+  const double error[4] = {0.043, 0.019, 0.004, 0.00091};
+
+  for (int i = 0; i < 4; i++) ENSURE_NEAR(ReversedSlip(n[i]), error[i], 0.1 * error[i]);
+}
+
 int main(void)
 {
   RUN_TEST(TestReference);
@@ -494,5 +532,6 @@ int main(void)
   RUN_TEST(TestFullSliding);
   RUN_TEST(TestFrictionLoses);
   RUN_TEST(TestPivot);
+  RUN_TEST(TestReversedSlip);
   return CheckSummary();
 }
