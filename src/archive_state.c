@@ -8,7 +8,8 @@
 enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CLOSURE_ARRAYS };
 
 /* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
-   end the reals of ContactsEndArrays, those of closure last. Where nothing is crushed they are not written. */
+   end the reals of ContactsEndArrays, those of closure last. Where nothing is crushed they are not written.
+   */
 typedef struct {
   PetscInt64 count[COUNTS];
   PetscReal real[REALS];

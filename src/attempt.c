@@ -9,8 +9,8 @@
 #include "checkpoint.h"
 
 static const PetscReal LOOSE = 4., RANGE = 2.5;
-/* What that was fitted to: with more bodies, and more than some contacts that slip, the upper end is not known
-   (20 000 stones took 13 times as many cycles). */
+/* What that was fitted to: with more bodies, and more than some contacts that slip, the upper end is not
+   known (20 000 stones took 13 times as many cycles). */
 static const PetscReal MOST_BODIES = 1000., FEW_LOOSE = 0.02;
 /* Newton's method, fitted to ten studies (docs/performance.md): force evaluations of a
    trial, solves for each of them, and how both grow with the number of bodies; how far a study may be off. */

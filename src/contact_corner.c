@@ -21,7 +21,8 @@ static PetscReal tolerance_of(const Scene *scene, const FaceTable *table, PetscI
          (scene->contact_relative ? PetscMin(table->length[f], table->length[g]) : 1.);
 }
 
-/* Whether face g near P stands in front of face `ground`, by a step that is seen. depth [m]: of P in ground. */
+/* Whether face g near P stands in front of face `ground`, by a step that is seen. depth [m]: of P in ground.
+   */
 static PetscBool stands_in_front(const FaceTable *table, PetscInt g, PetscInt ground, const PetscReal *P,
                                  PetscReal depth, PetscReal tolerance)
 {

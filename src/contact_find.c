@@ -143,9 +143,9 @@ static PetscBool half_open(const FacePair *pair, PetscReal shorter)
   return (PetscBool)(PetscMax(pair->gap[0], pair->gap[1]) > 0. && pair->length >= 0.5 * shorter);
 }
 
-/* To measure a contact anew changes its ends and length by what blocks have strained and slipped, and with them
-   its answer. So it stays until it has slid by the tolerance, or a tenth of its length. In time a step that is
-   too low to be seen is enough: what a contact under load stores jumps by its slide squared. */
+/* To measure a contact anew changes its ends and length by what blocks have strained and slipped, and with
+   them its answer. So it stays until it has slid by the tolerance, or a tenth of its length. In time a step
+   that is too low to be seen is enough: what a contact under load stores jumps by its slide squared. */
 PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
 {
   const PetscReal length = before->length[at];

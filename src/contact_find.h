@@ -89,8 +89,9 @@ PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContact
 /* Collective. Takes away the new contacts of corners that only seem to meet (contact_corner.c); face-to-face
  * contacts must be marked. */
 PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list);
-/* Whether the corner at the owned vertex v, now at P, is held by another face, with face g nowhere in front of
-   it. f: the face of v that is to touch g, whose own contacts count only while they stay; -1: the vertex. */
+/* Whether the corner at the owned vertex v, now at P, is held by another face, with face g nowhere in front
+   of it. f: the face of v that is to touch g, whose own contacts count only while they stay; -1: the vertex.
+   */
 PetscBool CornerIsHidden(const Scene *scene, const FaceTable *table, PetscInt v, const PetscReal P[2],
                          PetscInt f, PetscInt g);
 /* Whether a contact that was stays as it was: it has slid less than its share of the tolerance. */

@@ -251,8 +251,8 @@ KERNEL void StorePlace(const Place *p, int crossed, Place *place)
   for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
 }
 
-/* Speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at: first lane of
-   end 0. */
+/* Speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at: first lane
+   of end 0. */
 KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts *c)
 {
   const Mask has = J->damping > 0.;

@@ -44,8 +44,8 @@ static PetscReal *far_of(const Contacts *c, int history)
   return history == HELD ? c->closure_far_0 : c->closure_far;
 }
 
-/* Plastic closure between the same faces: its lines keep their slopes. w: places of the new ends, 0 and 1 those
-   of the old; beyond these nothing was crushed, and a corner takes its own along. */
+/* Plastic closure between the same faces: its lines keep their slopes. w: places of the new ends, 0 and 1
+   those of the old; beyond these nothing was crushed, and a corner takes its own along. */
 static void carry_closure(const Contacts *before, PetscInt from, const PetscReal w[2], PetscInt at,
                           Contacts *c)
 {

@@ -68,7 +68,8 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
 
 /* ---- the whole */
 
-/* Depth of a contact over its shorter face; of one between groups that are not upgradeable, over its length. */
+/* Depth of a contact over its shorter face; of one between groups that are not upgradeable, over its length.
+   */
 static PetscReal depth_of(const FaceTable *table, const Candidate *n, const Contacts *before)
 {
   PetscReal gap, length;

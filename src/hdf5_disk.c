@@ -1,9 +1,9 @@
 /* hdf5_disk.c: a driver of HDF5 for files that are written.
 
    HDF5 1.10 cannot go on from a write that has failed. It forgets data that stood in one of its buffers, so
-   that zeros are read later, or it crashes when MPI ends. So it never sees a failure: the driver remembers the
-   first one, tells HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are complete,
-   whatever a signal or a short write of the system leaves over.
+   that zeros are read later, or it crashes when MPI ends. So it never sees a failure: the driver remembers
+   the first one, tells HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are
+   complete, whatever a signal or a short write of the system leaves over.
 
    The first 512 bytes, which HDF5 leaves to its users, are text: length and CRC-32 of the rest. */
 #include "hdf5_disk.h"

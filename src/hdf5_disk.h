@@ -5,12 +5,12 @@
 /* A new file, or an existing one to be changed; negative: no such file, or no right to. One at a time. */
 hid_t DiskFileCreate(const char *path);
 hid_t DiskFileOpen(const char *path);
-/* Closes it, and writes length and CRC-32 of what is behind its first DISK_HEADER bytes into them. 0 when all of
-   it is on the disk, else the errno of the first call of the system that failed. */
+/* Closes it, and writes length and CRC-32 of what is behind its first DISK_HEADER bytes into them. 0 when
+   all of it is on the disk, else the errno of the first call of the system that failed. */
 enum { DISK_HEADER = 512 };
 int DiskFileClose(hid_t file);
 /* Whether such a file is what was written. */
 int DiskFileIsWhole(const char *path);
-/* Such a file to be read, closed by H5Fclose; negative: it is not there, or not whole. A failure on the way is
-   told by the DiskFileClose of the file that is written meanwhile. */
+/* Such a file to be read, closed by H5Fclose; negative: it is not there, or not whole. A failure on the way
+   is told by the DiskFileClose of the file that is written meanwhile. */
 hid_t DiskFileRead(const char *path);

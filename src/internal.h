@@ -73,8 +73,8 @@ PetscErrorCode MeshDestroy(BlockMesh *mesh);
 /* Writes body and n_bodies, numbered by first appearance. */
 PetscErrorCode MeshBodies(BlockMesh *mesh);
 /* Rank 0. Blocks of the groups that are marked, (n_groups,), share no vertex with any other block: a vertex
-   that several blocks have stays with those of other groups, or else with the first, and the others get copies of
-   it behind the rest. A named point stays with the vertex. */
+   that several blocks have stays with those of other groups, or else with the first, and the others get
+   copies of it behind the rest. A named point stays with the vertex. */
 PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate);
 /* Edges of all blocks, numbered by first appearance. edge_vertices: (n_edges,2) in the direction of the first
    block that has the edge. block_edges: (n_blocks,4) edge of face k, -(edge + 1) when the block runs it the

@@ -245,8 +245,8 @@ static PetscReal next_value(const Stage *s, PetscInt trial)
   return value;
 }
 
-/* Steps until something fails, then bisection. A trial without a verdict is an end of the bisection, too: what
-   lies between it and the last stable value may tell. */
+/* Steps until something fails, then bisection. A trial without a verdict is an end of the bisection, too:
+   what lies between it and the last stable value may tell. */
 static PetscErrorCode next_trial(Driver *d, PetscBool *go)
 {
   PetscFunctionBeginUser;

@@ -408,12 +408,12 @@ static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, 
 }
 
 /* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
-   right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither falls
-   by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where the stage
-   began: a block that has overshot and finds its way back through the air moves as steadily. And it meets no
-   stiffness that would end it: what swings or creeps to an equilibrium nearer than OUTGROWN contact lengths
-   is waited for, and so is an open joint that the motion closes on such a way: a loose stone that crosses a gap
-   moves as steadily as one that falls, until it bears. */
+   right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither
+   falls by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where
+   the stage began: a block that has overshot and finds its way back through the air moves as steadily. And
+   it meets no stiffness that would end it: what swings or creeps to an equilibrium nearer than OUTGROWN
+   contact lengths is waited for, and so is an open joint that the motion closes on such a way: a loose stone
+   that crosses a gap moves as steadily as one that falls, until it bears. */
 static PetscErrorCode judge_chunk(const Problem *p)
 {
   const Model *m = p->m;

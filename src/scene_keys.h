@@ -26,7 +26,8 @@ static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", 
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 static const char *const Methods[] = {"explicit", "preconditioned", "MethodKind", "METHOD_", NULL};
-static const char *const Dampings[] = {"adaptive", "paper", "fixed", "local", "none", "DampingKind", "DAMPING_", NULL};
+static const char *const Dampings[] = {"adaptive", "paper",       "fixed",    "local",
+                                       "none",     "DampingKind", "DAMPING_", NULL};
 
 static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
                                          "STAGE_", NULL};

@@ -124,7 +124,8 @@ static PetscBool one_level(PetscReal a, PetscReal b)
   return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
 }
 
-/* Of the stage's loads of a kind, the row of the highest, -1: there is none; `others`: how many stand as high. */
+/* Of the stage's loads of a kind, the row of the highest, -1: there is none; `others`: how many stand as
+   high. */
 static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
 {
   PetscInt best = -1;

@@ -22,8 +22,8 @@ typedef struct {
 
 /* Collective. How many ranks run on the machine of this one, itself included. */
 PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here);
-/* Collective, as is its end. bytes: of each rank, the same or not. mine stays NULL where the system gives no such
-   memory, which is told once. */
+/* Collective, as is its end. bytes: of each rank, the same or not. mine stays NULL where the system gives no
+   such memory, which is told once. */
 PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *shared);
 PetscErrorCode SharedDestroy(Shared *shared);
 /* The part of another rank. */

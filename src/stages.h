@@ -204,8 +204,8 @@ PetscErrorCode StageRunDynamic(const Problem *p);
 /* Collective. Measures the open lengths of the stage's cracked uplift loads. again: one has changed (before
    equilibrium, grown), so the stage must go on; a crack through the joint sets the verdict. */
 PetscErrorCode UpliftCrack(const Problem *p, PetscBool *again);
-/* Collective. Finds the open stretches of cracked uplift loads that the full head does not reach as joints are now;
-   tell: warns of them. */
+/* Collective. Finds the open stretches of cracked uplift loads that the full head does not reach as joints
+   are now; tell: warns of them. */
 PetscErrorCode UpliftSurvey(const Problem *p, PetscBool tell);
 
 /* ---- stages.c */

@@ -159,10 +159,10 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
     c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
 }
 
-/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row; only
-   when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes, damped:
-   constants, 0 where no joint can crush and nothing has been crushed, and where there are no dashpots.
-   Returns whether the history may have changed. */
+/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row;
+   only when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes,
+   damped: constants, 0 where no joint can crush and nothing has been crushed, and where there are no
+   dashpots. Returns whether the history may have changed. */
 KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                         LanesContact *c)
 {

@@ -1,11 +1,12 @@
-/* fail_call.c: runs a program and lets ONE of its calls to the system fail, on files of one folder. By ptrace,
-   so that no call escapes, whoever makes it (stdio, HDF5, MPI), and no special rights are asked for. x86-64.
+/* fail_call.c: runs a program and lets ONE of its calls to the system fail, on files of one folder. By
+   ptrace, so that no call escapes, whoever makes it (stdio, HDF5, MPI), and no special rights are asked for.
+   x86-64.
 
-     fail_call <folder> <calls> <failure> <n> <log> <command> ...
+   fail_call <folder> <calls> <failure> <n> <log> <command> ...
 
-   calls: all, or one of open, write, sync, rename, close, truncate. failure: EIO, ENOSPC, EDQUOT; SHORT writes
-   half of what a write should. n: which of these calls, from 1; 0: none. log receives how many there were, and
-   the one that failed. The exit code is that of the command, 128 + its signal. */
+   calls: all, or one of open, write, sync, rename, close, truncate. failure: EIO, ENOSPC, EDQUOT; SHORT
+   writes half of what a write should. n: which of these calls, from 1; 0: none. log receives how many there
+   were, and the one that failed. The exit code is that of the command, 128 + its signal. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>

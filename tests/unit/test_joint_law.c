@@ -221,7 +221,8 @@ static void TestCrushing(void)
 
 /* 1 MN on 1 m of 4 MPa, 0.35 m out of the middle, then in the middle. Crushed are a = (0.5 - sqrt(0.15))/2 m
    next to b = 0.5 - 2 a of a triangle. Back in the middle that toe of depth w = a C/(k b) is set back: the
-   joint closes by N/k + w a/2 and turns by 6 w a (1/2 - a/3); 0.1064 and 0.0969 mm at its edges, not 0.1000. */
+   joint closes by N/k + w a/2 and turns by 6 w a (1/2 - a/3); 0.1064 and 0.0969 mm at its edges, not 0.1000.
+   */
 static void TestCrushedToe(void)
 {
   const double k_n = 10e9, C = 4 * MPa, N = 1 * MPa, a = (0.5 - sqrt(0.15)) / 2, b = 0.5 - 2 * a,
@@ -328,8 +329,9 @@ static void TestCrushingLoses(void)
   }
 }
 
-/* Dashpots: sigma from -1 to 1, so that tptm is closed over a half and the others at one end; damping k_n v =
-   -0.4. They add 0.4 times what is closed, friction counts it; leaving fast the contact bears nothing, ever. */
+/* Dashpots: sigma from -1 to 1, so that tptm is closed over a half and the others at one end; damping k_n v
+   = -0.4. They add 0.4 times what is closed, friction counts it; leaving fast the contact bears nothing,
+   ever. */
 static void TestDashpots(void)
 {
   const double closed[STRESS_MODELS] = {[STRESS_PT] = 0.5,   [STRESS_R2PT] = 0.5,  [STRESS_R3PT] = 0.25,

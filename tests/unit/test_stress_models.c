@@ -480,8 +480,8 @@ static void TestPivot(void)
   }
 }
 
-/* Reversed partial slip of tptm in statics: a base of 1 m under a triangle of pressure, limit x at x, sheared to and
-   fro; the largest error of its shear force beside fibres, over the most it bears. */
+/* Reversed partial slip of tptm in statics: a base of 1 m under a triangle of pressure, limit x at x,
+   sheared to and fro; the largest error of its shear force beside fibres, over the most it bears. */
 enum { SLIP_FIBRES = 20000 };
 static double ReversedSlip(int n)
 {
