@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { HEADER = 512, CHECKPOINT_FORMAT = 6 };
+enum { HEADER = 512, CHECKPOINT_FORMAT = 7 };
 static const char *const MAGIC = "quoin-checkpoint";
 
 static void make_header(uint64_t bytes, uint64_t checksum, const char *version, char header[HEADER])

@@ -335,6 +335,7 @@ KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, C
 typedef struct {
   const PetscReal *X, *u;
   History from;                /* that it starts from */
+  PetscReal pull;              /* see types.h; 0 when no history is held */
   PetscReal moving, thickness; /* moving: 1 with large strain, 0 */
   const Joint *joints;
   Contacts *c;
@@ -381,9 +382,26 @@ KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
   if (Any((now->closure[0] < 0.) | (now->closure[1] < 0.))) c->traits[first / LANES] |= CRUSHED;
 }
 
-/* Contacts from `first` on, whatever they are. closes: a constant, see RespondContacts. */
+/* Response of contacts from `first` on whose friction follows the law that it has with the history held. */
+KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                   LanesContact *now)
+{
+  Contacts *c = of->c;
+  const size_t at = SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  Lanes own[2] = {LanesOf(0.), LanesOf(0.)};
+  for (int k = 0; k < 2 && traits & HISTORY; k++) own[k] = LoadLanes(c->slip + at + (size_t)k * BATCH);
+  if (!RespondFollowing(J, model, of->pull, own, now)) return;
+  for (int k = 0; k < 2; k++) {
+    StoreLanes(c->slip + at + k * BATCH, own[k]);
+    StoreLanes(c->broken + at + k * BATCH, now->broken[k]);
+  }
+  c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
+}
+
+/* Contacts from `first` on, whatever they are. Constants: closes, see RespondContacts; follow, of->pull > 0. */
 KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
-                        int closes, int damped, size_t first, const Place *p)
+                        int closes, int damped, int follow, size_t first, const Place *p)
 {
   Contacts *c = of->c;
   const size_t at = SUB(first, 0);
@@ -401,8 +419,10 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
     if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
   if (damped) Dashpots(at, J, &now, c);
-  const int changed = RespondContacts(J, model, c->rate != 0., closes, damped, &now);
-  if (c->held ? keep && (changed || traits & HISTORY) : changed) {
+  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
+  if (follow) {
+    Follow(of, model, J, first, &now);
+  } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {
     for (int k = 0; k < 2; k++)
       StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
           StoreLanes(c->broken + at + k * BATCH, now.broken[k]);
@@ -417,27 +437,33 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
 KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                             const Place *p)
 {
-  WholeForces(of, model, J, 1, 0, 0, first, p);
+  WholeForces(of, model, J, 1, 0, 0, 0, first, p);
 }
 
 KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                              const Place *p)
 {
-  WholeForces(of, model, J, 0, 0, 0, first, p);
+  WholeForces(of, model, J, 0, 0, 0, 0, first, p);
 }
 
 /* Of joints that can crush, or have. */
 KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                            const Place *p)
 {
-  WholeForces(of, model, J, of->keep, 1, 0, first, p);
+  WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
 }
 
 /* Of joints with dashpots, in time. */
 KERNEL void Damped_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                         const Place *p)
 {
-  WholeForces(of, model, J, 1, 1, 1, first, p);
+  WholeForces(of, model, J, 1, 1, 1, 0, first, p);
+}
+
+KERNEL void Following_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                           const Place *p)
+{
+  WholeForces(of, model, J, of->keep, 0, 0, 1, first, p);
 }
 
 #define PARAMETERS                                                                                           \
@@ -446,6 +472,7 @@ VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
 VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
 
 enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
 
@@ -488,6 +515,8 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
           Damped(&of, LanesModels + s, &J, (size_t)i, p);
         else if (closes)
           Crushable(&of, LanesModels + s, &J, (size_t)i, p);
+        else if (of.pull > 0.)
+          Following(&of, LanesModels + s, &J, (size_t)i, p);
         else if (of.keep)
           AndResults(&of, LanesModels + s, &J, (size_t)i, p);
         else
@@ -504,6 +533,7 @@ static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c,
   const Evaluation of = {.X = m->X,
                          .u = u,
                          .from = c->held ? history_held(c) : history_now(c),
+                         .pull = c->held ? c->pull : 0.,
                          .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
                          .thickness = m->thickness,
                          .joints = joints,

@@ -39,6 +39,7 @@ typedef struct {
   Lanes dashpot[2];         /* in: of a joint with dashpots, k_n damping d(u_n)/dt */
   Lanes sigma[2], tau[2];   /* in: trial stresses; out: stresses at the ends, of the springs alone */
   Lanes F_n[2], F_s[2];     /* out */
+  Lanes most[2];            /* out, of a law that does not hold elastically: what F_s can be at most */
   Mask state[2];            /* out: ContactState bits */
 } LanesContact;
 
@@ -124,6 +125,26 @@ KERNEL void AdvanceSlip(const LanesJoint *J, const Lanes trial[2], const Lanes h
     const Lanes slip = Select(held[k] == 0., c->u_s[k], c->slip[k] + (trial[k] - held[k]) / J->k_s);
     c->slip[k] = Select(held[k] == trial[k], c->slip[k], slip);
   }
+}
+
+/* The nearest point of the box |F| <= most to the end forces `trial` in the metric of the elastic row L [a b; b a],
+   of which `coupling` is b/a: slip is then normal to the box, which holds F = 0, and F . d(slip) >= 0. From either
+   end: that end at its limit, then the other; right when the first stays where it is, and else from the other
+   end. */
+KERNEL void ReturnForces(PetscReal coupling, const Lanes trial[2], const Lanes most[2], Lanes F[2])
+{
+  Lanes from[2][2];
+  Mask right[2];
+  for (int a = 0; a < 2; a++) {
+    const int b = 1 - a;
+    from[a][a] = JointClip(trial[a], most[a]);
+    from[a][b] = JointClip(trial[b] + coupling * (from[a][a] - trial[a]), most[b]);
+    right[a] = JointClip(trial[a] + coupling * (from[a][b] - trial[b]), most[a]) == from[a][a];
+  }
+  /* the end that is farther out first */
+  const Mask second = Absolute(trial[1]) - most[1] > Absolute(trial[0]) - most[0];
+  const Mask from_0 = (~second & right[0]) | (second & ~right[1]);
+  for (int k = 0; k < 2; k++) F[k] = Select(from_0, from[0][k], from[1][k]);
 }
 
 /* sigma, tau and state at the ends, from the trial stresses and the strengths there */

@@ -21,14 +21,27 @@
    damping hardly touches them, and they carry the joint along as shaking would. So adaptive damping has a
    part proportional to stiffness too where joints can slip, a force beta (f - f_old): a quarter of critical
    at the highest frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods it
-   is doubled and the secant left alone: only what moves on then is a collapse. */
+   is doubled and the secant left alone: only what moves on then is a collapse.
+
+   Friction on the way. A static stage has the history of its last equilibrium (false slip: theory.md, ab), so
+   its friction is a force that depends on place alone, tau = f(slip held, u). Where a contact slides,
+
+     d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0],
+
+   pressure drives shear and not the other way round: that force has a curl, and a closed path of opening and
+   sliding gains work k_n tan(phi) times its area. With an elastic surrounding that couples the two the
+   eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So contacts do not
+   have that force on the way: they have elastic-plastic springs that keep their slip and take energy, which
+   each cycle draws by `pull` (types.h: Contacts) towards the force of the law. What is faster than 1/pull cycles
+   meets springs; what is slow, and every equilibrium, meets the law (stress_models.h: RespondFollowing, stages.c:
+   confirm). */
 #include "stages.h"
 #include "archive.h"
 #include "reproducible.h"
 #include <float.h>
 
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
-static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
+static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25, FOLLOW_FAR = 0.05;
 static const PetscReal FLOATS = 1e7; /* chunks: no elastic structure is so slow */
 enum { STALL_CYCLES = 2500 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
@@ -39,7 +52,8 @@ PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *
   PetscCall(PetscMemzero(r, sizeof(*r)));
   PetscCall(SumsCreate(m, &r->over_ranks));
   r->max_ratios = CHUNK_MAX / scene->check_every + 2;
-  PetscCall(PetscCalloc2(m->n_dof, &r->u_0, m->n_dof, &r->f_0));
+  PetscCall(
+      PetscCalloc4(m->n_dof, &r->u_0, m->n_dof, &r->f_0, m->n_dof, &r->account.u, m->n_dof, &r->account.f));
   PetscCall(PetscCalloc4(m->n_dof, &r->u_chunk, m->n_dof, &r->du_chunk, m->n_dof, &r->r_chunk, r->max_ratios,
                          &r->ratios));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -51,23 +65,24 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
   PetscCall(NewtonDestroy(&r->newton));
   PetscCall(SumsDestroy(&r->over_ranks));
   PetscCall(PetscFree4(r->u_chunk, r->du_chunk, r->r_chunk, r->ratios));
-  PetscCall(PetscFree2(r->u_0, r->f_0));
+  PetscCall(PetscFree4(r->u_0, r->f_0, r->account.u, r->account.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
 {
   QuotientSums *q = &r->sums;
-  PetscReal *const reals[] = {q->num,         q->num + 1,    q->den,         q->den + 1,        &q->num_max,
-                              &q->den_max,    &r->q_secant,  &r->best_ratio, &r->q_ray,         r->median,
-                              r->median + 1,  r->median + 2, r->median + 3,  r->rate,           r->rate + 1,
-                              r->rate + 2,    r->rate + 3,   &r->alpha_sum,  &r->settled_alpha, &r->longest,
-                              &r->half_ratio, &r->reached,   &r->step,       r->ahead,          r->ahead + 1,
-                              r->ahead + 2};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 8 };
+  PetscReal *const reals[] = {
+      q->num,         q->num + 1,        q->den,          q->den + 1,        &q->num_max,
+      &q->den_max,    &r->q_secant,      &r->best_ratio,  &r->q_ray,         r->median,
+      r->median + 1,  r->median + 2,     r->median + 3,   r->rate,           r->rate + 1,
+      r->rate + 2,    r->rate + 3,       &r->alpha_sum,   &r->settled_alpha, &r->longest,
+      &r->half_ratio, &r->reached,       &r->step,        r->ahead,          r->ahead + 1,
+      r->ahead + 2,   &r->account.start, &r->account.most};
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 9 };
   PetscReal x[REALS];
-  PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle,   r->n_ratios, r->steady,
-                          r->chunk_start,  r->chunk_length, r->n_alpha,  r->half_cycle};
+  PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle, r->n_ratios,    r->steady,    r->chunk_start,
+                          r->chunk_length, r->n_alpha,    r->made_energy, r->half_cycle};
   PetscFunctionBeginUser;
   for (int i = 0; i < REALS; i++) x[i] = *reals[i];
   PetscCall(ArchiveReals(a, "reals", REALS, x));
@@ -76,11 +91,14 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
     for (int i = 0; i < REALS; i++) *reals[i] = x[i];
     r->tangent_only = (PetscBool)n[0], r->best_cycle = n[1];
     r->n_ratios = (PetscInt)PetscMin(n[2], r->max_ratios), r->steady = (PetscInt)n[3];
-    r->chunk_start = n[4], r->chunk_length = n[5], r->n_alpha = (PetscInt)n[6], r->half_cycle = n[7];
+    r->chunk_start = n[4], r->chunk_length = n[5], r->n_alpha = (PetscInt)n[6],
+    r->made_energy = (PetscInt)n[7], r->half_cycle = n[8];
   }
   PetscCall(ArchiveReals(a, "ratios", r->n_ratios, r->ratios));
   PetscCall(ArchiveDofs(a, m, "u_0", r->u_0));
   PetscCall(ArchiveDofs(a, m, "f_0", r->f_0));
+  PetscCall(ArchiveDofs(a, m, "account_u", r->account.u));
+  PetscCall(ArchiveDofs(a, m, "account_f", r->account.f));
   PetscCall(ArchiveDofs(a, m, "u_chunk", r->u_chunk));
   PetscCall(ArchiveDofs(a, m, "du_chunk", r->du_chunk));
   PetscCall(ArchiveDofs(a, m, "r_chunk", r->r_chunk));
@@ -126,8 +144,9 @@ PetscErrorCode SecantStart(const Model *m, const Contacts *c, const State *state
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->longest, 1, MPIU_REAL, MPI_MAX, m->comm));
   r->tangent_only = PETSC_FALSE;
   r->best_ratio = PETSC_MAX_REAL;
-  r->half_ratio = PETSC_MAX_REAL;
-  r->best_cycle = r->half_cycle = state->cycle;
+  r->best_cycle = state->cycle;
+  r->made_energy = 0;
+  r->half_ratio = PETSC_MAX_REAL, r->half_cycle = state->cycle;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,14 +158,17 @@ static void guard_secant(const State *state, PetscReal ratio, Relaxation *r)
   if (state->cycle - r->best_cycle > STALL_CYCLES) r->tangent_only = PETSC_TRUE;
 }
 
-/* Friction that starts from the last equilibrium does no work on the way, and near a limit load the normal
-   force, by which it is not symmetric, feeds a slow oscillation that only slip as it comes takes energy from.
-   So it is left alone where the unbalanced ratio has not halved in half a period of the slowest mode. */
-PetscBool SlipStalls(const State *state, PetscReal ratio, Relaxation *r)
+/* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip that the
+   way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the slowest mode, the
+   other is tried. */
+void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
-  const PetscReal wait = PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
-  if (state->ramp < 1. || ratio < 0.5 * r->half_ratio) r->half_ratio = ratio, r->half_cycle = state->cycle;
-  return (PetscBool)((PetscReal)(state->cycle - r->half_cycle) > wait);
+  const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
+  const PetscBool halved = (PetscBool)(state->ramp < 1. || ratio < 0.5 * r->half_ratio),
+                  stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->half_cycle) > wait);
+  if (halved || stalls) r->half_ratio = ratio, r->half_cycle = state->cycle;
+  if (stalls && contacts->held && contacts->pull > 0.)
+    contacts->pull = contacts->pull == FOLLOW_CLOSELY ? FOLLOW_FAR : FOLLOW_CLOSELY;
 }
 
 PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relaxation *r)

@@ -18,7 +18,7 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
   PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
-  s->dt = 1.;
+  s->dt = s->caution = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -159,6 +159,7 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
   if (result->verdict == VERDICT_CONVERGED && p->contacts->held) ContactsHold(p->contacts);
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
+  PetscCall(EnergyAccountOpen(p));
   result->verdict = VERDICT_NONE;
   state->ramp = 0.;
   *ramp_start = result->cycles;
@@ -254,36 +255,66 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     // what the first change of forces is counted from
     PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
     if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE; // as in the paper
+    p->contacts->pull = p->contacts->held ? FOLLOW_CLOSELY : 0.;
   }
   PetscCall(SecantStart(p->m, p->contacts, state, p->relax));
+  PetscCall(EnergyAccountOpen(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the
-   forces at these displacements with friction that starts from the last equilibrium do, when
-   they are out of balance. */
-static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
+/* The unbalanced ratio at these displacements by the law itself: friction that starts from the last equilibrium.
+   Where it is more than `tolerance`, contacts have afterwards what they had. */
+static PetscErrorCode ratio_of_law(const Problem *p, PetscReal tolerance, PetscReal *contact_scale,
+                                   PetscReal *ratio)
 {
   Contacts *contacts = p->contacts;
   const PetscInt n = 2 * contacts->n_padded;
-  StageResult other = {.ratio = 0.};
+  const PetscReal pull = contacts->pull;
+  const PetscBool held = contacts->held;
+  StageResult law = {.ratio = 0.};
   PetscReal *const history[] = {contacts->slip, contacts->broken, contacts->closure, contacts->closure_far};
   PetscReal *kept;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * n, &kept));
   for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(kept + i * n, history[i], n));
-  contacts->held = PETSC_TRUE;
+  contacts->held = PETSC_TRUE, contacts->pull = 0.;
   PetscCall(Forces(p->m, p->stage->joints, contacts, p->state, contact_scale));
-  PetscCall(Unbalanced(p->m, p->state, contact_scale, &other));
-  contacts->held = PETSC_FALSE;
-  for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(history[i], kept + i * n, n));
+  PetscCall(Unbalanced(p->m, p->state, contact_scale, &law));
+  *ratio = law.ratio;
+  if (!(law.ratio <= tolerance)) {
+    contacts->held = held, contacts->pull = pull;
+    for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(history[i], kept + i * n, n));
+  }
   PetscCall(PetscFree(kept));
-  if (p->m->rank == 0 && other.ratio > PATH_RATIO) {
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An equilibrium of friction that is still on its way to the law is none. */
+static PetscErrorCode confirm(const Problem *p, PetscReal *contact_scale)
+{
+  PetscReal ratio;
+  PetscFunctionBeginUser;
+  if (p->result->verdict != VERDICT_CONVERGED || !p->contacts->held || p->contacts->pull == 0.)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ratio_of_law(p, p->stage->tolerance, contact_scale, &ratio));
+  if (!(ratio <= p->stage->tolerance)) p->result->verdict = VERDICT_NONE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the forces at these
+   displacements by the law do, when they are out of balance. */
+static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
+{
+  PetscReal ratio;
+  PetscFunctionBeginUser;
+  PetscCall(ratio_of_law(p, -1., contact_scale, &ratio));
+  p->relax->told = (PetscBool)(ratio > PATH_RATIO); // once a stage is enough, however many trials it has
+  if (p->m->rank == 0 && p->relax->told) {
     fprintf(stderr,
             "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
             "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use damping: adaptive, "
-            "method: preconditioned, or a longer ramp\n",
-            p->stage->name, (double)other.ratio);
+            "%sor a longer ramp\n",
+            p->stage->name, (double)ratio, p->stage->variable ? "" : "method: preconditioned, ");
     fflush(stderr);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -301,7 +332,7 @@ PetscErrorCode StageRelax(const Problem *p)
   PetscReal first_ratio = 0.;
   double first_wall = 0.;
   Loop loop = {p, NULL, 0, MPI_Wtime()};
-  PetscBool resumed;
+  PetscBool resumed, anew;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));
   PetscCall(PetscCalloc1(m->n_dof, &loop.contact_scale));
@@ -320,12 +351,17 @@ PetscErrorCode StageRelax(const Problem *p)
     result->cycles++, relax->effort.evaluations++;
     if (!check && !relax->fault) continue;
     PetscCall(Unbalanced(m, state, loop.contact_scale, result));
+    PetscCall(EnergyGuard(p, &anew));
+    if (anew) loop.ramp_start = result->cycles;
+    if (anew) continue;
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;
     PetscCall(Judge(p));
-    if (contacts->held && SlipStalls(state, result->ratio, relax)) contacts->held = PETSC_FALSE;
+    PetscCall(confirm(p, loop.contact_scale));
+    FollowElse(state, result->ratio, relax, contacts);
     if (relax->still) PetscCall(RelaxationStill(p));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
+    EnergyVeto(p);
     PartingOfBearing(contacts);
     PetscCall(follow_cracks(p, &loop.ramp_start));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
@@ -338,15 +374,13 @@ PetscErrorCode StageRelax(const Problem *p)
     PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
   }
   PetscCall(CheckpointDetach(p->output->checkpoint));
-  if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held && !stage->variable &&
-      stage->kind == STAGE_STATIC)
+  if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held && !relax->told)
     PetscCall(tell_path(p, loop.contact_scale));
+  contacts->pull = 0.;
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
-  if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
-    PetscCall(PetscStrlcat(result->evidence, "; slip kept as it came", sizeof(result->evidence)));
   contacts->held = PETSC_FALSE;
-  state->beta = state->local = 0.;
+  state->beta = state->local = 0., state->caution = 1.;
   relax->effort.evaluations++;
   result->wall = MPI_Wtime() - loop.start;
   PetscCall(PetscFree(loop.contact_scale));
@@ -362,6 +396,7 @@ PetscErrorCode StageRun(const Problem *p)
   PetscFunctionBeginUser;
   p->contacts->rate = 0.; // not in time: joints have no dashpots
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
+  p->relax->told = PETSC_FALSE;
   PetscCall(runners[p->stage->kind](p));
   if (p->stage->kind == STAGE_STATIC && result->verdict == VERDICT_COLLAPSED)
     PetscCall(MechanismTake(p, NULL));

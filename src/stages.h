@@ -41,11 +41,8 @@ typedef struct _p_Relaxation {
   PetscBool tangent_only; /* the secant damped too little in this stage */
   PetscReal best_ratio; /* [-] least unbalanced ratio of the stage that counted as progress, and its cycle */
   PetscInt64 best_cycle;
-  PetscReal
-      half_ratio; /* [-] the ratio has halved, and halved again, from the start of the stage down to this */
-  PetscInt64 half_cycle; /* and that cycle */
-  PetscReal q_ray;       /* [1/s2] last positive Rayleigh quotient (37) */
-  Sums *over_ranks;      /* the reduction of a cycle */
+  PetscReal q_ray;  /* [1/s2] last positive Rayleigh quotient (37) */
+  Sums *over_ranks; /* the reduction of a cycle */
   /* evidence for the verdict, per chunk of cycles */
   PetscReal *u_chunk,
       *du_chunk;      /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
@@ -65,8 +62,17 @@ typedef struct _p_Relaxation {
                               0: not at work */
   PetscReal
       settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
-  PetscBool still;   /* Judge asks for RelaxationStill */
-  PetscBool fault;   /* a sum over forces and velocities of this cycle is not a number */
+  struct {
+    PetscReal *u, *f;    /* (n_dof,) displacement and resisting force when it was opened */
+    PetscReal start;     /* [J] kinetic energy then */
+    PetscReal most;      /* [J] and the largest since that it accounts for */
+  } account;             /* of energy; guard.c */
+  PetscReal half_ratio;  /* [-] the ratio has halved, and halved again, down to this, or has stalled there */
+  PetscInt64 half_cycle; /* and that cycle */
+  PetscInt made_energy;  /* times that it was more, in this stage; guard.c */
+  PetscBool told;        /* the stage has been warned of slip that is that of the path */
+  PetscBool still;       /* Judge asks for RelaxationStill */
+  PetscBool fault;       /* a sum over forces and velocities of this cycle is not a number */
 } Relaxation;
 /* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
    masses of its body; 1 for other dofs. */
@@ -80,9 +86,9 @@ PetscErrorCode RelaxationReset(const Problem *p);
 /* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
-/* Whether the ratio has not halved in half a period of the slowest mode: friction that starts from the last
-   equilibrium then has to be let slip. */
-PetscBool SlipStalls(const State *state, PetscReal ratio, Relaxation *r);
+/* After a check: friction on the way follows the law closely or from afar, the other where the ratio stalls. */
+static const PetscReal FOLLOW_CLOSELY = 0.7; /* pull at the start of a stage; see the head of relax.c */
+void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
 PetscErrorCode RelaxationStill(const Problem *p);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done: Begin tells those of
@@ -118,6 +124,15 @@ PetscErrorCode JudgeContacts(const Problem *p);
 PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Problem *p);
+
+/* ---- guard.c */
+/* Forces evaluated: from here on the kinetic energy is held against what the loads do. */
+PetscErrorCode EnergyAccountOpen(const Problem *p);
+/* Collective. After Unbalanced: whether the kinetic energy is more than loads can have done and what is stored can
+   have given. The first time, the stage begins anew with a shorter step and more damping (`anew`). */
+PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew);
+/* Where that did not help, blocks that fly apart have not collapsed: the stage has diverged. */
+void EnergyVeto(const Problem *p);
 
 /* ---- factor.c */
 /* Collective. Whether there is memory for the factor of NewtonRelax. memory: [0] what it is foreseen to

@@ -77,7 +77,7 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
     for (int k = 0; k < 2; k++) sigma[k] += DashpotStress(J, spring[k], c->dashpot[k]);
     sm += DashpotStress(J, sm, Line(c->dashpot, LanesOf(0.)));
   }
-  Lanes limit[2], held[2], normal = {0.}, tm = {0.};
+  Lanes limit[2], held[2], normal = {0.}, tm = {0.}, limit_m = {0.};
   Hold hold = {{0}, {0.}, {0.}};
 
   /* failure, with the trial stresses */
@@ -99,11 +99,13 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
   if (middle) {
     const LanesStrength strength = StrengthOf(J, residual);
     normal = JointNormal(J, &strength, spring[2]);
-    tm = JointClip(Line(held, LanesOf(0.)), JointShearLimit(J, &strength, sm));
+    limit_m = JointShearLimit(J, &strength, sm);
+    tm = JointClip(Line(held, LanesOf(0.)), limit_m);
   }
   for (int k = 0; k < 2; k++) {
     c->F_n[k] = c->length * (row[0] * c->sigma[k] + row[1] * normal + row[2] * c->sigma[1 - k]);
     c->F_s[k] = c->length * (row[0] * c->tau[k] + row[1] * tm + row[2] * c->tau[1 - k]);
+    c->most[k] = c->length * (row[0] * limit[k] + row[1] * limit_m + row[2] * limit[1 - k]);
   }
 }
 
@@ -159,21 +161,10 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
     c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
 }
 
-/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row;
-   only when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes,
-   damped: constants, 0 where no joint can crush and nothing has been crushed, and where there are no
-   dashpots. Returns whether the history may have changed. */
-KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
-                        LanesContact *c)
+/* By the model, in lanes that are not elastic; all others take the elastic row. closes, damped: see RespondJoint. */
+KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
+                           Mask elastic, LanesContact *c)
 {
-  TrialStresses(J, closes, c);
-  Mask elastic = IsElastic(J, closes, c);
-  if (damped) elastic &= IsElasticDamped(J, closes, c);
-  if (!Any(~elastic)) {
-    RespondElastic(model->elastic, c);
-    if (damped) AddDashpots(J, model, closes, c->sigma, c);
-    return 0;
-  }
   LanesContact trial;
   Mask crushing[2];
   trial.length = c->length;
@@ -208,6 +199,24 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
     c->state[k] = (elastic & trial.state[k]) | (~elastic & c->state[k]);
   }
   if (damped) AddDashpots(J, model, closes, spring, c);
+}
+
+/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row; only
+   when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes, damped:
+   constants, 0 where no joint can crush and nothing has been crushed, and where there are no dashpots.
+   Returns whether the history may have changed. */
+KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
+                        LanesContact *c)
+{
+  TrialStresses(J, closes, c);
+  Mask elastic = IsElastic(J, closes, c);
+  if (damped) elastic &= IsElasticDamped(J, closes, c);
+  if (!Any(~elastic)) {
+    RespondElastic(model->elastic, c);
+    if (damped) AddDashpots(J, model, closes, c->sigma, c);
+    return 0;
+  }
+  RespondByModel(J, model, in_time, closes, damped, elastic, c);
   return 1;
 }
 
@@ -219,4 +228,59 @@ KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_
   if (!Any(loose)) return RespondJoint(J, model, in_time, closes, damped, c);
   const LanesJoint now = LooseJoint(J, loose);
   return RespondJoint(&now, model, in_time, closes, damped, c);
+}
+
+/* Slip of both ends at which the elastic row gives the end forces F: u_s - tau/k_s with the line tau of F. */
+KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const LanesContact *c, const Lanes F[2],
+                         Lanes slip[2])
+{
+  const PetscReal determinant = row[0] * row[0] - row[1] * row[1];
+  for (int k = 0; k < 2; k++)
+    slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
+}
+
+/* Friction on the way to an equilibrium (head of relax.c): end forces F_s of elastic-plastic springs, which keep
+   their slip, drawn by `pull` of the difference towards those of the law with the history c->slip, c->broken; by
+   pull/tan(phi) where friction is steeper than 1, as its curl is. own: slip of the springs, in and out. A contact
+   that the law holds elastically, and whose springs have no other slip, is elastic. Returns whether any is not. */
+KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal pull, Lanes own[2],
+                       LanesContact *c)
+{
+  const PetscReal *row = model->elastic;
+  const Lanes from[2] = {c->slip[0], c->slip[1]},
+              steep = Select(J->peak.tan_phi < J->residual.tan_phi, J->residual.tan_phi, J->peak.tan_phi),
+              part = pull / Select(steep > 1., steep, LanesOf(1.));
+  Lanes slip[2], tau[2], T[2], F[2];
+  TrialStresses(J, 0, c);
+  const Mask elastic = IsElastic(J, 0, c),
+             plain = elastic & (((own[0] == from[0]) & (own[1] == from[1])) | J->elastic | (J->k_s <= 0.));
+  if (!Any(~plain)) {
+    RespondElastic(row, c);
+    return 0;
+  }
+  RespondByModel(J, model, 0, 0, 0, elastic, c);
+  SlipOfForces(J, row, c, c->F_s, slip);
+  for (int k = 0; k < 2; k++) {
+    slip[k] = own[k] + part * (Select(elastic, from[k], slip[k]) - own[k]);
+    tau[k] = J->k_s * (c->u_s[k] - slip[k]);
+  }
+  for (int k = 0; k < 2; k++) T[k] = c->length * (row[0] * tau[k] + row[1] * tau[1 - k]);
+  ReturnForces(row[1] / row[0], T, c->most, F);
+  const Mask whole = (F[0] == T[0]) & (F[1] == T[1]);
+  Lanes returned[2];
+  SlipOfForces(J, row, c, F, returned);
+  for (int k = 0; k < 2; k++) {
+    own[k] = Select(plain, own[k], Select(whole, slip[k], returned[k]));
+    c->F_s[k] = Select(plain, c->F_s[k], F[k]);
+  }
+  return 1;
+}
+
+KERNEL int RespondFollowing(const LanesJoint *J, const LanesModel *model, PetscReal pull, Lanes own[2],
+                            LanesContact *c)
+{
+  const Mask loose = c->broken[0] >= LOOSE;
+  if (!Any(loose)) return FollowJoint(J, model, pull, own, c);
+  const LanesJoint now = LooseJoint(J, loose);
+  return FollowJoint(&now, model, pull, own, c);
 }

@@ -102,7 +102,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   // part of the unbalanced force
   const PetscReal pushed = scene->damping == DAMPING_LOCAL ? 1. + scene->local : 1.;
   const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) * pushed /
-                           (scene->safety * scene->safety);
+                           (scene->safety * scene->safety) * (state->caution * state->caution);
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
   CondensedStiffness(m, k);

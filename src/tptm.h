@@ -311,26 +311,13 @@ KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, c
 /* -------------------------------------------------------------------------------------------------- */
 
 /* In time: each end force F_s is an elastic-plastic spring with the limit of its share of the joint, because
-   clipping a line that keeps its slip has no memory and makes energy where N changes while a part slips. The
-   nearest point of the box |F_s| <= most to the trial forces in the metric of the elastic row L/6 [2 1; 1 2]:
-   slip is then normal to the box, which holds F_s = 0, and F_s . d(slip) >= 0. From either end: that end at
-   its limit, then the other; right when the first stays where it is, and else from the other end. held: the
+   clipping a line that keeps its slip has no memory and makes energy where N changes while a part slips. held: the
    line of shear that has these end forces. */
-KERNEL void ReturnForces(Lanes length, const Lanes trial[2], const Lanes most[2], Lanes F[2], Lanes held[2])
+KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2], Lanes F[2], Lanes held[2])
 {
-  Lanes T[2], from[2][2];
-  Mask right[2];
+  Lanes T[2];
   for (int k = 0; k < 2; k++) T[k] = length * (2. * trial[k] + trial[1 - k]) * (1. / 6.);
-  for (int a = 0; a < 2; a++) {
-    const int b = 1 - a;
-    from[a][a] = JointClip(T[a], most[a]);
-    from[a][b] = JointClip(T[b] + 0.5 * (from[a][a] - T[a]), most[b]);
-    right[a] = JointClip(T[a] + 0.5 * (from[a][b] - T[b]), most[a]) == from[a][a];
-  }
-  /* the end that is farther out first */
-  const Mask second = Absolute(T[1]) - most[1] > Absolute(T[0]) - most[0];
-  const Mask from_0 = (~second & right[0]) | (second & ~right[1]);
-  for (int k = 0; k < 2; k++) F[k] = Select(from_0, from[0][k], from[1][k]);
+  ReturnForces(0.5, T, most, F);
   const Mask same = (F[0] == T[0]) & (F[1] == T[1]);
   for (int k = 0; k < 2; k++) held[k] = Select(same, trial[k], (4. * F[k] - 2. * F[1 - k]) / length);
 }
@@ -342,7 +329,7 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damp
   const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
   Lanes total[2] = {sigma[0], sigma[1]}; /* with dashpots */
   const Mask forces = in_time ? ~J->brittle | (c->broken[0] >= 1.) : (Mask){0};
-  Lanes limit[2], held[2] = {tau[0], tau[1]}, most[2];
+  Lanes limit[2], held[2] = {tau[0], tau[1]};
   Shares sum[3];
   Shares dashpots;
   Pieces pieces;
@@ -385,17 +372,17 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damp
   for (int k = 0; k < 2; k++) {
     c->F_n[k] = c->length * sum[0].at[k];
     c->F_s[k] = c->length * sum[1].at[k];
-    most[k] = c->length * sum[2].at[k];
+    c->most[k] = c->length * sum[2].at[k];
     if (damped) {
       const LanesStrength strength = StrengthOf(J, EndIsResidual(c->broken, k));
-      most[k] = NotNegative(most[k] - c->length * strength.tan_phi * dashpots.at[k]);
+      c->most[k] = NotNegative(c->most[k] - c->length * strength.tan_phi * dashpots.at[k]);
       const Mask works = (c->dashpot[0] != 0.) | (c->dashpot[1] != 0.);
-      c->F_s[k] = Select(works, JointClip(c->F_s[k], most[k]), c->F_s[k]);
+      c->F_s[k] = Select(works, JointClip(c->F_s[k], c->most[k]), c->F_s[k]);
     }
   }
   if (in_time) {
     Lanes F[2], line[2];
-    ReturnForces(c->length, tau, most, F, line);
+    ReturnInTime(c->length, tau, c->most, F, line);
     for (int k = 0; k < 2; k++) {
       c->F_s[k] = Select(forces, F[k], c->F_s[k]);
       held[k] = Select(forces, line[k], held[k]);

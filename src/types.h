@@ -259,6 +259,8 @@ typedef struct {
   PetscBool held;         /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the
                              last one ended */
   PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
+  PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
+                     to what the history held gives; 0: friction is that at once. relax.c */
   PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
                                contact first bore, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
   PetscReal
@@ -315,6 +317,7 @@ typedef struct {
   PetscReal alpha;               /* [1/s] Rayleigh damping (38) */
   PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
   PetscReal local;               /* [-] local non-viscous damping, of Step, in static stages */
+  PetscReal caution;             /* [-] static stages: times by which the step is shorter; guard.c */
   PetscInt64 cycle;              /* cycles since the start of the run */
   PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
                                     loads.c. f_target has those at vertices of rigid bodies behind its dofs;

@@ -1,0 +1,33 @@
+# ranks: 2
+"""Explicit relaxation makes no energy: 598 Voronoi stones under their own weight, friction 45 to 75 degrees. Friction counted
+from the last equilibrium is a force that depends on place alone, with a curl; on the way to the equilibrium it must not be."""
+
+from driver import changed
+from quoin_tools.voronoi import Options, voronoi_mesh
+
+WHAT = "stones that slide, steep friction: explicit relaxation makes no energy and finds what Newton's method finds"
+SOURCE = "work of the weight; relaxation.method: preconditioned"
+
+STONE = {"density": 2400, "young": 10e9, "poisson": 0.2}
+SCENE = {
+    "relaxation": {"tolerance": 1e-6, "max_cycles": 60000, "history_every": 100},
+    "materials": {"dam": STONE, "facing": STONE},
+    "joints": {"default": {"stress_model": "tptm", "k_n": 10e9, "k_s": 3e9, "friction": 75}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight"}},
+    "stages": [{"sw": {"loads": ["weight"]}}],
+}
+
+
+def run(case):
+    mesh = voronoi_mesh(options=Options(seed=5, side=0.6))
+    steep, long = case.run_all([(mesh, SCENE), (mesh, changed(SCENE, ("relaxation.ramp", 5000)))])
+    weight = 2400 * 9.81 * 411.96
+    for what, result in (("friction 75", steep), ("... a ramp of 5000 cycles", long)):
+        kinetic = result.history["kinetic_J"]
+        down = -result.probe("sw", "crest_upstream")[1]
+        case.check(f"{what}: verdict", result.verdict, "converged")
+        case.check("... kinetic energy is less than a hundredth of the work of the weight, 0.5 x weight x crest",
+                   bool(kinetic.max() < 0.01 * 0.5 * weight * down), True)
+    crest = [result.probe("sw", "crest_upstream") for result in (steep, long)]
+    case.check("crest, whatever the ramp [m]", crest[1], crest[0], relative=5e-3)
