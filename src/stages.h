@@ -87,7 +87,7 @@ PetscErrorCode RelaxationReset(const Problem *p);
 PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
 /* After a check: friction on the way follows the law closely or from afar, the other where the ratio stalls. */
-static const PetscReal FOLLOW_CLOSELY = 0.7; /* pull at the start of a stage; see the head of relax.c */
+static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of relax.c */
 void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
 PetscErrorCode RelaxationStill(const Problem *p);

@@ -5,8 +5,8 @@ from the last equilibrium is a force that depends on place alone, with a curl; o
 from driver import changed
 from quoin_tools.voronoi import Options, voronoi_mesh
 
-WHAT = "stones that slide, steep friction: explicit relaxation makes no energy and finds what Newton's method finds"
-SOURCE = "work of the weight; relaxation.method: preconditioned"
+WHAT = "stones that slide, steep friction: explicit relaxation makes no energy, and its ramp leaves nothing behind"
+SOURCE = "work of the weight"
 
 STONE = {"density": 2400, "young": 10e9, "poisson": 0.2}
 SCENE = {
