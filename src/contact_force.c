@@ -399,7 +399,8 @@ KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoi
   c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
 }
 
-/* Contacts from `first` on, whatever they are. Constants: closes, see RespondContacts; follow, of->pull > 0. */
+/* Contacts from `first` on, whatever they are. Constants: closes, see RespondContacts; follow, of->pull > 0.
+   */
 KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
                         int closes, int damped, int follow, size_t first, const Place *p)
 {

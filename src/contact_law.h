@@ -127,10 +127,10 @@ KERNEL void AdvanceSlip(const LanesJoint *J, const Lanes trial[2], const Lanes h
   }
 }
 
-/* The nearest point of the box |F| <= most to the end forces `trial` in the metric of the elastic row L [a b; b a],
-   of which `coupling` is b/a: slip is then normal to the box, which holds F = 0, and F . d(slip) >= 0. From either
-   end: that end at its limit, then the other; right when the first stays where it is, and else from the other
-   end. */
+/* The nearest point of the box |F| <= most to the end forces `trial` in the metric of the elastic row L [a
+   b; b a], of which `coupling` is b/a: slip is then normal to the box, which holds F = 0, and F . d(slip) >=
+   0. From either end: that end at its limit, then the other; right when the first stays where it is, and
+   else from the other end. */
 KERNEL void ReturnForces(PetscReal coupling, const Lanes trial[2], const Lanes most[2], Lanes F[2])
 {
   Lanes from[2][2];

@@ -1,14 +1,15 @@
 /* guard.c: explicit cycles that make energy are unstable, and what they come to is no verdict.
 
-   Scaled masses, damping and friction or not: kinetic energy is at most what the loads have done since the account
-   was opened and what was there then, in motion and in blocks and joints,
+   Scaled masses, damping and friction or not: kinetic energy is at most what the loads have done since the
+   account was opened and what was there then, in motion and in blocks and joints,
 
-     K <= W + K_0 + E_0,   W <= max(f_start, f_ext) . (u - u_0),   E_0 <= sum |f_0 u_0|,
+   K <= W + K_0 + E_0, W <= max(f_start, f_ext) . (u - u_0), E_0 <= sum |f_0 u_0|,
 
-   supports with their reactions among f_0. W is exact once the loads are constant. E_0 is what the forces of the
-   start would have done at full size on the way there, about twice what is stored. Twice all of it is allowed.
-   An account is opened where a stage starts, and where the water in a crack changes. W is only asked for when the
-   kinetic energy has doubled since it was last found in order, so that a check costs nothing. */
+   supports with their reactions among f_0. W is exact once the loads are constant. E_0 is what the forces of
+   the start would have done at full size on the way there, about twice what is stored. Twice all of it is
+   allowed. An account is opened where a stage starts, and where the water in a crack changes. W is only
+   asked for when the kinetic energy has doubled since it was last found in order, so that a check costs
+   nothing. */
 #include "stages.h"
 #include "reproducible.h"
 
@@ -38,8 +39,8 @@ static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the account was opened again, slower. With variable connectivity contacts are those found since: the stage
-   goes on from where it is, at rest. */
+/* Where the account was opened again, slower. With variable connectivity contacts are those found since: the
+   stage goes on from where it is, at rest. */
 static PetscErrorCode begin_anew(const Problem *p)
 {
   const PetscInt at = 3 * p->m->n_bodies;

@@ -3,16 +3,16 @@
    Damping. With du = v dt the products k_tan du^2 of (37) are df.du, df the change of the RESISTING force
    over the step, so
 
-     Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)),   alpha = 2 sqrt(Q),
+   Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)), alpha = 2 sqrt(Q),
 
-   the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in f: their
-   ramp must not look like stiffness. Q <= 0 happens when contacts open: the last positive value stays.
+   the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in f:
+   their ramp must not look like stiffness. Q <= 0 happens when contacts open: the last positive value stays.
    alpha dt is capped at 1.9.
 
    Where joints slip and open, a few sub-contacts that chatter raise that tangent quotient and overdamp the
    slow modes, 2 to 5 times. The secant over the stage,
 
-     (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
+   (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
 
    looks at the motion that matters: the smaller of the two is taken.
 
@@ -20,21 +20,21 @@
    oscillations along a sliding joint grow by some 1e-3 a cycle and never let it rest, for mass-proportional
    damping hardly touches them, and they carry the joint along as shaking would. So adaptive damping has a
    part proportional to stiffness too where joints can slip, a force beta (f - f_old): a quarter of critical
-   at the highest frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods it
-   is doubled and the secant left alone: only what moves on then is a collapse.
+   at the highest frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods
+   it is doubled and the secant left alone: only what moves on then is a collapse.
 
-   Friction on the way. A static stage has the history of its last equilibrium (false slip: theory.md, ab), so
-   its friction is a force that depends on place alone, tau = f(slip held, u). Where a contact slides,
+   Friction on the way. A static stage has the history of its last equilibrium (false slip: theory.md, ab),
+   so its friction is a force that depends on place alone, tau = f(slip held, u). Where a contact slides,
 
-     d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0],
+   d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0],
 
    pressure drives shear and not the other way round: that force has a curl, and a closed path of opening and
    sliding gains work k_n tan(phi) times its area. With an elastic surrounding that couples the two the
    eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So contacts do not
    have that force on the way: they have elastic-plastic springs that keep their slip and take energy, which
-   each cycle draws by `pull` (types.h: Contacts) towards the force of the law. What is faster than 1/pull cycles
-   meets springs; what is slow, and every equilibrium, meets the law (stress_models.h: RespondFollowing, stages.c:
-   confirm). */
+   each cycle draws by `pull` (types.h: Contacts) towards the force of the law. What is faster than 1/pull
+   cycles meets springs; what is slow, and every equilibrium, meets the law (stress_models.h:
+   RespondFollowing, stages.c: confirm). */
 #include "stages.h"
 #include "archive.h"
 #include "reproducible.h"
@@ -158,9 +158,9 @@ static void guard_secant(const State *state, PetscReal ratio, Relaxation *r)
   if (state->cycle - r->best_cycle > STALL_CYCLES) r->tangent_only = PETSC_TRUE;
 }
 
-/* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip that the
-   way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the slowest mode, the
-   other is tried. */
+/* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip
+   that the way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the
+   slowest mode, the other is tried. */
 void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));

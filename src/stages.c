@@ -262,8 +262,8 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The unbalanced ratio at these displacements by the law itself: friction that starts from the last equilibrium.
-   Where it is more than `tolerance`, contacts have afterwards what they had. */
+/* The unbalanced ratio at these displacements by the law itself: friction that starts from the last
+   equilibrium. Where it is more than `tolerance`, contacts have afterwards what they had. */
 static PetscErrorCode ratio_of_law(const Problem *p, PetscReal tolerance, PetscReal *contact_scale,
                                    PetscReal *ratio)
 {
@@ -301,8 +301,8 @@ static PetscErrorCode confirm(const Problem *p, PetscReal *contact_scale)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the forces at these
-   displacements by the law do, when they are out of balance. */
+/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the forces at
+   these displacements by the law do, when they are out of balance. */
 static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
 {
   PetscReal ratio;

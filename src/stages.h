@@ -86,7 +86,8 @@ PetscErrorCode RelaxationReset(const Problem *p);
 /* Collective. The start of a stage (forces evaluated), and the secant quotient at this cycle. */
 PetscErrorCode SecantStart(const Model *model, const Contacts *contacts, const State *state, Relaxation *r);
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, Relaxation *r);
-/* After a check: friction on the way follows the law closely or from afar, the other where the ratio stalls. */
+/* After a check: friction on the way follows the law closely or from afar, the other where the ratio stalls.
+   */
 static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of relax.c */
 void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
@@ -128,8 +129,9 @@ PetscErrorCode FixedOutgrown(const Problem *p);
 /* ---- guard.c */
 /* Forces evaluated: from here on the kinetic energy is held against what the loads do. */
 PetscErrorCode EnergyAccountOpen(const Problem *p);
-/* Collective. After Unbalanced: whether the kinetic energy is more than loads can have done and what is stored can
-   have given. The first time, the stage begins anew with a shorter step and more damping (`anew`). */
+/* Collective. After Unbalanced: whether the kinetic energy is more than loads can have done and what is
+   stored can have given. The first time, the stage begins anew with a shorter step and more damping
+   (`anew`). */
 PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew);
 /* Where that did not help, blocks that fly apart have not collapsed: the stage has diverged. */
 void EnergyVeto(const Problem *p);

@@ -161,7 +161,8 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
     c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
 }
 
-/* By the model, in lanes that are not elastic; all others take the elastic row. closes, damped: see RespondJoint. */
+/* By the model, in lanes that are not elastic; all others take the elastic row. closes, damped: see
+   RespondJoint. */
 KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                            Mask elastic, LanesContact *c)
 {
@@ -201,10 +202,10 @@ KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_
   if (damped) AddDashpots(J, model, closes, spring, c);
 }
 
-/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row; only
-   when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes, damped:
-   constants, 0 where no joint can crush and nothing has been crushed, and where there are no dashpots.
-   Returns whether the history may have changed. */
+/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row;
+   only when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes,
+   damped: constants, 0 where no joint can crush and nothing has been crushed, and where there are no
+   dashpots. Returns whether the history may have changed. */
 KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                         LanesContact *c)
 {
@@ -239,10 +240,11 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
     slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
 }
 
-/* Friction on the way to an equilibrium (head of relax.c): end forces F_s of elastic-plastic springs, which keep
-   their slip, drawn by `pull` of the difference towards those of the law with the history c->slip, c->broken; by
-   pull/tan(phi) where friction is steeper than 1, as its curl is. own: slip of the springs, in and out. A contact
-   that the law holds elastically, and whose springs have no other slip, is elastic. Returns whether any is not. */
+/* Friction on the way to an equilibrium (head of relax.c): end forces F_s of elastic-plastic springs, which
+   keep their slip, drawn by `pull` of the difference towards those of the law with the history c->slip,
+   c->broken; by pull/tan(phi) where friction is steeper than 1, as its curl is. own: slip of the springs, in
+   and out. A contact that the law holds elastically, and whose springs have no other slip, is elastic.
+   Returns whether any is not. */
 KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal pull, Lanes own[2],
                        LanesContact *c)
 {

@@ -311,8 +311,8 @@ KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, c
 /* -------------------------------------------------------------------------------------------------- */
 
 /* In time: each end force F_s is an elastic-plastic spring with the limit of its share of the joint, because
-   clipping a line that keeps its slip has no memory and makes energy where N changes while a part slips. held: the
-   line of shear that has these end forces. */
+   clipping a line that keeps its slip has no memory and makes energy where N changes while a part slips.
+   held: the line of shear that has these end forces. */
 KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2], Lanes F[2], Lanes held[2])
 {
   Lanes T[2];
