@@ -43,7 +43,7 @@
 static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
 static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25, FOLLOW_FAR = 0.05;
 static const PetscReal FLOATS = 1e7; /* chunks: no elastic structure is so slow */
-enum { STALL_CYCLES = 2500 };
+enum { STALL_CYCLES = 2500, STALLS_TO_LET_GO = 4 };
 enum { CHUNK_MIN = 500, CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
 
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
@@ -79,10 +79,10 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
       r->rate + 2,    r->rate + 3,       &r->alpha_sum,   &r->settled_alpha, &r->longest,
       &r->half_ratio, &r->reached,       &r->step,        r->ahead,          r->ahead + 1,
       r->ahead + 2,   &r->account.start, &r->account.most};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 9 };
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 10 };
   PetscReal x[REALS];
-  PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle, r->n_ratios,    r->steady,    r->chunk_start,
-                          r->chunk_length, r->n_alpha,    r->made_energy, r->half_cycle};
+  PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle, r->n_ratios,    r->steady,     r->chunk_start,
+                          r->chunk_length, r->n_alpha,    r->made_energy, r->half_cycle, r->stalls};
   PetscFunctionBeginUser;
   for (int i = 0; i < REALS; i++) x[i] = *reals[i];
   PetscCall(ArchiveReals(a, "reals", REALS, x));
@@ -92,7 +92,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
     r->tangent_only = (PetscBool)n[0], r->best_cycle = n[1];
     r->n_ratios = (PetscInt)PetscMin(n[2], r->max_ratios), r->steady = (PetscInt)n[3];
     r->chunk_start = n[4], r->chunk_length = n[5], r->n_alpha = (PetscInt)n[6],
-    r->made_energy = (PetscInt)n[7], r->half_cycle = n[8];
+    r->made_energy = (PetscInt)n[7], r->half_cycle = n[8], r->stalls = (PetscInt)n[9];
   }
   PetscCall(ArchiveReals(a, "ratios", r->n_ratios, r->ratios));
   PetscCall(ArchiveDofs(a, m, "u_0", r->u_0));
@@ -146,7 +146,7 @@ PetscErrorCode SecantStart(const Model *m, const Contacts *c, const State *state
   r->best_ratio = PETSC_MAX_REAL;
   r->best_cycle = state->cycle;
   r->made_energy = 0;
-  r->half_ratio = PETSC_MAX_REAL, r->half_cycle = state->cycle;
+  r->half_ratio = PETSC_MAX_REAL, r->half_cycle = state->cycle, r->stalls = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -160,15 +160,18 @@ static void guard_secant(const State *state, PetscReal ratio, Relaxation *r)
 
 /* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip
    that the way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the
-   slowest mode, the other is tried. */
+   slowest mode, the other is tried. Near a limit load neither comes to rest soon: after STALLS_TO_LET_GO of
+   these slip is kept as it comes for the rest of the stage, which takes energy from whatever moves. */
 void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
   const PetscBool halved = (PetscBool)(state->ramp < 1. || ratio < 0.5 * r->half_ratio),
                   stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->half_cycle) > wait);
   if (halved || stalls) r->half_ratio = ratio, r->half_cycle = state->cycle;
-  if (stalls && contacts->held && contacts->pull > 0.)
-    contacts->pull = contacts->pull == FOLLOW_CLOSELY ? FOLLOW_FAR : FOLLOW_CLOSELY;
+  if (!stalls || !contacts->held || contacts->pull == 0.) return;
+  contacts->pull = contacts->pull == FOLLOW_CLOSELY ? FOLLOW_FAR : FOLLOW_CLOSELY;
+  if (++r->stalls < STALLS_TO_LET_GO) return;
+  contacts->held = PETSC_FALSE, contacts->pull = 0.;
 }
 
 PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relaxation *r)

@@ -310,11 +310,12 @@ static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
   PetscCall(ratio_of_law(p, -1., contact_scale, &ratio));
   p->relax->told = (PetscBool)(ratio > PATH_RATIO); // once a stage is enough, however many trials it has
   if (p->m->rank == 0 && p->relax->told) {
-    fprintf(stderr,
-            "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
-            "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use damping: adaptive, "
-            "%sor a longer ramp\n",
-            p->stage->name, (double)ratio, p->stage->variable ? "" : "method: preconditioned, ");
+    fprintf(
+        stderr,
+        "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
+        "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use %s%sa longer ramp\n",
+        p->stage->name, (double)ratio, p->scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
+        p->stage->variable ? "" : "method: preconditioned, or ");
     fflush(stderr);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -379,6 +380,8 @@ PetscErrorCode StageRelax(const Problem *p)
   contacts->pull = 0.;
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
+    PetscCall(PetscStrlcat(result->evidence, "; slip kept as it came", sizeof(result->evidence)));
   contacts->held = PETSC_FALSE;
   state->beta = state->local = 0., state->caution = 1.;
   relax->effort.evaluations++;

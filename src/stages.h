@@ -69,6 +69,7 @@ typedef struct _p_Relaxation {
   } account;             /* of energy; guard.c */
   PetscReal half_ratio;  /* [-] the ratio has halved, and halved again, down to this, or has stalled there */
   PetscInt64 half_cycle; /* and that cycle */
+  PetscInt stalls;       /* how often it has not halved for long (FollowElse) */
   PetscInt made_energy;  /* times that it was more, in this stage; guard.c */
   PetscBool told;        /* the stage has been warned of slip that is that of the path */
   PetscBool still;       /* Judge asks for RelaxationStill */
