@@ -501,6 +501,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
 {
   const Evaluation of = *evaluation; /* no force is written over it, the compiler sees */
   const Contacts *c = of.c;
+  void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
   Place places[STRETCH / LANES];
   LanesJoint J;
   for (int s = 0; s < STRESS_MODELS; s++)
@@ -516,12 +517,8 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
           Damped(&of, LanesModels + s, &J, (size_t)i, p);
         else if (closes)
           Crushable(&of, LanesModels + s, &J, (size_t)i, p);
-        else if (of.pull > 0.)
-          Following(&of, LanesModels + s, &J, (size_t)i, p);
-        else if (of.keep)
-          AndResults(&of, LanesModels + s, &J, (size_t)i, p);
         else
-          ForcesAlone(&of, LanesModels + s, &J, (size_t)i, p);
+          respond(&of, LanesModels + s, &J, (size_t)i, p);
       }
     }
 }

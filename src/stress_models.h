@@ -67,7 +67,8 @@ KERNEL Lanes MiddleTrial(const LanesJoint *J, int closes, const LanesContact *c)
   return closes ? Line(line, middle) - J->k_n * ClosureAt(c, middle) : Line(line, middle);
 }
 
-KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes, int damped, LanesContact *c)
+KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes, int damped, int bounds,
+                         LanesContact *c)
 {
   const int middle = row[1] > 0.;
   const Lanes spring[3] = {c->sigma[0], c->sigma[1], MiddleTrial(J, closes, c)};
@@ -105,7 +106,7 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
   for (int k = 0; k < 2; k++) {
     c->F_n[k] = c->length * (row[0] * c->sigma[k] + row[1] * normal + row[2] * c->sigma[1 - k]);
     c->F_s[k] = c->length * (row[0] * c->tau[k] + row[1] * tm + row[2] * c->tau[1 - k]);
-    c->most[k] = c->length * (row[0] * limit[k] + row[1] * limit_m + row[2] * limit[1 - k]);
+    if (bounds) c->most[k] = c->length * (row[0] * limit[k] + row[1] * limit_m + row[2] * limit[1 - k]);
   }
 }
 
@@ -162,9 +163,9 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
 }
 
 /* By the model, in lanes that are not elastic; all others take the elastic row. closes, damped: see
-   RespondJoint. */
+   RespondJoint; bounds: a constant, whether c->most is asked for. */
 KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
-                           Mask elastic, LanesContact *c)
+                           int bounds, Mask elastic, LanesContact *c)
 {
   LanesContact trial;
   Mask crushing[2];
@@ -185,7 +186,7 @@ KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_
   if (model->moving)
     RespondMoving(J, in_time, closes, damped, c);
   else
-    RespondFixed(J, model->row, closes, damped, c);
+    RespondFixed(J, model->row, closes, damped, bounds, c);
   if (closes)
     for (int k = 0; k < 2; k++) c->state[k] |= crushing[k];
   for (int k = 0; k < 2; k++) {
@@ -217,7 +218,7 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
     if (damped) AddDashpots(J, model, closes, c->sigma, c);
     return 0;
   }
-  RespondByModel(J, model, in_time, closes, damped, elastic, c);
+  RespondByModel(J, model, in_time, closes, damped, 0, elastic, c);
   return 1;
 }
 
@@ -260,7 +261,7 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
     RespondElastic(row, c);
     return 0;
   }
-  RespondByModel(J, model, 0, 0, 0, elastic, c);
+  RespondByModel(J, model, 0, 0, 0, 1, elastic, c);
   SlipOfForces(J, row, c, c->F_s, slip);
   for (int k = 0; k < 2; k++) {
     slip[k] = own[k] + part * (Select(elastic, from[k], slip[k]) - own[k]);
