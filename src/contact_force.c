@@ -258,7 +258,8 @@ KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts
   const Mask has = J->damping > 0.;
   for (int k = 0; k < 2; k++) {
     const size_t i = at + (size_t)k * BATCH;
-    const Lanes speed = (now->u_n[k] - LoadLanes(c->u_n + i)) * c->rate;
+    const Lanes speed = c->repeats ? LoadLanes(c->speed + i)
+                                   : (now->u_n[k] - LoadLanes(c->u_n + i)) * c->rate;
     now->dashpot[k] = Keep(has, J->k_n * J->damping * speed);
     StoreLanes(c->speed + i, Select(has, speed, LoadLanes(c->speed + i)));
   }

@@ -136,7 +136,9 @@ static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool 
   stored[0] = EnergyInJoints(m, joints, p->contacts);
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
+  p->contacts->repeats = PETSC_TRUE; // without its dashpot a contact would bear less friction, and lose shear
   PetscCall(Forces(m, joints, p->contacts, s, NULL));
+  p->contacts->repeats = PETSC_FALSE;
   EnergyOfExchange(m, s, energy);
   stored[1] = EnergyInJoints(m, joints, p->contacts);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));

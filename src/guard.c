@@ -105,10 +105,19 @@ PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Stress models without a potential make energy by themselves where a contact opens: then it says nothing. */
+static PetscBool may_make_energy(const Scene *scene)
+{
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (scene->joints[j].stress_model != STRESS_PT && scene->joints[j].stress_model != STRESS_TPTM)
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 void EnergyVeto(const Problem *p)
 {
   StageResult *result = p->result;
-  if (result->verdict != VERDICT_COLLAPSED || p->relax->made_energy < 2) return;
+  if (result->verdict != VERDICT_COLLAPSED || p->relax->made_energy < 2 || may_make_energy(p->scene)) return;
   result->verdict = VERDICT_DIVERGED;
   snprintf(result->evidence, sizeof(result->evidence),
            "kinetic energy %.3g J, more than loads and stored energy account for, with half the step and "

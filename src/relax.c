@@ -331,6 +331,7 @@ typedef struct {
   PetscReal gain;   /* [-] largest part of its length that a contact has parted or slid by; -1: none can */
   PetscReal rest;   /* chunks like it to where the unbalanced force along it is nothing */
   PetscReal omega;  /* [1/cycle] frequency of the stiffness along it, 0: it has none */
+  PetscReal way;    /* [m] largest displacement since the start of the stage or trial */
 } ChunkMotion;
 
 static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, ChunkMotion *motion)
@@ -359,7 +360,7 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 8, MPIU_REAL, MPI_SUM, m->comm));
   const PetscReal nn = sum[0] + sum[1], nb = sum[2] + sum[3], bb = sum[4] + sum[5];
-  motion->norm = unit * PetscSqrtReal(nn), motion->most = top[0];
+  motion->norm = unit * PetscSqrtReal(nn), motion->most = top[0], motion->way = top[2];
   motion->cosine = nn > 0. && bb > 0. ? nb / PetscSqrtReal(nn * bb) : 0.;
   motion->away = sum[6] + sum[7];
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -432,6 +433,24 @@ static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A trial that is this far beyond what the scene allows, and goes on, need not come to rest to have failed:
+   where it began is no farther than the limit from the start of the stage. */
+static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
+{
+  const PetscReal limit = p->stage->displacement_limit; // NaN: none
+  StageResult *result = p->result;
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_NONE || p->relax->steady < 1 || !(motion->way > 2. * limit))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(
+      result->evidence, sizeof(result->evidence),
+      "%.3g m from where the trial began, and it goes on: more than twice the displacement_limit, "
+      "%.3g m",
+      (double)motion->way, (double)limit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
    right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither
    falls by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where
@@ -471,6 +490,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
     PetscCall(MotionCloses(m, state, p->contacts, r->du_chunk, OUTGROWN * r->longest / motion.most, &gap));
     if (gap == 0.) PetscCall(collapsed(r, &motion, to_go * motion.most, m->diameter, p->result));
   }
+  PetscCall(judge_limit(p, &motion));
   start_chunk(m, state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

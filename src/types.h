@@ -267,6 +267,7 @@ typedef struct {
       *moved; /* [-] (as u_n) parted or slid by since then, over the length, when the last chunk began */
   PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
+  PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
   /* last evaluation, written by contact_force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
