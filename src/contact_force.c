@@ -505,6 +505,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
   Place places[STRETCH / LANES];
   LanesJoint J;
+  J.crushes = J.damps = 0; // the first contacts load their joints
   for (int s = 0; s < STRESS_MODELS; s++)
     for (PetscInt from = c->model_start[s]; from < c->model_start[s + 1]; from += STRETCH) {
       const PetscInt to = PetscMin(from + STRETCH, c->model_start[s + 1]);

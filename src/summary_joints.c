@@ -88,6 +88,7 @@ static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
 
   // the chord joins the outermost points
   for (int x = 0; x < 2; x++) {
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a joint with contacts has outermost ones
     line->start[x] = line->first->point[x];
     line->end[x] = line->last->point[x];
   }
@@ -139,14 +140,15 @@ static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *
 static void put_end(FILE *f, const char *name, const PetscReal at[2], const ContactEnd *end, const char *tail)
 {
   fprintf(f, "          \"%s\": {", name);
+  // NOLINTBEGIN(clang-analyzer-core.NullDereference): called for joints with contacts only
   JsonNumber(f, "x", at[0], ", ");
   JsonNumber(f, "y", at[1], ", ");
-  // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): called for joints with contacts only
   JsonNumber(f, "sigma", end->sigma, ", ");
   JsonNumber(f, "tau", end->tau, ", ");
   JsonNumber(f, "opening", end->opening, ", ");
   JsonNumber(f, "sliding", end->sliding, "}");
   fputs(tail, f);
+  // NOLINTEND(clang-analyzer-core.NullDereference)
 }
 
 static void put_line(FILE *f, const JointLine *line, const JointSums *sums, PetscReal thickness)

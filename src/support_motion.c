@@ -85,6 +85,7 @@ static void integrate_rows(SupportMotion *motion, MotionQuantity quantity, const
   PetscReal u = 0., v = 0.;
   for (PetscInt i = 0; i < motion->n; i++) {
     PetscReal *p = motion->row + 8 * i + 4 * k;
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): a file without rows has been refused
     const PetscReal x = given[2 * i + k];
     const PetscReal h = i + 1 < motion->n ? motion->t[i + 1] - motion->t[i] : 0.;
     const PetscReal slope = h > 0. ? (given[2 * i + 2 + k] - x) / h : 0.;
