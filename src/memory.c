@@ -8,16 +8,16 @@
    bodies of 1, 4 and 16 of them, results and checkpoint included, to -10 and +20 %: a rank by itself; per
    vertex and contact of the whole model on rank 0, which reads, gathers and writes; per vertex and block of
    its own on any other. */
-static const double PER_RANK = 52e6, PER_VERTEX = 920., PER_CONTACT = 950., PER_OWN_VERTEX = 530.,
+static const double PER_RANK = 52e6, PER_VERTEX = 1060., PER_CONTACT = 1000., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
 
 /* [byte] Per degree of freedom of Newton's method, matrices, factor and what makes it, over what an explicit
    run keeps while cycles run: a + b log2 n, as the fill of a plane mesh dissected, measured on 1, 2 and 4
    ranks, 2e4 to 2e6 degrees of freedom in one body, single blocks and bodies of 4 and 16, to -15 and +10 %
    (CHOLMOD on one rank, MUMPS on several); per entry of the dense blocks of condensed bodies. */
-static const double PER_DOF[2][2] = {{300., 100.}, {1500., 60.}}, PER_DENSE = 40.;
+static const double PER_DOF[2][2] = {{420., 100.}, {1500., 60.}}, PER_DENSE = 40.;
 /* [byte] What an explicit run keeps: per vertex, block, contact. */
-static const double KEPT_VERTEX = 268., KEPT_BLOCK = 29., KEPT_CONTACT = 154.;
+static const double KEPT_VERTEX = 360., KEPT_BLOCK = 29., KEPT_CONTACT = 194.;
 /* [byte] Per condensed body, besides its factor by MUMPS, and entry of what is left of it, here and in
    MUMPS. */
 static const double PER_BODY = 6e4, PER_SCHUR = 16.;
