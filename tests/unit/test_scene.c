@@ -197,7 +197,9 @@ static PetscErrorCode TestCommandLine(void)
   ENSURE(s.joints[3].k_n == 3e9 && s.joints[3].friction[0] == 7 && s.joints[3].k_s == s.joints[0].k_s);
   ENSURE(s.joints[4].friction[1] == 5 && s.stages[2].joints[4].friction[0] == 5);
   PetscCall(SceneDestroy(&s));
+  LEAKS_ALLOWED();
   PetscCall(Read(good, "-joints default,base -joints_new_friction 5", &s));
+  LEAKS_COUNT();
   EnsureMessage("command line: -joints_new_friction: unknown option (-help lists all keys)",
                 "a list of joints");
   PetscCall(SceneDestroy(&s));
