@@ -87,6 +87,18 @@ typedef struct {
   Output *output;
 } Memory;
 
+/* Rank 0: the rows are in the file of that name. */
+static void check_history(const Output *o, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  struct stat mine, there;
+  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
+  if (fflush(o->history) || ferror(o->history) || fstat(fileno(o->history), &mine))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
+  else if (stat(path, &there) || there.st_ino != mine.st_ino)
+    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
+}
+
 /* Rank 0: history.csv as far as it goes, on the disk. */
 static void settle_history(Output *o, char message[MESSAGE_LENGTH])
 {
@@ -97,6 +109,21 @@ static void settle_history(Output *o, char message[MESSAGE_LENGTH])
   error = error || o->history_bytes < 0 || FileChecksum(path, (size_t)o->history_bytes, &o->history_checksum);
   if (error && !message[0])
     snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+}
+
+/* Rank 0: the files of all stages that are over take their names. */
+static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, char message[MESSAGE_LENGTH])
+{
+  const double start = MPI_Wtime();
+  PetscFunctionBeginUser;
+  ResultsFileFinish(&o->results, o->n_stages - 1, message);
+  if (!o->n_settled) PartRename(o->folder, "history.csv", message);
+  if (!message[0]) check_history(o, message);
+  settle_history(o, message);
+  PetscCall(SummaryWrite(scene, model, o, message));
+  o->n_settled = o->n_stages;
+  o->settle_wall = MPI_Wtime() - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode archive_texts(Archive *a, const char *name, PetscInt n, char ***texts)
@@ -115,7 +142,12 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   Memory *memory = context;
   Output *o = memory->output;
   Trials *t = &o->trials;
-  if (!a->reading && !a->rank) settle_history(o, a->message);
+  const PetscBool waiting = (PetscBool)(!a->reading && !a->rank && o->n_settled < o->n_stages);
+  PetscFunctionBeginUser;
+  if (waiting)
+    PetscCall(settle(memory->scene, memory->model, o, a->message));
+  else if (!a->reading && !a->rank)
+    settle_history(o, a->message);
   const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
   PetscInt64 counts[] = {o->n_stages,
                          o->results.n_frames,
@@ -125,13 +157,12 @@ static PetscErrorCode archive_output(Archive *a, void *context)
                          (PetscInt64)o->history_checksum,
                          written,
                          (PetscInt64)o->results.run};
-  PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "counts", 8, counts));
   if (a->reading) {
     if (!a->rank && counts[6] != written)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
-    if (!a->rank) o->n_stages = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
+    if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
     if (!a->anew) { // the same run goes on, on another partition
       o->results.origin = (uint64_t)counts[7];
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
@@ -218,18 +249,6 @@ static void continue_history(Output *o, char message[MESSAGE_LENGTH])
   }
 }
 
-/* Rank 0: the rows are in the file of that name. */
-static void check_history(const Output *o, char message[MESSAGE_LENGTH])
-{
-  char path[PETSC_MAX_PATH_LEN + 64];
-  struct stat mine, there;
-  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
-  if (fflush(o->history) || ferror(o->history) || fstat(fileno(o->history), &mine))
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
-  else if (stat(path, &there) || there.st_ino != mine.st_ino)
-    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
-}
-
 /* Rank 0: a new history.csv.part and results.h5.part, or those of the run that goes on. */
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
@@ -281,7 +300,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionBeginUser;
   output->checkpoint = checkpoint;
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
-  output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
+  output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model, .part = -1};
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
@@ -337,12 +356,29 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscFunctionBeginUser;
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
   if (!p->m->rank)
-    PetscCall(ResultsFileStage(&output->results, p->number, frame, p->result, &fields, message));
+    PetscCall(ResultsFileFrame(&output->results, p->number, frame, p->result, &fields, message));
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0. Files that hold all stages so far, and the checkpoint, are written whole: at the end of each of many
+   short stages this would cost the square of their number. So stages wait while they are few beside those
+   before, and the run has gone on for less time than the files take. */
+static PetscBool settle_now(const Problem *p)
+{
+  enum { FEW = 16 };
+  const Output *o = p->output;
+  const Checkpoint *c = o->checkpoint;
+  const PetscInt waiting = o->n_stages - o->n_settled;
+  const PetscBool last = (PetscBool)(p->number + 1 == p->scene->n_stages ||
+                                     (p->result->verdict != VERDICT_CONVERGED &&
+                                      p->result->verdict != VERDICT_COMPLETED));
+  return (PetscBool)(last || o->results.n_frames || FEW * waiting >= o->n_stages ||
+                     MPI_Wtime() - c->last_wall >= o->settle_wall + c->write_wall);
 }
 
 PetscErrorCode OutputStage(const Problem *p)
@@ -360,15 +396,14 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
   PetscCall(UpliftSurvey(p, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
   if (!p->m->rank) {
-    const PetscInt first = !output->n_stages;
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
-    PetscCall(ResultsFileStage(&output->results, p->number, 0, p->result, &fields, message));
+    PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
-    if (first) PartRename(output->folder, "history.csv", message);
-    if (!message[0]) check_history(output, message);
-    settle_history(output, message);
-    PetscCall(SummaryWrite(p, &fields, message));
+    output->n_contacts = fields.n_contacts, output->n_dofs = fields.n_dof;
+    output->settled = settle_now(p);
+    if (output->settled) PetscCall(settle(p->scene, p->m, output, message));
   }
+  PetscCallMPI(MPI_Bcast(&output->settled, 1, MPI_PETSC_BOOL, 0, p->m->comm));
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));

@@ -116,13 +116,20 @@ typedef struct {
   char *xdmf;         /* grids of the stages written so far */
   PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
   PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
+  int64_t part;       /* results.h5.part, open while stages are added (hid_t); -1: closed */
+  int failed;         /* errno: something in it could not be written */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
-/* Adds the end of a stage (frame 0) and its frames: the finished file replaces results.h5, then results.xdmf
-   follows. Or writes a frame on the way into <stage>_<frame>.h5, until the stage ends. */
-PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
+/* Writes a frame on the way into <stage>_<frame>.h5, until the stage ends; not while stages wait for
+   ResultsFileFinish. */
+PetscErrorCode ResultsFileFrame(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
+/* Adds the end of a stage and its frames to results.h5.part; what fails there ResultsFileFinish tells. */
+PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
+                                const StageFields *fields);
+/* The finished file replaces results.h5, then results.xdmf follows. stage: the last one in it. */
+void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_LENGTH]);
 /* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
    called. Frames of another run count as not there. */
 void ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
@@ -216,7 +223,9 @@ void JsonCount(FILE *f, const char *name, long long value, const char *tail);
 /* One JSON object of a stage, to be freed with free(); the mesh, probes and trials of p->output. */
 PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
 /* The whole file from the objects of the stages so far, replaced in one go. */
-PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char message[MESSAGE_LENGTH]);
+struct _p_Output;
+PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
+                            char message[MESSAGE_LENGTH]);
 
 /* ---- hinges.c: rank 0 only */
 /* Joints between two bodies that are closed over less than half of their face, with tptm. */
@@ -269,7 +278,12 @@ PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *ce
 /* ---- output.c: the output folder. All collective. */
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;         /* written so far */
+  PetscInt n_stages;         /* that are over */
+  PetscInt n_settled;        /* rank 0: of these, what the files hold that have their names */
+  PetscBool settled;         /* all of them: a checkpoint is due */
+  double settle_wall;        /* rank 0: [s] that it took to write these files last */
+  PetscInt n_contacts;       /* at the end of the last one, */
+  PetscInt n_dofs;           /* likewise */
   char **stages;             /* rank 0: (n_stages,) their objects in summary.json */
   PetscReal *probes;         /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
   MeshFields mesh;           /* while a file is being written */
@@ -296,8 +310,8 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
 PetscErrorCode OutputHistory(const Problem *p);
 /* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
-/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json;
-   history.csv takes its name. */
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its name.
+   Or, where many short stages follow each other, they wait for a later stage or a checkpoint: not `settled`. */
 PetscErrorCode OutputStage(const Problem *p);
 /* message: what could not be written at the last moment, "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);

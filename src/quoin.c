@@ -317,11 +317,9 @@ PetscErrorCode QuoinView(Quoin q)
 /* Names in their order, a line each; free with free(). */
 static char *names_of(size_t stride, PetscInt n, const void *first)
 {
-  char *text = calloc((size_t)n + 1, NAME_LENGTH + 1);
-  for (PetscInt i = 0; text && i < n; i++) {
-    strcat(text, (const char *)first + (size_t)i * stride);
-    strcat(text, "\n");
-  }
+  char *text = calloc((size_t)n + 1, NAME_LENGTH + 1), *end = text;
+  for (PetscInt i = 0; text && i < n; i++)
+    end += snprintf(end, NAME_LENGTH + 2, "%s\n", (const char *)first + (size_t)i * stride);
   return text;
 }
 
@@ -416,7 +414,7 @@ PetscErrorCode QuoinRun(Quoin q)
     // after any other verdict the next stage would start from no equilibrium
     if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
     q->stage++;
-    PetscCall(CheckpointWrite(&q->checkpoint, q->state.cycle));
+    if (q->output.settled) PetscCall(CheckpointWrite(&q->checkpoint, q->state.cycle));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -378,67 +378,95 @@ static void remove_frames(ResultsFile *results, PetscInt stage)
   results->n_frames = 0;
 }
 
-/* The finished file goes on as the .part of the next stage, so that results.h5 is whole at any time. */
-static int open_part(ResultsFile *results, const char *part, PetscInt stage, hid_t *file, hid_t *stages)
+/* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It stays
+   open until ResultsFileFinish. */
+static int open_part(ResultsFile *results, PetscInt stage)
 {
-  char path[PETSC_MAX_PATH_LEN + 64];
+  char path[PETSC_MAX_PATH_LEN + 64], part[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
   if (!results->has_part && FileCopy(path, part)) return -1;
   results->has_part = PETSC_TRUE;
-  *file = DiskFileOpen(part);
-  *stages = *file < 0 ? -1 : H5Gopen2(*file, "stages", H5P_DEFAULT);
-  return *stages < 0 || write_run(*file, results) || drop_stages(results, *stages, stage) ||
-                 copy_frames(results, *stages, stage)
-             ? -1
-             : 0;
+  results->part = DiskFileOpen(part);
+  if (results->part < 0 || write_run(results->part, results)) return -1;
+  const hid_t stages = H5Gopen2(results->part, "stages", H5P_DEFAULT);
+  const int error = stages < 0 || drop_stages(results, stages, stage);
+  if (stages >= 0) H5Gclose(stages);
+  return -error;
 }
 
-/* The same for a frame: a new file with one group. */
-static int open_frame(const ResultsFile *results, const char *part, hid_t *file, hid_t *stages)
+/* The group of a stage or frame below `stages`, with its grids; returns 0 or -1. */
+static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt stage, PetscInt frame,
+                                  const StageResult *result, const StageFields *fields, int *error)
 {
-  *file = DiskFileCreate(part);
-  *stages = *file < 0 || write_run(*file, results) ? -1 : H5Gopen2(*file, "/", H5P_DEFAULT);
-  return *stages < 0 ? -1 : 0;
-}
-
-PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, PetscInt frame,
-                                const StageResult *result, const StageFields *fields,
-                                char message[MESSAGE_LENGTH])
-{
-  char part[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], name[NAME_LENGTH + 16],
-      file_name[NAME_LENGTH + 32] = "results.h5";
-  hid_t file = -1, group = -1, stages = -1;
+  char name[NAME_LENGTH + 16];
   StageFields some;
   PetscFunctionBeginUser;
   PetscCall(WrittenStage(&results->written, fields, &some));
   group_name(results, stage, frame, name);
-  if (frame) snprintf(file_name, sizeof(file_name), "%s.h5", name);
+  const hid_t group = stages < 0 ? -1 : H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
+           write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||
+           XdmfAddStage(results, stage, name, &some);
+  if (group >= 0) H5Gclose(group);
+  PetscCall(WrittenStageDestroy(&results->written, &some));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ResultsFileFrame(ResultsFile *results, PetscInt stage, PetscInt frame,
+                                const StageResult *result, const StageFields *fields,
+                                char message[MESSAGE_LENGTH])
+{
+  char part[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], name[NAME_LENGTH + 16], file_name[NAME_LENGTH + 32];
+  int error;
+  PetscFunctionBeginUser;
+  group_name(results, stage, frame, name);
+  snprintf(file_name, sizeof(file_name), "%s.h5", name);
   snprintf(part, sizeof(part), "%s/%s.part", results->folder, file_name);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  int error = frame ? open_frame(results, part, &file, &stages)
-                    : open_part(results, part, stage, &file, &stages);
-  if (!error) group = H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
-          write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||
-          XdmfAddStage(results, stage, name, &some);
-  PetscCall(WrittenStageDestroy(&results->written, &some));
-  if (group >= 0) H5Gclose(group);
-  if (stages >= 0) H5Gclose(stages);
+  const hid_t file = DiskFileCreate(part);
+  const hid_t root = file < 0 || write_run(file, results) ? -1 : H5Gopen2(file, "/", H5P_DEFAULT);
+  PetscCall(write_stage(results, root, stage, frame, result, fields, &error));
+  if (root >= 0) H5Gclose(root);
   close_written(file, error, part, message);
   PartRename(results->folder, file_name, message);
-  if (frame) {
-    results->n_frames = frame;
-  } else if (!message[0]) {
-    remove_frames(results, stage);
-    results->has_part = PETSC_FALSE;
-    XdmfWrite(results, message);
-  }
+  results->n_frames = frame;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const StageResult *result,
+                                const StageFields *fields)
+{
+  PetscFunctionBeginUser;
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  errno = 0;
+  int error = results->part < 0 ? open_part(results, stage) : 0;
+  const hid_t stages = error ? -1 : H5Gopen2(results->part, "stages", H5P_DEFAULT);
+  if (stages < 0 || copy_frames(results, stages, stage)) results->failed = errno ? errno : EIO;
+  PetscCall(write_stage(results, stages, stage, 0, result, fields, &error));
+  if (error && !results->failed) results->failed = errno ? errno : EIO;
+  if (stages >= 0) H5Gclose(stages);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void ResultsFileFinish(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
+{
+  char part[PETSC_MAX_PATH_LEN + 64];
+  snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
+  errno = results->failed;
+  close_written(results->part, results->failed, part, message);
+  results->part = -1, results->failed = 0;
+  PartRename(results->folder, "results.h5", message);
+  if (message[0]) return;
+  remove_frames(results, stage);
+  results->has_part = PETSC_FALSE;
+  XdmfWrite(results, message);
 }
 
 PetscErrorCode ResultsFileDestroy(ResultsFile *results)
 {
   PetscFunctionBeginUser;
+  if (results->part >= 0) DiskFileClose(results->part);
   free(results->xdmf);
   results->xdmf = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);

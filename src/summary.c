@@ -256,11 +256,9 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char message[MESSAGE_LENGTH])
+PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output *o,
+                            char message[MESSAGE_LENGTH])
 {
-  const Scene *scene = p->scene;
-  const Model *model = p->m;
-  const Output *o = p->output;
   char *text = NULL;
   size_t size = 0;
   PetscFunctionBeginUser;
@@ -283,12 +281,12 @@ PetscErrorCode SummaryWrite(const Problem *p, const StageFields *fields, char me
   JsonCount(f, "ranks", model->size, ",\n  ");
   JsonText(f, "isa", IsaName(), ",\n  ");
   JsonNumber(f, "thickness", scene->thickness, ",\n  ");
-  JsonCount(f, "n_blocks", o->mesh.n_blocks, ",\n  ");
-  JsonCount(f, "n_vertices", o->mesh.n_vertices, ",\n  ");
+  JsonCount(f, "n_blocks", model->n_blocks_global, ",\n  ");
+  JsonCount(f, "n_vertices", model->n_vertices_global, ",\n  ");
   JsonCount(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
   JsonCount(f, "n_rigid", model->n_rigid_global, ",\n  ");
-  JsonCount(f, "n_contacts", fields->n_contacts, ",\n  ");
-  JsonCount(f, "n_dofs", fields->n_dof, ",\n");
+  JsonCount(f, "n_contacts", o->n_contacts, ",\n  ");
+  JsonCount(f, "n_dofs", o->n_dofs, ",\n");
   if (model->n_condensed_global) {
     fprintf(f, "  \"condensed\": {");
     JsonCount(f, "bodies", model->n_condensed_global, ", ");

@@ -107,6 +107,16 @@ void XdmfDrop(ResultsFile *results, const char *name)
   memmove(grids, end, strlen(end) + 1);
 }
 
+/* Puts the text behind results->xdmf, and frees it. */
+static int append(ResultsFile *results, char *text, size_t size)
+{
+  const size_t before = results->xdmf ? strlen(results->xdmf) : 0;
+  char *longer = realloc(results->xdmf, before + size + 1);
+  if (longer) memcpy(longer + before, text, size + 1), results->xdmf = longer;
+  free(text);
+  return longer ? 0 : -1;
+}
+
 /* Appends the grids of a stage to results->xdmf. Its time counts 1 for each stage that is not dynamic, and
    the seconds of those that are. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
@@ -118,16 +128,13 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
   FILE *f = open_memstream(&text, &size);
   if (!f) return -1;
   fprintf(f,
-          "%s    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
+          "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
           "Value=\"%.10g\"/>\n",
-          results->xdmf ? results->xdmf : "", name, time);
+          name, time);
   put_blocks(f, &results->written.mesh, fields, name);
   put_contacts(f, fields->n_contacts, name);
   fprintf(f, "    </Grid>\n");
-  const int error = fclose(f);
-  free(results->xdmf);
-  results->xdmf = text;
-  return error;
+  return fclose(f) || append(results, text, size) ? -1 : 0;
 }
 
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH])

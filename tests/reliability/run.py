@@ -38,7 +38,7 @@ ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": 
                "OMPI_MCA_mpi_yield_when_idle": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 LONGEST = 300  # s, then a run counts as hung
 EVERY = {"static": 300, "cracked": 1000, "reduction": 700, "flood": 700, "variable": 500, "dynamic": 2000, "condensed": 300,
-         "newton": 20}
+         "newton": 20, "stages": 10000}
 TRIES = 8  # runs that were over before the signal, one after the other
 
 

@@ -81,6 +81,19 @@ def variable():
     return mesh, scene
 
 
+def stages(n=120):
+    """Many short stages: files and checkpoints of several at once."""
+    mesh = join([renamed(rectangle(0, i, 1, 1, group=name, rigid=True), {"pushed": "left"} if i else {}, {})
+                 for i, name in enumerate("ab")])
+    scene = {
+        "model": "model.h5", "output": "out", "materials": {name: {"density": 2000} for name in "ab"},
+        "joints": {"default": {"k_n": 1e8, "k_s": 1e8, "friction": 30}}, "supports": {"a": {"fix": "xy"}},
+        "loads": {"weight": {"type": "self_weight"}, "push": {"type": "traction", "faces": "pushed", "value": [5e3, 0]}},
+        "stages": [{f"s{i}": {"loads": ["weight", "push"][:1 + i % 2]}} for i in range(n)],
+    }
+    return mesh, scene
+
+
 def dynamic(duration=0.6, n=8):
     """Blocks that fall on deformable ones and slide off: contacts come and go; energies and frames."""
     bodies = [rectangle(-1, -1, 4, 1, group="base", rigid=True), rectangle(0, 0, 2, 1, 4, 2, group="wall")]
@@ -99,7 +112,7 @@ def dynamic(duration=0.6, n=8):
 
 
 ALL = {"static": static, "newton": newton, "reduction": reduction, "variable": variable, "dynamic": dynamic,
-       "condensed": condensed, "cracked": cracked, "flood": flood}
+       "condensed": condensed, "cracked": cracked, "flood": flood, "stages": stages}
 ROUNDED = ("newton",)  # on several ranks MUMPS adds up in another order each time: the last digits of each run differ
 
 def shake(scene, duration):
