@@ -316,14 +316,15 @@ static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
   return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
 }
 
-/* A corner, or much shorter than both faces. */
-static PetscBool is_sliver(const Model *model, const Contacts *c, PetscInt i)
+/* Of the control length, a tenth of the shorter face, that a contact has: what is shorter is new or left where
+   blocks have slid, or a corner, and its stress is no stress of a face. */
+static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i, PetscReal length)
 {
   PetscInt v[CONTACT_ROWS];
-  if (c->klass[i] == VERTEX_FACE) return PETSC_TRUE;
   for (int r = 0; r < CONTACT_ROWS; r++) v[r] = c->vertex[CONTACT_ROW(i, r)];
-  return (PetscBool)(c->length[i] < 0.1 * PetscMin(distance(model, v[ROW_P], v[ROW_Q]),
-                                                   distance(model, v[ROW_A], v[ROW_B])));
+  PetscReal face = distance(model, v[ROW_A], v[ROW_B]);
+  if (c->klass[i] != VERTEX_FACE) face = PetscMin(face, distance(model, v[ROW_P], v[ROW_Q]));
+  return PetscMin(1., length / (0.1 * face));
 }
 
 /* Whether a closed end bears all the shear it can. The law's own word is for the evaluation just done: a slip
@@ -360,7 +361,6 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   row->klass = c->klass[i];
   row->joint = c->joint[i];
   row->length = c->length[i];
-  row->sliver = is_sliver(model, c, i);
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
     ContactEnd *end = &row->end[k];
@@ -376,6 +376,7 @@ static void contact_row(const Model *model, const State *state, const Contacts *
     if (at_shear_limit(&joints[c->joint[i]], row, k)) row->end[k].state |= CONTACT_SLIPPING;
   contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, &p, row);
   if (row->klass == VERTEX_FACE) one_end(model, c, i, row);
+  row->control = control_part(model, c, i, row->length);
   contact_lengths(kind, &joints[c->joint[i]], &p, row);
 }
 

@@ -40,8 +40,9 @@ typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
   PetscInt klass, joint;
-  PetscBool sliver; /* a corner, or less than a tenth of the shorter face: too short to stand for it */
   PetscReal length; /* [m] */
+  PetscReal
+      control; /* [-] of a tenth of the shorter face (of a corner: of the face it stands on), at most 1 */
   PetscReal open, crushing; /* [m] of it */
   ContactEnd end[2];        /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;

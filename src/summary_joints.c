@@ -23,7 +23,8 @@ typedef struct {
   PetscReal N, T, M;                  /* [N], [N m] */
   PetscReal R[2];                     /* [N] */
   PetscReal open, slipping, crushing; /* [m] */
-  const ContactEnd *lowest, *highest; /* of sigma */
+  ContactEnd lowest, highest;         /* of sigma over a control length */
+  PetscInt ends;
 } JointSums;
 
 /* Main direction of the end points, weighted by the length of their contacts. */
@@ -70,7 +71,7 @@ static void outermost(const StageFields *s, PetscInt joint, PetscBool slivers, J
   for (PetscInt i = 0; i < 2 * s->n_contacts; i++) {
     const ContactRow *c = &s->contact[i / 2];
     const ContactEnd *end = &c->end[i % 2];
-    if (c->joint != joint || (c->sliver && !slivers)) continue;
+    if (c->joint != joint || (!slivers && (c->klass == VERTEX_FACE || c->control < 1.))) continue;
     const PetscReal at = end->point[0] * line->e[0] + end->point[1] * line->e[1];
     if (at < low) low = at, line->first = end;
     if (at > high) high = at, line->last = end;
@@ -118,8 +119,24 @@ static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sum
     sums->N -= F[0];
     sums->T += fabs(F[1]);
   }
-  if (!sums->lowest || end->sigma < sums->lowest->sigma) sums->lowest = end;
-  if (!sums->highest || end->sigma > sums->highest->sigma) sums->highest = end;
+}
+
+/* What a contact shorter than its control length bears counts over that length: else the stress of a joint would
+   be that of a corner, or of a millimetre where blocks have slid; left out, a corner that bears all would not
+   count. sign: -1 for compression, 1 for tension; what is of the other sign is no such peak. */
+static ContactEnd over_control(const ContactRow *c, int k, int sign)
+{
+  ContactEnd end = c->end[k];
+  if (end.sigma * sign > 0.) end.sigma *= c->control, end.tau *= c->control;
+  return end;
+}
+
+static void keep_extremes(const ContactRow *c, int k, JointSums *sums)
+{
+  const ContactEnd low = over_control(c, k, -1), high = over_control(c, k, 1);
+  if (!sums->ends || low.sigma < sums->lowest.sigma) sums->lowest = low;
+  if (!sums->ends || high.sigma > sums->highest.sigma) sums->highest = high;
+  sums->ends++;
 }
 
 static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *line, JointSums *sums)
@@ -132,6 +149,7 @@ static void add_contacts(const StageFields *s, PetscInt joint, const JointLine *
     sums->crushing += c->crushing;
     for (int k = 0; k < 2; k++) {
       add_end(line, &c->end[k], sums);
+      keep_extremes(c, k, sums);
       if (c->end[k].state & CONTACT_SLIPPING) sums->slipping += 0.5 * c->length;
     }
   }
@@ -212,8 +230,8 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
     put_line(f, line, sums, thickness);
   else
     fprintf(f, "\n");
-  put_end(f, "sigma_min", sums->lowest->point, sums->lowest, ",\n");
-  put_end(f, "sigma_max", sums->highest->point, sums->highest, "\n        }");
+  put_end(f, "sigma_min", sums->lowest.point, &sums->lowest, ",\n");
+  put_end(f, "sigma_max", sums->highest.point, &sums->highest, "\n        }");
 }
 
 PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields)

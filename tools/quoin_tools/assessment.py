@@ -145,6 +145,7 @@ def block_on_path(case, stage, path, base, strength):
     inside = cut.LineString(path).intersection(case.body.buffer(ON_PATH)).length
     if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
         return None
+    sigma = contacts.sigma * case.results.mesh.control(contacts)[:, None]
     normal, on_b, point = contacts.normal[mine], contacts.on_b()[mine], contacts.point[mine]
     pieces = np.diff(path, axis=0)
     nearest = np.argmin(np.linalg.norm(point.mean(axis=1)[:, None] - middles, axis=2), axis=1)
@@ -157,7 +158,7 @@ def block_on_path(case, stage, path, base, strength):
     bearing = mine & contacts_on(base.ends(), contacts)  # of a bent path the plane that it slides on
     closed, opened = closed_stretches(base, contacts, bearing)
     values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
-              "end": hand.linear[1], "crack": opened, "compression": float(-contacts.sigma[mine].min()),
+              "end": hand.linear[1], "crack": opened, "compression": float(-sigma[mine].min()),
               "friction": hand.friction_needed}  # fmt: skip
     return values | factors(hand, strength, closed)
 

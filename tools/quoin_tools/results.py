@@ -77,6 +77,19 @@ class Mesh:
         used = (self.blocks >= 0)[:, :, None]
         return (self.vertices[self.blocks] * used).sum(axis=1) / used.sum(axis=1)
 
+    def control(self, contacts):
+        """Of a tenth of the shorter face, at most 1, that each contact has: what stresses of shorter ones count for in a joint."""
+        shorter = np.full(len(contacts), np.inf)
+        for block, k in (contacts.face[:, :2].T, contacts.face[:, 2:].T):
+            on_face = block >= 0
+            ring = self.rings()[block[on_face]]
+            n = np.where(self.blocks[block[on_face], 3] < 0, 3, 4)
+            rows, start = np.arange(len(n)), k[on_face]
+            length = np.linalg.norm(ring[rows, (start + 1) % n] - ring[rows, start], axis=1)
+            shorter[on_face] = np.minimum(shorter[on_face], length)
+        known = np.isfinite(shorter)
+        return np.where(known, np.minimum(1.0, contacts.length / (0.1 * np.where(known, shorter, 1.0))), 1.0)
+
     def outline(self):
         """Vertices (n, 2) of the outer faces of all macroblocks."""
         following = np.where(
