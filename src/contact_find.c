@@ -171,12 +171,15 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   // is one, its corners carry it as vertices on a face
   const PetscBool was = (PetscBool)(c->before >= 0);
   const PetscReal thin = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
+  const PetscBool in_motion = (PetscBool)(old && old->contacts->rate != 0.);
   PetscReal depth = was ? thin : scene->overlap_tolerance, deepest;
+  // in statics a block may be pressed in deeper than that when it slides on to the next face
+  if (!was && old && !in_motion) depth = PetscMax(depth, PetscMin(thin, m->contact_pressed));
   // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
   if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
   // in motion it is enough that one end is near: partly open a face contact has a potential (tptm), which a
   // change from a vertex on a face that carries load has not; so a vertex pressed in deep may land as well
-  deepest = old && old->contacts->rate != 0. && depth == scene->overlap_tolerance ? thin : depth;
+  deepest = in_motion && depth == scene->overlap_tolerance ? thin : depth;
   if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, deepest, &c->pair) == FACES_APART)
     return PETSC_FALSE;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) < -depth && !half_open(&c->pair, shorter)) return PETSC_FALSE;

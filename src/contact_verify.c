@@ -115,7 +115,7 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
    one. */
 static PetscErrorCode measure_depth(const Contacts *c, Model *m)
 {
-  PetscReal depth = 0.;
+  PetscReal depth = 0., pressed = 0.;
   PetscFunctionBeginUser;
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
@@ -124,12 +124,14 @@ static PetscErrorCode measure_depth(const Contacts *c, Model *m)
     const PetscReal deep = -PetscMin(gap[0], gap[1]), open = -deep;
     if (open > depth && open <= ContactParts(c, at, m->contact_margin) && c->klass[at] != VERTEX_FACE)
       depth = open;
-    if (!(deep > PetscMax(depth, m->contact_margin))) continue;
+    if (!(deep > PetscMax(pressed, m->contact_margin))) continue;
     const PetscInt f = FaceRow(m, c->key[2 * at]);
-    if (f >= 0 && deep <= FACE_DEPTH * m->faces.thick[f]) depth = deep;
+    if (f >= 0 && deep <= FACE_DEPTH * m->faces.thick[f]) pressed = deep;
   }
-  if (depth <= m->contact_margin) depth = 0.;
-  PetscCallMPI(MPI_Allreduce(&depth, &m->contact_depth, 1, MPIU_REAL, MPI_MAX, m->comm));
+  depth = PetscMax(depth, pressed);
+  PetscReal both[2] = {depth <= m->contact_margin ? 0. : depth, pressed};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, both, 2, MPIU_REAL, MPI_MAX, m->comm));
+  m->contact_depth = both[0], m->contact_pressed = both[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -136,7 +136,8 @@ typedef struct {
   PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
   PetscReal
       contact_depth; /* [m] deepest overlap or widest opening of a contact when contacts were last looked
-                               for, 0: within the margin */
+                                for, 0: within the margin */
+  PetscReal contact_pressed; /* [m] the overlap alone */
 
   /* vertices */
   PetscInt n_deformable;      /* owned, of deformable blocks */

@@ -11,7 +11,7 @@ from driver import MODELS, changed
 from quoin_tools.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "variable = fixed while nothing slides off; corners at flush faces; symmetry; cracks wider than the tolerance"
-SOURCE = "fixed connectivity; rho g h / k_n + rho g h^2 / 2 E; T / k_s L; contact length 3 (b/2 - e)"
+SOURCE = "fixed connectivity; rho g h / k_n + rho g h^2 / 2 E; T / k_s L; contact length 3 (b/2 - e); a base that holds a residual tension"
 
 G, RHO = 9.81, 2400.0
 ELASTIC = {"young": 10e9, "poisson": 0.2}
@@ -35,6 +35,7 @@ def run(case):
     mirrored(case)
     path(case)
     never_pulls(case)
+    holds_together(case)
     wide_crack(case)
 
 
@@ -173,6 +174,57 @@ def never_pulls(case):
         force = [contact[:, 0].sum() for frame in [*result.frames("fall"), "fall"] for contact in result.stage(frame).contacts.force]
         case.check(f"block falls on its corner, {name}: a contact that pulls, most of 41 frames [N]", max(force), 0.0, absolute=1e-6)
         case.check("... verdict", result.verdict, "converged")
+
+
+def tilt(b, h, k_n, tension, weight, push, most=0.2):
+    """Opening at the heel [m] of a rigid block b by h whose base is pressed elastically and pulls by no more than tension, as `push` at
+    half its height tilts it; None: nothing below a rotation of `most` holds it."""
+    x = (np.arange(4000) + 0.5) * b / 4000  # from the toe
+
+    def off(theta):  # moment about the toe that is missing, once weight and base balance
+        low, high = -b, b
+        for _ in range(60):
+            d = 0.5 * (low + high)
+            low, high = (d, high) if -b * np.minimum(k_n * (theta * x - d), tension).mean() < weight else (low, d)
+        arm, lift = b / 2 * np.cos(theta) - h / 2 * np.sin(theta), h / 2 * np.cos(theta) + b / 2 * np.sin(theta)
+        held = weight * arm + b * (np.minimum(k_n * (theta * x - d), tension) * x).mean()
+        return push * lift - held, theta * b - d
+
+    angles = np.geomspace(1e-4, most, 60)
+    first = next((i for i, theta in enumerate(angles) if off(theta)[0] < 0), None)
+    if not first:
+        return None
+    low, high = angles[first - 1], angles[first]
+    for _ in range(40):
+        theta = 0.5 * (low + high)
+        low, high = (theta, high) if off(theta)[0] > 0 else (low, theta)
+    return off(theta)[1]
+
+
+def holds_together(case):
+    """A joint with a residual tension in a static stage: a tilted block opens at its heel, slides on to the next face of the base
+    and, pressed in deeper than contact.overlap there, goes on with a face contact; past its limit it falls and no corner holds it."""
+    b, h, tension = 2.0, 4.0, 250e3
+    mesh = join([renamed(rectangle(-2, -1, 6, 1, 3, 1, group="base", rigid=True), {}),
+                 renamed(rectangle(0, 0, b, h, group="block", rigid=True), {"side": "left"})])
+
+    def pushed_by(pressure, k_n, tolerance, how):
+        joint = {"k_n": k_n, "k_s": k_n, "friction": 45, "cohesion": tension, "tension": tension, "tension_residual": tension}
+        scene = changed(SCENE, ("contact", {"connectivity": how, "tolerance": tolerance, "overlap": tolerance}),
+                        ("relaxation", {"tolerance": 1e-8, "velocity_tolerance": 1e-8, "allow_floating": True}),
+                        ("joints.default", joint),
+                        ("loads.push", {"type": "traction", "faces": "side", "value": [pressure, 0]}),
+                        ("stages", [{"sw": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"], "ramp": 500}}]))
+        return case.run(mesh, scene)
+
+    for pressure in (50e3, 55e3):
+        contacts = pushed_by(pressure, 1e8, 1e-3, "variable").stage("push").contacts
+        case.check(f"residual tension of 250 kPa, pushed by {pressure / 1e3:g} kPa: the heel opens [mm]", 1e3 * contacts.opening.max(),
+                   1e3 * tilt(b, h, 1e8, tension, b * h * RHO * G, pressure * h), relative=0.02)
+        case.check("... faces in contact, corners", [int(np.sum(contacts.klass != 4)), int(np.sum(contacts.klass == 4))], [2, 0], absolute=0)
+    case.check("... by 60 kPa on 20 MPa/m: closed form", tilt(b, h, 2e7, tension, b * h * RHO * G, 60e3 * h), None)
+    for how in ("fixed", "variable"):
+        case.check(f"... {how}", pushed_by(60e3, 2e7, 5e-3, how).verdict, "collapsed")
 
 
 def wide_crack(case):
