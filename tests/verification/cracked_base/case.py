@@ -88,6 +88,13 @@ def cohesion_on_closed_length(case):
     case.check("cohesion 1 MPa, residual 0.4 MPa: closed length [m]", base["closed_length"], 30.0 - crack, relative=1e-5)
     case.check("... sliding factors peak and residual, cohesion on the closed length", [base["sliding_factor_peak"], base["sliding_factor_residual"]],
                [(normal + c * (30.0 - crack)) / thrust for c in (1e6, 4e5)], relative=1e-5)
+    trials = {"type": "strength_reduction", "what": "strengths", "loads": ["weight", "water"], "factor": 0.9, "limit": 0.1, "bracket": 0.005}
+    kept = changed(strong, ("joints.base.cohesion_residual", 1e6), ("stages", [*SCENE["stages"], {"slide": trials}]))
+    result = case.run(triangle(30.0, 1), kept)
+    found = result.stage_summary("slide")["strength_reduction"]
+    case.check("... trials that reduce all strengths: factor between the last stable and the first failing one",
+               0.5 * (found["safety_factor_stable"] + found["safety_factor_failing"]),
+               result.stage_summary("full")["joints"]["base"]["sliding_factor_peak"], relative=0.01)
 
 
 def many_contacts(case):
