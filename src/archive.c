@@ -143,6 +143,56 @@ PetscErrorCode ArchiveSums(Archive *a, const char *name, PetscInt n, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: the numbers of each rank and all of them, NULL: there are none that fit. */
+static const PetscReal *summands_of(const Archive *a, const char *name, PetscMPIInt size,
+                                    const PetscMPIInt *counts)
+{
+  char full[2 * NAME_LENGTH], label[NAME_LENGTH];
+  snprintf(label, sizeof(label), "%.32s_n", name);
+  full_name(a, label, full);
+  const ArchiveEntry *n = ArchiveFind(a, full);
+  full_name(a, name, full);
+  const ArchiveEntry *e = ArchiveFind(a, full);
+  size_t total = 0;
+  if (!n || !e || n->rows != (size_t)size) return NULL;
+  for (PetscMPIInt r = 0; r < size; r++) {
+    if (((const PetscInt64 *)n->data)[r] != counts[r]) return NULL;
+    total += (size_t)counts[r];
+  }
+  return e->kind == ARCHIVE_REAL && e->rows == total ? e->data : NULL;
+}
+
+PetscErrorCode ArchiveSummands(Archive *a, const char *name, PetscInt n, PetscReal *x, PetscBool *mine)
+{
+  char label[NAME_LENGTH];
+  PetscMPIInt size, count, *counts, *starts;
+  PetscInt total;
+  PetscReal *all = NULL;
+  PetscInt64 *wide;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(a->comm, &size));
+  PetscCall(PetscMPIIntCast(n, &count));
+  PetscCall(PetscMalloc3(size, &counts, size, &starts, size, &wide));
+  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts, 1, MPI_INT, a->comm));
+  starts[0] = 0;
+  for (PetscMPIInt r = 1; r < size; r++) starts[r] = starts[r - 1] + counts[r - 1];
+  for (PetscMPIInt r = 0; r < size; r++) wide[r] = counts[r];
+  if (!a->reading) {
+    snprintf(label, sizeof(label), "%.32s_n", name);
+    PetscCall(ArchiveCounts(a, label, size, wide));
+    PetscCall(GatherBytes(a->comm, n, sizeof(*x), x, &total, (void **)&all));
+    if (!a->rank) PetscCall(put(a, name, ARCHIVE_REAL, (size_t)total, 1, all));
+    PetscCall(PetscFree(all));
+  } else {
+    const PetscReal *known = a->rank ? NULL : summands_of(a, name, size, counts);
+    *mine = (PetscBool)(known != NULL);
+    PetscCallMPI(MPI_Bcast(mine, 1, MPI_PETSC_BOOL, 0, a->comm));
+    if (*mine) PetscCallMPI(MPI_Scatterv(known, counts, starts, MPIU_REAL, x, count, MPIU_REAL, 0, a->comm));
+  }
+  PetscCall(PetscFree3(counts, starts, wide));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ArchiveText(Archive *a, const char *name, char **text)
 {
   PetscFunctionBeginUser;

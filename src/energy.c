@@ -14,6 +14,8 @@
 #include "archive.h"
 #include "lanes.h"
 
+enum { ENERGY_SUMS = 7 }; /* over the dofs, or the contacts, of a rank */
+
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
 {
   PetscFunctionBeginUser;
@@ -102,18 +104,40 @@ PetscErrorCode EnergyContactsChanged(const Contacts *c, EnergyAccount *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The sums of this rank, then the work of each contact so far: one by one, so that what is added to them later
+   is rounded as if nothing had happened. */
+static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal sums[ENERGY_SUMS])
+{
+  const PetscInt n = ENERGY_SUMS + e->n_contacts;
+  PetscBool mine = PETSC_FALSE;
+  PetscReal *x;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &x));
+  PetscCall(PetscArraycpy(x, sums, ENERGY_SUMS));
+  PetscCall(PetscArraycpy(x + ENERGY_SUMS, e->work, e->n_contacts));
+  PetscCall(ArchiveSummands(a, "summands", n, x, &mine));
+  if (mine) {
+    PetscCall(PetscArraycpy(sums, x, ENERGY_SUMS));
+    PetscCall(PetscArraycpy(e->work, x + ENERGY_SUMS, e->n_contacts));
+  }
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, EnergyAccount *e)
 {
-  PetscReal sums[] = {e->kinetic, e->strain,        e->outside,    e->supports,
-                      e->damping, e->damping_ahead, e->work_before};
+  PetscReal sums[ENERGY_SUMS] = {e->kinetic, e->strain,        e->outside,    e->supports,
+                                 e->damping, e->damping_ahead, e->work_before};
   PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0};
   PetscFunctionBeginUser;
+  if (!a->reading) PetscCall(archive_summands(a, e, sums));
   for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
-  PetscCall(ArchiveSums(a, "energies", 7, sums));
+  PetscCall(ArchiveSums(a, "energies", ENERGY_SUMS, sums));
   PetscCall(ArchiveReals(a, "energies_at_start", 4, alike));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(EnergyContactsChanged(c, e)); // forces and places of the cycle before are those of c
+  PetscCall(archive_summands(a, e, sums));
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6];
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
