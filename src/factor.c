@@ -51,14 +51,22 @@ static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
-/* Its own line about an error is said better by ours; who asks for CHOLMOD's messages gets them. */
-static PetscErrorCode silence_cholmod(void)
+/* KSPSetUp by CHOLMOD. Its own line about an error is said better by ours; who asks for CHOLMOD's messages gets
+   them. Our option does not stay: another preconditioner of the user's would leave it unread. */
+static PetscErrorCode set_up_silently(KSP ksp, PetscBool *wants)
 {
+  PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
   PetscBool asked;
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsHasName(NULL, NULL, "-mat_cholmod_print", &asked));
   if (!asked) PetscCall(PetscOptionsSetValue(NULL, "-mat_cholmod_print", "0"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPushErrorHandler(keep_status, wants));
+  PetscErrorPrintf = PetscErrorPrintfNone;
+  const PetscErrorCode code = KSPSetUp(ksp);
+  PetscErrorPrintf = print;
+  PetscCall(PetscPopErrorHandler());
+  if (!asked) PetscCall(PetscOptionsClearValue(NULL, "-mat_cholmod_print"));
+  PetscFunctionReturn(code);
 }
 
 /* ---- the factor */
@@ -96,7 +104,6 @@ static PetscErrorCode show_factor(const Problem *p, MatSolverType package)
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails)
 {
   const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
-  PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
   Newton *n = p->relax->newton;
   PC pc;
   PCFailedReason failed;
@@ -115,12 +122,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
   n->wants = PETSC_FALSE;
   PetscCall(show_factor(p, package));
-  if (refuses) PetscCall(silence_cholmod());
-  if (refuses) PetscCall(PetscPushErrorHandler(keep_status, &n->wants));
-  if (refuses) PetscErrorPrintf = PetscErrorPrintfNone;
-  const PetscErrorCode code = KSPSetUp(*ksp);
-  PetscErrorPrintf = print;
-  if (refuses) PetscCall(PetscPopErrorHandler());
+  const PetscErrorCode code = refuses ? set_up_silently(*ksp, &n->wants) : KSPSetUp(*ksp);
   *fails = (PetscBool)(refuses && code);
   if (*fails) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(code);

@@ -37,6 +37,12 @@ static inline const char *Plural(PetscInt64 n)
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
+/* ---- petsc_options.c */
+/* Into scene->solvers and, where there are any, as a line of scene->options. */
+PetscErrorCode SolverOptionsTake(Scene *scene);
+/* Those that nobody has asked for are misspelt, or of a solver that did not run. */
+PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
+
 /* ---- isa.c */
 /* Collective. Sets instruction_set, on which hot loops branch; refuses one that the processor has not. */
 PetscErrorCode IsaSelect(MPI_Comm comm, const Scene *scene);

@@ -100,24 +100,6 @@ static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *ex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options of PETSc's solvers that nobody has asked for are misspelt, or of a solver that did not run. */
-static PetscErrorCode tell_unread(void)
-{
-  static const char *const solvers[] = {"ksp_", "pc_",  "mat_", "vec_", "sub_", "snes_",
-                                        "ts_",  "tao_", "dm_",  "is_",  "sf_"};
-  PetscInt n;
-  char **names, **values;
-  PetscFunctionBeginUser;
-  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
-  for (PetscInt i = 0; i < n; i++)
-    for (size_t s = 0; s < PETSC_STATIC_ARRAY_LENGTH(solvers); s++)
-      if (!strncmp(names[i], solvers[s], strlen(solvers[s])))
-        PetscCall(PetscFPrintf(PETSC_COMM_WORLD, stderr,
-                               "quoin: warning: command line: -%s was read by nothing that ran\n", names[i]));
-  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 int main(int argc, char **argv)
 {
   const char *scene_file = take_scene_file(&argc, argv);
@@ -138,7 +120,7 @@ int main(int argc, char **argv)
     PetscCall(SceneHelp(PETSC_COMM_WORLD));
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
-    if (!error) PetscCall(tell_unread());
+    if (!error) PetscCall(SolverOptionsTellUnread(PETSC_COMM_WORLD));
     if (error) exit_code = QuoinErrorExitCode(error);
     if (error && !QuoinErrorIsShared(error)) MPI_Abort(PETSC_COMM_WORLD, exit_code);
   }

@@ -15,6 +15,7 @@ static void write_echo(const char *folder, const Scene *scene, char message[MESS
   FILE *f = PartOpen(folder, "scene_echo.yaml", message);
   if (!f) return;
   fputs(scene->echo, f);
+  if (scene->solvers) fprintf(f, "# options of PETSc's solvers: %s\n", scene->solvers);
   PartFinish(f, folder, "scene_echo.yaml", message);
 }
 

@@ -131,6 +131,7 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
   PetscFunctionBeginUser;
   q->scene_file = scene_file, q->argc = argc, q->argv = argv;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
+  PetscCall(SolverOptionsTake(&q->scene));
   MemorySetLimit(1e9 * (double)q->scene.memory_limit);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -303,6 +304,12 @@ PetscErrorCode QuoinView(Quoin q)
                         QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global,
                         Plural(q->model.n_bodies_global), q->model.n_rigid_global, n[1], Plural(n[1]), n[0],
                         q->model.size, Plural(q->model.size), IsaName()));
+  if (q->scene.solvers)
+    PetscCall(
+        PetscPrintf(q->comm,
+                    "for PETSc's solvers: %s: preconditioned and condensed stages may end in other bits "
+                    "than without\n",
+                    q->scene.solvers));
   if (q->model.n_condensed_global)
     PetscCall(PetscPrintf(q->comm,
                           "condensed bodies, small strain: %" PetscInt_FMT ", %" PetscInt_FMT

@@ -431,6 +431,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
   PetscCall(PetscFree(scene->echo));
   PetscCall(PetscFree(scene->damping_groups));
   free(scene->options);
+  free(scene->solvers);
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->joints));
   PetscCall(PetscFree(scene->supports));

@@ -193,5 +193,6 @@ typedef struct {
   Support *supports;
   Load *loads;
   Stage *stages;
-  char *echo; /* every key in force, as YAML: scene_echo.yaml */
+  char *echo;    /* every key in force, as YAML: scene_echo.yaml */
+  char *solvers; /* PETSc's options for its solvers, NULL: none; petsc_options.c */
 } Scene;

@@ -280,6 +280,7 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
       ",\n  ");
   JsonCount(f, "ranks", model->size, ",\n  ");
   JsonText(f, "isa", IsaName(), ",\n  ");
+  if (scene->solvers) JsonText(f, "petsc_options", scene->solvers, ",\n  ");
   JsonNumber(f, "thickness", scene->thickness, ",\n  ");
   JsonCount(f, "n_blocks", model->n_blocks_global, ",\n  ");
   JsonCount(f, "n_vertices", model->n_vertices_global, ",\n  ");

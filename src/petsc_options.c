@@ -1,0 +1,82 @@
+/* petsc_options.c: options of PETSc's solvers. They are no keys of the scene, but they change what its solvers
+   return: -mat_no_inode the order of their sums, -pc_type the preconditioner. So a run that has some says so,
+   keeps them with its own options (a restart tells when they change) and with its results. */
+#include "internal.h"
+#include <ctype.h>
+#include <stdlib.h>
+
+static PetscBool begins_with_any(const char *name, const char *const *words)
+{
+  for (; *words; words++)
+    if (!strncmp(name, *words, strlen(*words))) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+static PetscBool is_of_solvers(const char *name)
+{
+  static const char *const solvers[] = {"ksp_", "pc_",  "mat_", "vec_", "sub_", "snes_",
+                                        "ts_",  "tao_", "dm_",  "is_",  "sf_",  NULL};
+  return begins_with_any(name, solvers);
+}
+
+/* Of these, those that only print. */
+static PetscBool prints(const char *name)
+{
+  static const char *const words[] = {"monitor", "view", "converged_reason", "print", NULL};
+  for (const char *const *w = words; *w; w++)
+    if (strstr(name, *w)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* "-name value -name", free with free(). */
+static PetscErrorCode solver_options(char **text)
+{
+  char *all, *end = NULL;
+  PetscBool taken = PETSC_FALSE;
+  size_t size;
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetAll(NULL, &all));
+  FILE *f = open_memstream(text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  for (char *word = strtok_r(all, " \n", &end); word; word = strtok_r(NULL, " \n", &end)) {
+    const PetscBool is_name = (PetscBool)(word[0] == '-' && isalpha((unsigned char)word[1]));
+    if (is_name) taken = (PetscBool)(is_of_solvers(word + 1) && !prints(word + 1));
+    if (taken) fprintf(f, "%s%s", ftell(f) ? " " : "", word);
+  }
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SolverOptionsTake(Scene *scene)
+{
+  static const char line[] = "%spetsc_options %s\n";
+  PetscFunctionBeginUser;
+  PetscCall(solver_options(&scene->solvers));
+  if (!scene->solvers[0]) {
+    free(scene->solvers);
+    scene->solvers = NULL;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const size_t size = sizeof(line) + strlen(scene->options) + strlen(scene->solvers);
+  char *text = malloc(size);
+  PetscCheck(text, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  snprintf(text, size, line, scene->options, scene->solvers);
+  free(scene->options);
+  scene->options = text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm)
+{
+  PetscInt n;
+  char **names, **values;
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++)
+    if (is_of_solvers(names[i]))
+      PetscCall(PetscFPrintf(comm, stderr, "quoin: warning: command line: -%s was read by nothing that ran\n",
+                             names[i]));
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
