@@ -2,14 +2,14 @@
 
     PYTHONPATH=tools python examples/guilhofrei/compare.py OUTPUT
 
-OUTPUT is the folder of the run; fig_12.png goes there too. reference.csv beside this file says where each number comes from and what it is
+OUTPUT is the folder of the run; fig_11.png and fig_12.png go there too. reference.csv beside this file says where each number comes from and what it is
 compared with. The section G1 is reconstructed, so the paper's numbers are a guide; the finite elements used the same
 section and mesh (24 columns)."""
 
 import os
 import sys
 
-from quoin_tools.paper_figures import figure_12, references
+from quoin_tools.paper_figures import figure_11, figure_12, references
 from quoin_tools.results import Results, ResultsError, table
 
 MPA = 1e-6
@@ -70,6 +70,7 @@ def main():
     cells = [(r["quantity"], r["stage"], r["unit"], r["paper"] or "-", number(r["ours"]),
               difference(r["ours"], float(r["paper"] or 0)), number(r["fe"]), difference(r["ours"], r["fe"])) for r in rows]
     print("\n".join(table(header, cells)))
+    figure_11(Results(sys.argv[1]), os.path.join(sys.argv[1], "fig_11.png"))
     figure_12(Results(sys.argv[1]), os.path.join(sys.argv[1], "fig_12.png"))
 
 

@@ -2,14 +2,14 @@
 
     PYTHONPATH=tools python examples/guilhofrei_sliding/compare.py OUTPUT
 
-OUTPUT holds the runs s1, s2, s3, s3_brittle, s4 and, for Fig. 17, s4_2 and s4_5; fig_16.png, fig_17.png and fig_18.png go there too. The section is
+OUTPUT holds the runs s1, s2, s3, s3_brittle, s4 and, for Fig. 17, s4_2 and s4_5; fig_15.png to fig_18.png go there too. The section is
 reconstructed, so the paper's numbers are a guide."""
 
 import math
 import os
 import sys
 
-from quoin_tools.paper_figures import figure_16, figure_17, figure_18, references
+from quoin_tools.paper_figures import figure_15, figure_16, figure_17, figure_18, references
 from quoin_tools.results import Results, ResultsError, table
 
 CREST = 33.0  # m
@@ -59,8 +59,10 @@ def values(stages):
 
 
 def draw(folder):
-    """Figures 16 to 18."""
+    """Figures 15 to 18."""
     runs = {run: Results(os.path.join(folder, run)) for run in ("s1", "s2", "s3", "s4", "s4_2", "s4_5")}
+    figure_15([("S1: base, no key", runs["s1"], "s1", None), ("S2: plane through the rock (assumed)", runs["s2"], "s2", None),
+               ("S3: base with a shear key", runs["s3"], "s3", "key")], os.path.join(folder, "fig_15.png"))  # fmt: skip
     figure_16([("S1, no key", runs["s1"], "s1", 1.9), ("S2, rock", runs["s2"], "s2", 2.1), ("S3, key", runs["s3"], "s3", 2.4)],
               os.path.join(folder, "fig_16.png"))  # fmt: skip
     levels = [(0.0, runs["s4"], "swhpu"), (2.0, runs["s4_2"], "s4"), (5.0, runs["s4_5"], "s4")]

@@ -96,6 +96,14 @@ def is_drawn(path, colours=20):
     return all((quarter != 255).any() for rows in np.split(image, [half[0]]) for quarter in np.split(rows, [half[1]], axis=1))
 
 
+def test_figure_11(dam, tmp_path):
+    """The crest moves most, downstream: what the summary has at the probe, the paper 4 mm; the stresses are the summary's."""
+    found, facts = paper_figures.figure_11(Results(dam[0]), tmp_path / "fig.png"), dam[1]["swhp"]
+    assert found["u_x"] == pytest.approx(1e3 * facts["probes"]["crest_upstream"]["u_x"], rel=2e-3) and found["u_x"] == pytest.approx(4.0, abs=0.5)
+    assert found["at"][1] == 33.0 and found["s2"] == pytest.approx(facts["stress_by_group"]["dam"]["s2_min"]["value"] / 1e6)
+    assert is_drawn(tmp_path / "fig.png")
+
+
 def test_figure_12(dam, tmp_path):
     """The straight line under the picture is that of the gravity method on G1: -243 and -669 kPa (docs/safety.md)."""
     found = paper_figures.figure_12(Results(dam[0]), tmp_path / "fig.png")
@@ -190,6 +198,16 @@ def test_sliding_through_the_rock(tmp_path):
                    cwd=ROOT, check=True, timeout=120)  # fmt: skip
     found = Results(tmp_path / "out").stage_summary("s2")["strength_reduction"]
     assert found["failing"] < 25.607 < found["stable"] and found["stable"] - found["failing"] <= 0.05
+
+
+def test_figure_15(sliding, tmp_path):
+    """The whole base slides, the shear key with it: from heel to toe, 10 % up."""
+    s1, s3 = (Results(sliding / name) for name in ("s1", "s3"))
+    for found in paper_figures.figure_15([("S1", s1, "s1", None), ("S3", s3, "s3", "key")], tmp_path / "15.png"):
+        assert [*found["from"], *found["to"]] == pytest.approx([0, 0, 22.8, 2.28], abs=1e-6)
+        assert [found["length"], found["rise"], found["slides"]] == pytest.approx([np.hypot(22.8, 2.28), 0.1, 1.0], abs=1e-3)
+    assert set(paper_figures.failure_path(s3, "s3")[2]) == {"base", "key"} and is_drawn(tmp_path / "15.png")
+    assert len(paper_figures.failure_path(s1, "swhp")[0]) == 0  # an equilibrium has none
 
 
 def test_figures_16_to_18(sliding, tmp_path):

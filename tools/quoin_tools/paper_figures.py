@@ -1,4 +1,4 @@
-"""Figures 12 to 14 and 16 to 18 of the paper (section 4, the Guilhofrei dam) from results of our own, its numbers marked.
+"""Figures 11 to 18 of the paper (section 4, the Guilhofrei dam) from results of our own, its numbers marked.
 
 Each figure's function takes runs (Results), writes one picture and returns what it drew as numbers. The section is a reconstruction: what the
 figures show beside the paper's numbers says how near it comes, and no more.
@@ -12,12 +12,15 @@ import matplotlib
 import numpy as np
 
 from quoin_tools.mechanism import draw_mechanism
-from quoin_tools.plots import GREY, LINES, STYLE, view
+from quoin_tools.plots import FILLS, GREY, LINES, STYLE, cross_panel, set_view, thinned, triangles, view
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
-from matplotlib.collections import PolyCollection  # noqa: E402
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.ticker import MaxNLocator  # noqa: E402
+from matplotlib.tri import Triangulation  # noqa: E402
 
 FACTORS = (1, 1.5, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20)  # steps of colour in Fig. 13
 MODES = {1: "t", 2: "c", 3: "s"}  # safety_mode of results.h5; letters as in Fig. 13
@@ -64,6 +67,37 @@ def straight_line(distance, sigma, chord):
     first = (size * (distance[:, 0] * (2 * sigma[:, 0] + sigma[:, 1]) + distance[:, 1] * (sigma[:, 0] + 2 * sigma[:, 1])) / 6).sum()
     M = first + N * chord / 2  # of the tension about the middle: positive when it pulls at the toe
     return -N / chord - 6 * M / chord**2, -N / chord + 6 * M / chord**2
+
+
+def figure_11(results, path, stage="swhp", group="dam", paper=4.0):
+    """Principal stresses at the centres of blocks (a) and displacements (b) under self-weight and water. paper: its largest u_x [mm]."""
+    mesh, fields, facts = results.mesh, results.stage(stage), results.stage_summary(stage)["stress_by_group"][group]
+    box, _ = view(mesh)
+    mine = mesh.block_group == mesh.group_names.index(group)
+    vertices = np.unique(mesh.blocks[mine][mesh.blocks[mine] >= 0])
+    u = 1e3 * fields.displacement
+    most = vertices[u[vertices, 0].argmax()]
+    outline = mesh.vertices[mesh.outline()]
+    with pyplot.rc_context(STYLE):
+        figure, (left, right) = pyplot.subplots(1, 2, figsize=(10.5, 6.4), sharey=True)
+        cross_panel(left, mesh, fields, np.ones(len(mesh.blocks), dtype=bool), box)
+        least, largest = facts["s2_min"]["value"] / 1e6, facts["s1_max"]["value"] / 1e6
+        left.set_title(f"(a) principal stresses; in the dam {least:.2f} to {largest:.3f} MPa\nthe paper: -0.96 at the toe, no tension".replace("-", "−"))
+        corners = triangles(mesh, np.ones(len(mesh.blocks), dtype=bool))
+        filled = right.tricontourf(Triangulation(*mesh.vertices.T, corners), u[:, 0], levels=MaxNLocator(14).tick_values(0, u[most, 0]),
+                                   cmap="viridis", extend="both")  # fmt: skip
+        figure.colorbar(filled, ax=right, label="horizontal displacement [mm], downstream positive")
+        rows, _ = thinned(mesh.vertices, np.ones(len(mesh.vertices), dtype=bool), box)
+        right.quiver(*mesh.vertices[rows].T, *u[rows].T, angles="xy", color="white", edgecolor="black", linewidth=0.4, width=0.003)
+        right.plot(*mesh.vertices[most], "o", ms=9, mfc="none", mec="black", mew=1.4, clip_on=False, zorder=5)
+        right.set_title(f"(b) displacements; largest to downstream {u[most, 0]:.2f} mm (ring)\nthe paper: {paper:g} mm")
+        for axes in (left, right):
+            axes.add_collection(LineCollection(outline, colors="black", linewidths=0.6))
+            set_view(axes, box)
+        left.set_ylabel("y [m]")
+        figure.suptitle(f"Fig. 11: self-weight and full reservoir, joint with friction ({NOTE})")
+        save(figure, path)
+    return {"u_x": float(u[most, 0]), "at": mesh.vertices[most], "s2": least, "s1": largest}
 
 
 def figure_12(results, path, stage="swhp"):
@@ -135,6 +169,71 @@ def mechanisms(runs, path, title):
 def figure_14(runs, path):
     """Voronoi dams without cohesion. runs: (title, Results, stage)."""
     mechanisms(runs, path, f"Fig. 14: Voronoi polygons without cohesion ({NOTE}; the paper's polygons are not known)")
+
+
+MOVES = 0.02  # of the fastest vertex: sides of a contact that move apart by less stay together in a mechanism
+STAYS, OPENS, SLIDES = 0, 1, 2
+
+
+def parting(mesh, contacts, velocity):
+    """Velocity of side a against side b at the ends of each contact, (n, 2, 2): across, positive when they part, and along."""
+    sides = []
+    for block, k in (contacts.face[:, :2].T, contacts.face[:, 2:].T):
+        n = np.where(mesh.blocks[block, 3] < 0, 3, 4)
+        first, second = mesh.blocks[block, k], mesh.blocks[block, (k + 1) % n]
+        A, B = mesh.vertices[first][:, None], mesh.vertices[second][:, None]
+        t = (((contacts.point - A) * (B - A)).sum(axis=2) / ((B - A) ** 2).sum(axis=2))[..., None]
+        sides.append((1 - t) * velocity[first][:, None] + t * velocity[second][:, None])
+    jump, normal = sides[0] - sides[1], contacts.normal
+    return np.stack([(jump * normal).sum(axis=2), np.abs(jump[..., 1] * normal[..., 0] - jump[..., 0] * normal[..., 1])], axis=2)
+
+
+def failure_path(results, stage):
+    """Contacts that part or slide in the mechanism of a stage: their ends (n, 2, 2), what they do, names of their joints."""
+    mesh, fields = results.mesh, results.stage(stage)
+    contacts = fields.contacts
+    if fields.mechanism is None or (contacts.face < 0).any():
+        return np.zeros((0, 2, 2)), np.zeros(0, dtype=int), np.zeros(0, dtype=str)
+    across, along = parting(mesh, contacts, fields.mechanism).mean(axis=1).T
+    does = np.where(np.maximum(across, along) < MOVES, STAYS, np.where(across > along, OPENS, SLIDES))
+    order = np.flatnonzero(does)
+    order = order[np.argsort(contacts.point[order, :, 0].mean(axis=1), kind="stable")]
+    return contacts.point[order], does[order], np.array(mesh.joint_names)[contacts.joint[order]]
+
+
+def figure_15(runs, path):
+    """Detail of the failure paths: what slides or opens in each mechanism. runs: (title, Results, stage, joint of the shear key or None)."""
+    found = []
+    ends = np.concatenate([failure_path(results, stage)[0].reshape(-1, 2) for _, results, stage, _ in runs])
+    box = (ends[:, 0].min() - 4, ends[:, 0].max() + 4, ends[:, 1].min() - 3, ends[:, 1].max() + 4)
+    with pyplot.rc_context(STYLE):
+        size = (12, 1.2 + len(runs) * (0.5 + 11 * (box[3] - box[2]) / (box[1] - box[0])))
+        figure, panels = pyplot.subplots(len(runs), 1, figsize=size, sharex=True, squeeze=False)
+        for axes, (title, results, stage, key) in zip(panels[:, 0], runs):
+            mesh, (lines, does, names) = results.mesh, failure_path(results, stage)
+            for row in np.unique(mesh.block_group):
+                axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=FILLS[row], edgecolors="#a0a0a0", linewidths=0.3))
+            for width, chosen, colour in ((7, names == key, LINES[4]), (2.5, does == SLIDES, LINES[1]), (2.5, does == OPENS, LINES[0])):
+                axes.add_collection(LineCollection(lines[chosen], colors=colour, linewidths=width, capstyle="butt", zorder=4))
+            first, last = lines.reshape(-1, 2)[[lines[..., 0].argmin(), lines[..., 0].argmax()]]
+            length, rise = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).sum(), (last[1] - first[1]) / (last[0] - first[0])
+            centres, velocity = mesh.centres(), results.stage(stage).mechanism
+            motion = mesh.rings(velocity).mean(axis=1)
+            moving = np.flatnonzero(np.hypot(*motion.T) > MOVES)
+            lowest = moving[thinned(centres[moving], np.ones(len(moving), dtype=bool), box)[0][::3]]
+            axes.quiver(*centres[lowest].T, *motion[lowest].T, angles="xy", scale=25, width=0.0015, zorder=5)
+            set_view(axes, box)
+            axes.set_xlabel("")
+            axes.set_ylabel("y [m]")
+            axes.set_title(f"{title}: {length:.1f} m, rises by {100 * rise:.1f} %")
+            found.append({"length": float(length), "rise": float(rise), "from": first, "to": last, "slides": float((does == SLIDES).mean())})
+        axes.set_xlabel("x [m]")
+        handles = [Line2D([], [], color=colour, lw=width, label=label) for colour, width, label in (
+            (LINES[1], 2.5, "slides"), (LINES[0], 2.5, "opens"), (LINES[4], 7, "shear key: cohesion and tensile strength"))]  # fmt: skip
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+        figure.suptitle(f"Fig. 15: failure paths, with the motion of the first failing trial ({NOTE})")
+        save(figure, path)
+    return found
 
 
 def figure_18(runs, path):
