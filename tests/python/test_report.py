@@ -233,16 +233,18 @@ def block(tmp_path_factory):
 
 
 @solver
-@pytest.mark.parametrize("path", ["5,10,5,6,10,4", "4,10,5,6,10,4", "0,10,0.5,8,5,6,10,4"])
-def test_wedge_slides_on_its_plane(block, path):
-    """Behind a crack, or two, a seam that falls by 2 in 5: tan(friction)/tan(slope), whatever the chord does."""
+@pytest.mark.parametrize("path, slope", [("5,10,5,6,10,4", 0.4), ("4,10,5,6,10,4", 0.4), ("0,10,0.5,8,5,6,10,4", 0.4), ("5,10,5,9.2315,10,5.8165", 0.683)])
+def test_wedge_slides_on_its_plane(block, path, slope):
+    """Behind a crack, or two, a falling seam: tan(friction)/tan(slope), whatever the chord does. The last: 0.845, on its chord 0.690."""
     found, _ = assess(block, "--path", "wedge=" + path, "--strength-on", "wedge=30,0")
     wedge = found["weight", "wedge"]
-    assert wedge.base.ends() == pytest.approx(np.array([[5.0, 6.0], [10.0, 4.0]]), abs=1e-6)
-    assert wedge.hand.sliding_factor(30) == pytest.approx(np.tan(np.radians(30)) / 0.4, rel=1e-9)
-    assert "The path is bent" in wedge.notes[0] and "the plane from (5.00, 6.00) to (10.00, 4.00) m, -21.8°" in wedge.notes[0]
+    seam = np.array([float(x) for x in path.split(",")]).reshape(-1, 2)[-2:]
+    assert wedge.base.ends() == pytest.approx(seam, abs=1e-6)
+    exact = np.tan(np.radians(30)) / slope
+    assert wedge.hand.sliding_factor(30) == pytest.approx(exact, rel=1e-9)
+    assert "The path is bent" in wedge.notes[0] and f"m, {-np.degrees(np.arctan(slope)):.1f}°" in wedge.notes[0]
     rows = {r.quantity: r for r in assessment.lines(wedge)}
-    assert rows[assessment.SLIDES.format("peak")].hand == pytest.approx(1.443, abs=1e-3)
+    assert rows[assessment.SLIDES.format("peak")].hand == pytest.approx(exact, abs=1e-3)
 
 
 @solver
