@@ -267,13 +267,21 @@ static PetscErrorCode archive_verified(Archive *a, Model *m, State *s)
 
 PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, Contacts *c)
 {
-  PetscReal reals[] = {
-      s->dt,   s->alpha,  s->beta, s->time, s->ramp, c->rate, (PetscReal)c->held, (PetscReal)c->counted,
-      c->pull, s->caution};
+  PetscReal reals[] = {s->dt,
+                       s->alpha,
+                       s->beta,
+                       s->time,
+                       s->ramp,
+                       c->rate,
+                       (PetscReal)c->held,
+                       (PetscReal)c->counted,
+                       c->pull,
+                       s->caution,
+                       (PetscReal)c->springs};
   PetscInt turn = s->loads_turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
-  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held_counted_pull_caution", 10, reals));
+  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held_counted_pull_caution_springs", 11, reals));
   PetscCall(archive_verified(a, m, s));
   PetscCall(ArchiveContacts(a, scene, m, "contacts", c));
   PetscCall(ArchiveApplied(a, m, "u", s->u));
@@ -299,6 +307,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
+  c->springs = (PetscBool)(reals[10] > 0.);
   PetscCall(spread(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -421,7 +421,7 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
     if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
   if (damped) Dashpots(at, J, &now, c);
-  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
+  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0. || c->springs, closes, damped, &now);
   if (follow) {
     Follow(of, model, J, first, &now);
   } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {

@@ -176,6 +176,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
   c->rate = before.rate, c->held = before.held, c->pull = before.pull;
+  c->springs = before.springs;
   PetscCall(ContactsInherit(m, joints, &table, &old, scene->vertex_length, &list, c));
   PetscCall(count(m, &table, &before, &list, c, result));
   PetscCall(PetscArraycpy(state->u_verified, state->u, m->n_dof));

@@ -14,7 +14,8 @@
 
    (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
 
-   looks at the motion that matters: the smaller of the two is taken.
+   looks at the motion that matters: the smaller of the two is taken. Once slip is kept as it comes (below) it
+   counts from where the ratio last halved or stalled: what still moves then is slower than what has moved.
 
    Friction flutter. Slip by a rule that is not associated makes the tangent stiffness unsymmetric: fast
    oscillations along a sliding joint grow by some 1e-3 a cycle and never let it rest, for mass-proportional
@@ -52,8 +53,8 @@ PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *
   PetscCall(PetscMemzero(r, sizeof(*r)));
   PetscCall(SumsCreate(m, &r->over_ranks));
   r->max_ratios = CHUNK_MAX / scene->check_every + 2;
-  PetscCall(
-      PetscCalloc4(m->n_dof, &r->u_0, m->n_dof, &r->f_0, m->n_dof, &r->account.u, m->n_dof, &r->account.f));
+  PetscCall(PetscCalloc5(m->n_dof, &r->u_0, m->n_dof, &r->u_secant, m->n_dof, &r->f_secant, m->n_dof,
+                         &r->account.u, m->n_dof, &r->account.f));
   PetscCall(PetscCalloc4(m->n_dof, &r->u_chunk, m->n_dof, &r->du_chunk, m->n_dof, &r->r_chunk, r->max_ratios,
                          &r->ratios));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -65,7 +66,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
   PetscCall(NewtonDestroy(&r->newton));
   PetscCall(SumsDestroy(&r->over_ranks));
   PetscCall(PetscFree4(r->u_chunk, r->du_chunk, r->r_chunk, r->ratios));
-  PetscCall(PetscFree4(r->u_0, r->f_0, r->account.u, r->account.f));
+  PetscCall(PetscFree5(r->u_0, r->u_secant, r->f_secant, r->account.u, r->account.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,7 +97,8 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
   }
   PetscCall(ArchiveReals(a, "ratios", r->n_ratios, r->ratios));
   PetscCall(ArchiveDofs(a, m, "u_0", r->u_0));
-  PetscCall(ArchiveDofs(a, m, "f_0", r->f_0));
+  PetscCall(ArchiveDofs(a, m, "u_secant", r->u_secant));
+  PetscCall(ArchiveDofs(a, m, "f_secant", r->f_secant));
   PetscCall(ArchiveDofs(a, m, "account_u", r->account.u));
   PetscCall(ArchiveDofs(a, m, "account_f", r->account.f));
   PetscCall(ArchiveDofs(a, m, "u_chunk", r->u_chunk));
@@ -138,7 +140,8 @@ PetscErrorCode SecantStart(const Model *m, const Contacts *c, const State *state
 {
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(r->u_0, state->u, m->n_dof));
-  PetscCall(PetscArraycpy(r->f_0, state->f, m->n_dof));
+  PetscCall(PetscArraycpy(r->u_secant, state->u, m->n_dof));
+  PetscCall(PetscArraycpy(r->f_secant, state->f, m->n_dof));
   r->q_secant = r->longest = 0.;
   for (PetscInt i = 0; i < c->n_padded; i++) r->longest = PetscMax(r->longest, c->length[i]);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->longest, 1, MPIU_REAL, MPI_MAX, m->comm));
@@ -151,27 +154,43 @@ PetscErrorCode SecantStart(const Model *m, const Contacts *c, const State *state
 }
 
 /* Friction can feed an oscillation that the smaller damping does not still: when the unbalanced ratio has not
-   fallen by a tenth over STALL_CYCLES, the stage goes on with the tangent alone. */
+   fallen by a tenth over STALL_CYCLES, the stage goes on with the tangent alone; not where slip is kept as it
+   comes, for springs feed nothing. */
 static void guard_secant(const State *state, PetscReal ratio, Relaxation *r)
 {
   if (state->ramp < 1. || ratio < 0.9 * r->best_ratio) r->best_ratio = ratio, r->best_cycle = state->cycle;
-  if (state->cycle - r->best_cycle > STALL_CYCLES) r->tangent_only = PETSC_TRUE;
+  if (state->cycle - r->best_cycle > STALL_CYCLES && r->stalls < STALLS_TO_LET_GO)
+    r->tangent_only = PETSC_TRUE;
+}
+
+/* f belongs to the displacements before this cycle's step. */
+static void secant_from(const Model *m, const State *state, Relaxation *r)
+{
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    r->u_secant[d] = state->u[d] - state->v[d] * state->dt;
+    r->f_secant[d] = state->f[d];
+  }
 }
 
 /* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip
    that the way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the
-   slowest mode, the other is tried. Near a limit load neither comes to rest soon: after STALLS_TO_LET_GO of
-   these slip is kept as it comes for the rest of the stage, which takes energy from whatever moves. */
-void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
+   slowest mode, the other is tried. Near a limit load, and where hundreds of stones slide, neither comes to
+   rest soon: after STALLS_TO_LET_GO of these slip is kept as it comes for the rest of the stage, by springs as
+   in time, which take energy from whatever moves (tptm would make some with its diagram: theory.md, m). They
+   feed no oscillation, so the secant damps again, not the tangent, which is tenfold too much where a few
+   contacts chatter. */
+void FollowElse(const Model *m, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
   const PetscBool halved = (PetscBool)(state->ramp < 1. || ratio < 0.5 * r->half_ratio),
                   stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->half_cycle) > wait);
   if (halved || stalls) r->half_ratio = ratio, r->half_cycle = state->cycle;
+  if ((halved || stalls) && r->stalls >= STALLS_TO_LET_GO) secant_from(m, state, r);
   if (!stalls || !contacts->held || contacts->pull == 0.) return;
   contacts->pull = contacts->pull == FOLLOW_CLOSELY ? FOLLOW_FAR : FOLLOW_CLOSELY;
   if (++r->stalls < STALLS_TO_LET_GO) return;
-  contacts->held = PETSC_FALSE, contacts->pull = 0.;
+  contacts->held = PETSC_FALSE, contacts->pull = 0., contacts->springs = PETSC_TRUE;
+  r->tangent_only = PETSC_FALSE, r->best_ratio = PETSC_MAX_REAL;
 }
 
 PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relaxation *r)
@@ -187,8 +206,8 @@ PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Relax
     const Bins num_bins = BinsFor(PetscMax(top[0], 1e-290)), den_bins = BinsFor(PetscMax(top[1], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {
       // f belongs to the displacements before this cycle's step
-      const PetscReal du = state->u[d] - state->v[d] * state->dt - r->u_0[d];
-      const PetscReal num = du * (state->f[d] - r->f_0[d]), den = state->m[d] * du * du;
+      const PetscReal du = state->u[d] - state->v[d] * state->dt - r->u_secant[d];
+      const PetscReal num = du * (state->f[d] - r->f_secant[d]), den = state->m[d] * du * du;
       if (Held(m, d) || (m->in_quotient && m->in_quotient[d] == 0.)) continue;
       if (pass) {
         BinAdd(&num_bins, num, sum);
@@ -315,7 +334,7 @@ PetscErrorCode RelaxationStill(const Problem *p)
 {
   PetscFunctionBeginUser;
   p->state->beta = BETA_STILL;
-  p->relax->tangent_only = PETSC_TRUE;
+  p->relax->tangent_only = (PetscBool)(p->relax->stalls < STALLS_TO_LET_GO);
   p->relax->q_secant = 0.;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
   PetscCall(RelaxationReset(p));

@@ -233,6 +233,7 @@ static PetscErrorCode begin(const Problem *p)
   PetscCall(can_slip(p, &slips));
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
   ContactsHold(p->contacts);
+  p->contacts->springs = PETSC_FALSE;
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
   ContactsGoBack(p->contacts);
   PartingStart(p);
@@ -270,19 +271,19 @@ static PetscErrorCode ratio_of_law(const Problem *p, PetscReal tolerance, PetscR
   Contacts *contacts = p->contacts;
   const PetscInt n = 2 * contacts->n_padded;
   const PetscReal pull = contacts->pull;
-  const PetscBool held = contacts->held;
+  const PetscBool held = contacts->held, springs = contacts->springs;
   StageResult law = {.ratio = 0.};
   PetscReal *const history[] = {contacts->slip, contacts->broken, contacts->closure, contacts->closure_far};
   PetscReal *kept;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * n, &kept));
   for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(kept + i * n, history[i], n));
-  contacts->held = PETSC_TRUE, contacts->pull = 0.;
+  contacts->held = PETSC_TRUE, contacts->pull = 0., contacts->springs = PETSC_FALSE;
   PetscCall(Forces(p->m, p->stage->joints, contacts, p->state, contact_scale));
   PetscCall(Unbalanced(p->m, p->state, contact_scale, &law));
   *ratio = law.ratio;
   if (!(law.ratio <= tolerance)) {
-    contacts->held = held, contacts->pull = pull;
+    contacts->held = held, contacts->pull = pull, contacts->springs = springs;
     for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(history[i], kept + i * n, n));
   }
   PetscCall(PetscFree(kept));
@@ -315,7 +316,7 @@ static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
         "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
         "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use %s%sa longer ramp\n",
         p->stage->name, (double)ratio, p->scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
-        p->stage->variable ? "" : "method: preconditioned, or ");
+        p->stage->variable || p->scene->method == METHOD_PRECONDITIONED ? "" : "method: preconditioned, or ");
     fflush(stderr);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -359,7 +360,7 @@ PetscErrorCode StageRelax(const Problem *p)
     result->wall = MPI_Wtime() - loop.start;
     PetscCall(Judge(p));
     PetscCall(confirm(p, loop.contact_scale));
-    FollowElse(state, result->ratio, relax, contacts);
+    FollowElse(m, state, result->ratio, relax, contacts);
     if (relax->still) PetscCall(RelaxationStill(p));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
     EnergyVeto(p);

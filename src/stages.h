@@ -34,8 +34,10 @@ PetscErrorCode SumsEnd(const Model *model, Sums *sums, QuotientSums *all);
 /* ---- relax.c */
 typedef struct _p_Newton Newton;
 typedef struct _p_Relaxation {
-  QuotientSums sums;      /* of the last cycle, over all ranks */
-  PetscReal *u_0, *f_0;   /* (n_dof,) displacement and resisting force at the start of the stage */
+  QuotientSums sums; /* of the last cycle, over all ranks */
+  PetscReal *u_0;    /* (n_dof,) displacement at the start of the stage */
+  PetscReal *u_secant,
+      *f_secant;          /* (n_dof,) displacement and resisting force there, or where slip was let go */
   PetscReal q_secant;     /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
   PetscReal longest;      /* [m] contact of the stage: how far is far */
   PetscBool tangent_only; /* the secant damped too little in this stage */
@@ -90,7 +92,7 @@ PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, R
 /* After a check: friction on the way follows the law closely or from afar, the other where the ratio stalls.
    */
 static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of relax.c */
-void FollowElse(const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
+void FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 /* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
 PetscErrorCode RelaxationStill(const Problem *p);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done: Begin tells those of

@@ -197,7 +197,7 @@ void StiffnessJointsElastic(const Joint *joints, const Contacts *c, Stiffness *s
 static void joint_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
                           PetscReal D[16])
 {
-  ContactPoint base = {.in_time = (PetscBool)(c->rate != 0.)}, p;
+  ContactPoint base = {.in_time = (PetscBool)(c->rate != 0. || c->springs)}, p;
   PetscReal size = 0.;
   for (int k = 0; k < 2; k++) {
     const PetscInt at = SUB(i, k);

@@ -262,6 +262,8 @@ typedef struct {
   PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
   PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
                      to what the history held gives; 0: friction is that at once. relax.c */
+  PetscBool
+      springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in time */
   PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
                                contact first bore, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
   PetscReal
