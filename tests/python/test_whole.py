@@ -15,10 +15,13 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.plot_mesh import plot  # noqa: E402
+from quoin_tools.verify import signed  # noqa: E402
 from scenes import static  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))
-FILES = ("results.h5", "results.xdmf", "summary.json", "history.csv")
+MADE = ("mesh.png", "report.html")  # by tools
+FILES = ("results.h5", "results.xdmf", "summary.json", "history.csv", *MADE)
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +31,8 @@ def run(tmp_path_factory):
     write(str(folder / "model.h5"), mesh)
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
     subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=folder, check=True, capture_output=True)
+    plot(mesh, str(folder / "out/mesh.png"))
+    (folder / "out/report.html").write_text(signed("<p>a sheet</p>\n" * 20), encoding="utf-8")
     return folder / "out"
 
 

@@ -4,7 +4,8 @@
     python tests/reliability/calls.py --quoin build/quoin --sample 40        # as many calls, spread over all of them
 
 A run must end with exit code 8 and one line about it, and go on with -restart auto to the results of an undisturbed run; or end with 0 and
-these results. fail_call (tests/reliability/fail_call.c) is expected beside the program, or is compiled."""
+these results. Tools that write into the folder (pictures, the sheet) must end with one line and an exit code that is not 0, or with 0; each of
+their files is whole then, the new one or that of before. fail_call (tests/reliability/fail_call.c) is expected beside the program, or is compiled."""
 
 import argparse
 import os
@@ -28,6 +29,7 @@ from run import ENVIRONMENT, outcome  # noqa: E402
 
 FAILURES = ("EIO", "ENOSPC", "EDQUOT", "SHORT")
 OK, OUTPUT = 0, 8
+CANNOT = 2  # of a tool
 
 
 def frames():
@@ -43,6 +45,8 @@ SCENES = {"static": lambda: scenes.static(4), "frames": frames}
 
 class Scene:
     """A folder with a scene, what its undisturbed run comes to, and how many calls that makes."""
+
+    kind = "run"
 
     def __init__(self, name, quoin, tool, folder):
         self.name, self.quoin, self.tool, self.folder = name, quoin, tool, folder
@@ -87,6 +91,40 @@ class Scene:
         return code, call
 
 
+class Tool(Scene):
+    """A tool that makes files of a run, in a folder where it has made them before."""
+
+    kind = "pictures, sheet"
+
+    def __init__(self, name, quoin, tool, folder):
+        self.name, self.quoin, self.tool, self.folder = name, quoin, tool, folder
+        folder.mkdir()
+        mesh, scene = scenes.static(4)
+        write(str(folder / "model.h5"), mesh)
+        (folder / "scene.yaml").write_text(yaml.safe_dump(scene | {"stages": scene["stages"][:1]}, sort_keys=False), encoding="utf-8")
+        assert self.run()[0] == OK
+        self.calls = {failure: self.fail(failure, 0)[2] for failure in FAILURES}
+        self.files = sorted(path.name for path in (folder / "out").iterdir())
+
+    def fail(self, failure, n):
+        command = [self.tool, "out", "all", failure, str(n), "log", sys.executable, "-m", f"quoin_tools.{self.name}", "out"]
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, errors="replace", timeout=300,
+                              env=os.environ | {"PYTHONPATH": str(HERE.parents[1] / "tools")})
+        lines = (self.folder / "log").read_text(encoding="utf-8").splitlines()
+        return done.returncode, done.stderr, int(lines[-1].split()[0]), lines[0]
+
+    def check(self, failure, n):
+        code, error, _, call = self.fail(failure, n)
+        assert code in (OK, CANNOT), f"exit code {code}: {error}"
+        assert len(error.splitlines()) == (code == CANNOT), f"expected one line, not {error!r}"
+        check_folder(self.folder / "out")
+        assert sorted(path.name for path in (self.folder / "out").iterdir()) == self.files, "a file is missing, or left behind"
+        return code, call
+
+
+TOOLS = ("plots", "report")
+
+
 def tool_of(quoin, folder):
     tool = Path(quoin).with_name("fail_call")
     if not tool.exists():
@@ -105,6 +143,7 @@ def main():
     parser.add_argument("--quoin", default="build/quoin")
     parser.add_argument("--sample", type=int, help="so many calls, drawn at random; all by default")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--tools", type=int, default=0, metavar="N", help="as many calls of the tools that make pictures and the sheet, 5 s each")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -116,16 +155,20 @@ def main():
         tries = [(run, failure, n) for run in runs for failure in FAILURES for n in range(1, run.calls[failure] + 1)]
         if options.sample:
             tries = random.Random(options.seed).sample(tries, min(options.sample, len(tries)))  # noqa: S311
+        if options.tools:
+            made = [Tool(name, str(Path(options.quoin).resolve()), tool, folder / name) for name in TOOLS]
+            more = [(run, failure, n) for run in made for failure in FAILURES for n in range(1, run.calls[failure] + 1)]
+            tries += random.Random(options.seed).sample(more, min(options.tools, len(more)))  # noqa: S311
         ends, bad = Counter(), 0
         for run, failure, n in tries:
             try:
                 code, call = run.check(failure, n)
-                ends[failure, call.split()[0], code] += 1
+                ends[run.kind, failure, call.split()[0], code] += 1
             except (AssertionError, ValueError, OSError, KeyError) as error:
                 bad += 1
                 print(f"{run.name}, {failure}, call {n}: {(run.folder / 'log').read_text().splitlines()[0]}: {error}", flush=True)
-        for (failure, kind, code), count in sorted(ends.items()):
-            print(f"{failure:7s} {kind:9s} exit code {code}: {count}")
+        for (who, failure, kind, code), count in sorted(ends.items()):
+            print(f"{who}, {failure:7s} {kind:9s} exit code {code}: {count}")
         print(f"{len(tries)} failed calls: {bad} lost something")
     return int(bad > 0)
 

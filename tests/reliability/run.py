@@ -102,10 +102,11 @@ def orphans(pids, patience=15.0):
 class Bench:
     """Folders with scenes, and what their undisturbed runs come to."""
 
-    def __init__(self, quoin, folder):
+    def __init__(self, quoin, folder, points=2):
         self.quoin, self.folder, self.numbers = str(Path(quoin).resolve()), Path(folder), itertools.count(1)
         self.known: dict = {}
         self.lengths: dict = {}
+        self.points = points  # restarts from checkpoints of one run
 
     def prepare(self, name, change=None, made=None):
         """A new folder with a scene and its mesh, those of that name unless made; change(scene): in place, for this folder."""
@@ -311,9 +312,10 @@ def bad_input(quoin):
     return [f"{done.stdout.split()[0]} wrong scenes, options, meshes and files, each on 1 and 2 ranks: refused in one line, exit code 2"]
 
 
-def calls(quoin):
-    """Every call of the system on a file of the output folder, failing once."""
-    done = subprocess.run([sys.executable, HERE / "calls.py", "--quoin", quoin], capture_output=True, text=True)
+def calls(quoin, sample):
+    """Every call of the system on a file of the output folder, or so many of them, failing once."""
+    chosen = ["--sample", str(sample)] if sample else []
+    done = subprocess.run([sys.executable, HERE / "calls.py", "--quoin", quoin, "--tools", "60", *chosen], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.splitlines()
 
@@ -351,19 +353,20 @@ def main():
     parser.add_argument("--kills", type=int, default=5)
     parser.add_argument("--no-faults", action="store_true")
     parser.add_argument("--soak", type=int, default=0, metavar="CYCLES")
+    parser.add_argument("--calls", type=int, default=0, metavar="N", help="with --table: so many failing calls, drawn at random; all by default, half an hour")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--table", type=Path)
     parser.add_argument("--known", type=Path, help="JSON file: what a call that was stopped has done is not done again")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="quoin_reliability_"))
-    bench, lists, known = Bench(options.quoin, folder), {}, Known(options.known)
+    bench, lists, known = Bench(options.quoin, folder, 12 if options.table else 2), {}, Known(options.known)
     try:
         rows = kills(bench, options.kills, options.seed, known)
         if not options.no_faults:
             rows += [row for row in (known(fault.__name__, lambda fault=fault: faults.tried(fault, bench)) for fault in faults.ALL) if row]
         if options.table:
             lists["One call of the system that fails, on a file of the output folder: exit code 8 and a restart to the same results, or 0 and "
-                  "these results"] = known("calls", lambda: calls(bench.quoin))
+                  "these results"] = known("calls", lambda: calls(bench.quoin, options.calls))
             lists["Bad input"] = known("bad input", lambda: bad_input(bench.quoin))
         if options.soak:
             lists["Soak"] = known("soak", lambda: soak(bench, options.soak))

@@ -8,6 +8,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from quoin_tools.dam import G1, dam_mesh  # noqa: E402
 from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.stacks import block_grid, one_contact  # noqa: E402
 
 MATERIALS = {"dam": {"density": 2400, "young": 10e9, "poisson": 0.2}, "rock": {"density": 2500, "young": 10e9, "poisson": 0.2}}
 BASE = {"stress_model": "tptm", "k_n": 10e9, "k_s": 3e9}
@@ -110,6 +111,43 @@ def dynamic(duration=0.6, n=8):
     }
     return mesh, scene
 
+
+def crushed():
+    """A joint pressed past its strength, the force at its edge, then in its middle, then a block that jumps on it in time: closures."""
+    n, strength = 1e6, 4e6
+    loads = {f"{name}_{where}": {"type": "point_force", "point": f"bottom_{name}", "value": [0, -n * (0.5 + side * e)]}
+             for where, e in (("edge", 0.35), ("middle", 0)) for name, side in (("left", -1), ("right", 1))}
+    stages = [{"edge": {"loads": ["left_edge", "right_edge"]}}, {"middle": {"loads": ["left_middle", "right_middle"]}},
+              {"jump": {"type": "dynamic", "loads": [], "duration": 0.02, "dt_factor": 0.01}}]
+    stages[2]["jump"]["loads"] = ["left_edge", "right_edge"]
+    return one_contact(), {
+        "model": "model.h5", "output": "out", "relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9, "ramp": 500, "allow_floating": True},
+        "strain": "small", "materials": {"block": {"density": 1000}, "base": {"density": 0}}, "loads": loads, "stages": stages,
+        "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 45, "compression": strength}}, "supports": {"base": {"fix": "xy"}},
+    }
+
+
+def guarded():
+    """Rigid-plastic joints without damping, at the bound of the time step: cycles make energy, the guard begins anew. No verdict."""
+    scene = {
+        "model": "model.h5", "output": "out", "relaxation": {"damping": "none", "safety": 1.0, "max_cycles": 6000},
+        "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}}, "supports": {"bottom": {"fix": "xy"}},
+        "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 75}}, "loads": {"weight": {"type": "self_weight"}},
+        "stages": [{"all": {"loads": ["weight"], "ramp": 0}}],
+    }
+    return block_grid(12, 12, 1, 1), scene
+
+
+def pulled(damping="adaptive"):
+    """Stones of a leaning column that slip for long: springs drawn towards the law of friction; with local damping slip as it comes."""
+    mesh, scene = variable()
+    stages = [scene["stages"][0], {"push": {"loads": ["weight", "push"]}}]
+    return mesh, scene | {"relaxation": {"tolerance": 1e-6, "damping": damping}, "contact": {"connectivity": "fixed"}, "stages": stages}
+
+
+# restarted from checkpoints all along: name -> (scene, cycles between these, exit code)
+EVERYWHERE = {"crushed": (crushed, 400, 0), "guarded": (guarded, 500, 4), "pulled": (pulled, 100, 0),
+              "local": (lambda: pulled("local"), 500, 0), "variable": (variable, 500, 0), "left_place": (lambda: dynamic(0.3, 4), 1500, 0)}
 
 ALL = {"static": static, "newton": newton, "reduction": reduction, "variable": variable, "dynamic": dynamic,
        "condensed": condensed, "cracked": cracked, "flood": flood, "stages": stages}

@@ -8,7 +8,6 @@ import argparse
 import os
 import re
 import sys
-import tempfile
 from dataclasses import dataclass, field
 
 import h5py
@@ -18,6 +17,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from quoin_tools.command import command
+from quoin_tools.files import write_file
 
 FORMAT = b"quoin-mesh"
 VERSION = 1
@@ -135,23 +135,13 @@ def cross(a, b):
 # ---- file --------------------------------------------------------------------------------------------------
 
 def write(path, mesh):
-    """Write to a temporary name and rename, so that a reader never sees half a file; its folder is made, like that of results."""
+    """Made in memory, since HDF5 cannot go on from a write that fails, and written as one; its folder is made, like that of results."""
     check_names(mesh)  # a slash in a name would make a group of its own
-    path = os.fspath(path)
-    folder = os.path.dirname(path) or "."
-    os.makedirs(folder, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=folder, prefix=".", suffix=".h5")
-    os.close(handle)
-    try:
-        with h5py.File(temporary, "w") as file:
-            fill(file, mesh)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)  # mkstemp gives 0600, a model is for others to read
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with h5py.File(os.fspath(path), "w", driver="core", backing_store=False) as file:
+        fill(file, mesh)
+        file.flush()
+        image = file.id.get_file_image()
+    write_file(path, image)
 
 
 def fill(file, mesh):
@@ -182,13 +172,13 @@ def read(path):
         missing = not os.path.exists(path)
         reason = "no such file" if missing else f"not a whole HDF5 file ({str(error).splitlines()[0]})"
         raise MeshError(f"{path}: {reason}") from None
-    with file:
-        try:
+    try:
+        with file:
             return parse(file)
-        except MeshError as error:
-            raise MeshError(f"{path}: {error}") from None
-        except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:  # damaged inside
-            raise MeshError(f"{path}: cannot be read ({str(error).splitlines()[0]})") from None
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:  # damaged inside
+        raise MeshError(f"{path}: cannot be read ({str(error).splitlines()[0]})") from None
 
 
 def parse(file):

@@ -6,6 +6,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from quoin_tools.files import write_file
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
          "--disable-component-update", "--disable-sync", "--hide-scrollbars")  # fmt: skip
@@ -40,9 +42,12 @@ def run(page, *arguments, timeout=120):
 
 def pdf(page, path):
     """Prints a local page."""
-    run(page, f"--print-to-pdf={path}", "--no-pdf-header-footer", "--print-to-pdf-no-header")
-    if not os.path.isfile(path) or os.path.getsize(path) < 1000:
-        raise BrowserError(f"{path}: Chromium wrote no PDF")
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "page.pdf"
+        run(page, f"--print-to-pdf={made}", "--no-pdf-header-footer", "--print-to-pdf-no-header")
+        if not made.is_file() or made.stat().st_size < 1000:
+            raise BrowserError(f"{path}: Chromium wrote no PDF")
+        write_file(path, made.read_bytes())
 
 
 def screenshot(page, path, width=1000, height=1400):

@@ -9,12 +9,14 @@ SI units, signs of docs/results_format.md; the first row names columns with thei
 
 import argparse
 import csv
+import io
 import os
 import sys
 
 import numpy as np
 
 from quoin_tools.command import command
+from quoin_tools.files import write_file
 from quoin_tools.results import Results, ResultsError, trials_of
 
 JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
@@ -31,12 +33,11 @@ def plain(value):
 
 
 def write(path, header, rows):
-    partial = path + ".part"
-    with open(partial, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        writer.writerows([plain(value) for value in row] for row in rows)
-    os.replace(partial, path)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(header)
+    writer.writerows([plain(value) for value in row] for row in rows)
+    write_file(path, text.getvalue())
     return path
 
 

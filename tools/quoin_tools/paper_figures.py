@@ -11,6 +11,7 @@ import os
 import matplotlib
 import numpy as np
 
+from quoin_tools.files import save_figure
 from quoin_tools.mechanism import draw_mechanism
 from quoin_tools.plots import FILLS, GREY, LINES, STYLE, cross_panel, set_view, thinned, triangles, view
 
@@ -35,7 +36,7 @@ def references(script, *columns):
 
 
 def save(figure, path):
-    figure.savefig(path)
+    save_figure(figure, path)
     pyplot.close(figure)
 
 

@@ -12,6 +12,7 @@ import shapely
 
 from quoin_tools.blockmesh import TOLERANCE, MeshError, check_blocks, closed_rings, face_ends, read
 from quoin_tools.command import command
+from quoin_tools.files import save_figure
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 from matplotlib import pyplot  # noqa: E402
@@ -132,7 +133,7 @@ def plot(mesh, path, zoom=None, title=None, names=True):
     draw(mesh, axes, zoom, names)
     if title:
         axes.set_title(title, fontsize=10)
-    figure.savefig(path, dpi=150, bbox_inches="tight")
+    save_figure(figure, path, dpi=150, bbox_inches="tight")
     pyplot.close(figure)
 
 

@@ -20,6 +20,7 @@ import matplotlib
 import numpy as np
 
 from quoin_tools.command import command
+from quoin_tools.files import save_figure
 from quoin_tools.plot_mesh import outline_width, silhouette
 from quoin_tools.results import Results, ResultsError, sliding
 
@@ -464,7 +465,7 @@ def plot_energy(results, stage, path):
 
 
 def save(figure, path):
-    figure.savefig(path, bbox_inches="tight", pad_inches=0.12)
+    save_figure(figure, path, bbox_inches="tight", pad_inches=0.12)
     pyplot.close(figure)
 
 

@@ -11,13 +11,13 @@ import datetime
 import html
 import os
 import sys
-import tempfile
 
 import quoin_tools
 from quoin_tools import browser, guidelines, plots, scene, section, uplift, verify
 from quoin_tools.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
 from quoin_tools.assessment_options import options_from, parser
 from quoin_tools.command import command
+from quoin_tools.files import write_file
 from quoin_tools.mechanism import plot_mechanisms
 from quoin_tools.results import (
     body_rows,
@@ -411,10 +411,7 @@ def write(folder, options, with_pdf=False):
     case = load_case(folder, options)
     text = verify.signed(page(case, plots.plot_all(case.results) + plot_mechanisms(case.results)))
     path = os.path.join(folder, "report.html")
-    with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=folder, suffix=".part", delete=False) as file:
-        file.write(text)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
+    write_file(path, text)
     if with_pdf:
         browser.pdf(path, os.path.join(os.path.abspath(folder), "report.pdf"))
     return [path] + ([os.path.join(folder, "report.pdf")] if with_pdf else [])

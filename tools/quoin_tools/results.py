@@ -15,10 +15,10 @@ import os
 import sys
 from dataclasses import dataclass
 
-import h5py
 import numpy as np
 
 from quoin_tools.command import command
+from quoin_tools.files import reading
 from quoin_tools.whole import ResultsError, check_history, check_results, read_summary
 
 FORMAT, VERSION = "quoin-results", 2
@@ -133,7 +133,7 @@ class Stage:
 
     def __init__(self, path, name):
         self.path, self.name = path, name
-        with h5py.File(path) as file:
+        with reading(path) as file:
             group = file["stages"][name]
             self.index, self.cycles = int(group.attrs["index"]), int(group.attrs["cycles"])
             self.frame, self.time = int(group.attrs.get("frame", 0)), float(group.attrs.get("time", 0.0))
@@ -143,7 +143,7 @@ class Stage:
     def __getattr__(self, name):
         if name not in STAGE_FIELDS + SOME_STAGES and name != "contacts":
             raise AttributeError(name)
-        with h5py.File(self.path) as file:
+        with reading(self.path) as file:
             item = file["stages"][self.name].get(name)
             value = Contacts(item) if name == "contacts" else None if item is None else np.array(item)
         setattr(self, name, value)
@@ -162,7 +162,7 @@ class Results:
             )
         try:
             check_results(self.path)
-            with h5py.File(self.path) as file:
+            with reading(self.path) as file:
                 self._read(file)
         except (KeyError, OSError) as error:
             raise ResultsError(f"{self.path}: not a complete results file ({error})") from error

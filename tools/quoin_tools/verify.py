@@ -14,9 +14,8 @@ import sys
 from quoin_tools import guidelines, scene
 from quoin_tools.command import command
 from quoin_tools.results import Results, ResultsError
-from quoin_tools.whole import crc32
+from quoin_tools.whole import crc32, sheet_is_whole
 
-SIGNATURE = re.compile(rb"<!-- sha256 of all before: ([0-9a-f]{64}) -->\n\Z")
 ROW = re.compile(r"<td>([\w. ]+)</td><td>([^<]*)</td><td>([0-9a-f]{64}|CRC-32 [0-9a-f]{8})</td>")
 
 
@@ -54,8 +53,7 @@ def verify(sheet, folder, program=None):
     """Lines, and whether all is as it was."""
     with open(sheet, "rb") as file:
         data = file.read()
-    found = SIGNATURE.search(data)
-    good = bool(found) and hashlib.sha256(data[: found.start()]).hexdigest() == found[1].decode()
+    good = sheet_is_whole(data)
     lines = [f"sheet {os.path.basename(sheet)}: {'as it was written' if good else 'CHANGED since it was written, or cut off'}"]
     wanted = {what: (name, value) for what, name, value in ROW.findall(data.decode("utf-8", "replace"))}
     for what, name, value in rows_there(folder):

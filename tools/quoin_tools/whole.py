@@ -4,6 +4,7 @@ python -m quoin_tools.whole FOLDER [...]    one line a file; exit code 0: all ar
 """
 
 import argparse
+import hashlib
 import json
 import os
 import re
@@ -17,6 +18,8 @@ TEXTS = {  # what stands before and after the CRC-32 of all that is before it
     "summary.json": (b'  "crc32": "', b'"\n}\n'),
     "results.xdmf": (b"<!-- crc32 ", b" -->\n"),
 }
+SIGNATURE = re.compile(rb"<!-- sha256 of all before: ([0-9a-f]{64}) -->\n\Z")  # of a sheet
+PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class ResultsError(ValueError):
@@ -74,6 +77,40 @@ def check_history(path, summary):
         raise ResultsError(f"{path}: it is damaged: its first {count} bytes are not the {wanted['bytes']} that summary.json names")
 
 
+def sheet_is_whole(data):
+    """Whether it ends with the SHA-256 of what is before."""
+    found = SIGNATURE.search(data)
+    return bool(found) and hashlib.sha256(data[: found.start()]).hexdigest() == found[1].decode()
+
+
+def picture_is_whole(data):
+    """A PNG: each of its chunks has a CRC-32 of its own, the last one is IEND."""
+    at, name = len(PNG), b""
+    if not data.startswith(PNG):
+        return False
+    while name != b"IEND":
+        size = int.from_bytes(data[at : at + 4], "big")
+        name, crc = data[at + 4 : at + 8], data[at + 8 + size : at + 12 + size]
+        if len(crc) < 4 or zlib.crc32(data[at + 4 : at + 8 + size]) != int.from_bytes(crc, "big"):
+            return False
+        at += 12 + size
+    return at == len(data)
+
+
+def check_made(folder):
+    """Paths of what the tools have made of the run; raises ResultsError at the first that is not whole."""
+    paths = []
+    for name in sorted(os.listdir(folder)):
+        is_whole = sheet_is_whole if name == "report.html" else picture_is_whole if name.endswith(".png") else None
+        if is_whole is None:
+            continue
+        paths.append(os.path.join(folder, name))
+        with open(paths[-1], "rb") as file:
+            if not is_whole(file.read()):
+                raise ResultsError(f"{paths[-1]}: it is damaged: its checksum is wrong")
+    return paths
+
+
 def check_folder(folder):
     """Lines about the files of an output folder; raises ResultsError or OSError at the first that is not whole."""
     paths = {name: os.path.join(folder, name) for name in ("results.h5", "results.xdmf", "summary.json", "history.csv")}
@@ -81,7 +118,7 @@ def check_folder(folder):
     read_text(paths["results.xdmf"])
     summary = read_summary(paths["summary.json"])
     check_history(paths["history.csv"], summary)
-    return [f"{path}: whole, {os.path.getsize(path)} bytes" for path in paths.values()]
+    return [f"{path}: whole, {os.path.getsize(path)} bytes" for path in (*paths.values(), *check_made(folder))]
 
 
 def main(arguments=None):

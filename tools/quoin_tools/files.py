@@ -1,0 +1,63 @@
+"""Files that the tools write: beside their place, flushed to the disk, and only then under their names. What fails leaves what was there before.
+And HDF5 files that they read."""
+
+import contextlib
+import errno
+import io
+import os
+import tempfile
+
+import h5py
+
+
+@contextlib.contextmanager
+def reading(path):
+    """An HDF5 file; a fault of the disk is an OSError, at its end too."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except RuntimeError as error:
+        raise OSError(errno.EIO, str(error), os.fspath(path)) from error
+
+
+def write_file(path, data):
+    """Bytes or text under a name; OSError names it."""
+    data = data.encode("utf-8") if isinstance(data, str) else data
+    path = os.fspath(path)
+    folder, name = os.path.split(path)
+    folder = folder or "."
+    try:
+        os.makedirs(folder, exist_ok=True)
+        handle, part = tempfile.mkstemp(dir=folder, prefix=f".{name}.", suffix=".part")
+        try:
+            with open(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(part, 0o666 & ~mask)  # mkstemp gives 0600
+            os.replace(part, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(part)
+            raise
+        sync(folder)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, path) from error
+
+
+def sync(folder):
+    """Makes the new names in it outlast a loss of power."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def save_figure(figure, path, **options):
+    """A picture of matplotlib; its format follows from the name."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
+    write_file(path, picture.getvalue())
