@@ -156,9 +156,10 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
 static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *found, PetscBool *lost)
 {
   const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
-  const PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance &&
-                                     (c->steps < 2 || c->last[0].way < c->last[1].way));
+  PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance &&
+                               (c->steps < 2 || c->last[0].way < c->last[1].way));
   PetscFunctionBeginUser;
+  if (rest) PetscCall(LoadsCarried(p, CARRIED, &rest));
   *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || parted < c->parted + MOST_PARTED));
   *lost = (PetscBool)(!p->result->finite || (rest && !*found));
   if (*found)

@@ -285,6 +285,17 @@ static void given_up(const Problem *p)
 
 /* ---- increments */
 
+/* Whether the stage has loads that the last one had not: however small they are, they are answered. */
+static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
+{
+  PetscBool mine = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < p->m->n_dof && !mine; d++)
+    mine = (PetscBool)(p->state->f_target[d] != p->state->f_start[d]);
+  PetscCallMPI(MPI_Allreduce(&mine, change, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Iterates to equilibrium under the loads applied; stop: a signal or the limit of
    wall time has ended that. */
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
@@ -292,7 +303,9 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   const Newton *n = p->relax->newton;
   PetscReal norm, before = 0., least = PETSC_MAX_REAL;
   PetscInt least_at = 0;
+  PetscBool fresh;
   PetscFunctionBeginUser;
+  PetscCall(loads_change(p, &fresh));
   *found = *stop = PETSC_FALSE;
   p->result->increment = 0.;
   PetscCall(NewtonFresh(p));
@@ -302,7 +315,9 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     const PetscReal step = p->result->increment;
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
     p->result->increment = step / PetscMax(p->result->displacement, DBL_MIN);
-    *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance);
+    *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance &&
+                         (i || !fresh || norm == 0.));
+    if (*found) PetscCall(LoadsCarried(p, CARRIED, found));
     if (!p->result->finite || *found) break;
     if (norm < 0.5 * least) least = norm, least_at = i;
     // as exact as the next residual can be expected to be, and as the stage asks for

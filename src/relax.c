@@ -35,7 +35,7 @@
    have that force on the way: they have elastic-plastic springs that keep their slip and take energy, which
    each cycle draws by `pull` (types.h: Contacts) towards the force of the law. What is faster than 1/pull
    cycles meets springs; what is slow, and every equilibrium, meets the law (stress_models.h:
-   RespondFollowing, stages.c: confirm). */
+   RespondFollowing, confirm.c: ConfirmByLaw). */
 #include "stages.h"
 #include "archive.h"
 #include "reproducible.h"
@@ -536,7 +536,10 @@ PetscErrorCode Judge(const Problem *p)
   }
   if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   r->alpha_sum += state->alpha, r->n_alpha++;
-  if (result->ratio <= stage->tolerance && result->increment <= stage->velocity_tolerance) {
+  PetscBool rests = (PetscBool)(result->ratio <= stage->tolerance &&
+                                result->increment <= stage->velocity_tolerance);
+  if (rests) PetscCall(LoadsCarried(p, CARRIED, &rests));
+  if (rests) {
     result->verdict = VERDICT_CONVERGED;
     r->settled_alpha = PetscSqrtReal(1. + 2. * state->beta) * r->alpha_sum / r->n_alpha;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),

@@ -3,8 +3,6 @@
 #include "repartition.h"
 #include <unistd.h>
 
-static const PetscReal PATH_RATIO = 0.002; /* unbalanced, with friction from the last equilibrium: is told */
-
 PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
 {
   PetscBool variable = PETSC_FALSE;
@@ -239,6 +237,8 @@ static PetscErrorCode begin(const Problem *p)
   PartingStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscCall(RelaxationReset(p)); // a mechanism before the ramp ends is counted from here
+  PetscCall(SecantStart(p->m, p->contacts, state, p->relax));
+  PetscCall(EnergyAccountOpen(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -257,67 +257,8 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
     if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE; // as in the paper
     p->contacts->pull = p->contacts->held ? FOLLOW_CLOSELY : 0.;
-  }
-  PetscCall(SecantStart(p->m, p->contacts, state, p->relax));
-  PetscCall(EnergyAccountOpen(p));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The unbalanced ratio at these displacements by the law itself: friction that starts from the last
-   equilibrium. Where it is more than `tolerance`, contacts have afterwards what they had. */
-static PetscErrorCode ratio_of_law(const Problem *p, PetscReal tolerance, PetscReal *contact_scale,
-                                   PetscReal *ratio)
-{
-  Contacts *contacts = p->contacts;
-  const PetscInt n = 2 * contacts->n_padded;
-  const PetscReal pull = contacts->pull;
-  const PetscBool held = contacts->held, springs = contacts->springs;
-  StageResult law = {.ratio = 0.};
-  PetscReal *const history[] = {contacts->slip, contacts->broken, contacts->closure, contacts->closure_far};
-  PetscReal *kept;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(4 * n, &kept));
-  for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(kept + i * n, history[i], n));
-  contacts->held = PETSC_TRUE, contacts->pull = 0., contacts->springs = PETSC_FALSE;
-  PetscCall(Forces(p->m, p->stage->joints, contacts, p->state, contact_scale));
-  PetscCall(Unbalanced(p->m, p->state, contact_scale, &law));
-  *ratio = law.ratio;
-  if (!(law.ratio <= tolerance)) {
-    contacts->held = held, contacts->pull = pull, contacts->springs = springs;
-    for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(history[i], kept + i * n, n));
-  }
-  PetscCall(PetscFree(kept));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* An equilibrium of friction that is still on its way to the law is none. */
-static PetscErrorCode confirm(const Problem *p, PetscReal *contact_scale)
-{
-  PetscReal ratio;
-  PetscFunctionBeginUser;
-  if (p->result->verdict != VERDICT_CONVERGED || !p->contacts->held || p->contacts->pull == 0.)
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ratio_of_law(p, p->stage->tolerance, contact_scale, &ratio));
-  if (!(ratio <= p->stage->tolerance)) p->result->verdict = VERDICT_NONE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: the forces at
-   these displacements by the law do, when they are out of balance. */
-static PetscErrorCode tell_path(const Problem *p, PetscReal *contact_scale)
-{
-  PetscReal ratio;
-  PetscFunctionBeginUser;
-  PetscCall(ratio_of_law(p, -1., contact_scale, &ratio));
-  p->relax->told = (PetscBool)(ratio > PATH_RATIO); // once a stage is enough, however many trials it has
-  if (p->m->rank == 0 && p->relax->told) {
-    fprintf(
-        stderr,
-        "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
-        "counted from the last equilibrium it leaves an unbalanced ratio of %.2g; use %s%sa longer ramp\n",
-        p->stage->name, (double)ratio, p->scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
-        p->stage->variable || p->scene->method == METHOD_PRECONDITIONED ? "" : "method: preconditioned, or ");
-    fflush(stderr);
+    PetscCall(SecantStart(p->m, p->contacts, state, p->relax));
+    PetscCall(EnergyAccountOpen(p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -359,7 +300,7 @@ PetscErrorCode StageRelax(const Problem *p)
     PetscCall(Secant(m, state, result->ratio, relax));
     result->wall = MPI_Wtime() - loop.start;
     PetscCall(Judge(p));
-    PetscCall(confirm(p, loop.contact_scale));
+    PetscCall(ConfirmByLaw(p, loop.contact_scale));
     FollowElse(m, state, result->ratio, relax, contacts);
     if (relax->still) PetscCall(RelaxationStill(p));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
@@ -377,12 +318,14 @@ PetscErrorCode StageRelax(const Problem *p)
   }
   PetscCall(CheckpointDetach(p->output->checkpoint));
   if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held && !relax->told)
-    PetscCall(tell_path(p, loop.contact_scale));
+    PetscCall(ConfirmPath(p, loop.contact_scale));
   contacts->pull = 0.;
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
+  if (result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
   if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
     PetscCall(PetscStrlcat(result->evidence, "; slip kept as it came", sizeof(result->evidence)));
+  PetscCall(LoadsCarriedSay(p));
   contacts->held = PETSC_FALSE;
   state->beta = state->local = 0., state->caution = 1.;
   relax->effort.evaluations++;

@@ -129,6 +129,25 @@ PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Problem *p);
 
+/* ---- carried.c */
+#define CARRIED 1e-3 /* allowed at an equilibrium: own loads are no better known */
+/* Collective. Forces evaluated: whether bodies, and parts of bodies that stick to each other, are held
+   against their own loads, but for a part `allowed` of these. */
+PetscErrorCode LoadsCarried(const Problem *p, PetscReal allowed, PetscBool *carried);
+/* Collective. Of a stage that ended otherwise than converged: adds to its evidence what is not held, where
+   the unbalanced ratio does not show it. */
+PetscErrorCode LoadsCarriedSay(const Problem *p);
+
+/* ---- confirm.c. Collective, all of them. contact_scale: (n_dof,), overwritten. */
+/* An equilibrium of friction that is still on its way to the law is none: takes the verdict back. Where it is
+   one, contacts have afterwards what the law gives. */
+PetscErrorCode ConfirmByLaw(const Problem *p, PetscReal *contact_scale);
+/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: warns. Forces are
+   no longer those of the state. */
+PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale);
+/* Forces evaluated: warns of a static stage that ends short of what its own loads do. */
+PetscErrorCode ConfirmWay(const Problem *p);
+
 /* ---- guard.c */
 /* Forces evaluated: from here on the kinetic energy is held against what the loads do. */
 PetscErrorCode EnergyAccountOpen(const Problem *p);

@@ -1,0 +1,90 @@
+# ranks: 2
+"""A body that is loaded a little and pressed a lot: nothing holds it along its joints, and the unbalanced ratio does not see it.
+
+Light blocks between frictionless jaws, one or two that stick together, and a light cap on a slope steeper than its friction: none of them is
+in equilibrium, whatever they weigh. With friction enough, and with no weight at all, they are."""
+
+import json
+import math
+
+import numpy as np
+from driver import changed
+from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+
+WHAT = "what nothing holds is not told converged, however little it is loaded (explicit and by Newton's method)"
+SOURCE = "statics: W = 0 along frictionless joints; a block on a plane slides where tan(friction) < tan(slope)"
+
+METHODS = ("explicit", "preconditioned")
+G, PRESS = 9.81, 1e5
+JAWS = {
+    "strain": "small",
+    "materials": {"block": {"density": 2.4e-4, "young": 10e9, "poisson": 0.2}, "base": {"density": 0}, "jaw": {"density": 0}},
+    "joints": {"default": {"k_n": 10e9, "k_s": 5e9, "friction": 0}, "glue": {"law": "elastic"}},
+    "supports": {"base": {"fix": "xy"}, "jaw": {"fix": "y"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["block"]}, "press": {"type": "traction", "faces": "right", "value": [-PRESS, 0]}},
+    "stages": [{"all": {"loads": ["weight", "press"]}}],
+}
+
+
+def jaws(rigid, blocks=1):
+    """One block of 1 by 0.5 m, or two of half the width that are glued, between a fixed jaw and one that is pressed."""
+    width = 1.0 / blocks
+    middle = [renamed(rectangle(i * width, 0.25, width, 0.5, 2, 1, group="block", rigid=rigid), {"glue": "left"} if i else {}, {}) for i in range(blocks)]
+    sides = [rectangle(-2, 0, 2, 1, group="base", rigid=True), rectangle(1, 0, 1, 1, group="jaw", rigid=True)]
+    return join([renamed(sides[0], {}), *middle, renamed(sides[1], {"right": "right"})])
+
+
+def verdict(result, stage):
+    row = result.stage_summary(stage)
+    return [result.verdict, "are not held against" in row["evidence"]]
+
+
+def between_jaws(case):
+    found, held = [], []
+    weight = JAWS["materials"]["block"]["density"] * G * 0.5
+    for method in METHODS:
+        for rigid, blocks in ((True, 1), (False, 1), (True, 2)):
+            scene = changed(JAWS, ("relaxation", {"method": method}))
+            if blocks == 1:
+                del scene["joints"]["glue"]
+            found.append(verdict(case.run(jaws(rigid, blocks), scene), "all"))
+            # jaws that carry it: friction 1e-3 is enough for W/(2 P) = 6e-9; Poisson's ratio makes all of the joint slip, both ways
+            if not rigid:
+                held.append(verdict(case.run(jaws(rigid), changed(scene, ("joints.default.friction", 1e-3))), "all"))
+    wrong = [row for row in found if row != ["collapsed", True]]
+    case.check(f"{weight:.3g} N between frictionless jaws under {PRESS:g} Pa, rigid, deformable, two that stick; both methods: not told to fall", len(wrong), 0)
+    case.check("... friction of 0.001 degrees: told otherwise than converged", len([row for row in held if row != ["converged", False]]), 0)
+
+
+def slope(rigid):
+    """A cap of 4 by 2 m on a body of 20 m with a slope of 20 degrees."""
+    angle = math.radians(20)
+    down, up = np.array([math.cos(angle), -math.sin(angle)]), np.array([math.sin(angle), math.cos(angle)])
+    a = np.array([5, 20 + 15 * math.tan(angle)])
+    large = quad_patch((0, 0), (20, 0), (20, 20), (0, 20 + 20 * math.tan(angle)), 4, 4, "block", False)
+    cap = quad_patch(a, a + 4 * down, a + 4 * down + 2 * up, a + 2 * up, 1, 1, "cap", rigid)
+    return join([renamed(rectangle(-5, -5, 30, 5, group="base", rigid=True), {}), renamed(large, {}), renamed(cap, {"joint": "bottom"}, {"cap": "bottom_left"})])
+
+
+def cap(case):
+    elastic = {"young": 10e9, "poisson": 0.2}
+    scene = {"strain": "small", "relaxation": {"max_cycles": 5000, "method": "preconditioned"},
+             "materials": {"block": elastic | {"density": 2400}, "cap": elastic | {"density": 1e-6}, "base": {"density": 0}},
+             "joints": {"default": {"k_n": 10e9, "k_s": 5e9, "friction": 40}, "joint": {"friction": 10}}, "supports": {"base": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight"}}, "stages": [{"sw": {"loads": ["weight"]}}]}
+    light, none, rough = (case.run(slope(False), one) for one in (scene, changed(scene, ("materials.cap.density", 0)), changed(scene, ("materials.cap.density", 1e-4), ("joints.joint.friction", 30))))
+    case.check("a cap of 1e-6 kg/m3 on a slope of 20 degrees, friction 10: told converged", light.verdict == "converged", False)
+    case.check("... of 1e-4 kg/m3 with friction 30, and without weight: verdicts", json.dumps([rough.verdict, none.verdict]), json.dumps(["converged"] * 2))
+    case.check("... without weight: goes down with what it stands on, no farther than the body by 5 % [m]",
+               abs(none.probe("sw", "cap")).max() < 1.05 * abs(none.stage("sw").displacement).max(), True)  # fmt: skip
+
+
+def ranks(case):
+    sums = [case.run(jaws(False, 2), JAWS, ranks=n).stage_summary("all")["checksum"] for n in (1, 2)]
+    case.check("explicit, 1 and 2 ranks: the same verdict in the same cycle: checksums", sums[1], sums[0])
+
+
+def run(case):
+    between_jaws(case)
+    cap(case)
+    ranks(case)

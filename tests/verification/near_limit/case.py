@@ -1,0 +1,97 @@
+# ranks: 1
+"""A block pushed along its joint at 30 to 99.9 % of what friction carries: the way of the elastic-plastic spring, or a warning.
+
+A vertical force P at a third of the length presses the joint by a triangle, n = 2 P/L x/L. Pushed at its base a rigid block moves by u, and
+each place of the joint bears min(k_s u, tan(phi) n): with h = H/(P tan(phi)) that is u = 2 P tan(phi)/(L k_s) (1 - sqrt(1 - h)). The
+stiffness goes to nothing at the limit: at h = 0.999 a thousandth of the force is as far as the whole way."""
+
+import math
+
+from driver import changed
+from quoin_tools.meshing import join, rectangle, renamed
+
+WHAT = "sliding displacement from 30 to 99.9 % of the limit: explicit, variable, Newton's method; what is off is told"
+SOURCE = "elastic-plastic spring of a joint under a triangle of pressure, u = 2 P tan(phi)/(L k_s) (1 - sqrt(1 - h))"
+
+L, P, PHI, K_S = 4.0, 4e6, 30.0, 3e9
+MU = math.tan(math.radians(PHI))
+SHARES = (0.3, 0.98, 0.999)
+NEWTON = ("relaxation.method", "preconditioned")
+VARIABLE = (("strain", "large"), ("contact", {"connectivity": "variable"}))
+
+
+def exact(h):
+    return 2 * P * MU / (L * K_S) * (1 - math.sqrt(1 - h))
+
+
+def mesh(rigid=True):
+    block = rectangle(0, 0, L, 1, 8, 1, group="block", rigid=rigid)
+    ground = rectangle(-1, -1, L + 2, 1, 12, 1, group="base", rigid=True)
+    points = {"heel": "bottom_left", "top_left": "top_left", "top_right": "top_right"}
+    return join([renamed(ground, {}), renamed(block, {"joint": "bottom"}, points)])
+
+
+def scene(h, *changes):
+    loads = {"left": {"type": "point_force", "point": "top_left", "value": [0, -P / 3]},
+             "right": {"type": "point_force", "point": "top_right", "value": [0, -2 * P / 3]},
+             "push": {"type": "point_force", "point": "heel", "value": [h * MU * P, 0]}}
+    rest = {"strain": "small", "relaxation": {}, "materials": {"block": {"density": 0, "young": 20e9, "poisson": 0.2}, "base": {"density": 0}},
+            "joints": {"default": {"k_n": 10e9, "k_s": K_S, "friction": PHI}}, "supports": {"base": {"fix": "xy"}}, "loads": loads,
+            "stages": [{"rest": {"loads": ["left", "right"]}}, {"push": {"loads": ["left", "right", "push"]}}]}
+    return changed(rest, *changes)
+
+
+def pushed(case, rigid, shares, *changes):
+    results = case.run_all([(mesh(rigid), scene(h, *changes)) for h in shares])
+    return [result.probe("push", "heel")[0] for result in results], results
+
+
+def by_hand(case):
+    wanted = [exact(h) for h in SHARES]
+    for name, changes in (("explicit", ()), ("Newton's method", (NEWTON,)), ("the paper's damping", (("relaxation.damping", "paper"),))):
+        ways, results = pushed(case, True, SHARES, *changes)
+        case.check(f"rigid block, 30 to 99.9 % of the limit, {name}: way [m]", ways, wanted, relative=1e-4)
+        case.check("... warnings", sum("warning" in result.stderr for result in results), 0)
+    ways, _ = pushed(case, True, SHARES, *VARIABLE)
+    fixed, _ = pushed(case, True, SHARES, VARIABLE[0])
+    case.check("... variable connectivity, large strain: way [m]", ways, wanted, relative=3e-3)
+    case.check("... and with fixed connectivity", ways, fixed, relative=1e-6)
+
+
+def deformable(case):
+    shares = (0.99, 0.999)
+    newton, _ = pushed(case, False, shares, NEWTON)
+    case.check("deformable block, 99 and 99.9 %, explicit: way, and by Newton's method [m]", pushed(case, False, shares)[0], newton, relative=1e-3)
+
+
+def told(case):
+    """Slip kept as it came: off by more than 1 %, and told; off by less than 0.5 %, and nothing is said."""
+    for damping, rigid in (("local", True), ("local", False), ("fixed", True)):
+        newton, _ = pushed(case, rigid, SHARES, NEWTON)
+        ways, results = pushed(case, rigid, SHARES, ("relaxation.damping", damping))
+        off = [abs(way / right - 1) for way, right in zip(ways, newton)]
+        said = ["displacements are off by" in result.stderr for result in results]
+        what = f"damping: {damping}, {'rigid' if rigid else 'deformable'} block"
+        case.check(f"{what}: off by more than 2 % at 99.9 %, and told", [bool(max(off) > 0.02), said[-1]], [True, True])
+        case.check("... off by more than 1.1 %, in silence", sum(far > 0.011 and not say for far, say in zip(off, said)), 0)
+        case.check("... off by less than 0.5 %, and told to be off", sum(far < 0.005 and say for far, say in zip(off, said)), 0)
+        case.check("... told without advice that is not in force already",
+                   sum("use damping: adaptive, or method: preconditioned" not in r.stderr for r, say in zip(results, said) if say), 0)
+
+
+def little(case):
+    """A push of 1e-6 of the limit changes the forces by less than the tolerance: Newton's method answers it all the same."""
+    h = 1e-6
+    newton, _ = pushed(case, True, (h,), NEWTON)
+    case.check("pushed by a millionth of the limit, less than the tolerance, Newton's method: way [m]", newton, exact(h), relative=1e-3)
+    loose = ("relaxation", {"tolerance": 1e-4, "velocity_tolerance": 1e-2, "ramp": 1, "check_every": 10})
+    ways, results = pushed(case, True, (1e-4,), loose)
+    case.check("... by a ten thousandth, explicit, tolerance 1e-4, no ramp: more than 1 % off, and told",
+               [bool(abs(ways[0] / exact(1e-4) - 1) > 0.01), "out of balance" in results[0].stderr], [True, True])  # fmt: skip
+
+
+def run(case):
+    by_hand(case)
+    deformable(case)
+    told(case)
+    little(case)
