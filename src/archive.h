@@ -79,3 +79,6 @@ PetscErrorCode StateArchive(Archive *archive, const Scene *scene, Model *model, 
 PetscErrorCode ArchiveWriteFile(const Archive *archive, const char *path, char message[MESSAGE_LENGTH]);
 /* Reads a file whose checksum is right; refuses every other. */
 PetscErrorCode ArchiveReadFile(Archive *archive, const char *path, char message[MESSAGE_LENGTH]);
+/* The bytes before the HDF5 part of such a file, which has this length and HashBytes. */
+enum { ARCHIVE_HEADER = 512 };
+void ArchiveHeader(uint64_t bytes, uint64_t checksum, const char *version, char header[ARCHIVE_HEADER]);

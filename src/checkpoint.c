@@ -330,6 +330,17 @@ uint64_t CheckpointGoesOn(const Checkpoint *c, uint64_t run)
   return c->branch ? HashBytes(c->branch, &run, sizeof(run)) : run;
 }
 
+/* Whether a text is what EntriesText writes: lines of a key, a blank and a value. */
+static PetscBool are_options(const char *text)
+{
+  while (*text) {
+    const size_t key = strcspn(text, " \n"), length = strcspn(text, "\n");
+    if (!key || key == length || !text[length]) return PETSC_FALSE;
+    text += length + 1;
+  }
+  return PETSC_TRUE;
+}
+
 /* The value of the key that `line` begins with, in `text`; NULL: it has none. */
 static const char *value_of(const char *text, const char *line)
 {
@@ -440,7 +451,8 @@ static PetscErrorCode check_mesh(const Checkpoint *c, char message[MESSAGE_LENGT
 {
   const ArchiveEntry *mesh = ArchiveFind(&c->resume, "mesh");
   PetscFunctionBeginUser;
-  if (!mesh || *(PetscInt64 *)mesh->data != (PetscInt64)c->mesh)
+  if (!mesh || mesh->kind != ARCHIVE_COUNT || mesh->rows * mesh->columns != 1 ||
+      *(PetscInt64 *)mesh->data != (PetscInt64)c->mesh)
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "restart: '%.500s' belongs to another block mesh than '%.400s' (or other groups "
                             "are rigid)",
@@ -467,6 +479,10 @@ PetscErrorCode CheckpointRestart(Checkpoint *c)
   prepare_line(c);
   PetscCall(PetscStrncpy(c->resume.part, "run", sizeof(c->resume.part)));
   PetscCall(ArchiveText(&c->resume, "options", &old));
+  if (!c->rank && !are_options(old ? old : ""))
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "restart: '%.900s': its options are damaged", c->last));
+  if (message[0]) free(old);
+  PetscCall(Refuse(c->comm, ERROR_CHECKPOINT, message));
   if (!c->rank && compare_options(old ? old : "", c->scene->options))
     c->branch = hash_options(c, c->resume.checksum);
   free(old);

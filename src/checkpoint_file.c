@@ -10,10 +10,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { HEADER = 512, CHECKPOINT_FORMAT = 7 };
+enum { HEADER = ARCHIVE_HEADER, CHECKPOINT_FORMAT = 7 };
 static const char *const MAGIC = "quoin-checkpoint";
 
-static void make_header(uint64_t bytes, uint64_t checksum, const char *version, char header[HEADER])
+void ArchiveHeader(uint64_t bytes, uint64_t checksum, const char *version, char header[HEADER])
 {
   memset(header, 0, HEADER);
   snprintf(header, HEADER, "%s %d\nversion %s\nbytes %llu\nchecksum %016llx\n", MAGIC, CHECKPOINT_FORMAT,
@@ -92,23 +92,34 @@ static char *make_image(const Archive *a, size_t *bytes)
   return image;
 }
 
-/* One dataset, of this kind and size, into the archive; returns 0 or -1. */
+/* Opens a dataset of two dimensions; -1: there is none. */
+static hid_t open_set(hid_t file, const char *name, hsize_t dims[2])
+{
+  const hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = set < 0 ? -1 : H5Dget_space(set);
+  const int error = space < 0 || H5Sget_simple_extent_ndims(space) != 2 ||
+                    H5Sget_simple_extent_dims(space, dims, NULL) < 0;
+  if (space >= 0) H5Sclose(space);
+  if (error && set >= 0) H5Dclose(set);
+  return error ? -1 : set;
+}
+
+/* One dataset, of this kind and size, into the archive; error: 0 or not. No memory is taken for what is not
+   in the file. */
 static PetscErrorCode read_entry(hid_t file, const ArchiveEntry *wanted, Archive *a, int *error)
 {
   const size_t bytes = wanted->rows * wanted->columns * (wanted->kind == ARCHIVE_TEXT ? 1 : 8);
-  hsize_t dims[2] = {0, 0};
+  hsize_t dims[2], most = 0;
   void *data;
   PetscFunctionBeginUser;
-  const hid_t set = H5Dopen2(file, wanted->name, H5P_DEFAULT), space = set < 0 ? -1 : H5Dget_space(set);
-  *error = space < 0 || H5Sget_simple_extent_ndims(space) != 2 ||
-           H5Sget_simple_extent_dims(space, dims, NULL) < 0 || dims[0] != wanted->rows ||
-           dims[1] != wanted->columns;
+  const hid_t set = open_set(file, wanted->name, dims);
+  *error = set < 0 || dims[0] != wanted->rows || dims[1] != wanted->columns ||
+           H5Fget_filesize(file, &most) < 0 || bytes > most || (bytes && H5Dget_storage_size(set) != bytes) ||
+           ArchiveFind(a, wanted->name);
   if (!*error) {
     PetscCall(PetscMalloc(bytes + 1, &data));
     if (bytes) *error = H5Dread(set, memory_type(wanted->kind), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0;
     PetscCall(ArchiveAdd(a, wanted->name, wanted->kind, wanted->rows, wanted->columns, data));
   }
-  if (space >= 0) H5Sclose(space);
   if (set >= 0) H5Dclose(set);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -117,14 +128,13 @@ static PetscErrorCode read_entry(hid_t file, const ArchiveEntry *wanted, Archive
 static PetscErrorCode read_image(hid_t file, Archive *a, int *error)
 {
   ArchiveEntry contents = {.name = "contents", .kind = ARCHIVE_TEXT, .columns = 1}, e = {.rows = 0};
-  hsize_t dims[2] = {0, 0};
+  hsize_t dims[2];
   int kind, used;
   PetscFunctionBeginUser;
-  const hid_t set = H5Dopen2(file, contents.name, H5P_DEFAULT), space = set < 0 ? -1 : H5Dget_space(set);
-  *error = space < 0 || H5Sget_simple_extent_dims(space, dims, NULL) < 0;
-  if (space >= 0) H5Sclose(space);
-  if (set >= 0) H5Dclose(set);
-  contents.rows = dims[0];
+  const hid_t set = open_set(file, contents.name, dims);
+  *error = set < 0;
+  if (!*error) contents.rows = dims[0];
+  if (!*error) H5Dclose(set);
   if (!*error) PetscCall(read_entry(file, &contents, a, error));
   if (*error) PetscFunctionReturn(PETSC_SUCCESS);
   char *text = a->entries[0].data; // PetscMalloc left room for the closing zero
@@ -197,7 +207,7 @@ PetscErrorCode ArchiveWriteFile(const Archive *a, const char *path, char message
   char *image = make_image(a, &bytes);
   snprintf(part, sizeof(part), "%s.part", path);
   if (image) {
-    make_header(bytes, HashBytes(0, image + HEADER, bytes), QUOIN_VERSION, image);
+    ArchiveHeader(bytes, HashBytes(0, image + HEADER, bytes), QUOIN_VERSION, image);
     error = write_verified(part, image, HEADER + bytes);
     if (!error && rename(part, path)) error = errno;
     if (!error) error = FolderSync(path);
@@ -228,7 +238,7 @@ static void check_header(const char *data, size_t size, uint64_t *sum, char mess
     return;
   }
   *sum = HashBytes(0, data + HEADER, bytes);
-  make_header(bytes, *sum, version, header);
+  ArchiveHeader(bytes, *sum, version, header);
   if (format == CHECKPOINT_FORMAT && memcmp(header, data, HEADER))
     snprintf(message, MESSAGE_LENGTH, "it is damaged: its checksum is wrong");
   else if (format != CHECKPOINT_FORMAT || strcmp(version, QUOIN_VERSION))

@@ -44,15 +44,31 @@ void Complain(char *message, const char *file, int line, const char *key, const 
     if (iscntrl((unsigned char)*c)) *c = ' ';
 }
 
-// the first control character (ASCII, U+0080 to U+009F) of a text for a terminal or a report; -1: none
-static int control(const char *text, size_t length)
+enum { NOT_UTF8 = 0x110000 };
+
+/* The first character that a line of text for a terminal, a report or YAML cannot have: controls, ends of
+   line, U+FEFF, U+FFFE, U+FFFF; NOT_UTF8: bytes that are none; -1: no such. */
+static int odd_character(const char *text, size_t length)
 {
+  static const int least[] = {0, 0, 0x80, 0x800, 0x10000};
   const unsigned char *c = (const unsigned char *)text;
-  for (size_t i = 0; i < length; i++) {
-    if (c[i] < 0x20 || c[i] == 0x7f) return c[i];
-    if (c[i] == 0xc2 && i + 1 < length && c[i + 1] < 0xa0) return c[i + 1];
+  for (size_t at = 0, n; at < length; at += n) {
+    n = c[at] < 0x80 ? 1 : c[at] < 0xc0 ? 0 : c[at] < 0xe0 ? 2 : c[at] < 0xf0 ? 3 : c[at] < 0xf8 ? 4 : 0;
+    int code = n > 1 ? c[at] & 0x7f >> n : c[at];
+    for (size_t i = 1; i < n && code != NOT_UTF8; i++)
+      code = at + i < length && (c[at + i] & 0xc0) == 0x80 ? code << 6 | (c[at + i] & 0x3f) : NOT_UTF8;
+    if (!n || code < least[n] || code > 0x10ffff || (code >= 0xd800 && code < 0xe000)) return NOT_UTF8;
+    if (code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x2028 || code == 0x2029 || code == 0xfeff ||
+        code == 0xfffe || code == 0xffff)
+      return code;
   }
   return -1;
+}
+
+static void complain_odd(char *message, const char *file, int line, const char *key, int c)
+{
+  if (c == NOT_UTF8) Complain(message, file, line, key, "a value is no text in UTF-8");
+  if (c >= 0) Complain(message, file, line, key, CONTROL, c);
 }
 
 PetscBool NameIsValid(const char *name)
@@ -109,11 +125,13 @@ static Entry *find_exactly(const Entries *list, const char *key)
 
 Entry *EntriesFind(const Entries *list, const char *key)
 {
-  Entry *exact = find_exactly(list, key);
-  if (exact) return exact;
-  for (PetscInt i = list->n ? list->slot[slot_of(list, key)] : -1; i >= 0; i = list->entries[i].next)
-    if (list->entries[i].loose && may_be_equal(list->entries[i].key, key)) return list->entries + i;
-  return NULL;
+  Entry *loose = NULL;
+  for (PetscInt i = list->n ? list->slot[slot_of(list, key)] : -1; i >= 0; i = list->entries[i].next) {
+    Entry *e = list->entries + i;
+    if (!strcmp(e->key, key)) return e;
+    if (!loose && e->loose && may_be_equal(e->key, key)) loose = e;
+  }
+  return loose;
 }
 
 Entry *EntriesFindSection(const Entries *list, const char *key)
@@ -297,10 +315,9 @@ static void check_event(Walk *w, const yaml_event_t *event, PetscInt *depth, Pet
   case YAML_SEQUENCE_END_EVENT:
     --*depth;
     break;
-  case YAML_SCALAR_EVENT: {
-    const int c = control((const char *)event->data.scalar.value, event->data.scalar.length);
-    if (c >= 0) Complain(w->message, w->file, line, "", CONTROL, c);
-  }
+  case YAML_SCALAR_EVENT:
+    complain_odd(w->message, w->file, line, "",
+                 odd_character((const char *)event->data.scalar.value, event->data.scalar.length));
   // fall through
   case YAML_ALIAS_EVENT:
     if (++*n > MOST_SCALARS) Complain(w->message, w->file, line, "", "more than %d values", MOST_SCALARS);
@@ -442,8 +459,7 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
     if (!strcmp(key, "fp_trap"))
       Complain(message, "", 0, key,
                "lanes whose results are thrown away may divide by zero: NaN is looked for instead");
-    const int c = control(value, strlen(value));
-    if (c >= 0) Complain(message, "", 0, key, CONTROL, c);
+    complain_odd(message, "", 0, key, odd_character(value, strlen(value)));
     Entry *entry = find_meant(list, key, message);
     if (entry) {
       PetscCall(PetscFree(entry->value));

@@ -204,7 +204,7 @@ hid_t DiskFileOpen(const char *path)
 /* Of the bytes behind the header; the header they ask for. 0 or -1. */
 static int make_header(int file, char header[DISK_HEADER])
 {
-  enum { CHUNK = 1 << 20 };
+  enum { CHUNK = 1 << 16 };
   unsigned char *chunk = malloc(CHUNK);
   uLong crc = crc32(0, NULL, 0);
   off_t at = DISK_HEADER;

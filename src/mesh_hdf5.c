@@ -127,18 +127,31 @@ static PetscBool type_is(hid_t type, ItemKind kind)
   }
 }
 
+/* Whether a file holds every number of a dataset, or only says that it is there: no memory is taken for what
+   is not stored. */
+static PetscBool is_stored(hid_t dataset, hid_t properties, hid_t type, hid_t space)
+{
+  hsize_t size[H5S_MAX_RANK], chunk[H5S_MAX_RANK], chunks = 1, there = 0;
+  if (H5Pget_layout(properties) != H5D_CHUNKED)
+    return (PetscBool)(H5Dget_storage_size(dataset) ==
+                       (hsize_t)H5Sget_simple_extent_npoints(space) * H5Tget_size(type));
+  const int rank = H5Sget_simple_extent_dims(space, size, NULL);
+  if (H5Pget_chunk(properties, H5S_MAX_RANK, chunk) != rank) return PETSC_FALSE;
+  for (int i = 0; i < rank; i++) chunks *= chunk[i] ? size[i] / chunk[i] + (size[i] % chunk[i] > 0) : 0;
+  return (PetscBool)(H5Dget_num_chunks(dataset, space, &there) >= 0 && there == chunks);
+}
+
 /* Data outside this file, or declared and never written? */
-static void check_storage(FileReader *r, hid_t dataset, const char *path, hsize_t rows)
+static void check_storage(FileReader *r, hid_t dataset, hid_t type, hid_t space, const char *path)
 {
   const hid_t properties = H5Dget_create_plist(dataset);
   hsize_t file_size = 0;
   H5Fget_filesize(r->file, &file_size);
-  const hsize_t stored = H5Dget_storage_size(dataset);
   if (properties < 0)
     ReaderFault(r, "dataset %s cannot be read: the file is damaged", path);
   else if (H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) > 0)
     ReaderFault(r, "dataset %s: its data are in other files, expected data stored in this file", path);
-  else if ((rows > 0 && stored == 0) || stored > file_size)
+  else if (H5Dget_storage_size(dataset) > file_size || !is_stored(dataset, properties, type, space))
     ReaderFault(r, "dataset %s: its data are not in the file", path);
   if (properties >= 0) H5Pclose(properties);
 }
@@ -172,7 +185,7 @@ void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, 
     ReaderFault(r, "dataset %s has %llu rows, more than the %" PetscInt_FMT " this version can number", path,
                 (unsigned long long)size[0], MAX_ROWS);
   } else {
-    check_storage(r, dataset, path, size[0]);
+    check_storage(r, dataset, type, space, path);
     *n = (PetscInt)size[0];
   }
   if (space >= 0) H5Sclose(space);

@@ -134,6 +134,8 @@ void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_L
 /* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
    called. Frames of another run count as not there. */
 void ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
+/* Whether results.h5 is there, whole, and holds the first n stages of the scene. */
+PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
 /* After a restart: goes on with results.h5 when it holds the first n stages of the scene, else begins it anew
    with a warning; grids of stages and frames that are not in the folder are forgotten. */
 PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);

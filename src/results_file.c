@@ -204,7 +204,10 @@ static PetscBool is_of_this_run(hid_t file, const ResultsFile *results)
 {
   uint64_t run = 0;
   const hid_t attribute = H5Aexists(file, "run") > 0 ? H5Aopen(file, "run", H5P_DEFAULT) : -1;
-  const int error = attribute < 0 || H5Aread(attribute, H5T_NATIVE_UINT64, &run) < 0;
+  const hid_t space = attribute < 0 ? -1 : H5Aget_space(attribute);
+  const int error = space < 0 || H5Sget_simple_extent_npoints(space) != 1 ||
+                    H5Aread(attribute, H5T_NATIVE_UINT64, &run) < 0;
+  if (space >= 0) H5Sclose(space);
   if (attribute >= 0) H5Aclose(attribute);
   return (PetscBool)(!error && (run == results->run || run == results->origin));
 }
@@ -261,7 +264,7 @@ static void group_name(const ResultsFile *results, PetscInt stage, PetscInt fram
   if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
 }
 
-static PetscBool holds_stages(const ResultsFile *results, PetscInt n)
+PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
@@ -317,7 +320,7 @@ PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[
   char name[NAME_LENGTH + 16];
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  const PetscBool holds = (PetscBool)(n && holds_stages(results, n));
+  const PetscBool holds = (PetscBool)(n && ResultsFileHolds(results, n));
   if (n && !holds)
     fprintf(stderr,
             "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint, or is "

@@ -17,7 +17,7 @@ static PetscErrorCode read_section(Reader *r, Section section, const char *path,
   Entry *entry;
 
   PetscFunctionBeginUser;
-  for (const Key *key = Keys; key < Keys + KEYS; key++) {
+  for (const Key *key = Keys; key < Keys + KEYS && !r->message[0]; key++) {
     if (key->section != section || key->type == TYPE_CHANGES) continue;
     PetscCall(Ask(r, path, key->name, &entry));
     const int bits = is_stage ? key->stages : key->loads;
@@ -181,10 +181,10 @@ static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, 
   for (PetscInt j = 0; j < n; j++) {
     joints[j].friction[0] = joints[j].friction[1] = NAN;
     if (!joints[j].defined) continue;
+    PetscCall(AskSection(r, path, joints[j].name, section));
     for (PetscInt k = 0; k < KEYS; k++) {
       if (Keys[k].section != SECTION_JOINTS) continue;
       const Entry *source = joint_source(given, j, k);
-      PetscCall(AskSection(r, path, joints[j].name, section));
       PetscCall(Ask(r, section, Keys[k].name, &entry));
       if (source) {
         snprintf(r->label, LABEL_LENGTH, "%s", source->key);
@@ -230,20 +230,22 @@ static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 /* ------------------------------------------------------------------------------------------ stages */
 
 // the joints of a stage are those of the stage before with its own changes: read anew from what is given
-static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, Stage *stage,
-                                        const Entry **given)
+static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, const Joint *last,
+                                        Stage *stage, const Entry **given)
 {
   char path[LABEL_LENGTH];
   const Entry **before;
+  PetscBool same;
 
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(scene->n_joints * KEYS, &before));
   PetscCall(PetscArraycpy(before, given, scene->n_joints * KEYS));
   PetscCall(PetscMalloc1(scene->n_joints, &stage->joints));
-  PetscCall(PetscArraycpy(stage->joints, scene->joints, scene->n_joints));
+  PetscCall(PetscArraycpy(stage->joints, last, scene->n_joints));
   PetscCall(AskSection(r, parent, "joints", path));
   PetscCall(ask_joints(r, path, scene->n_joints, scene->joints, given));
-  PetscCall(read_joint_table(r, path, scene->n_joints, stage->joints, given));
+  PetscCall(PetscArraycmp(given, before, scene->n_joints * KEYS, &same));
+  if (!same) PetscCall(read_joint_table(r, path, scene->n_joints, stage->joints, given));
   PetscCall(echo_joints(r, scene->n_joints, scene->joints, given, before));
   PetscCall(PetscFree(before));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -259,7 +261,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
   if (!scene->n_stages) COMPLAIN_MISSING(r, "missing: at least one stage is needed");
   PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
   if (scene->n_stages) PetscCall(EchoSection(r, 0, "stages"));
-  for (PetscInt i = 0; i < scene->n_stages; i++) {
+  for (PetscInt i = 0; i < scene->n_stages && !r->message[0]; i++) {
     Stage *stage = &scene->stages[i];
     *stage = r->defaults;
     stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
@@ -270,7 +272,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
     PetscCall(CompleteLoads(r, path, stage, (PetscBool)(i == 0)));
-    PetscCall(read_stage_joints(r, path, scene, stage, given));
+    PetscCall(read_stage_joints(r, path, scene, i ? stage[-1].joints : scene->joints, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
   }
@@ -339,7 +341,7 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   const Entry **given;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscSegBufferCreate(1, 512 * LABEL_LENGTH, &r->asked));
+  PetscCall(PetscSegBufferCreate(1, 1 << 15, &r->asked));
   PetscCall(PetscSegBufferCreate(1, 4096, &r->echo));
   PetscCall(read_section(r, SECTION_TOP, "", scene, NULL));
   PetscCall(AskSection(r, "", "contact", path));
@@ -411,6 +413,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   if (!r.message[0]) PetscCall(note_motions(scene));
   PetscCall(PetscFree(text));
   PetscCall(EntriesDestroy(&r.entries));
+  if (r.message[0]) PetscCall(PetscSegBufferDestroy(&r.echo));
   PetscCall(CheckMessage(comm, r.message));
   PetscCall(find_model(comm, scene));
   PetscCall(EchoEnd(&r, &scene->echo));

@@ -12,19 +12,21 @@ static PetscErrorCode append(Reader *r, const char *format, ...) PETSC_ATTRIBUTE
 static PetscErrorCode append(Reader *r, const char *format, ...)
 {
   va_list arguments;
-  char *text, *kept;
+  char some[256], *text = some, *kept;
 
   PetscFunctionBeginUser;
   va_start(arguments, format);
-  const int length = vsnprintf(NULL, 0, format, arguments);
+  const int length = vsnprintf(some, sizeof some, format, arguments);
   va_end(arguments);
-  PetscCall(PetscMalloc1(length + 1, &text));
-  va_start(arguments, format);
-  vsnprintf(text, length + 1, format, arguments);
-  va_end(arguments);
+  if (length >= (int)sizeof some) {
+    PetscCall(PetscMalloc1(length + 1, &text));
+    va_start(arguments, format);
+    vsnprintf(text, length + 1, format, arguments);
+    va_end(arguments);
+  }
   PetscCall(PetscSegBufferGet(r->echo, length, &kept));
   PetscCall(PetscArraycpy(kept, text, length));
-  PetscCall(PetscFree(text));
+  if (text != some) PetscCall(PetscFree(text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

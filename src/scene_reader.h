@@ -54,7 +54,7 @@ typedef struct {
   Scene *scene;
   Entries entries;
   Stage defaults;               /* what `relaxation` says about stages */
-  PetscSegBuffer asked;         /* every key asked for, LABEL_LENGTH each: the known keys */
+  PetscSegBuffer asked;         /* every key asked for, a zero after each: the known keys */
   PetscSegBuffer echo;          /* text of the keys read so far, see scene_echo.c */
   int echo_indent;              /* of the keys of the section being read */
   char label[LABEL_LENGTH];     /* of the key being read, for messages */

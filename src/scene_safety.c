@@ -49,7 +49,7 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   if (given && load->rule == UPLIFT_LINEAR)
     COMPLAIN(r, "the rule linear knows no drain: choose npb, usbr, usace or ferc");
   PetscCall(is_given(r, path, "reaches", &given));
-  if (given && !load->cracked) COMPLAIN(r, "it is for cracked: true");
+  if (load->reaches == REACHES_ANY && !load->cracked) COMPLAIN(r, "it is for cracked: true");
   PetscCall(is_given(r, path, "raise", &given));
   if (load->raise == RAISE_TO_DRAIN && isnan(load->drain))
     COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);

@@ -23,15 +23,30 @@ static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* "parent.name". Called for every key: snprintf is slow where a library has taught it kinds of its own
+   (libquadmath). */
+static void join(const char *parent, const char *name, char label[LABEL_LENGTH])
+{
+  const char *const part[3] = {parent, parent[0] ? "." : "", name};
+  size_t used = 0;
+  for (int i = 0; i < 3; i++) {
+    const size_t n = PetscMin(strlen(part[i]), LABEL_LENGTH - 1 - used);
+    memcpy(label + used, part[i], n);
+    used += n;
+  }
+  label[used] = '\0';
+}
+
 PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry)
 {
   char *known, label[LABEL_LENGTH];
 
   PetscFunctionBeginUser;
-  snprintf(label, LABEL_LENGTH, "%s%s%s", parent, parent[0] ? "." : "", name);
-  PetscCall(PetscSegBufferGet(r->asked, LABEL_LENGTH, &known));
-  memcpy(known, label, LABEL_LENGTH);
-  memcpy(r->label, label, LABEL_LENGTH);
+  join(parent, name, label);
+  const size_t length = strlen(label) + 1;
+  PetscCall(PetscSegBufferGet(r->asked, length, &known));
+  memcpy(known, label, length);
+  memcpy(r->label, label, length);
   *entry = EntriesFind(&r->entries, label);
   if (*entry) PetscCall(take_as(r, label, *entry));
   const Entry *holder = *entry ? *entry : EntriesFind(&r->entries, parent);
@@ -321,22 +336,27 @@ static char plain_letter(char c)
   return c == '.' ? '_' : c;
 }
 
-// letters to change, drop or add to make one key of the other; 0 also when b only ends in more letters
-static size_t key_distance(const char *a, const char *b)
+// letters to change, drop or add to make one key of the other, as far as they are fewer than `most`; 0 also
+// when b only ends in more letters
+static size_t key_distance(const char *a, const char *b, size_t most)
 {
-  size_t n = strlen(b), same = 0, row[LABEL_LENGTH + 1];
+  const size_t m = strlen(a), n = strlen(b);
+  size_t same = 0, row[LABEL_LENGTH + 1];
 
   while (a[same] && plain_letter(a[same]) == plain_letter(b[same])) same++;
   if (!a[same] && !strchr(b + same, '.')) return 0;
+  if (m >= n + most || n >= m + most) return most;
   for (size_t j = 0; j <= n; j++) row[j] = j;
-  for (size_t i = 1; a[i - 1]; i++) {
-    size_t diagonal = row[0];
+  for (size_t i = 1; i <= m; i++) {
+    size_t diagonal = row[0], least = i;
     row[0] = i;
     for (size_t j = 1; j <= n; j++) {
       size_t change = diagonal + (plain_letter(a[i - 1]) != plain_letter(b[j - 1]));
       diagonal = row[j];
       row[j] = PetscMin(change, PetscMin(row[j], row[j - 1]) + 1);
+      least = PetscMin(least, row[j]);
     }
+    if (least >= most) return most;
   }
   return row[n];
 }
@@ -353,8 +373,8 @@ static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_
   if (strlen(e->key) >= LABEL_LENGTH) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSegBufferGetSize(r->asked, &n));
   PetscCall(PetscSegBufferExtractInPlace(r->asked, &known));
-  for (char *k = known; k < known + n; k += LABEL_LENGTH) {
-    size_t distance = key_distance(e->key, k);
+  for (char *k = known; k < known + n; k += strlen(k) + 1) {
+    size_t distance = key_distance(e->key, k, best);
     if (distance >= best) continue;
     best = distance;
     snprintf(nearest, LABEL_LENGTH + 1, "%s%s", e->line ? "" : "-", k);

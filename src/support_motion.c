@@ -106,6 +106,7 @@ static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   motion->n = 0, motion->t = motion->row = NULL;
   if (!rank) PetscCall(read_rows(scene, s, motion, &given, message));
+  if (message[0]) PetscCall(PetscFree(given));
   PetscCall(CheckMessage(comm, message));
   PetscCallMPI(MPI_Bcast(&motion->n, 1, MPIU_INT, 0, comm));
   if (rank) PetscCall(PetscMalloc1(motion->n, &motion->t));

@@ -1,17 +1,23 @@
 #!/usr/bin/env python3
-"""Coverage-guided fuzzing of what comes from outside: the YAML scene, the block mesh, the HDF5 file itself.
+"""Coverage-guided fuzzing of what comes from outside: scene, block mesh, files of motion, checkpoints, results.
 
     cmake --preset fuzz && cmake --build build-fuzz -j
-    tests/fuzz/run.py                     20 s each, from the corpus in tests/fuzz/corpus
-    tests/fuzz/run.py --seconds 3600      a long one; what it finds new stays in build-fuzz/corpus for the next
+    tests/fuzz/run.py                        20 s each
+    tests/fuzz/run.py --hours 8              all night, the time shared by the targets; corpora minimised at the end
+    tests/fuzz/run.py scene --runs 10000000  one target, so many executions
+    tests/fuzz/run.py scene --input FILE     one input again, with what the reader says about it
 
-Prints a line for each target: executions, findings; then how much of the files that read input the corpus covers. A
-finding is an input that a sanitizer, a time of 25 s or an error other than "bad input" has stopped; it is written to
-build-fuzz/. Exit code 1 when there is one. build-fuzz/figures.json adds up the executions of all runs since the corpus
-was begun.
+It starts from tests/fuzz/corpus and from what earlier runs have left in build-fuzz/corpus. Prints a line for each target:
+executions, executions a second, findings. A finding is an input that a sanitizer, a time of 10 s, memory of 3 GB or an error other
+than "bad input" has stopped; it is kept in build-fuzz/findings, and the target goes on. What ends inside the HDF5 library, in its
+own memory, is that library's: kept in build-fuzz/library, and told by the function it happened in. Exit code 1 when there is a
+finding. build-fuzz/figures.json adds up the executions of all runs; --table writes them into docs/reliability.md. --ship packs the
+minimised corpora into tests/fuzz/corpus.
 """
 
 import argparse
+import collections
+import importlib.util
 import json
 import os
 import pathlib
@@ -19,53 +25,140 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
+import time
 
-HERE = pathlib.Path(__file__).parent
-TARGETS = {"scene": 4096, "mesh": 1024, "hdf5": 16384}  # longest input [byte]
-READERS = ("entries*.c", "scene*.c", "mesh*.c")
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+TARGETS = {"scene": 600, "motion": 256, "mesh": 1024, "hdf5": 16384, "checkpoint": 8192, "results": 8192,
+           "scene_setup": 4096, "mesh_setup": 1024, "python": 16384}  # longest input [byte]  # fmt: skip
+READERS = ("entries*.c", "scene*.c", "mesh*.c", "support_motion.c", "checkpoint_file.c")
+FORGET = ("hdf5", "checkpoint", "results")  # HDF5 1.10 forgets memory when a file is damaged
+MOST_FINDINGS = 50  # of one run of a target
+RUNTIME = re.compile(r"sanitizer|__asan|__interceptor|libc\.so|nptl|sysdeps|/fuzzer|operator new|\bmalloc\b|\bfree\b|\bcalloc\b|\brealloc\b")
+
+
+class Target:
+    """A target with its folders."""
+
+    def __init__(self, name, build):
+        self.name, self.build = name, build
+        self.corpus = build / "corpus" / name
+        self.seeds = [folder for folder in (HERE / "corpus" / name.removesuffix("_setup"), build / "seeds" / name) if folder.is_dir()]
+        self.command = [build / "tests" / "fuzz" / f"fuzz_{name}"] if name != "python" else [sys.executable, HERE / "fuzz_python.py"]
+
+    def run(self, *words, folders=True):
+        """stderr and exit code of one process."""
+        command = [*self.command, *([self.corpus, *self.seeds] if folders else []), f"-max_len={TARGETS[self.name]}", *words]
+        done = subprocess.run([str(word) for word in command], env=os.environ | {"LLVM_PROFILE_FILE": "/dev/null"}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+        return done.stdout, done.returncode
+
+    def minimise(self):
+        """The smallest part of the corpus that reaches all that it reaches."""
+        least = self.build / "least" / self.name
+        shutil.rmtree(least, ignore_errors=True)
+        least.mkdir(parents=True)
+        self.run("-merge=1", least, self.corpus, *self.seeds, folders=False)
+        if any(least.iterdir()):
+            shutil.rmtree(self.corpus)
+            least.rename(self.corpus)
 
 
 def dictionary(path):
     """Words of the scene language for the mutator: the keys and choices of the one table."""
-    text = (HERE.parent.parent / "src" / "scene_keys.h").read_text(encoding="utf-8")
+    text = (ROOT / "src" / "scene_keys.h").read_text(encoding="utf-8")
     words = sorted(set(re.findall(r'"([a-z_0-9]{2,24})"', text)) | {": ", "- ", "{", "}", "[", "]", "\\x0a  ", "1e308", "-1", "nan", "&a ", "*a"})
     path.write_text("".join(f'"{word}"\n' for word in words), encoding="utf-8")
     return path
 
 
-def environment(profile):
-    return os.environ | {
-        "LLVM_PROFILE_FILE": str(profile),
-        "QUOIN_FUZZ_MODEL": str(HERE / "corpus" / "hdf5" / "two_bodies.h5"),
-        "ASAN_OPTIONS": f"detect_leaks=0:allocator_may_return_null=1:handle_abort=1:suppressions={HERE / 'asan.supp'}",
-        "UBSAN_OPTIONS": "print_stacktrace=1",
-        "OMPI_MCA_opal_signal": "11",  # aborts are for the sanitizer to report
-        "OPENBLAS_NUM_THREADS": "1",
-    }
+def frames(text):
+    """Those of the first stack in a report that are not of the sanitizers or the C library."""
+    stack = re.search(r"(?:^ +#\d+ .*\n)+", text, re.MULTILINE)
+    return [line for line in stack[0].splitlines() if not RUNTIME.search(line)] if stack else []
 
 
-def fuzz(name, build, seconds):
-    """One target; its figures."""
-    corpus = build / "corpus" / name
-    corpus.mkdir(parents=True, exist_ok=True)
-    before = set(build.glob(f"{name}-*"))
-    command = [build / "tests" / "fuzz" / f"fuzz_{name}", corpus, HERE / "corpus" / name, f"-max_total_time={seconds}",
-               f"-max_len={TARGETS[name]}", "-timeout=25", "-rss_limit_mb=4096", "-detect_leaks=0", "-print_funcs=0",
-               f"-artifact_prefix={build}/{name}-"]  # fmt: skip
-    if name == "scene":
-        command.append(f"-dict={dictionary(build / 'scene.dict')}")
-    for left in pathlib.Path("/dev/shm").glob("quoin-fuzz-*"):  # noqa: S108 (fuzz.h writes there)
-        left.unlink()
-    log = subprocess.run([str(word) for word in command], env=environment("/dev/null"), capture_output=True, text=True, errors="replace")
-    (build / f"{name}.log").write_text(log.stderr, encoding="utf-8")
-    runs = re.findall(r"^#(\d+)\s", log.stderr, re.MULTILINE)
-    return {
-        "target": name,
-        "seconds": seconds,
-        "executions": int(runs[-1]) if runs else 0,
-        "findings": sorted(path.name for path in set(build.glob(f"{name}-*")) - before if "slow-unit" not in path.name),
-        "exit_code": log.returncode,
-    }
+def library(text):
+    """The function of the HDF5 library that has stopped in its own memory; None: that was not it."""
+    first = next(iter(frames(text)), "")
+    if "libhdf5" not in first or re.search(r"ERROR: AddressSanitizer: (stack|global)-", text):
+        return None
+    owner = text.partition("allocated by thread")[2]
+    if owner and "libhdf5" not in next(iter(frames(owner)), ""):
+        return None
+    named = [re.search(r" in (H5\w+)", line) for line in frames(text)]
+    return next((name[1] for name in named if name), "H5")
+
+
+def keep(target, path, text, found, ends):
+    """One input that has stopped the target goes to the findings, or to what is the library's."""
+    where = library(text)
+    (target.corpus / path.name.rpartition("-")[2]).unlink(missing_ok=True)  # it would end every run at its start
+    if not where and "out-of-memory (used" in text and not target.run(path, folders=False)[1]:
+        path.unlink()  # alone it needs little: the library has kept what damaged files made it take
+        return
+    folder = target.build / ("library" if where else "findings")
+    folder.mkdir(exist_ok=True)
+    if where:
+        ends[where] += 1
+        path.replace(folder / f"{target.name}-{where}")
+    else:
+        found.append(path.replace(folder / path.name).name)
+        (folder / f"{path.name}.log").write_text(text, encoding="utf-8")
+
+
+def clean():
+    """Files in memory of targets that were stopped."""
+    for folder in pathlib.Path("/dev/shm").glob("quoin-fuzz-*"):  # noqa: S108 (fuzz.h writes there)
+        if not pathlib.Path("/proc", folder.name.rpartition("-")[2]).exists():
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def fuzz(target, seconds, runs):
+    """One target until its time or its executions are over; its figures."""
+    target.corpus.mkdir(parents=True, exist_ok=True)
+    start, done, found, ends = time.monotonic(), 0, [], collections.Counter()
+    words = ["-timeout=10", "-rss_limit_mb=3000", "-malloc_limit_mb=1000000", "-print_funcs=0", "-print_final_stats=1", "-entropic=0"]
+    if target.name.startswith("scene"):
+        words.append(f"-dict={dictionary(target.build / 'scene.dict')}")
+    if target.name in FORGET:
+        words.append("-detect_leaks=0")
+    failed = False
+    while not failed and len(found) < MOST_FINDINGS and time.monotonic() - start < seconds and done < runs:
+        prefix = target.build / "stopped" / f"{target.name}-"
+        prefix.parent.mkdir(exist_ok=True)
+        left = max(1, int(seconds - (time.monotonic() - start)))
+        text, code = target.run(f"-max_total_time={left}", f"-runs={min(runs - done, 2**31 - 1)}", f"-artifact_prefix={prefix}", *words)
+        count = re.search(r"number_of_executed_units: (\d+)", text) or re.search(r"^Done (\d+) runs", text, re.MULTILINE)
+        done += int(count[1]) if count else 0
+        stopped = [path for path in prefix.parent.glob(f"{target.name}-*") if not path.name.startswith(f"{target.name}-slow")]
+        for path in stopped:
+            keep(target, path, text, found, ends)
+        failed = not count or (code and not stopped)
+        if failed:
+            (target.build / f"{target.name}.log").write_text(text, encoding="utf-8")
+        clean()
+    return {"target": target.name, "seconds": round(time.monotonic() - start), "executions": done, "findings": found, "library": dict(ends), "failed": failed}
+
+
+def unpack(name, build):
+    """The packed corpus, when there is one."""
+    packed, folder = HERE / "corpus" / f"{name.removesuffix('_setup')}.tar.xz", build / "seeds" / name
+    if packed.exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        with tarfile.open(packed) as file:
+            file.extractall(folder, filter="data")
+
+
+def ship(target):
+    """The minimised corpus as one file: the same bytes whenever it holds the same."""
+    paths = sorted(target.corpus.iterdir(), key=lambda path: (path.stat().st_size, path.name))
+    with tarfile.open(HERE / "corpus" / f"{target.name}.tar.xz", "w:xz") as file:
+        for path in paths:
+            entry = tarfile.TarInfo(path.name)
+            entry.size = path.stat().st_size
+            with path.open("rb") as data:
+                file.addfile(entry, data)
 
 
 def tool(name):
@@ -73,25 +166,26 @@ def tool(name):
     return shutil.which(subprocess.run(["clang", f"-print-prog-name={name}"], capture_output=True, text=True, check=True).stdout.strip())
 
 
-def coverage(build):
-    """Lines of the readers that the corpora of all targets reach: {file: [covered, all]}; {} without the tools."""
+def coverage(targets, build):
+    """Lines of the readers that the corpora of these targets reach: {file: [covered, all]}; {} without the tools."""
     profdata, cov = tool("llvm-profdata"), tool("llvm-cov")
-    if not profdata or not cov:
+    targets = [target for target in targets if target.name != "python"]
+    if not profdata or not cov or not targets:
         return {}
-    programs = [build / "tests" / "fuzz" / f"fuzz_{name}" for name in TARGETS]
-    profiles = [build / f"{name}.profraw" for name in TARGETS]
-    for name, program, profile in zip(TARGETS, programs, profiles, strict=True):
-        corpora = [folder for folder in (build / "corpus" / name, HERE / "corpus" / name) if folder.exists()]
-        subprocess.run([program, "-runs=0", f"-max_len={TARGETS[name]}", f"-artifact_prefix={build}/{name}-", *corpora], env=environment(profile), capture_output=True, check=True)
+    profiles = [build / f"{target.name}.profraw" for target in targets]
+    for target, profile in zip(targets, profiles, strict=True):
+        words = ["env", f"LLVM_PROFILE_FILE={profile}", *target.command, target.corpus, *target.seeds, "-runs=0", f"-max_len={TARGETS[target.name]}"]
+        profile.unlink(missing_ok=True)
+        subprocess.run([str(word) for word in words], capture_output=True)
+    profiles = [profile for profile in profiles if profile.exists()]  # none where an input ends in a library
     merged = build / "readers.profdata"
     subprocess.run([profdata, "merge", "-sparse", *profiles, "-o", merged], check=True)
-    sources = sorted(path for pattern in READERS for path in (HERE.parent.parent / "src").glob(pattern))
-    objects = [word for program in programs[1:] for word in ("-object", program)]
-    report = subprocess.run([cov, "export", "-summary-only", f"-instr-profile={merged}", programs[0], *objects, *sources],
+    sources = sorted(path for pattern in READERS for path in (ROOT / "src").glob(pattern))
+    objects = [word for target in targets[1:] for word in ("-object", target.command[0])]
+    report = subprocess.run([cov, "export", "-summary-only", f"-instr-profile={merged}", targets[0].command[0], *objects, *sources],
                             capture_output=True, text=True, check=True)  # fmt: skip
-    files = json.loads(report.stdout)["data"][0]["files"]
     names = {path.name for path in sources}  # without the headers
-    lines = {pathlib.Path(file["filename"]).name: file["summary"]["lines"] for file in files}
+    lines = {pathlib.Path(file["filename"]).name: file["summary"]["lines"] for file in json.loads(report.stdout)["data"][0]["files"]}
     return {name: [count["covered"], count["count"]] for name, count in lines.items() if name in names}
 
 
@@ -99,35 +193,83 @@ def add_up(path, results, covered):
     """The figures of all runs since the corpus was begun."""
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"targets": {}}
     for result in results:
-        total = known["targets"].setdefault(result["target"], {"seconds": 0, "executions": 0, "findings": 0})
-        total["seconds"] += result["seconds"]
-        total["executions"] += result["executions"]
+        total = known["targets"].setdefault(result["target"], {"seconds": 0, "executions": 0, "findings": 0, "library": {}})
+        for key in ("seconds", "executions"):
+            total[key] += result[key]
         total["findings"] += len(result["findings"])
-    known["lines"] = covered
+        total["library"] = dict(collections.Counter(total["library"]) + collections.Counter(result["library"]))
+    known["lines"] = covered or known.get("lines", {})
     path.write_text(json.dumps(known, indent=1), encoding="utf-8")
+    return known
+
+
+def table(path, known):
+    """Into the document, between its marks."""
+    rows = ["| target | executions | a second | findings | ends inside the HDF5 library |", "|---|---|---|---|---|"]
+    for name, total in known["targets"].items():
+        ends = ", ".join(f"{where} {times}" for where, times in sorted(total["library"].items())) or "-"
+        rows.append(f"| {name} | {total['executions']} | {total['executions'] / max(1, total['seconds']):.0f} | {total['findings']} | {ends} |")
+    if known["lines"]:
+        some, every = (sum(counts[i] for counts in known["lines"].values()) for i in (0, 1))
+        parts = ", ".join(f"{name} {100 * a / b:.0f} %" for name, (a, b) in sorted(known["lines"].items()))
+        rows += ["", f"Lines of the readers that the inputs reach: {100 * some / every:.1f} % of {every} ({parts})."]
+    head, rest = path.read_text(encoding="utf-8").split("<!-- fuzzing -->\n")
+    tail = rest.split("<!-- end of fuzzing -->\n")[1]
+    path.write_text(f"{head}<!-- fuzzing -->\n" + "\n".join(rows) + f"\n<!-- end of fuzzing -->\n{tail}", encoding="utf-8")
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("targets", nargs="*", default=[], metavar="target", help=", ".join(TARGETS))
+    parser.add_argument("--seconds", type=float, help="for each target (20)")
+    parser.add_argument("--hours", type=float, help="for all targets together")
+    parser.add_argument("--runs", type=int, help="executions of each target")
+    parser.add_argument("--input", type=pathlib.Path, help="an input to try again")
+    parser.add_argument("--ship", action="store_true", help="pack the minimised corpora into tests/fuzz/corpus")
+    parser.add_argument("--table", type=pathlib.Path, help="document to write the figures into")
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build-fuzz")
+    options = parser.parse_args()
+    unknown = [name for name in options.targets if name not in TARGETS]
+    if unknown:
+        parser.error(f"no target {unknown[0]}: there are {', '.join(TARGETS)}")
+    if not options.targets:
+        options.targets = [name for name in TARGETS if name != "python" or importlib.util.find_spec("atheris")]
+    if options.seconds is None:
+        options.seconds = 20 if options.hours is None and options.runs is None else 3600 * options.hours / len(options.targets) if options.hours else 1e9
+    return options
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("targets", nargs="*", default=list(TARGETS), help="scene, mesh, hdf5")
-    parser.add_argument("--seconds", type=int, default=20, help="for each target")
-    parser.add_argument("--build", type=pathlib.Path, default=HERE.parent.parent / "build-fuzz")
-    arguments = parser.parse_args()
+    options = arguments()
+    build = options.build.resolve()
+    for name in options.targets:
+        unpack(name, build)
+    targets = [Target(name, build) for name in options.targets]
+    if options.input:
+        return subprocess.run(["env", "QUOIN_FUZZ_SAY=1", "LLVM_PROFILE_FILE=/dev/null", *targets[0].command, options.input]).returncode
     results = []
-    for name in arguments.targets:
-        result = fuzz(name, arguments.build.resolve(), arguments.seconds)
+    for target in targets:
+        result = fuzz(target, options.seconds, options.runs or 2**62)
         results.append(result)
-        print(f"{name:6s} {result['executions']:9d} executions, findings: {', '.join(result['findings']) or 'none'}", flush=True)
-    covered = coverage(arguments.build.resolve())
+        rate = result["executions"] / max(1, result["seconds"])
+        ends = f"; ends inside HDF5: {sum(result['library'].values())}" if result["library"] else ""
+        print(f"{target.name:11s} {result['executions']:9d} executions, {rate:6.0f} a second, findings: {', '.join(result['findings']) or 'none'}{ends}", flush=True)
+        if options.hours or options.ship:
+            target.minimise()
+        if options.ship:
+            ship(target)
+    covered = coverage(targets, build)
     if covered:
         some, every = (sum(counts[i] for counts in covered.values()) for i in (0, 1))
         print(f"{some} of {every} lines of the readers reached ({100 * some / every:.1f} %)")
-    add_up(arguments.build / "figures.json", results, covered)
-    failed = [result["target"] for result in results if result["findings"] or result["exit_code"] or not result["executions"]]
-    if failed:
-        print(f"failed: {', '.join(failed)}; see {arguments.build}/<target>.log", file=sys.stderr)
-    sys.exit(bool(failed))
+    known = add_up(build / "figures.json", results, covered)
+    if options.table:
+        table(options.table, known)
+    bad = [result["target"] for result in results if result["findings"] or result["failed"] or not result["executions"]]
+    if bad:
+        print(f"failed: {', '.join(bad)}; see {build}/findings and {build}/<target>.log", file=sys.stderr)
+    return int(bool(bad))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

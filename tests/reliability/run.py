@@ -3,8 +3,7 @@
     python tests/reliability/run.py --quoin build/quoin                        # 5 kills and the faults
     python tests/reliability/run.py --quoin build/quoin --kills 100 --soak 1000000 --table docs/reliability.md
 
-With --table the catalogue of bad input is tried too, on 1 and 2 ranks, and the figures of fuzzing are taken from
-build-fuzz/figures.json (tests/fuzz/run.py). Exit code 0: nothing was lost; 1: something was. Faults that need a small
+With --table the catalogue of bad input is tried too, on 1 and 2 ranks. Exit code 0: nothing was lost; 1: something was. Faults that need a small
 disk of their own are left out where tmpfs cannot be mounted."""
 
 import argparse
@@ -320,20 +319,6 @@ def calls(quoin, sample):
     return done.stdout.splitlines()
 
 
-def fuzzing(path):
-    """Figures that tests/fuzz/run.py has added up."""
-    if not path.exists():
-        return []
-    known = json.loads(path.read_text(encoding="utf-8"))
-    lines = [f"{name}: {total['executions']} executions in {total['seconds'] / 60:.0f} min, {total['findings']} findings"
-             for name, total in known["targets"].items()]  # fmt: skip
-    if known["lines"]:
-        some, every = (sum(counts[i] for counts in known["lines"].values()) for i in (0, 1))
-        parts = ", ".join(f"{name} {100 * a / b:.0f} %" for name, (a, b) in sorted(known["lines"].items()))
-        lines.append(f"lines of the readers that the inputs reach: {100 * some / every:.1f} % of {every} ({parts})")
-    return lines
-
-
 def table(path, rows, lists):
     """Between the marks of the document; lists: {title: lines}."""
     text = path.read_text(encoding="utf-8")
@@ -370,8 +355,6 @@ def main():
             lists["Bad input"] = known("bad input", lambda: bad_input(bench.quoin))
         if options.soak:
             lists["Soak"] = known("soak", lambda: soak(bench, options.soak))
-        if options.table:
-            lists["Fuzzing, with the address and undefined-behaviour sanitizers"] = fuzzing(scenes.ROOT / "build-fuzz" / "figures.json")
     except AssertionError as error:
         print(f"LOST: {error}", file=sys.stderr)
         print(f"left for a look: {folder}", file=sys.stderr)

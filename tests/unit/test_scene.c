@@ -259,6 +259,37 @@ static void EnsureSameStage(PetscInt n_joints, const Stage *a, const Stage *b)
   EnsureSameJoints(n_joints, a->joints, b->joints);
 }
 
+// keys at their defaults may stand in the echo of any load, and what the command line says is text
+static PetscErrorCode TestEchoIsAScene(void)
+{
+  static const char text[] = "model: m\nmaterials: {a: {density: 2400, rigid: true}}\n"
+                             "loads: {under: {type: uplift, faces: f, level: 3}}\n"
+                             "stages: [one: {loads: [under]}]\n";
+  static const char *const odd[] = {"-title \xe9", "-title \xc3", "-title \xed\xa0\x80",
+                                    "-title \xf8\x88\x80", "-title \xc0\xaf"};
+  Scene a, b;
+  PetscCall(Read(text, "-title d\xc3\xa9\xe2\x82\xac", &a));
+  EnsureMessage("", "uplift without a crack");
+  PetscCall(Read(a.echo, "", &b));
+  EnsureMessage("", a.echo);
+  ENSURE(!strcmp(a.title, b.title));
+  PetscCall(SceneDestroy(&a));
+  PetscCall(SceneDestroy(&b));
+  for (size_t i = 0; i < sizeof odd / sizeof odd[0]; i++) {
+    PetscCall(Read(text, odd[i], &a));
+    EnsureMessage("command line: -title: a value is no text in UTF-8", odd[i]);
+    PetscCall(SceneDestroy(&a));
+  }
+  PetscCall(Read(text,
+                 "-title a\xe2\x80\xa8"
+                 "b",
+                 &a));
+  EnsureMessage("command line: -title: a value holds the control character U+2028; one line of text expected",
+                "");
+  PetscCall(SceneDestroy(&a));
+  return 0;
+}
+
 // the echo of a scene, read as a scene, is the same scene, and its echo says the same values
 static PetscErrorCode TestEcho(void)
 {
@@ -490,6 +521,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestJoints);
   RUN_TEST(TestCommandLine);
   RUN_TEST(TestUnderscores);
+  RUN_TEST(TestEchoIsAScene);
   RUN_TEST(TestEcho);
   RUN_TEST(TestModelPath);
   RUN_TEST(TestBadInput);

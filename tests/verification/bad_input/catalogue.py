@@ -143,6 +143,7 @@ def mesh_faults():
         ("vertices is a group", lambda file: (file.__delitem__("vertices"), file.create_group("vertices"))),
         ("2^40 vertices", lambda file: (file.__delitem__("vertices"), file.create_dataset("vertices", (1 << 40, 2), "f8", chunks=(1024, 2)))),
         ("2^31 blocks", lambda file: (file.__delitem__("blocks"), file.create_dataset("blocks", (1 << 31, 4), "i4", chunks=(1024, 4)))),
+        ("2^20 vertices, of which one chunk is written", lambda file: (file.__delitem__("vertices"), file.create_dataset("vertices", (1 << 20, 2), "f8", chunks=(16, 2)).__setitem__(0, 1))),
         ("coordinate not a number", entry("vertices", 3, [np.nan, 0])),
         ("coordinate infinite", entry("vertices", 3, [np.inf, 0])),
         ("coordinate 1e300 m", entry("vertices", 3, [1e300, 0])),

@@ -1,0 +1,31 @@
+/* fuzz_results.c: the bytes are what stands in results.h5 behind its head; length and checksum in the head
+   are made to fit. A restart looks whether they hold the stages up to its checkpoint, and whose they are. */
+#include "fuzz.h"
+#include "hdf5_disk.h"
+#include "output.h"
+#include <zlib.h>
+
+static Stage stages[2] = {{.name = "rest"}, {.name = "push"}};
+static Scene scene = {.n_stages = 2, .stages = stages};
+static ResultsFile results = {.scene = &scene, .run = 1};
+
+int LLVMFuzzerInitialize(int *argc, char ***argv)
+{
+  (void)argc, (void)argv;
+  FuzzStart("results.h5");
+  results.folder = FuzzFolder;
+  FuzzHdf5();
+  return 0;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+  char head[DISK_HEADER] = "", message[MESSAGE_LENGTH] = "";
+  snprintf(head, sizeof head, "quoin-results\nbytes %zu\ncrc32 %08lx\n", size,
+           (unsigned long)crc32(crc32(0, NULL, 0), data, (uInt)size));
+  FuzzFile(head, sizeof head, data, size);
+  if (ResultsFileHolds(&results, 2)) ResultsFileCheck(&results, 2, message);
+  if (message[0]) FuzzLine(message);
+  FuzzClosed();
+  return 0;
+}
