@@ -3,11 +3,12 @@
 import json
 import zlib
 
-from quoin_tools.whole import HEADER, TEXTS
+from quoin_tools.whole import HEADER, TEXTS, VERSION
 
 
 def write_summary(folder, summary):
-    """summary.json from a dict; a checksum of before is renewed."""
+    """summary.json from a dict; a checksum of before is renewed, format and version are added."""
+    summary = {"format": "quoin-summary", "version": VERSION} | summary
     text = json.dumps({name: value for name, value in summary.items() if name != "crc32"}).encode()[:-1] + b",\n"
     before, after = TEXTS["summary.json"]
     (folder / "summary.json").write_bytes(text + before + b"%08x" % zlib.crc32(text) + after)

@@ -18,10 +18,12 @@ from scipy.sparse.csgraph import connected_components
 
 from quoin_tools.command import command
 from quoin_tools.files import write_file
+from quoin_tools.whole import UNREADABLE
 
 FORMAT = b"quoin-mesh"
 VERSION = 1
 NAME_SIZE = 64
+MOST_PACKED = 1100  # bytes that one byte of a compressed dataset may become (deflate: 1032)
 TOLERANCE = 0.005  # depth [m] by which two macroblocks may overlap
 SLIVER = 1e6  # aspect ratio beyond which a block is refused
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,62}\Z")
@@ -170,15 +172,15 @@ def read(path):
         file = h5py.File(path, "r")
     except OSError as error:
         missing = not os.path.exists(path)
-        reason = "no such file" if missing else f"not a whole HDF5 file ({str(error).splitlines()[0]})"
+        reason = "no such file" if missing else f"not a whole HDF5 file ({' '.join(str(error).split())})"
         raise MeshError(f"{path}: {reason}") from None
     try:
         with file:
             return parse(file)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:  # damaged inside
-        raise MeshError(f"{path}: cannot be read ({str(error).splitlines()[0]})") from None
+    except UNREADABLE as error:  # damaged inside
+        raise MeshError(f"{path}: cannot be read ({type(error).__name__}: {' '.join(str(error).split())})") from None
 
 
 def parse(file):
@@ -222,6 +224,8 @@ def dataset(file, name, kind, kind_name, columns):
     if len(shape) != (1 if columns is None else 2) or (columns is not None and shape[1] != columns):
         expected = "(n,)" if columns is None else f"(n, {columns})"
         raise MeshError(f"/{name} has shape {shape}, expected {expected}")
+    if item.nbytes > MOST_PACKED * item.id.get_storage_size():
+        raise MeshError(f"/{name}: its data are not in the file")
     return item[()]
 
 

@@ -19,9 +19,9 @@ import numpy as np
 
 from quoin_tools.command import command
 from quoin_tools.files import reading
-from quoin_tools.whole import ResultsError, check_history, check_results, read_summary
+from quoin_tools.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
 
-FORMAT, VERSION = "quoin-results", 2
+FORMAT = "quoin-results"
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
 VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
@@ -61,6 +61,16 @@ class Mesh:
     block_file: np.ndarray  # number in model.h5 of each block and vertex: others than their rows when a
     vertex_file: np.ndarray  # group has output: false
     rank: np.ndarray  # process that had the block when the run started
+
+    def check(self):
+        """Raises ValueError where the arrays do not belong together."""
+        vertices, blocks = self.vertices, self.blocks
+        if vertices.shape[1:] != (2,) or blocks.shape[1:] != (4,) or vertices.dtype.kind != "f" or blocks.dtype.kind != "i":
+            raise ValueError("mesh: expected vertices (n, 2) and blocks (n, 4)")
+        if blocks.size and (blocks.max() >= len(vertices) or blocks.min() < -1 or blocks[:, :3].min() < 0):
+            raise ValueError("mesh: a block has a vertex that is not there")
+        if any(len(rows) != len(blocks) for rows in (self.block_group, self.macroblock, self.block_file, self.rank)):
+            raise ValueError("mesh: expected a group, a macroblock, a number and a rank for each block")
 
     def rings(self, vertices=None):
         """Corners (n_blocks, 4, 2), here or with vertices elsewhere; triangles repeat the first."""
@@ -106,9 +116,9 @@ class Contacts:
 
     def __init__(self, group):
         for name in CONTACT_FIELDS:
-            setattr(self, "klass" if name == "class" else name, np.array(group[name]))
-        self.closure = np.array(group["closure"]) if "closure" in group else np.zeros_like(self.opening)
-        self.macroblock = np.array(group["macroblock"]) if "macroblock" in group else None  # None: written by an older program
+            setattr(self, "klass" if name == "class" else name, array(group[name]))
+        self.closure = array(group["closure"]) if "closure" in group else np.zeros_like(self.opening)
+        self.macroblock = array(group["macroblock"]) if "macroblock" in group else None  # None: written by an older program
 
     def on_b(self):
         """Force [N] (n, 2, 2) in x and y on side b of each contact, at both of its ends; side a has the opposite one."""
@@ -133,7 +143,7 @@ class Stage:
 
     def __init__(self, path, name):
         self.path, self.name = path, name
-        with reading(path) as file:
+        with expecting(path, "a complete results file"), reading(path) as file:
             group = file["stages"][name]
             self.index, self.cycles = int(group.attrs["index"]), int(group.attrs["cycles"])
             self.frame, self.time = int(group.attrs.get("frame", 0)), float(group.attrs.get("time", 0.0))
@@ -143,9 +153,9 @@ class Stage:
     def __getattr__(self, name):
         if name not in STAGE_FIELDS + SOME_STAGES and name != "contacts":
             raise AttributeError(name)
-        with reading(self.path) as file:
+        with expecting(self.path, "a complete results file"), reading(self.path) as file:
             item = file["stages"][self.name].get(name)
-            value = Contacts(item) if name == "contacts" else None if item is None else np.array(item)
+            value = Contacts(item) if name == "contacts" else None if item is None and name in SOME_STAGES else array(item)
         setattr(self, name, value)
         return value
 
@@ -160,12 +170,10 @@ class Results:
             raise ResultsError(
                 f"{self.folder}: no results.h5 (a run writes it at the end of its first stage)"
             )
-        try:
+        with expecting(self.path, "a complete results file"):
             check_results(self.path)
             with reading(self.path) as file:
                 self._read(file)
-        except (KeyError, OSError) as error:
-            raise ResultsError(f"{self.path}: not a complete results file ({error})") from error
         self._summary = self._history = None
 
     def _read(self, file):
@@ -178,14 +186,15 @@ class Results:
         self.thickness = float(file.attrs["thickness"])
         mesh = file["mesh"]
         arrays = {
-            name: np.array(mesh[name])
+            name: array(mesh[name])
             for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")
         }
-        arrays["rank"] = np.array(mesh["rank"]) if "rank" in mesh else np.zeros(len(arrays["blocks"]), dtype=int)
+        arrays["rank"] = array(mesh["rank"]) if "rank" in mesh else np.zeros(len(arrays["blocks"]), dtype=int)
         for name, rows in (("block_file", "blocks"), ("vertex_file", "vertices")):
-            arrays[name] = np.array(mesh[name]) if name in mesh else np.arange(len(arrays[rows]))
-        names = {name: [text(word) for word in mesh[name]] for name in ("group_names", "joint_names")}
+            arrays[name] = array(mesh[name]) if name in mesh else np.arange(len(arrays[rows]))
+        names = {name: [text(word) for word in array(mesh[name])] for name in ("group_names", "joint_names")}
         self.mesh = Mesh(**arrays, **names)
+        self.mesh.check()
         stages = file["stages"]
         order = {name: (item.attrs["index"], item.attrs.get("frame", 0)) for name, item in stages.items()}
         names = sorted(order, key=order.get)
@@ -266,12 +275,21 @@ def text(value):
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
+def array(item):
+    """A dataset; what it says to have must be in the file before memory is taken for it."""
+    if item.nbytes != item.id.get_storage_size():
+        raise ValueError(f"{item.name}: its data are not in the file")
+    return np.array(item)
+
+
 def read_history(path):
-    try:
-        with open(path, encoding="utf-8", newline="") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except OSError as error:
-        raise ResultsError(f"{path}: {error}") from error
+    with expecting(path, "a history"):
+        return columns_of(path)
+
+
+def columns_of(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.reader(file) if row]
     header = rows[0] if rows else []
     rows = [
         row for row in rows[1:] if len(row) == len(header)

@@ -3,6 +3,7 @@
 The solver checks scenes; here only what the tools use is read. A run leaves its scene, command line included, in its output folder.
 """
 
+import itertools
 import math
 import os
 from dataclasses import dataclass, field
@@ -14,8 +15,18 @@ JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0
 ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the output folder
 
 
+MOST_VALUES = 40000  # the solver takes as many
+
+
 class SceneError(ValueError):
     """What is wrong with a scene file, in one line."""
+
+
+class Loader(yaml.SafeLoader):
+    """Without merge keys, which the solver does not know: nested, they double the text each time."""
+
+    def flatten_mapping(self, node):
+        pass
 
 
 @dataclass
@@ -40,6 +51,8 @@ class Scene:
         if stage not in self.stages:
             raise SceneError(f"{self.path}: no stage '{stage}'")
         names = self.stages[stage].get("loads") or []
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise SceneError(f"{self.path}: stages.{stage}.loads: expected a list of names")
         missing = [name for name in names if name not in self.loads]
         if missing:
             raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
@@ -99,12 +112,15 @@ def number(value):
     return value
 
 
-def numbers(value):
-    """The same through lists and mappings."""
+def numbers(value, seen=None):
+    """The same through lists and mappings; aliases can make a short text long, or a circle."""
+    seen = itertools.count() if seen is None else seen
+    if next(seen) > MOST_VALUES:
+        raise ValueError(f"more than {MOST_VALUES} values")
     if isinstance(value, dict):
-        return {str(key): numbers(item) for key, item in value.items()}
+        return {str(key): numbers(item, seen) for key, item in value.items()}
     if isinstance(value, list):
-        return [numbers(item) for item in value]
+        return [numbers(item, seen) for item in value]
     return number(value)
 
 
@@ -126,14 +142,17 @@ def section(value, name, path):
 
 def parse(text, path):
     try:
-        data = numbers(yaml.safe_load(text))
-    except yaml.YAMLError as error:
+        data = numbers(yaml.load(text, Loader))  # noqa: S506 (a SafeLoader)
+    except (yaml.YAMLError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError) as error:
         raise SceneError(f"{path}: {' '.join(str(error).split())}") from error
     if not isinstance(data, dict):
         raise SceneError(f"{path}: not a scene")
     names = ("materials", "joints", "supports", "loads", "stages")
     sections = {name: section(data.get(name), name, path) for name in names}
-    scalars = {"thickness": float(data.get("thickness", 1.0)), "gravity": float(data.get("gravity", 9.81))}
+    scalars = {"thickness": data.get("thickness", 1.0), "gravity": data.get("gravity", 9.81)}
+    for name, value in scalars.items():
+        if not isinstance(value, (int, float)):
+            raise SceneError(f"{path}: {name}: expected a number")
     return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), **scalars, **sections)
 
 

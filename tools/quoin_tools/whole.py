@@ -4,6 +4,8 @@ python -m quoin_tools.whole FOLDER [...]    one line a file; exit code 0: all ar
 """
 
 import argparse
+import contextlib
+import csv
 import hashlib
 import json
 import os
@@ -13,6 +15,7 @@ import zlib
 
 from quoin_tools.command import command
 
+VERSION = 2  # of results.h5 and summary.json
 HEADER = 512  # bytes of text before the HDF5 data of results.h5
 TEXTS = {  # what stands before and after the CRC-32 of all that is before it
     "summary.json": (b'  "crc32": "', b'"\n}\n'),
@@ -24,6 +27,21 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 class ResultsError(ValueError):
     """What is wrong with a file, in one line."""
+
+
+# what h5py, json, csv and numpy raise where a file does not hold what it should
+UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError, csv.Error)
+
+
+@contextlib.contextmanager
+def expecting(path, what):
+    """In place of UNREADABLE, one line that says so."""
+    try:
+        yield
+    except ResultsError:
+        raise
+    except UNREADABLE as error:
+        raise ResultsError(f"{path}: not {what} ({type(error).__name__}: {' '.join(str(error).split())})") from error
 
 
 def crc32(file, size=None, chunk=1 << 20):
@@ -62,10 +80,11 @@ def read_text(path):
 
 def read_summary(path):
     """summary.json as a dict."""
-    try:
-        return json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise ResultsError(f"{path}: {error}") from error
+    with expecting(path, "a summary"):
+        summary = json.loads(read_text(path))
+        if summary["format"] != "quoin-summary" or summary["version"] != VERSION:
+            raise ResultsError(f"{path}: format {summary['format']!r:.80}, version {summary['version']!r:.80}; this program reads {VERSION}")
+    return summary
 
 
 def check_history(path, summary):
