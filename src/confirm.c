@@ -14,11 +14,11 @@
    part of its own change is out of balance: du.r / du.(f - f_0) of it, along its way. */
 #include "newton.h"
 
-static const PetscReal PATH_RATIO = 0.002; /* unbalanced, with friction from the last equilibrium: is told, */
-static const PetscReal PATH_WAY = 0.01;    /* and so is this part of the way, */
-static const PetscReal PATH_TIMES = 10.;   /* from so many tolerances on */
-static const PetscReal SHORT = 0.005;      /* of a stage's own change, out of balance, is told */
-static const PetscReal LEAST_WAY = 1e-5;   /* of the largest displacement: less is no way */
+static const PetscReal PATH_RATIO = 5e-4; /* unbalanced, with friction from the last equilibrium: is told, */
+static const PetscReal PATH_WAY = 0.01;   /* and so is this part of the way, */
+static const PetscReal PATH_TIMES = 10.;  /* from so many tolerances on */
+static const PetscReal SHORT = 0.005;     /* of a stage's own change, out of balance, is told */
+static const PetscReal LEAST_WAY = 1e-5;  /* of the largest displacement: less is no way */
 static const PetscReal BACK = 0.01;
 
 /* The history of contacts, kept while the law is asked. */
@@ -118,6 +118,17 @@ static PetscErrorCode wrong_part(const Problem *p, PetscReal *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode say_path(PetscReal ratio, const char *off, StageResult *result)
+{
+  char text[128];
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(text, sizeof(text),
+                          "; slip kept as it came: by the law a ratio of %.2g, the way off by %s",
+                          (double)ratio, off));
+  PetscCall(PetscStrlcat(result->evidence, text, sizeof(result->evidence)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale)
 {
   const Scene *scene = p->scene;
@@ -132,17 +143,18 @@ PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale)
   if (ratio > least) PetscCall(wrong_part(p, &part));
   PetscCall(as_before(p->contacts, &kept));
   PetscCall(PetscFree(kept.history));
-  // once a stage is enough, however many trials it has
-  p->relax->told = (PetscBool)(ratio > PATH_RATIO || part > PATH_WAY || !carried);
-  if (p->m->rank || !p->relax->told) PetscFunctionReturn(PETSC_SUCCESS);
   char off[32] = "an unknown part";
   if (carried && part < 1.)
     PetscCall(PetscSNPrintf(off, sizeof(off), "about %.2g %%", (double)(100. * part)));
+  if (scene->damping == DAMPING_ADAPTIVE) PetscCall(say_path(ratio, off, p->result));
+  const PetscBool tells = (PetscBool)(!p->relax->told && (ratio > PATH_RATIO || part > PATH_WAY || !carried));
+  if (tells) p->relax->told = PETSC_TRUE; // once a stage is enough, however many trials it has
+  if (p->m->rank || !tells) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
       "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
       "counted from the last equilibrium it leaves an unbalanced ratio of %.2g, and displacements are off by "
-      "%s of the way since the stage began; use %s%sa longer ramp\n",
+      "%s of the way since the stage began, which later stages inherit; use %s%sa longer ramp\n",
       p->stage->name, (double)ratio, off, scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
       p->stage->variable || scene->method == METHOD_PRECONDITIONED ? "" : "method: preconditioned, or ");
   fflush(stderr);

@@ -317,14 +317,12 @@ PetscErrorCode StageRelax(const Problem *p)
     PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
   }
   PetscCall(CheckpointDetach(p->output->checkpoint));
-  if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held && !relax->told)
+  if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held)
     PetscCall(ConfirmPath(p, loop.contact_scale));
   contacts->pull = 0.;
   // what is written belongs to the last displacements: forces, stresses and joint states once more
   PetscCall(Forces(m, stage->joints, contacts, state, NULL));
   if (result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
-  if (result->verdict == VERDICT_CONVERGED && scene->damping == DAMPING_ADAPTIVE && !contacts->held)
-    PetscCall(PetscStrlcat(result->evidence, "; slip kept as it came", sizeof(result->evidence)));
   PetscCall(LoadsCarriedSay(p));
   contacts->held = PETSC_FALSE;
   state->beta = state->local = 0., state->caution = 1.;
