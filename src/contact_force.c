@@ -384,20 +384,22 @@ KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
 }
 
 /* Response of contacts from `first` on whose friction follows the law that it has with the history held. */
-KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
-                   LanesContact *now)
+KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int closes,
+                   size_t first, LanesContact *now)
 {
   Contacts *c = of->c;
   const size_t at = SUB(first, 0);
   const int traits = c->traits[first / LANES];
   Lanes own[2] = {LanesOf(0.), LanesOf(0.)};
   for (int k = 0; k < 2 && traits & HISTORY; k++) own[k] = LoadLanes(c->slip + at + (size_t)k * BATCH);
-  if (!RespondFollowing(J, model, of->pull, own, now)) return;
+  const int changed = RespondFollowing(J, model, of->pull, closes, own, now);
+  if (closes) StoreClosure(first, now, c);
+  if (!changed) return;
   for (int k = 0; k < 2; k++) {
     StoreLanes(c->slip + at + k * BATCH, own[k]);
     StoreLanes(c->broken + at + k * BATCH, now->broken[k]);
   }
-  c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
+  c->traits[first / LANES] |= HISTORY;
 }
 
 /* Contacts from `first` on, whatever they are. Constants: closes, see RespondContacts; follow, of->pull > 0.
@@ -421,9 +423,10 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
     if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
   if (damped) Dashpots(at, J, &now, c);
-  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0. || c->springs, closes, damped, &now);
+  const int changed = follow ? 0
+                             : RespondContacts(J, model, c->rate != 0. || c->springs, closes, damped, &now);
   if (follow) {
-    Follow(of, model, J, first, &now);
+    Follow(of, model, J, closes, first, &now);
   } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {
     for (int k = 0; k < 2; k++)
       StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
@@ -468,6 +471,12 @@ KERNEL void Following_code(const Evaluation *of, const LanesModel *model, const 
   WholeForces(of, model, J, of->keep, 0, 0, 1, first, p);
 }
 
+KERNEL void CrushableFollowing_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J,
+                                    size_t first, const Place *p)
+{
+  WholeForces(of, model, J, of->keep, 1, 0, 1, first, p);
+}
+
 #define PARAMETERS                                                                                           \
   (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
 VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
@@ -475,6 +484,7 @@ VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
+VARIANTS(CrushableFollowing, PARAMETERS, (of, model, J, first, p))
 
 enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
 
@@ -503,6 +513,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
   const Evaluation of = *evaluation; /* no force is written over it, the compiler sees */
   const Contacts *c = of.c;
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
+  void(*const crushable) PARAMETERS = of.pull > 0. ? CrushableFollowing : Crushable;
   Place places[STRETCH / LANES];
   LanesJoint J;
   J.crushes = J.damps = 0; // the first contacts load their joints
@@ -518,7 +529,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
         if (of.keep && J.damps && c->rate > 0.)
           Damped(&of, LanesModels + s, &J, (size_t)i, p);
         else if (closes)
-          Crushable(&of, LanesModels + s, &J, (size_t)i, p);
+          crushable(&of, LanesModels + s, &J, (size_t)i, p);
         else
           respond(&of, LanesModels + s, &J, (size_t)i, p);
       }

@@ -246,7 +246,7 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
    c->broken; by pull/tan(phi) where friction is steeper than 1, as its curl is. own: slip of the springs, in
    and out. A contact that the law holds elastically, and whose springs have no other slip, is elastic.
    Returns whether any is not. */
-KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal pull, Lanes own[2],
+KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal pull, int closes, Lanes own[2],
                        LanesContact *c)
 {
   const PetscReal *row = model->elastic;
@@ -254,14 +254,14 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
               steep = Select(J->peak.tan_phi < J->residual.tan_phi, J->residual.tan_phi, J->peak.tan_phi),
               part = pull / Select(steep > 1., steep, LanesOf(1.));
   Lanes slip[2], tau[2], T[2], F[2];
-  TrialStresses(J, 0, c);
-  const Mask elastic = IsElastic(J, 0, c),
+  TrialStresses(J, closes, c);
+  const Mask elastic = IsElastic(J, closes, c),
              plain = elastic & (((own[0] == from[0]) & (own[1] == from[1])) | J->elastic | (J->k_s <= 0.));
   if (!Any(~plain)) {
     RespondElastic(row, c);
     return 0;
   }
-  RespondByModel(J, model, 0, 0, 0, 1, elastic, c);
+  RespondByModel(J, model, 0, closes, 0, 1, elastic, c);
   SlipOfForces(J, row, c, c->F_s, slip);
   for (int k = 0; k < 2; k++) {
     slip[k] = own[k] + part * (Select(elastic, from[k], slip[k]) - own[k]);
@@ -279,11 +279,11 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   return 1;
 }
 
-KERNEL int RespondFollowing(const LanesJoint *J, const LanesModel *model, PetscReal pull, Lanes own[2],
-                            LanesContact *c)
+KERNEL int RespondFollowing(const LanesJoint *J, const LanesModel *model, PetscReal pull, int closes,
+                            Lanes own[2], LanesContact *c)
 {
   const Mask loose = c->broken[0] >= LOOSE;
-  if (!Any(loose)) return FollowJoint(J, model, pull, own, c);
+  if (!Any(loose)) return FollowJoint(J, model, pull, closes, own, c);
   const LanesJoint now = LooseJoint(J, loose);
-  return FollowJoint(&now, model, pull, own, c);
+  return FollowJoint(&now, model, pull, closes, own, c);
 }

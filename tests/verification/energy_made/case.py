@@ -22,10 +22,12 @@ SCENE = {
 
 def run(case):
     mesh = voronoi_mesh(options=Options(seed=5, side=0.6))
-    steep, long, flat = case.run_all([(mesh, SCENE), (mesh, changed(SCENE, ("relaxation.ramp", 5000))),
-                                      (mesh, changed(SCENE, ("joints.default.friction", 45)))])
+    steep, long, flat, crushes = case.run_all([(mesh, SCENE), (mesh, changed(SCENE, ("relaxation.ramp", 5000))),
+                                      (mesh, changed(SCENE, ("joints.default.friction", 45))),
+                                      (mesh, changed(SCENE, ("joints.default.compression", 10e6)))])
     weight = 2400 * 9.81 * 411.96
-    for what, result in (("friction 75", steep), ("... a ramp of 5000 cycles", long), ("friction 45, slip let go on the way", flat)):
+    for what, result in (("friction 75", steep), ("... a ramp of 5000 cycles", long), ("friction 45, slip let go on the way", flat),
+                         ("joints that can crush", crushes)):
         kinetic = result.history["kinetic_J"]
         down = -result.probe("sw", "crest_upstream")[1]
         case.check(f"{what}: verdict", result.verdict, "converged")
@@ -33,3 +35,4 @@ def run(case):
                    bool(kinetic.max() < 0.01 * 0.5 * weight * down), True)
     crest = [result.probe("sw", "crest_upstream") for result in (steep, long)]
     case.check("crest, whatever the ramp [m]", crest[1], crest[0], relative=5e-3)
+    case.check("... and a compressive strength that nothing reaches [m]", crushes.probe("sw", "crest_upstream"), crest[0], relative=1e-9)
