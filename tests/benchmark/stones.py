@@ -25,7 +25,6 @@ sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
 
 from driver import ENVIRONMENT, VERDICTS  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
 from quoin_tools.voronoi import Options, voronoi_mesh  # noqa: E402
 from record import DATA, replace_between, table  # noqa: E402
 
