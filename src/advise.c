@@ -2,6 +2,7 @@
    then with one thing changed at a time, is tried (attempt.h); what a change saves and what it alters in the
    answers is measured against the scene as it is, on the same mesh. */
 #include "attempt.h"
+#include "checkpoint.h"
 #include "memory.h"
 
 enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH, TAKEN = 80 };
@@ -360,6 +361,7 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
   Contacts *contacts;
   Relaxation *relax;
   PetscFunctionBeginUser;
+  SignalsLetGo();
   PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
   Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
   a.most_options = 2 * scene->n_materials + scene->n_joints + 1;

@@ -31,15 +31,23 @@ static void on_signal(int number)
 /* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it leaves them about a second.
    SIGXCPU comes at the limit of processor time, and again each second; a write beyond the largest file
    (ulimit -f) is to fail like any other. */
+static const int Caught[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGXCPU, SIGHUP};
+
 void SignalsCatch(void)
 {
-  const int numbers[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGXCPU, SIGHUP};
   struct sigaction action = {.sa_handler = on_signal}, now;
   sigemptyset(&action.sa_mask);
-  for (size_t i = 0; i < sizeof(numbers) / sizeof(*numbers); i++)
-    if (numbers[i] != SIGHUP || sigaction(SIGHUP, NULL, &now) || now.sa_handler != SIG_IGN) // nohup
-      sigaction(numbers[i], &action, NULL);
+  for (size_t i = 0; i < sizeof(Caught) / sizeof(*Caught); i++)
+    if (Caught[i] != SIGHUP || sigaction(SIGHUP, NULL, &now) || now.sa_handler != SIG_IGN) // nohup
+      sigaction(Caught[i], &action, NULL);
   signal(SIGXFSZ, SIG_IGN);
+}
+
+void SignalsLetGo(void)
+{
+  struct sigaction now;
+  for (size_t i = 0; i < sizeof(Caught) / sizeof(*Caught); i++)
+    if (!sigaction(Caught[i], NULL, &now) && now.sa_handler == on_signal) signal(Caught[i], SIG_DFL);
 }
 
 static void prepare_line(const Checkpoint *c)

@@ -40,6 +40,8 @@ typedef struct _p_Checkpoint {
 /* From now on signals wait for the next look of the run (CheckpointPoll). Again after a library has taken
    them. */
 void SignalsCatch(void);
+/* They end the program, where nothing is written. */
+void SignalsLetGo(void);
 /* Collective. Call when the scene is read. mesh: checksum, on rank 0. */
 PetscErrorCode CheckpointCreate(MPI_Comm comm, const Scene *scene, uint64_t mesh, Checkpoint *checkpoint);
 /* Rank 0. The same for runs of the same block mesh and options, those that change no result left out. */

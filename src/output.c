@@ -301,7 +301,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionBeginUser;
   output->checkpoint = checkpoint;
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
-  output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model, .part = -1};
+  output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));

@@ -117,7 +117,7 @@ typedef struct {
   char *xdmf;         /* grids of the stages written so far */
   PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
   PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
-  int64_t part;       /* results.h5.part, open while stages are added (hid_t); -1: closed */
+  int64_t part;       /* results.h5.part, open while stages are added (hid_t); 0: closed */
   int failed;         /* errno: something in it could not be written */
 } ResultsFile;
 /* Writes the mesh part into results.h5.part. */

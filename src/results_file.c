@@ -443,7 +443,7 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const Stag
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   errno = 0;
-  int error = results->part < 0 ? open_part(results, stage) : 0;
+  int error = results->part <= 0 ? open_part(results, stage) : 0;
   const hid_t stages = error ? -1 : H5Gopen2(results->part, "stages", H5P_DEFAULT);
   if (stages < 0 || copy_frames(results, stages, stage)) results->failed = errno ? errno : EIO;
   PetscCall(write_stage(results, stages, stage, 0, result, fields, &error));
@@ -457,8 +457,8 @@ void ResultsFileFinish(ResultsFile *results, PetscInt stage, char message[MESSAG
   char part[PETSC_MAX_PATH_LEN + 64];
   snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
   errno = results->failed;
-  close_written(results->part, results->failed, part, message);
-  results->part = -1, results->failed = 0;
+  close_written(results->part > 0 ? results->part : -1, results->failed, part, message);
+  results->part = 0, results->failed = 0;
   PartRename(results->folder, "results.h5", message);
   if (message[0]) return;
   remove_frames(results, stage);
@@ -469,7 +469,7 @@ void ResultsFileFinish(ResultsFile *results, PetscInt stage, char message[MESSAG
 PetscErrorCode ResultsFileDestroy(ResultsFile *results)
 {
   PetscFunctionBeginUser;
-  if (results->part >= 0) DiskFileClose(results->part);
+  if (results->part > 0) DiskFileClose(results->part);
   free(results->xdmf);
   results->xdmf = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,6 +4,7 @@ ranks: 1 2"""
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -254,6 +255,16 @@ def test_many_groups(tmp_path):
     half = moved(*reduced[: len(reduced) // 2])
     assert np.linalg.norm(half - other, axis=1).max() > 0.1 * np.linalg.norm(other - full, axis=1).max()
     assert Advice(run_here("-advise", "0.01")).changes["blocks: reduced"][3] == pytest.approx(100 * change, rel=0.02)
+
+
+def test_a_signal_ends_it(tmp_path):
+    """Nothing is written, so there is nothing to wait for or to tell (it said that its output could not be written, exit code 8)."""
+    command = command_of(FIG6, tmp_path, "-advise", "0.01")
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        next(line for line in process.stdout if line.startswith("explicit "))
+        process.terminate()
+        assert "cannot" not in process.stderr.read()
+    assert process.returncode == -signal.SIGTERM
 
 
 def test_bad_accuracy(tmp_path):

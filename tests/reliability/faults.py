@@ -402,8 +402,9 @@ def everywhere(bench):
         ensure(name != "left_place" or told[0][-1], f"{folder}: no body has left its place")
         files = sorted((folder / "out" / "checkpoints").glob("*.h5"))[1:-1]
         ensure(len(files) >= 3, f"{folder}: {len(files)} checkpoints only")
-        for i in range(min(bench.points, len(files))):
-            path = files[i * len(files) // min(bench.points, len(files))]
+        points = min(bench.points, len(files))
+        for i in range(points):
+            path = files[i * len(files) // points]
             shutil.rmtree(folder / "again", ignore_errors=True)
             code, _, error = bench.run(folder, min((1, 2, 4)[i % 3], 2 if name == "crushed" else 4), "-restart", path, "-output", "again")
             ensure(code == expected, f"{path}: exit code {code}: {error}")

@@ -313,8 +313,8 @@ def bad_input(quoin):
 
 def calls(quoin, sample):
     """Every call of the system on a file of the output folder, or so many of them, failing once."""
-    chosen = ["--sample", str(sample)] if sample else []
-    done = subprocess.run([sys.executable, HERE / "calls.py", "--quoin", quoin, "--tools", "60", *chosen], capture_output=True, text=True)
+    chosen = ["--sample", str(sample), "--tools", str(sample // 2)] if sample else ["--tools", "60"]
+    done = subprocess.run([sys.executable, HERE / "calls.py", "--quoin", quoin, *chosen], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.splitlines()
 
@@ -344,7 +344,7 @@ def main():
     parser.add_argument("--known", type=Path, help="JSON file: what a call that was stopped has done is not done again")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="quoin_reliability_"))
-    bench, lists, known = Bench(options.quoin, folder, 12 if options.table else 2), {}, Known(options.known)
+    bench, lists, known = Bench(options.quoin, folder, 6 if options.table else 2), {}, Known(options.known)
     try:
         rows = kills(bench, options.kills, options.seed, known)
         if not options.no_faults:

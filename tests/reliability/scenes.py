@@ -83,8 +83,8 @@ def variable():
 
 
 def stages(n=120):
-    """Many short stages: files and checkpoints of several at once."""
-    mesh = join([renamed(rectangle(0, i, 1, 1, group=name, rigid=True), {"pushed": "left"} if i else {}, {})
+    """Many short stages: files and checkpoints of several at once. Four blocks: 4 ranks can restart it."""
+    mesh = join([renamed(rectangle(0, i, 1, 1, 2, 1, group=name, rigid=True), {"pushed": "left"} if i else {}, {})
                  for i, name in enumerate("ab")])
     scene = {
         "model": "model.h5", "output": "out", "materials": {name: {"density": 2000} for name in "ab"},
