@@ -49,7 +49,8 @@ PetscErrorCode ArchiveCounts(Archive *archive, const char *name, PetscInt n, Pet
 /* Sums over ranks: what is read goes to rank 0, the others get 0. */
 PetscErrorCode ArchiveSums(Archive *archive, const char *name, PetscInt n, PetscReal *x);
 /* What each rank has added up so far (n,). Read on as many ranks, each with as many numbers, it is as it was
-   (mine), and later sums have the same bits; else x stays: what ArchiveSums has read is right but for rounding. */
+   (mine), and later sums have the same bits; else x stays: what ArchiveSums has read is right but for
+   rounding. */
 PetscErrorCode ArchiveSummands(Archive *archive, const char *name, PetscInt n, PetscReal *x, PetscBool *mine);
 /* Text of rank 0, from malloc (NULL elsewhere and when empty); what was there before is freed. */
 PetscErrorCode ArchiveText(Archive *archive, const char *name, char **text);

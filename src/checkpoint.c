@@ -489,7 +489,7 @@ PetscErrorCode CheckpointRestart(Checkpoint *c)
   PetscCall(ArchiveText(&c->resume, "options", &old));
   if (!c->rank && !are_options(old ? old : ""))
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "restart: '%.900s': its options are damaged", c->last));
-  if (message[0]) free(old);
+  if (message[0]) free(old), old = NULL;
   PetscCall(Refuse(c->comm, ERROR_CHECKPOINT, message));
   if (!c->rank && compare_options(old ? old : "", c->scene->options))
     c->branch = hash_options(c, c->resume.checksum);

@@ -104,8 +104,8 @@ PetscErrorCode EnergyContactsChanged(const Contacts *c, EnergyAccount *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of this rank, then the work of each contact so far: one by one, so that what is added to them later
-   is rounded as if nothing had happened. */
+/* The sums of this rank, then the work of each contact so far: one by one, so that what is added to them
+   later is rounded as if nothing had happened. */
 static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal sums[ENERGY_SUMS])
 {
   const PetscInt n = ENERGY_SUMS + e->n_contacts;

@@ -51,8 +51,8 @@ static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
-/* KSPSetUp by CHOLMOD. Its own line about an error is said better by ours; who asks for CHOLMOD's messages gets
-   them. Our option does not stay: another preconditioner of the user's would leave it unread. */
+/* KSPSetUp by CHOLMOD. Its own line about an error is said better by ours; who asks for CHOLMOD's messages
+   gets them. Our option does not stay: another preconditioner of the user's would leave it unread. */
 static PetscErrorCode set_up_silently(KSP ksp, PetscBool *wants)
 {
   PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;

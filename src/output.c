@@ -366,9 +366,9 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Files that hold all stages so far, and the checkpoint, are written whole: at the end of each of many
-   short stages this would cost the square of their number. So stages wait while they are few beside those
-   before, and the run has gone on for less time than the files take. */
+/* Rank 0. Files that hold all stages so far, and the checkpoint, are written whole: at the end of each of
+   many short stages this would cost the square of their number. So stages wait while they are few beside
+   those before, and the run has gone on for less time than the files take. */
 static PetscBool settle_now(const Problem *p)
 {
   enum { FEW = 16 };

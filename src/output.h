@@ -313,8 +313,9 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
 PetscErrorCode OutputHistory(const Problem *p);
 /* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
-/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its name.
-   Or, where many short stages follow each other, they wait for a later stage or a checkpoint: not `settled`. */
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
+   name. Or, where many short stages follow each other, they wait for a later stage or a checkpoint: not
+   `settled`. */
 PetscErrorCode OutputStage(const Problem *p);
 /* message: what could not be written at the last moment, "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);

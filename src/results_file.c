@@ -381,8 +381,8 @@ static void remove_frames(ResultsFile *results, PetscInt stage)
   results->n_frames = 0;
 }
 
-/* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It stays
-   open until ResultsFileFinish. */
+/* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It
+   stays open until ResultsFileFinish. */
 static int open_part(ResultsFile *results, PetscInt stage)
 {
   char path[PETSC_MAX_PATH_LEN + 64], part[PETSC_MAX_PATH_LEN + 64];
