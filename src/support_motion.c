@@ -97,6 +97,14 @@ static void integrate_rows(SupportMotion *motion, MotionQuantity quantity, const
   }
 }
 
+/* Numbers that are finite may still add up to more than there are numbers. */
+static PetscBool is_finite(const SupportMotion *motion)
+{
+  for (PetscInt i = 0; i < 8 * motion->n; i++)
+    if (!isfinite(motion->row[i])) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm comm, SupportMotion *motion)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -116,6 +124,10 @@ static PetscErrorCode motion_read(const Scene *scene, const Support *s, MPI_Comm
   PetscCall(PetscMalloc1(8 * motion->n, &motion->row));
   for (int k = 0; k < 2; k++) integrate_rows(motion, s->quantity, given, k);
   PetscCall(PetscFree(given));
+  if (!is_finite(motion))
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: supports.%s.motion: %s: moves too far for a number",
+                            scene->file, s->name, s->motion));
+  PetscCall(CheckMessage(comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -207,7 +207,7 @@ def motion_faults():
             ("a time three times", b"0, 0, 0\n1, 0, 0\n1, 1, 0\n1, 2, 0\n2, 0, 0\n"), ("two lines of names", b"t, x, y\ns, m/s, m/s\n0, 0, 0\n1, 0, 0\n"),
             ("a fourth column", b"0, 0, 0, 0\n1, 0, 0, 0\n"),
             ("a velocity that is not a number", b"0, 0, 0\n1, nan, 0\n"), ("an infinite time", b"0, 0, 0\ninf, 0, 0\n"),
-            ("a velocity of 1e400", b"0, 0, 0\n1, 1e400, 0\n"), ("rows with semicolons", b"0; 0; 0\n1; 0; 0\n"),
+            ("a velocity of 1e400", b"0, 0, 0\n1, 1e400, 0\n"), ("a way of 1e400 m", b"0, 0, 0\n1e200, 1e200, 0\n2e200, 0, 0\n"), ("rows with semicolons", b"0; 0; 0\n1; 0; 0\n"),
             ("bytes", bytes(range(256)))]  # fmt: skip
 
 
