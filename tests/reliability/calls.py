@@ -167,8 +167,9 @@ def main():
             except (AssertionError, ValueError, OSError, KeyError) as error:
                 bad += 1
                 print(f"{run.name}, {failure}, call {n}: {(run.folder / 'log').read_text().splitlines()[0]}: {error}", flush=True)
-        for (who, failure, kind, code), count in sorted(ends.items()):
-            print(f"{who}, {failure:7s} {kind:9s} exit code {code}: {count}")
+        for who, code in sorted({(who, code) for who, _, _, code in ends}):
+            mine = {(kind, failure): count for (w, failure, kind, c), count in sorted(ends.items()) if (w, c) == (who, code)}
+            print(f"{who}, exit code {code}: {sum(mine.values())} ({', '.join(f'{kind} {failure} {n}' for (kind, failure), n in mine.items())})")
         print(f"{len(tries)} failed calls: {bad} lost something")
     return int(bad > 0)
 
