@@ -147,7 +147,7 @@ static void TestCohesionLeft(void)
 /* a tptm contact in monotonic shear, brittle or not, gives the same answer whatever the step */
 static void TestStepSize(void)
 {
-  for (int n = 0; n < 2000; n++) {
+  for (int n = 0; n < CheckDraws(2000); n++) {
     Joint joint = RandomJoint();
     ContactPoint coarse = RandomPoint(PETSC_FALSE), fine;
     double u_s = Random(0, 2);

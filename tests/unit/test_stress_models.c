@@ -380,7 +380,7 @@ static void IntegratePointLaw(const Joint *joint, const ContactPoint *p, double 
 
 static void TestPointLaw(void)
 {
-  for (int i = 0; i < 400; i++) {
+  for (int i = 0; i < CheckDraws(400); i++) {
     Joint joint = RandomJoint();
     ContactPoint p = RandomPoint(PETSC_FALSE);
     double F[4];
@@ -399,7 +399,7 @@ static void TestPointLaw(void)
  * is open */
 static void TestFullSliding(void)
 {
-  for (int i = 0; i < 2000; i++) {
+  for (int i = 0; i < CheckDraws(2000); i++) {
     Joint joint = MakeJoint(1, 1, Random(0, 50), i % 2 ? Random(0, 0.5) : 0, 0);
     ContactPoint p = RandomPoint(PETSC_FALSE);
     p.in_time = (PetscBool)(i % 7 < 3);
