@@ -108,7 +108,7 @@ static PetscErrorCode find_needs(const BlockMesh *mesh, const PointRecord *recor
 static PetscErrorCode migration_sf(const BlockMesh *mesh, const PointRecord *record, const Model *m,
                                    DealtMesh *dealt)
 {
-  Needs needs = {NULL};
+  Needs needs = {0};
   PetscMPIInt n[2];
   PetscInt *points;
   PetscSFNode *remote;
