@@ -36,7 +36,7 @@ READERS = ("entries*.c", "scene*.c", "mesh*.c", "support_motion.c", "checkpoint_
 # HDF5 1.10 forgets memory when a file is damaged; a set-up that is refused leaves its memory to the end of the program
 FORGET = ("hdf5", "checkpoint", "results", "scene_setup", "mesh_setup")
 MOST_FINDINGS = 50  # of one run of a target
-RUNTIME = re.compile(r"sanitizer|__asan|__interceptor|libc\.so|nptl|sysdeps|/fuzzer|operator new|\bmalloc\b|\bfree\b|\bcalloc\b|\brealloc\b")
+RUNTIME = re.compile(r"sanitizer|asan_|__asan|__interceptor|fuzzer::|libc\.so|nptl|sysdeps|/fuzzer|operator new| in (str|mem)\w+ |\bmalloc\b|\bfree\b|\bcalloc\b|\brealloc\b")
 
 
 class Target:
@@ -90,7 +90,7 @@ def library(text):
     owner = text.partition("allocated by thread")[2]
     if "WRITE of size" in text and "libhdf5" not in next(iter(frames(owner)), ""):
         return None  # it wrote into memory that a reader has given it
-    named = [re.search(r" in (H5\w+)", line) for line in frames(text)]
+    named = [re.search(r" in (H5(?!FL|MM|SL|AC|C_|E_)\w+)", line) for line in frames(text)]
     return next((name[1] for name in named if name), "H5")
 
 
@@ -98,8 +98,8 @@ def keep(target, path, text, found, ends):
     """One input that has stopped the target goes to the findings, or to what is the library's."""
     where = library(text)
     (target.corpus / path.name.rpartition("-")[2]).unlink(missing_ok=True)  # it would end every run at its start
-    if not where and "out-of-memory (used" in text and not target.run(path, folders=False)[1]:
-        path.unlink()  # alone it needs little: the library has kept what damaged files made it take
+    if not where and ("out-of-memory (used" in text or "-timeout-" in path.name) and not target.run(path, folders=False)[1]:
+        path.unlink()  # alone it needs little: HDF5 has kept what damaged files made it take, or others have kept the processor
         return
     folder = target.build / ("library" if where else "findings")
     folder.mkdir(exist_ok=True)
