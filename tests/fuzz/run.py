@@ -253,7 +253,7 @@ def main():
         unpack(name, build)
     targets = [Target(name, build) for name in options.targets]
     if options.input:
-        return subprocess.run([*targets[0].command, options.input], env=targets[0].environment() | {"QUOIN_FUZZ_SAY": "1"}).returncode
+        return subprocess.run([*targets[0].command, options.input, f"-artifact_prefix={build}/again-"], env=targets[0].environment() | {"QUOIN_FUZZ_SAY": "1"}).returncode
     results = []
     for target in targets:
         result = fuzz(target, options.seconds, options.runs or 2**62)
