@@ -316,8 +316,8 @@ static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
   return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
 }
 
-/* Of the control length, a tenth of the shorter face, that a contact has: what is shorter is new or left where
-   blocks have slid, or a corner, and its stress is no stress of a face. */
+/* Of the control length, a tenth of the shorter face, that a contact has: what is shorter is new or left
+   where blocks have slid, or a corner, and its stress is no stress of a face. */
 static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i, PetscReal length)
 {
   PetscInt v[CONTACT_ROWS];

@@ -175,10 +175,10 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
 /* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip
    that the way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the
    slowest mode, the other is tried. Near a limit load, and where hundreds of stones slide, neither comes to
-   rest soon: after STALLS_TO_LET_GO of these slip is kept as it comes for the rest of the stage, by springs as
-   in time, which take energy from whatever moves (tptm would make some with its diagram: theory.md, m). They
-   feed no oscillation, so the secant damps again, not the tangent, which is tenfold too much where a few
-   contacts chatter. */
+   rest soon: after STALLS_TO_LET_GO of these slip is kept as it comes for the rest of the stage, by springs
+   as in time, which take energy from whatever moves (tptm would make some with its diagram: theory.md, m).
+   They feed no oscillation, so the secant damps again, not the tangent, which is tenfold too much where a
+   few contacts chatter. */
 void FollowElse(const Model *m, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));

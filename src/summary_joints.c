@@ -121,9 +121,9 @@ static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sum
   }
 }
 
-/* What a contact shorter than its control length bears counts over that length: else the stress of a joint would
-   be that of a corner, or of a millimetre where blocks have slid; left out, a corner that bears all would not
-   count. sign: -1 for compression, 1 for tension; what is of the other sign is no such peak. */
+/* What a contact shorter than its control length bears counts over that length: else the stress of a joint
+   would be that of a corner, or of a millimetre where blocks have slid; left out, a corner that bears all
+   would not count. sign: -1 for compression, 1 for tension; what is of the other sign is no such peak. */
 static ContactEnd over_control(const ContactRow *c, int k, int sign)
 {
   ContactEnd end = c->end[k];

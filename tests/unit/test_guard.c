@@ -1,5 +1,5 @@
-/* The energy guard: kinetic energy that loads and stored energy account for is left alone, more begins the stage anew
-   once and is no collapse after that. A block of 2 m2 on an elastic joint under its weight. */
+/* The energy guard: kinetic energy that loads and stored energy account for is left alone, more begins the
+   stage anew once and is no collapse after that. A block of 2 m2 on an elastic joint under its weight. */
 #include "scene_fixture.h"
 
 static Sketch sketch;

@@ -197,8 +197,8 @@ static PetscErrorCode DampingIsCappedAndKeepsTheLastPositiveQuotient(void)
 
 enum { FREE = 4 };
 
-/* The smallest scene that grows: one leaning block, its upper face held and moved down and sideways, so that the
-   lower one slides on the ground: four degrees of freedom. friction [degree]; no damping. */
+/* The smallest scene that grows: one leaning block, its upper face held and moved down and sideways, so that
+   the lower one slides on the ground: four degrees of freedom. friction [degree]; no damping. */
 static PetscErrorCode OpenSlider(double friction, Fixture *f)
 {
   static const double corner[8] = {0, 0, 1, 0, 0.2, 1, -0.8, 1};
@@ -308,8 +308,8 @@ static PetscErrorCode Growth(const Fixture *f, const double K[FREE * FREE], doub
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Growth a cycle from a push of 1e-12 m at rest, between `first` cycles and half as many more. pull: 0 the law
-   itself. speed: [m/s] root of the sum of squares at the end. */
+/* Growth a cycle from a push of 1e-12 m at rest, between `first` cycles and half as many more. pull: 0 the
+   law itself. speed: [m/s] root of the sum of squares at the end. */
 static PetscErrorCode Measure(Fixture *f, double pull, int first, double *grows, double *speed)
 {
   enum { SWINGS = 30 }; // what moves swings: a mean over some periods

@@ -480,9 +480,9 @@ static void TestPivot(void)
   }
 }
 
-/* Partial slip of tptm: a base of 1 m under a triangle of pressure, limit x at x, in n contacts, sheared along
-   the first legs of a way to and fro; the largest error of its shear force beside fibres, over the most it
-   bears. In statics, or by the return of dynamic stages. */
+/* Partial slip of tptm: a base of 1 m under a triangle of pressure, limit x at x, in n contacts, sheared
+   along the first legs of a way to and fro; the largest error of its shear force beside fibres, over the
+   most it bears. In statics, or by the return of dynamic stages. */
 enum { SLIP_FIBRES = 20000 };
 static double PartialSlip(int n, int legs, PetscBool in_time)
 {
