@@ -423,8 +423,7 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
     if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
   if (damped) Dashpots(at, J, &now, c);
-  const int changed = follow ? 0
-                             : RespondContacts(J, model, c->rate != 0. || c->springs, closes, damped, &now);
+  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
   if (follow) {
     Follow(of, model, J, closes, first, &now);
   } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {
@@ -455,7 +454,10 @@ KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, cons
 KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                            const Place *p)
 {
-  WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
+  if (of->pull > 0.)
+    WholeForces(of, model, J, of->keep, 1, 0, 1, first, p);
+  else
+    WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
 }
 
 /* Of joints with dashpots, in time. */
@@ -471,12 +473,6 @@ KERNEL void Following_code(const Evaluation *of, const LanesModel *model, const 
   WholeForces(of, model, J, of->keep, 0, 0, 1, first, p);
 }
 
-KERNEL void CrushableFollowing_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J,
-                                    size_t first, const Place *p)
-{
-  WholeForces(of, model, J, of->keep, 1, 0, 1, first, p);
-}
-
 #define PARAMETERS                                                                                           \
   (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
 VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
@@ -484,7 +480,6 @@ VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
-VARIANTS(CrushableFollowing, PARAMETERS, (of, model, J, first, p))
 
 enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
 
@@ -513,7 +508,6 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
   const Evaluation of = *evaluation; /* no force is written over it, the compiler sees */
   const Contacts *c = of.c;
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
-  void(*const crushable) PARAMETERS = of.pull > 0. ? CrushableFollowing : Crushable;
   Place places[STRETCH / LANES];
   LanesJoint J;
   J.crushes = J.damps = 0; // the first contacts load their joints
@@ -529,7 +523,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
         if (of.keep && J.damps && c->rate > 0.)
           Damped(&of, LanesModels + s, &J, (size_t)i, p);
         else if (closes)
-          crushable(&of, LanesModels + s, &J, (size_t)i, p);
+          Crushable(&of, LanesModels + s, &J, (size_t)i, p);
         else
           respond(&of, LanesModels + s, &J, (size_t)i, p);
       }
@@ -551,7 +545,10 @@ static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c,
                          .c = c,
                          .keep = keep,
                          .f = f};
+  const PetscReal rate = c->rate;
+  if (c->springs && rate == 0.) c->rate = -1.; // as in time, with dashpots idle
   AllForces(&of);
+  c->rate = rate;
 }
 
 PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
