@@ -3,13 +3,13 @@
    Scaled masses, damping and friction or not: kinetic energy is at most what the loads have done since the
    account was opened and what was there then, in motion and in blocks and joints,
 
-   K <= W + K_0 + E_0, W <= max(f_start, f_ext) . (u - u_0), E_0 <= sum |f_0 u_0|,
+   K <= W + K_0 + E_0, W <= f_ext . (u - u_0) + R, E_0 <= sum |f_0 u_0|,
 
-   supports with their reactions among f_0. W is exact once the loads are constant. E_0 is what the forces of
-   the start would have done at full size on the way there, about twice what is stored. Twice all of it is
-   allowed. An account is opened where a stage starts, and where the water in a crack changes. W is only
-   asked for when the kinetic energy has doubled since it was last found in order, so that a check costs
-   nothing. */
+   supports with their reactions among f_0. R is what the ramp may have added to the loads that are there at
+   its end: W is at most max(f_start, f_ext) . (u - u_0) up to then. E_0 is what the forces of the start
+   would have done at full size on the way there, about twice what is stored. Twice all of it is allowed. An
+   account is opened where a stage starts, and where the water in a crack changes. W is only asked for when
+   the kinetic energy has doubled since it was last found in order, so that a check costs nothing. */
 #include "stages.h"
 #include "reproducible.h"
 
@@ -36,6 +36,17 @@ static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
   for (int i = 0; i < 3; i++) work[i] = sum[2 * i] + sum[2 * i + 1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [J] Since the account was opened: done is the bound of W, there is E_0 + K_0. Collective. */
+static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal *there)
+{
+  PetscReal work[3];
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  *done = p->state->ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
+  *there = work[2] + p->relax->account.start;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,6 +80,16 @@ PetscErrorCode EnergyAccountOpen(const Problem *p)
   PetscCall(PetscArraycpy(p->relax->account.u, p->state->u, p->m->n_dof));
   PetscCall(PetscArraycpy(p->relax->account.f, p->state->f, p->m->n_dof));
   p->relax->account.start = p->relax->account.most = p->result->kinetic;
+  p->relax->account.ramp = 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyRampEnds(const Problem *p)
+{
+  PetscReal work[3];
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  p->relax->account.ramp = PetscMax(0., work[1] - work[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -76,12 +97,12 @@ PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
 {
   Relaxation *r = p->relax;
   StageResult *result = p->result;
-  PetscReal work[3];
+  PetscReal done = 0., there = 0.;
   PetscFunctionBeginUser;
   *anew = PETSC_FALSE;
   if (!result->finite || !(result->kinetic > 2. * r->account.most)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(sums_of_work(p, work));
-  const PetscReal most = PetscMax(0., PetscMax(work[0], work[1])) + work[2] + r->account.start;
+  PetscCall(energy_since(p, &done, &there));
+  const PetscReal most = PetscMax(0., done) + there;
   if (result->kinetic <= ALLOWED * most) {
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -114,14 +135,43 @@ static PetscBool may_make_energy(const Scene *scene)
   return PETSC_FALSE;
 }
 
-void EnergyVeto(const Problem *p)
+/* Blocks that went against the loads moved by energy that the stress models have made. */
+static void doubt_models(const Problem *p, PetscReal done, PetscReal there)
 {
   StageResult *result = p->result;
-  if (result->verdict != VERDICT_COLLAPSED || p->relax->made_energy < 2 || may_make_energy(p->scene)) return;
-  result->verdict = VERDICT_DIVERGED;
-  snprintf(result->evidence, sizeof(result->evidence),
-           "kinetic energy %.3g J, more than loads and stored energy account for, with half the step and "
-           "more damping "
-           "too: the cycles make energy; try relaxation.method: preconditioned",
-           (double)p->relax->account.most);
+  const size_t length = strlen(result->evidence);
+  snprintf(result->evidence + length, sizeof(result->evidence) - length,
+           "; blocks moved against the loads (work %.3g J, where there was %.3g J): a stress model without a "
+           "potential made energy; use pt or tptm",
+           (double)done, (double)there);
+  if (p->m->rank) return;
+  fprintf(stderr,
+          "quoin: warning: stage %s: collapsed by its stress model alone, which has no potential and made "
+          "energy: blocks moved against the loads; use pt or tptm\n",
+          p->stage->name);
+  fflush(stderr);
+}
+
+PetscErrorCode EnergyVeto(const Problem *p)
+{
+  StageResult *result = p->result;
+  PetscReal done = 0., there = 0.;
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_COLLAPSED) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(energy_since(p, &done, &there));
+  const PetscBool against = (PetscBool)(done + there < 0.); // K + E <= W + K_0 + E_0: nothing to move with
+  if (may_make_energy(p->scene)) {
+    if (against) doubt_models(p, done, there);
+  } else if (against || p->relax->made_energy >= 2) {
+    result->verdict = VERDICT_DIVERGED;
+    snprintf(result->evidence, sizeof(result->evidence),
+             against
+                 ? "blocks moved against the loads (work %.3g J, where there was %.3g J): the cycles make "
+                   "energy; try relaxation.method: preconditioned"
+                 : "work %.3g J and %.3g J that was there, kinetic energy more than these with half the "
+                   "step and more damping too: the cycles make energy; try relaxation.method: "
+                   "preconditioned",
+             (double)done, (double)there);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -74,12 +74,12 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
 {
   QuotientSums *q = &r->sums;
   PetscReal *const reals[] = {
-      q->num,         q->num + 1,        q->den,          q->den + 1,        &q->num_max,
-      &q->den_max,    &r->q_secant,      &r->best_ratio,  &r->q_ray,         r->median,
-      r->median + 1,  r->median + 2,     r->median + 3,   r->rate,           r->rate + 1,
-      r->rate + 2,    r->rate + 3,       &r->alpha_sum,   &r->settled_alpha, &r->longest,
-      &r->half_ratio, &r->reached,       &r->step,        r->ahead,          r->ahead + 1,
-      r->ahead + 2,   &r->account.start, &r->account.most};
+      q->num,         q->num + 1,        q->den,           q->den + 1,        &q->num_max,
+      &q->den_max,    &r->q_secant,      &r->best_ratio,   &r->q_ray,         r->median,
+      r->median + 1,  r->median + 2,     r->median + 3,    r->rate,           r->rate + 1,
+      r->rate + 2,    r->rate + 3,       &r->alpha_sum,    &r->settled_alpha, &r->longest,
+      &r->half_ratio, &r->reached,       &r->step,         r->ahead,          r->ahead + 1,
+      r->ahead + 2,   &r->account.start, &r->account.most, &r->account.ramp};
   enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 10 };
   PetscReal x[REALS];
   PetscInt64 n[COUNTS] = {r->tangent_only, r->best_cycle, r->n_ratios,    r->steady,     r->chunk_start,

@@ -288,7 +288,10 @@ PetscErrorCode StageRelax(const Problem *p)
       LoadsApply(m, state,
                  stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - loop.ramp_start) / stage->ramp)
                              : 1.);
-      if (state->ramp >= 1.) PetscCall(RelaxationReset(p)); // evidence counts from here on
+      if (state->ramp >= 1.) { // evidence counts from here on
+        PetscCall(RelaxationReset(p));
+        PetscCall(EnergyRampEnds(p));
+      }
     }
     PetscCall(Step(scene, m, stage->joints, contacts, state, relax, check ? loop.contact_scale : NULL));
     result->cycles++, relax->effort.evaluations++;
@@ -304,7 +307,7 @@ PetscErrorCode StageRelax(const Problem *p)
     FollowElse(m, state, result->ratio, relax, contacts);
     if (relax->still) PetscCall(RelaxationStill(p));
     if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
-    EnergyVeto(p);
+    PetscCall(EnergyVeto(p));
     PartingOfBearing(contacts);
     PetscCall(follow_cracks(p, &loop.ramp_start));
     if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)

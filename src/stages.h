@@ -68,6 +68,7 @@ typedef struct _p_Relaxation {
     PetscReal *u, *f;    /* (n_dof,) displacement and resisting force when it was opened */
     PetscReal start;     /* [J] kinetic energy then */
     PetscReal most;      /* [J] and the largest since that it accounts for */
+    PetscReal ramp;      /* [J] what the ramp may have added to the work of the loads at its end */
   } account;             /* of energy; guard.c */
   PetscReal half_ratio;  /* [-] the ratio has halved, and halved again, down to this, or has stalled there */
   PetscInt64 half_cycle; /* and that cycle */
@@ -151,12 +152,16 @@ PetscErrorCode ConfirmWay(const Problem *p);
 /* ---- guard.c */
 /* Forces evaluated: from here on the kinetic energy is held against what the loads do. */
 PetscErrorCode EnergyAccountOpen(const Problem *p);
+/* Collective. From here on the loads are constant. */
+PetscErrorCode EnergyRampEnds(const Problem *p);
 /* Collective. After Unbalanced: whether the kinetic energy is more than loads can have done and what is
    stored can have given. The first time, the stage begins anew with a shorter step and more damping
    (`anew`). */
 PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew);
-/* Where that did not help, blocks that fly apart have not collapsed: the stage has diverged. */
-void EnergyVeto(const Problem *p);
+/* Collective. Where that did not help, blocks that fly apart have not collapsed: the stage has diverged. So
+   it has where blocks moved against the loads by more than was stored. With stress models that make energy
+   themselves the verdict stays, and this is told with it. */
+PetscErrorCode EnergyVeto(const Problem *p);
 
 /* ---- factor.c */
 /* Collective. Whether there is memory for the factor of NewtonRelax. memory: [0] what it is foreseen to

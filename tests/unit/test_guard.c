@@ -115,11 +115,66 @@ static PetscErrorCode WhatMakesEnergyIsNoCollapse(void)
     Problem p;
     PetscCall(Open(table[i].model, &f, &result, &p));
     result.verdict = VERDICT_COLLAPSED, f.relax->made_energy = table[i].times;
-    EnergyVeto(&p);
+    PetscCall(EnergyVeto(&p));
     ENSURE(result.verdict == table[i].verdict);
     ENSURE((strstr(result.evidence, "make energy") != NULL) == (table[i].verdict == VERDICT_DIVERGED));
     PetscCall(FixtureClose(&f));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Nothing falls upwards: with the weight a block can collapse, against it none can, whatever the stress
+   model. */
+static PetscErrorCode AgainstTheLoadsIsNoCollapse(void)
+{
+  static const char *models[] = {"t2pt", "tptm"};
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 4; i++) {
+    const double down = i % 2 ? -0.01 : 0.01;
+    Fixture f;
+    StageResult result;
+    Problem p;
+    PetscCall(Open(models[i / 2], &f, &result, &p));
+    f.state->u[DofOf(f.model, 4) + 1] -= down;
+    result.verdict = VERDICT_COLLAPSED;
+    PetscCall(EnergyVeto(&p));
+    ENSURE(result.verdict == (i < 3 ? VERDICT_COLLAPSED : VERDICT_DIVERGED));
+    ENSURE((strstr(result.evidence, "against the loads") != NULL) == (down < 0.));
+    ENSURE((strstr(result.evidence, "use pt or tptm") != NULL) == (i == 1));
+    result.verdict = VERDICT_COLLAPSED, f.relax->account.start = 1.01 * 0.01 * WEIGHT; // there before
+    PetscCall(EnergyVeto(&p));
+    ENSURE(result.verdict == VERDICT_COLLAPSED);
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Loads that the ramp has taken away have done work on the way: a ramp down to nothing, 4 mm along with the
+   weight. */
+static PetscErrorCode RampIsCounted(void)
+{
+  Fixture f;
+  StageResult result;
+  Problem p;
+  PetscFunctionBeginUser;
+  PetscCall(Open("tptm", &f, &result, &p));
+  const PetscInt y = DofOf(f.model, 4) + 1;
+  PetscCall(PetscArraycpy(f.state->f_start, f.state->f_ext, ModelApplied(f.model)));
+  PetscCall(PetscArrayzero(f.state->f_target, ModelApplied(f.model)));
+  LoadsApply(f.model, f.state, 1.);
+  f.state->u[y] -= 0.004;
+  PetscCall(EnergyRampEnds(&p));
+  ENSURE_NEAR(f.relax->account.ramp, 0.004 * WEIGHT, 1e-9);
+  LoadsApply(f.model, f.state, 0.);
+  f.state->ramp = 1.;
+  f.state->u[y] += 0.004 + 0.003; // 3 mm up
+  result.verdict = VERDICT_COLLAPSED;
+  PetscCall(EnergyVeto(&p));
+  ENSURE(result.verdict == VERDICT_COLLAPSED); // -3 mm + 4 mm
+  f.state->u[y] += 0.002;
+  PetscCall(EnergyVeto(&p));
+  ENSURE(result.verdict == VERDICT_DIVERGED); // -5 mm + 4 mm
+  PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,6 +184,8 @@ int main(int argc, char **argv)
   RUN_TEST(WhatLoadsDidIsAllowed);
   RUN_TEST(MoreBeginsAnewOnce);
   RUN_TEST(WhatMakesEnergyIsNoCollapse);
+  RUN_TEST(AgainstTheLoadsIsNoCollapse);
+  RUN_TEST(RampIsCounted);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
