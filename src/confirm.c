@@ -129,6 +129,28 @@ static PetscErrorCode say_path(PetscReal ratio, const char *off, StageResult *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Local damping lets blocks run past their place, and slip keeps that: another place of balance by the law.
+   */
+static PetscErrorCode say_overshoot(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  PetscBool slipped = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < 2 * c->n_padded && !slipped; i++) slipped = (PetscBool)(c->slip[i] != 0.);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slipped, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
+  if (!slipped) PetscFunctionReturn(PETSC_SUCCESS);
+  p->relax->told = PETSC_TRUE;
+  if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: damping: local lets blocks run past their place, and slip keeps that: near "
+      "a limit load displacements can be several times too large, and no balance shows it; damping: adaptive "
+      "has no such slip\n",
+      p->stage->name);
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale)
 {
   const Scene *scene = p->scene;
@@ -148,6 +170,7 @@ PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale)
     PetscCall(PetscSNPrintf(off, sizeof(off), "about %.2g %%", (double)(100. * part)));
   if (scene->damping == DAMPING_ADAPTIVE) PetscCall(say_path(ratio, off, p->result));
   const PetscBool tells = (PetscBool)(!p->relax->told && (ratio > PATH_RATIO || part > PATH_WAY || !carried));
+  if (scene->damping == DAMPING_LOCAL && !tells && !p->relax->told) PetscCall(say_overshoot(p));
   if (tells) p->relax->told = PETSC_TRUE; // once a stage is enough, however many trials it has
   if (p->m->rank || !tells) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(

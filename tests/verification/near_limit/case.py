@@ -79,6 +79,18 @@ def told(case):
                    sum("use damping: adaptive, or method: preconditioned" not in r.stderr for r, say in zip(results, said) if say), 0)
 
 
+def overshot(case):
+    """Two places of balance in large strain: the one that local damping runs on to is told, whatever the balance says."""
+    large = ("strain", "large")
+    (right,), _ = pushed(case, False, (0.999,), large)
+    (way,), results = pushed(case, False, (0.999,), large, ("relaxation.damping", "local"))
+    case.check("deformable block, large strain, 99.9 %, damping: local: more than twice as far, and told",
+               [bool(way > 2 * right), "lets blocks run past" in results[0].stderr], [True, True])
+    elastic = ("joints", {"default": {"law": "elastic", "k_n": 10e9, "k_s": K_S}})
+    _, results = pushed(case, False, (0.999,), large, ("relaxation.damping", "local"), elastic)
+    case.check("... nothing can slip: told", "run past" in results[0].stderr, False)
+
+
 def little(case):
     """A push of 1e-6 of the limit changes the forces by less than the tolerance: Newton's method answers it all the same."""
     h = 1e-6
@@ -94,4 +106,5 @@ def run(case):
     by_hand(case)
     deformable(case)
     told(case)
+    overshot(case)
     little(case)
