@@ -20,6 +20,8 @@ static const PetscReal PATH_TIMES = 10.;  /* from so many tolerances on */
 static const PetscReal SHORT = 0.005;     /* of a stage's own change, out of balance, is told */
 static const PetscReal LEAST_WAY = 1e-5;  /* of the largest displacement: less is no way */
 static const PetscReal BACK = 0.01;
+static const PetscReal TURNING =
+    0.0025; /* of the work of a stage, by moments that condensed bodies lack: is told */
 
 /* The history of contacts, kept while the law is asked. */
 typedef struct {
@@ -198,6 +200,62 @@ PetscErrorCode ConfirmWay(const Problem *p)
       "change is still out of balance, so its displacements are that far from their end: use a tolerance "
       "of %.1g\n",
       p->stage->name, (double)(100. * part), (double)(p->stage->tolerance * 0.1 * SHORT / part));
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moments about the places of condensed bodies as they are, [0] times their turn since the account was
+   opened, [1] sum over all ranks. Bodies are linear: forces act on them where they were. */
+static PetscErrorCode turning_work(const Problem *p, PetscReal *work)
+{
+  enum { COUNT, X, Y, U, V, DU, DV, TURN, ARM, MOMENT, SUMS };
+  const Model *m = p->m;
+  const PetscInt at = 3 * m->n_bodies;
+  const PetscReal *u = p->state->u + at, *u_0 = p->relax->account.u + at;
+  PetscReal *f, (*sum)[SUMS];
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(m->n_condensed_global, &sum));
+  ElementForcesCondensed(m, u, f);
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    if (m->vertex_condensed[v] < 0) continue;
+    PetscReal *s = sum[m->vertex_condensed[v]];
+    s[MOMENT] += u[2 * v] * f[2 * v + 1] - u[2 * v + 1] * f[2 * v];
+    if (v >= m->n_moving) continue;
+    s[COUNT] += 1., s[X] += m->X[2 * v], s[Y] += m->X[2 * v + 1];
+    s[DU] += u[2 * v] - u_0[2 * v], s[DV] += u[2 * v + 1] - u_0[2 * v + 1];
+  }
+  for (PetscInt v = 0; v < m->n_moving; v++) {
+    if (m->vertex_condensed[v] < 0) continue;
+    PetscReal *s = sum[m->vertex_condensed[v]];
+    const PetscReal x = m->X[2 * v] - s[X] / s[COUNT], y = m->X[2 * v + 1] - s[Y] / s[COUNT];
+    s[TURN] += x * (u[2 * v + 1] - u_0[2 * v + 1] - s[DV] / s[COUNT]) -
+               y * (u[2 * v] - u_0[2 * v] - s[DU] / s[COUNT]);
+    s[ARM] += x * x + y * y;
+  }
+  *work = 0.;
+  for (PetscInt b = 0; b < m->n_condensed_global; b++)
+    if (sum[b][ARM] > 0.) *work += sum[b][MOMENT] * sum[b][TURN] / sum[b][ARM];
+  PetscCall(PetscFree(f));
+  PetscCall(PetscFree(sum));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 1, MPIU_REAL, MPI_SUM, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ConfirmCondensed(const Problem *p)
+{
+  PetscReal work[3], most[2], turning;
+  PetscFunctionBeginUser;
+  if (!p->m->n_condensed_global || p->scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(work_along(p, p->state->u, work, most));
+  PetscCall(turning_work(p, &turning));
+  const PetscReal part = work[2] > 0. ? PetscAbsReal(turning) / work[2] : 0.;
+  if (p->m->rank || !(part > TURNING) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(stderr,
+          "quoin: warning: stage %s: forces act on condensed bodies where these were before they moved: "
+          "displacements are off by about %.2g %% of the way since the stage began; do not condense slender "
+          "bodies under strain: large\n",
+          p->stage->name, (double)(100. * part));
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

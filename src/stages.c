@@ -361,5 +361,6 @@ PetscErrorCode StageRun(const Problem *p)
   if (!p->stage->variable) PetscCall(FixedOutgrown(p));
   if (result->verdict == VERDICT_CONVERGED)
     PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
+  if (result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmCondensed(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,6 +4,7 @@ an elastic and with a frictional base, one macroblock of condensed, deformable a
 of bodies on 1 to 4 ranks, a strength reduction, and where the assumptions end."""
 
 import json
+import re
 
 import numpy as np
 from driver import REFERENCE, changed, load
@@ -214,6 +215,7 @@ def ends_of_the_assumptions(case):
     dynamic = [{"fall": {"type": "dynamic", "duration": 0.1, "loads": ["weight"]}}]
     refused(case, "a dynamic stage", mesh, changed(scene, ("stages", dynamic)), "has no inertia")
     turned(case)
+    leans(case)
     new_contact(case)
 
 
@@ -229,6 +231,26 @@ def turned(case):
             "more than 1 %: nothing of this stage is kept; do not condense its group")
     small = case.run(mesh, changed(scene, ("loads.push.value", [0, -1e5]), ("strain", "small")))
     case.check("... but not when the whole scene is in small strain", small.verdict, "converged")
+
+
+def leans(case):
+    """A slender column under its weight, pushed: weights act where condensed blocks were, which the run tells with its figure."""
+    material = {"density": RHO, "young": 4e9, "poisson": 0.2}
+    scene = {"relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9, "max_cycles": 400000},
+             "materials": {"block": material, "base": {"density": RHO}},
+             "joints": {"default": {"law": "elastic", "k_n": 4e9, "k_s": 2.5e9}}, "supports": {"base": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight", "groups": ["block"]}, "push": {"type": "point_force", "point": "top", "value": [1e3, 0]}},
+             "stages": [{"sw": {"loads": ["weight"]}}, {"pushed": {"loads": ["weight", "push"]}}]}
+    for n, says in ((8, True), (3, False)):
+        mesh = renamed(column(n, rigid=False, height=1.5), {}, {"top": f"block_{n}"})
+        whole, part = case.run_all([(mesh, scene), (mesh, changed(scene, ("materials.block.condensed", True)))])
+        way = [run.probe("pushed", "top")[0] - run.probe("sw", "top")[0] for run in (whole, part)]
+        off, said = abs(way[1] / way[0] - 1), re.search(r"displacements are off by about (\S+) %", part.stderr)
+        case.check(f"column of {n} condensed blocks, large strain: told that weights act where blocks were", bool(said), says)
+        if said:
+            case.check("... by how much [%]: of the run without", float(said[1]), 100 * off, relative=0.1)
+        else:
+            case.check("... off by less than 0.3 %", bool(off < 0.003), True)
 
 
 def new_contact(case):
