@@ -148,8 +148,8 @@ PetscErrorCode ConfirmByLaw(const Problem *p, PetscReal *contact_scale);
 PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale);
 /* Forces evaluated: warns of a static stage that ends short of what its own loads do. */
 PetscErrorCode ConfirmWay(const Problem *p);
-/* Collective, with the displacements inside of condensed bodies. Warns where forces turn linear bodies less than
-   they would where these have gone. */
+/* Collective, with the displacements inside of condensed bodies. Warns where forces turn linear bodies less
+   than they would where these have gone. */
 PetscErrorCode ConfirmCondensed(const Problem *p);
 
 /* ---- guard.c */
