@@ -2,7 +2,7 @@
    all else is local to the rank. Functions return a PETSc error code. */
 #pragma once
 #include "quoin.h"
-#include "types.h"
+#include "model/types.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

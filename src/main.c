@@ -1,5 +1,5 @@
 /* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
-#include "checkpoint.h"
+#include "archive/checkpoint.h"
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>

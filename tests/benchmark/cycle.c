@@ -19,7 +19,7 @@
    valgrind --tool=callgrind with --toggle-collect (run.py does that). On several ranks every rank also has
    the whole scene to itself, and "speed_up" is the median of what a cycle takes the slower one of them
    alone over what it takes them together, one directly after the other. */
-#include "stages.h"
+#include "stages/stages.h"
 #include <time.h>
 
 typedef struct _Bench Bench;

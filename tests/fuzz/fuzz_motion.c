@@ -1,7 +1,7 @@
 /* fuzz_motion.c: the bytes are a file of support motion; the first says whether of velocities or
    accelerations. */
 #include "fuzz.h"
-#include "stages.h"
+#include "stages/stages.h"
 
 static Support support = {.name = "base", .fix = {PETSC_TRUE, PETSC_TRUE}};
 static Scene scene = {.file = "scene.yaml", .n_supports = 1, .supports = &support};

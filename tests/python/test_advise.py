@@ -177,7 +177,7 @@ def test_limit_of_effort(tmp_path):
     done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-advise", "0.01"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     evaluations, solves = map(int, re.search(r"^preconditioned: given up after (\d+) force evaluations, (\d+) solves$", done.stdout, re.M).groups())
-    most = 5e7 / (60 * 60 + 4 * 7080) / 3  # blocks and contacts, src/attempt.c
+    most = 5e7 / (60 * 60 + 4 * 7080) / 3  # blocks and contacts, src/study/attempt.c
     assert most / 2 < evaluations + solves < most + 70  # the last iteration may take 60
     assert "no equilibrium of the first stages was found" in done.stdout and re.search(r"^explicit: \S+ us a cycle", done.stdout, re.M)
 

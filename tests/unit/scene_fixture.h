@@ -3,7 +3,7 @@
    on PETSC_COMM_SELF is the serial twin of a parallel model. */
 #pragma once
 #include "check.h"
-#include "stages.h"
+#include "stages/stages.h"
 #include <hdf5.h>
 #include <stdarg.h>
 #include <unistd.h>

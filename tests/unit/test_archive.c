@@ -2,7 +2,7 @@
    Archive: what is written on these ranks and read on one goes on with the same bits, contacts with history
    and damping included; what is missing or of another size is told. */
 #include "scene_fixture.h"
-#include "archive.h"
+#include "archive/archive.h"
 
 static Sketch sketch;
 

@@ -2,7 +2,7 @@
    contacts that brute force finds, the same on any number of ranks.
    ranks: 1 2 4 */
 #include "scene_fixture.h"
-#include "contact_geometry.h"
+#include "forces/contacts/geometry.h"
 
 static const double TOLERANCE = 5e-3, DEPTH = 5e-3;
 static Sketch sketch;

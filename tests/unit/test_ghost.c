@@ -2,7 +2,7 @@
    late a rank comes, ghosts have what their owner held when it called.
    ranks: 1 2 3 4 */
 #include "internal.h"
-#include "shared.h"
+#include "base/shared.h"
 #include "check.h"
 #include <unistd.h>
 

@@ -1,7 +1,7 @@
 /* Binned sums: the same bits in any order and grouping, and as accurate as the bins promise.
    ranks: 1 2 4 */
 #include "scene_fixture.h"
-#include "reproducible.h"
+#include "base/reproducible.h"
 
 enum { TERMS = 20000 };
 static PetscReal term[TERMS];

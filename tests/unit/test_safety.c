@@ -1,5 +1,5 @@
 /* Local failure factors (39)-(41); water pressure on a face and along a joint, against closed forms. */
-#include "output.h"
+#include "output/output.h"
 #include "check.h"
 
 /* The paper's first material: uniaxial compression of 0.86 MPa has 2.93 in shear (f_c / 0.86 is 11.6). */

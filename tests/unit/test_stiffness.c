@@ -2,7 +2,7 @@
    open, with rigid bodies, for every stress model; elastic it is symmetric and no rigid motion costs
    anything; its pattern has no entry too many. ranks: 1 2 4 */
 #include "scene_fixture.h"
-#include "stiffness.h"
+#include "solve/stiffness.h"
 
 static Sketch sketch;
 

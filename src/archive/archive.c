@@ -1,0 +1,317 @@
+/* archive.c: named arrays on rank 0, gathered from all ranks and scattered to them; see archive.h. */
+#include "output/output.h"
+#include "archive/archive.h"
+
+PetscErrorCode ArchiveCreate(MPI_Comm comm, Archive *a)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(a, sizeof(*a)));
+  a->comm = comm;
+  PetscCallMPI(MPI_Comm_rank(comm, &a->rank));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveDestroy(Archive *a)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < a->n; i++) PetscCall(PetscFree(a->entries[i].data));
+  PetscCall(PetscFree(a->entries));
+  a->n = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+ArchiveEntry *ArchiveFind(const Archive *a, const char *name)
+{
+  for (PetscInt i = 0; i < a->n; i++)
+    if (!strcmp(a->entries[i].name, name)) return a->entries + i;
+  return NULL;
+}
+
+PetscErrorCode ArchiveAdd(Archive *a, const char *name, ArchiveKind kind, size_t rows, size_t columns,
+                          void *data)
+{
+  ArchiveEntry *e;
+  PetscFunctionBeginUser;
+  PetscCheck(!ArchiveFind(a, name), PETSC_COMM_SELF, PETSC_ERR_PLIB, "archive: %s twice", name);
+  if (a->n % 16 == 0) PetscCall(PetscRealloc((size_t)(a->n + 16) * sizeof(ArchiveEntry), &a->entries));
+  e = a->entries + a->n++;
+  PetscCall(PetscSNPrintf(e->name, sizeof(e->name), "%s", name));
+  e->kind = kind, e->rows = rows, e->columns = columns, e->data = data;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveHasPart(const Archive *a, const char *part, PetscBool *has)
+{
+  const size_t n = strlen(part);
+  PetscFunctionBeginUser;
+  *has = PETSC_FALSE;
+  for (PetscInt i = 0; i < a->n; i++)
+    if (!strncmp(a->entries[i].name, part, n) && a->entries[i].name[n] == '/') *has = PETSC_TRUE;
+  PetscCallMPI(MPI_Bcast(has, 1, MPI_PETSC_BOOL, 0, a->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- rank 0: one entry in either direction */
+
+static size_t size_of(ArchiveKind kind)
+{
+  return kind == ARCHIVE_TEXT ? 1 : 8;
+}
+
+static void full_name(const Archive *a, const char *name, char full[2 * NAME_LENGTH])
+{
+  snprintf(full, 2 * NAME_LENGTH, "%s%s%s", a->part, a->part[0] ? "/" : "", name);
+}
+
+/* The entry when it has the size that is wanted (rows -1: any); NULL and a message when not. */
+static const ArchiveEntry *wanted(Archive *a, const char *name, ArchiveKind kind, PetscInt rows,
+                                  PetscInt columns)
+{
+  char full[2 * NAME_LENGTH];
+  full_name(a, name, full);
+  const ArchiveEntry *e = ArchiveFind(a, full);
+  if (e && e->kind == kind && (rows < 0 || e->rows == (size_t)rows) && e->columns == (size_t)columns)
+    return e;
+  if (!a->message[0])
+    snprintf(a->message, MESSAGE_LENGTH, "%s is %s", full, e ? "of another size" : "missing");
+  return NULL;
+}
+
+/* Adds a copy of data. */
+static PetscErrorCode put(Archive *a, const char *name, ArchiveKind kind, size_t rows, size_t columns,
+                          const void *data)
+{
+  const size_t bytes = rows * columns * size_of(kind);
+  char full[2 * NAME_LENGTH];
+  void *copy;
+  PetscFunctionBeginUser;
+  full_name(a, name, full);
+  PetscCall(PetscMalloc(bytes + 1, &copy));
+  PetscCall(PetscMemcpy(copy, data, bytes));
+  PetscCall(ArchiveAdd(a, full, kind, rows, columns, copy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- values that are alike on all ranks */
+
+/* n values of one kind: rank 0 writes them, or reads them for all. */
+static PetscErrorCode common(Archive *a, const char *name, ArchiveKind kind, MPI_Datatype type, PetscInt n,
+                             void *x)
+{
+  PetscFunctionBeginUser;
+  if (!a->reading) {
+    if (!a->rank) PetscCall(put(a, name, kind, (size_t)n, 1, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const ArchiveEntry *e = a->rank ? NULL : wanted(a, name, kind, n, 1);
+  if (e) PetscCall(PetscMemcpy(x, e->data, (size_t)n * size_of(kind)));
+  PetscCallMPI(MPI_Bcast(x, (PetscMPIInt)n, type, 0, a->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveReals(Archive *a, const char *name, PetscInt n, PetscReal *x)
+{
+  return common(a, name, ARCHIVE_REAL, MPIU_REAL, n, x);
+}
+
+PetscErrorCode ArchiveCounts(Archive *a, const char *name, PetscInt n, PetscInt64 *x)
+{
+  return common(a, name, ARCHIVE_COUNT, MPIU_INT64, n, x);
+}
+
+PetscErrorCode ArchiveInts(Archive *a, const char *name, PetscInt n, PetscInt *x)
+{
+  PetscInt64 *wide;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &wide));
+  for (PetscInt i = 0; i < n; i++) wide[i] = x[i];
+  PetscCall(ArchiveCounts(a, name, n, wide));
+  for (PetscInt i = 0; i < n; i++) x[i] = (PetscInt)wide[i];
+  PetscCall(PetscFree(wide));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveSums(Archive *a, const char *name, PetscInt n, PetscReal *x)
+{
+  PetscReal *sum;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(n, &sum));
+  if (!a->reading) PetscCallMPI(MPI_Reduce(x, sum, (PetscMPIInt)n, MPIU_REAL, MPI_SUM, 0, a->comm));
+  PetscCall(ArchiveReals(a, name, n, sum));
+  for (PetscInt i = 0; i < n && a->reading; i++) x[i] = a->rank ? 0. : sum[i];
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the numbers of each rank and all of them, NULL: there are none that fit. */
+static const PetscReal *summands_of(const Archive *a, const char *name, PetscMPIInt size,
+                                    const PetscMPIInt *counts)
+{
+  char full[2 * NAME_LENGTH], label[NAME_LENGTH];
+  snprintf(label, sizeof(label), "%.32s_n", name);
+  full_name(a, label, full);
+  const ArchiveEntry *n = ArchiveFind(a, full);
+  full_name(a, name, full);
+  const ArchiveEntry *e = ArchiveFind(a, full);
+  size_t total = 0;
+  if (!n || !e || n->rows != (size_t)size) return NULL;
+  for (PetscMPIInt r = 0; r < size; r++) {
+    if (((const PetscInt64 *)n->data)[r] != counts[r]) return NULL;
+    total += (size_t)counts[r];
+  }
+  return e->kind == ARCHIVE_REAL && e->rows == total ? e->data : NULL;
+}
+
+PetscErrorCode ArchiveSummands(Archive *a, const char *name, PetscInt n, PetscReal *x, PetscBool *mine)
+{
+  char label[NAME_LENGTH];
+  PetscMPIInt size, count, *counts, *starts;
+  PetscInt total;
+  PetscReal *all = NULL;
+  PetscInt64 *wide;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(a->comm, &size));
+  PetscCall(PetscMPIIntCast(n, &count));
+  PetscCall(PetscMalloc3(size, &counts, size, &starts, size, &wide));
+  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts, 1, MPI_INT, a->comm));
+  starts[0] = 0;
+  for (PetscMPIInt r = 1; r < size; r++) starts[r] = starts[r - 1] + counts[r - 1];
+  for (PetscMPIInt r = 0; r < size; r++) wide[r] = counts[r];
+  if (!a->reading) {
+    snprintf(label, sizeof(label), "%.32s_n", name);
+    PetscCall(ArchiveCounts(a, label, size, wide));
+    PetscCall(GatherBytes(a->comm, n, sizeof(*x), x, &total, (void **)&all));
+    if (!a->rank) PetscCall(put(a, name, ARCHIVE_REAL, (size_t)total, 1, all));
+    PetscCall(PetscFree(all));
+  } else {
+    const PetscReal *known = a->rank ? NULL : summands_of(a, name, size, counts);
+    *mine = (PetscBool)(known != NULL);
+    PetscCallMPI(MPI_Bcast(mine, 1, MPI_PETSC_BOOL, 0, a->comm));
+    if (*mine) PetscCallMPI(MPI_Scatterv(known, counts, starts, MPIU_REAL, x, count, MPIU_REAL, 0, a->comm));
+  }
+  PetscCall(PetscFree3(counts, starts, wide));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveText(Archive *a, const char *name, char **text)
+{
+  PetscFunctionBeginUser;
+  if (a->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!a->reading) {
+    PetscCall(put(a, name, ARCHIVE_TEXT, *text ? strlen(*text) : 0, 1, *text ? *text : ""));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const ArchiveEntry *e = wanted(a, name, ARCHIVE_TEXT, -1, 1);
+  free(*text);
+  *text = NULL;
+  if (e && e->rows) *text = calloc(e->rows + 1, 1);
+  if (*text) memcpy(*text, e->data, e->rows);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- by the gid of vertices and bodies */
+
+/* Rows of `width` numbers, each with its place among n_all. */
+static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const PetscInt *place, PetscInt width,
+                             PetscInt n_all, PetscReal *x)
+{
+  PetscInt *places;
+  PetscReal *rows, *all;
+  char full[2 * NAME_LENGTH];
+  PetscFunctionBeginUser;
+  if (!n_all) PetscFunctionReturn(PETSC_SUCCESS);
+  full_name(a, name, full);
+  if (!a->reading) { // GatherPlaced frees what it is given
+    PetscCall(PetscMalloc1(n, &places));
+    PetscCall(PetscMalloc1(n * width, &rows));
+    PetscCall(PetscArraycpy(places, place, n));
+    PetscCall(PetscArraycpy(rows, x, n * width));
+    PetscCall(GatherPlaced(a->comm, n, places, width, rows, n_all, &all));
+    if (!a->rank) PetscCall(ArchiveAdd(a, full, ARCHIVE_REAL, (size_t)n_all, (size_t)width, all));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const ArchiveEntry *e = a->rank ? NULL : wanted(a, name, ARCHIVE_REAL, n_all, width);
+  PetscBool there = (PetscBool)(e != NULL);
+  PetscCallMPI(MPI_Bcast(&there, 1, MPI_PETSC_BOOL, 0, a->comm));
+  if (!there) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1((size_t)n_all * width, &all));
+  if (e) PetscCall(PetscMemcpy(all, e->data, (size_t)n_all * width * sizeof(PetscReal)));
+  PetscCallMPI(MPI_Bcast(all, (PetscMPIInt)(n_all * width), MPIU_REAL, 0, a->comm));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt k = 0; k < width; k++) x[width * i + k] = all[width * place[i] + k];
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveVertices(Archive *a, const Model *m, const char *name, PetscReal *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(placed(a, name, m->n_owned, m->vertex_gid, 2, m->n_vertices_global, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_bodies(Archive *a, const Model *m, const char *name, PetscReal *x)
+{
+  char label[NAME_LENGTH];
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(label, sizeof(label), "%s_bodies", name));
+  PetscCall(placed(a, label, m->n_bodies, m->body_gid, 3, m->n_rigid_global, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveDofs(Archive *a, const Model *m, const char *name, PetscReal *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(archive_bodies(a, m, name, x));
+  PetscCall(placed(a, name, m->n_deformable, m->vertex_gid, 2, m->n_vertices_global, x + 3 * m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveApplied(Archive *a, const Model *m, const char *name, PetscReal *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(archive_bodies(a, m, name, x));
+  PetscCall(ArchiveVertices(a, m, name, x + 3 * m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
+{
+  PetscInt64 n[7] = {e->evaluations, e->solves, e->factorisations, e->preconditioned,
+                     e->explicit,    e->wanted, e->available};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCounts(a, "effort", 7, n));
+  *e = (Effort){n[0], n[1], n[2], (PetscBool)n[3], (PetscBool)n[4], n[5], n[6]};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveResult(Archive *a, const char *name, StageResult *r)
+{
+  Energies *e = &r->energy;
+  PetscReal *const reals[] = {&r->ratio,        &r->increment, &r->kinetic,   &r->wall,
+                              &r->displacement, &r->time,      &r->deepest,   &e->kinetic,
+                              &e->strain,       &e->joints,    &e->outside,   &e->supports,
+                              &e->friction,     &e->damping,   &e->detection, &e->balance};
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 7 };
+  PetscReal x[REALS];
+  PetscInt64 n[COUNTS] = {r->verdict,       r->cycles,        r->worst_body,   r->finite,
+                          r->verifications, r->contacts_made, r->contacts_lost};
+  char label[NAME_LENGTH], *evidence = a->rank ? NULL : strdup(r->evidence);
+  PetscFunctionBeginUser;
+  for (int i = 0; i < REALS; i++) x[i] = *reals[i];
+  PetscCall(PetscSNPrintf(label, sizeof(label), "%s_reals", name));
+  PetscCall(ArchiveReals(a, label, REALS, x));
+  PetscCall(PetscSNPrintf(label, sizeof(label), "%s_counts", name));
+  PetscCall(ArchiveCounts(a, label, COUNTS, n));
+  PetscCall(PetscSNPrintf(label, sizeof(label), "%s_evidence", name));
+  PetscCall(ArchiveText(a, label, &evidence));
+  if (a->reading) {
+    for (int i = 0; i < REALS; i++) *reals[i] = x[i];
+    r->verdict = (Verdict)n[0], r->cycles = n[1], r->worst_body = (PetscInt)n[2], r->finite = (PetscBool)n[3];
+    r->verifications = n[4], r->contacts_made = n[5], r->contacts_lost = n[6];
+    snprintf(r->evidence, sizeof(r->evidence), "%s", evidence ? evidence : "");
+    PetscCallMPI(MPI_Bcast(r->evidence, sizeof(r->evidence), MPI_CHAR, 0, a->comm));
+  }
+  free(evidence);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

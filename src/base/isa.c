@@ -1,0 +1,38 @@
+/* isa.c: which instruction set the hot loops use (lanes.h: VARIANTS). All of them give the same bits; the
+   choice is for measuring, and rules the processor out when two machines differ. */
+#include "internal.h"
+#include "base/lanes.h"
+
+InstructionSet instruction_set = ISA_BASE;
+const char *const InstructionSets[] = {"widest", "base", "v3", "v4", "InstructionSet", "ISA_", NULL};
+
+/* The widest set that this processor and system have. */
+static InstructionSet widest(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
+      __builtin_cpu_supports("avx512cd"))
+    return ISA_V4;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
+    return ISA_V3;
+#endif
+  return ISA_BASE;
+}
+
+const char *IsaName(void)
+{
+  return InstructionSets[instruction_set];
+}
+
+PetscErrorCode IsaSelect(MPI_Comm comm, const Scene *scene)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  instruction_set = scene->isa == ISA_WIDEST ? widest() : scene->isa;
+  if (instruction_set > widest())
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: isa: %s: this processor has no more than %s",
+                            scene->file, InstructionSets[instruction_set], InstructionSets[widest()]));
+  PetscCall(CheckMessage(comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,125 @@
+/* shared.c: windows of MPI's shared memory, and waiting in them. */
+#include "base/shared.h"
+#include <sched.h>
+#include <sys/statvfs.h>
+
+PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here)
+{
+  MPI_Comm machine;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine));
+  PetscCallMPI(MPI_Comm_size(machine, here));
+  PetscCallMPI(MPI_Comm_free(&machine));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The start of the first whole line. Every rank sees the window at another address, but all at the start of a
+   page: they agree on it. */
+static void *first_line(void *part)
+{
+  return (char *)part + (SHARED_LINE - (uintptr_t)part % SHARED_LINE) % SHARED_LINE;
+}
+
+/* Once a run, on rank 0. */
+static void say_messages(MPI_Comm comm)
+{
+  static PetscBool said;
+  PetscMPIInt rank;
+  MPI_Comm_rank(comm, &rank);
+  if (!rank && !said)
+    fprintf(
+        stderr,
+        "quoin: warning: no memory that ranks can share (is /dev/shm too small?): they exchange messages, "
+        "which is slower\n");
+  said = PETSC_TRUE;
+}
+
+/* Collective. Whether the folder that MPI libraries take it from has room: Open MPI 4.1 leaves its ranks
+   waiting for each other when the one that makes the file finds none. */
+static PetscErrorCode has_room(MPI_Comm comm, size_t bytes, int *room)
+{
+  enum { PAGE = 4096, EACH = 16 * PAGE }; /* what the library adds for each rank, rounded up amply */
+  struct statvfs disk;
+  PetscReal total = (PetscReal)(bytes + EACH);
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPIU_REAL, MPI_SUM, comm));
+  *room = statvfs("/dev/shm", &disk) || (PetscReal)disk.f_bavail * (PetscReal)disk.f_frsize > total;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, room, 1, MPI_INT, MPI_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *s)
+{
+  MPI_Errhandler kept;
+  MPI_Info info;
+  void *part;
+  int good;
+  PetscFunctionBeginUser;
+  s->comm = comm, s->bytes = bytes, s->mine = NULL;
+  PetscCall(has_room(comm, bytes, &good));
+  if (!good) {
+    say_messages(comm);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Info_create(&info));
+  // pages of its own for each rank: near the processor that writes them
+  PetscCallMPI(MPI_Info_set(info, "alloc_shared_noncontig", "true"));
+  PetscCallMPI(MPI_Comm_get_errhandler(comm, &kept));
+  PetscCallMPI(MPI_Comm_set_errhandler(comm, MPI_ERRORS_RETURN));
+  good = !MPI_Win_allocate_shared((MPI_Aint)(bytes + SHARED_LINE), 1, info, comm, (void *)&part, &s->window);
+  PetscCallMPI(MPI_Comm_set_errhandler(comm, kept));
+  if (kept != MPI_ERRORS_RETURN && kept != MPI_ERRORS_ARE_FATAL) PetscCallMPI(MPI_Errhandler_free(&kept));
+  PetscCallMPI(MPI_Info_free(&info));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm));
+  if (!good) { // a window that some have is left alone: to free it, all would have to have it
+    say_messages(comm);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Win_lock_all(MPI_MODE_NOCHECK, s->window));
+  s->mine = first_line(part);
+  PetscCall(PetscMemzero(s->mine, bytes));
+  PetscCallMPI(MPI_Win_sync(s->window));
+  PetscCallMPI(MPI_Barrier(comm)); // nobody reads what is not yet zero
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SharedDestroy(Shared *s)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Win_unlock_all(s->window));
+  PetscCallMPI(MPI_Win_free(&s->window));
+  s->mine = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SharedOf(const Shared *s, PetscMPIInt rank, void *part)
+{
+  MPI_Aint size;
+  int unit;
+  void *start;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Win_shared_query(s->window, rank, &size, &unit, (void *)&start));
+  *(void **)part = first_line(start);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A neighbour with as much work comes within a microsecond; one that comes later may want this processor, or
+   an answer to a message. */
+enum { SPINS = 50 };
+
+PetscErrorCode SharedWait(MPI_Comm comm, const Count *count, uint64_t n)
+{
+  PetscFunctionBeginUser;
+  for (int spin = 0; atomic_load_explicit(count, memory_order_acquire) < n; spin++) {
+    if (spin < SPINS) {
+#if defined(__x86_64__)
+      __builtin_ia32_pause();
+#endif
+      continue;
+    }
+    int found;
+    PetscCallMPI(MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, comm, &found, MPI_STATUS_IGNORE));
+    sched_yield();
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,476 @@
+/* condense.c: condensed bodies. An elastic body in small strain acts on the rest only through the vertices
+   where it meets it: contacts, other blocks, named points. Its equilibrium, kept degrees of freedom B and
+   inner ones I (those held by supports left out),
+
+     [ K_BB  K_BI ] [ u_B ]   [ f_B ]
+     [ K_IB  K_II ] [ u_I ] = [ f_I ],
+
+   gives from its second row
+
+     u_I = K_II^-1 (f_I - K_IB u_B)                                                                     (a)
+
+   and with it from the first
+
+     S u_B = f_B - g,   S = K_BB - K_BI K_II^-1 K_IB,   g = K_BI K_II^-1 f_I.                           (b)
+
+   Nothing is approximated. A cycle adds the resisting force S u_B in place of that of the blocks; the applied
+   force is f_B - g; (a) recovers the inside when somebody looks. S moves rigidly as K does, so a body that
+   floats goes on floating; K_II is regular when kept vertices and supports together prevent rigid motion.
+
+   MUMPS eliminates I from K and leaves S, one factorisation per body and run: strengths and loads of stages
+   and trials are not in it. A body belongs to one rank, its K is summed in ascending order of its blocks:
+   bits do not depend on the ranks. Where K_IB u_B or K_BI w is wanted the blocks give it: their forces for
+   u_B alone, or w.
+
+   Time step: omega^2 of M^-1 S is at most the largest row sum of |S| over the mass (Gershgorin), as (28) has
+   it for blocks; row sums of body and contacts add. S is symmetric and has no negative eigenvalue, K having
+   none, so that bound leaves no growth. */
+#include "base/memory.h"
+#include <petscksp.h>
+
+/* ---- which vertices are kept; rank 0 */
+
+static void keep_face(const BlockMesh *mesh, PetscInt b, PetscInt k, PetscBool *inner)
+{
+  const PetscInt *block = mesh->blocks + 4 * b, n = block[3] < 0 ? 3 : 4;
+  inner[block[k]] = inner[block[(k + 1) % n]] = PETSC_FALSE;
+}
+
+typedef struct {
+  const BlockMesh *mesh;
+  const PetscInt *faces; /* (n,2) block, k */
+} NearContext;
+
+static PetscBool share_no_vertex(PetscInt f, PetscInt g, const void *context)
+{
+  const NearContext *near = context;
+  const PetscInt *face[2] = {near->faces + 2 * f, near->faces + 2 * g};
+  PetscInt end[2][2];
+  for (int i = 0; i < 2; i++) {
+    const PetscInt *block = near->mesh->blocks + 4 * face[i][0];
+    for (int k = 0; k < 2; k++) end[i][k] = block[(face[i][1] + k) % (block[3] < 0 ? 3 : 4)];
+  }
+  return (PetscBool)(end[0][0] != end[1][0] && end[0][0] != end[1][1] && end[0][1] != end[1][0] &&
+                     end[0][1] != end[1][1]);
+}
+
+/* Faces near each other, where contacts may be, and faces of sets that are joints, where they may come. */
+static PetscErrorCode keep_joints(const Scene *scene, const BlockMesh *mesh, PetscReal margin,
+                                  PetscBool *inner)
+{
+  PetscInt n_faces, *faces, *start, *near;
+  PetscReal *box;
+  PetscFunctionBeginUser;
+  PetscCall(MeshOuterBoxes(mesh, margin, &n_faces, &faces, &box));
+  PetscCall(GridRows(n_faces, box, share_no_vertex, &(NearContext){mesh, faces}, &start, &near));
+  for (PetscInt f = 0; f < n_faces; f++)
+    if (start[f + 1] > start[f]) keep_face(mesh, faces[2 * f], faces[2 * f + 1], inner);
+  PetscCall(PetscFree(box));
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
+  PetscCall(PetscFree(faces));
+  for (PetscInt s = 0; s < mesh->n_face_sets; s++)
+    for (PetscInt j = 1; j < scene->n_joints; j++)
+      for (PetscInt i = 0;
+           !strcmp(scene->joints[j].name, mesh->face_sets[s].name) && i < mesh->face_sets[s].n; i++)
+        keep_face(mesh, mesh->face_sets[s].faces[2 * i], mesh->face_sets[s].faces[2 * i + 1], inner);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin, BodyNumbers *bodies)
+{
+  PetscInt *chosen;
+  PetscBool *inner;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(mesh->n_groups, &chosen));
+  for (PetscInt g = 0; g < mesh->n_groups; g++) chosen[g] = scene->materials[g].condensed;
+  PetscCall(MeshConnected(mesh, chosen, &bodies->n_condensed, &bodies->condensed));
+  PetscCall(PetscFree(chosen));
+  PetscCall(PetscCalloc1(mesh->n_vertices, &inner));
+  for (int pass = 0; pass < 2; pass++) // vertices that other blocks share are kept
+    for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
+      if (mesh->blocks[i] >= 0 && (bodies->condensed[i / 4] < 0) == pass)
+        inner[mesh->blocks[i]] = (PetscBool)!pass;
+  if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
+  for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
+  bodies->inner = inner;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the bodies of this rank */
+
+/* Degrees of freedom of the owned vertices in [from, to) that belong to `number` (free
+   ones only, when asked). */
+static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, PetscInt to,
+                                PetscBool free_only, PetscInt *n, PetscInt **dofs)
+{
+  PetscFunctionBeginUser;
+  *n = 0;
+  for (PetscInt v = from; v < to; v++) *n += 2 * (m->vertex_condensed[v] == number);
+  PetscCall(PetscMalloc1(*n, dofs));
+  *n = 0;
+  for (PetscInt d = 2 * from; d < 2 * to; d++)
+    if (m->vertex_condensed[d / 2] == number && !(free_only && Held(m, 3 * m->n_bodies + d)))
+      (*dofs)[(*n)++] = d;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Bodies by ascending number; local: (n_condensed_global,) row of each here, -1. */
+static PetscErrorCode find_bodies(Model *m, PetscInt *local)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < m->n_condensed_global; i++) local[i] = -1;
+  for (PetscInt v = 0; v < m->n_owned; v++)
+    if (m->vertex_condensed[v] >= 0) local[m->vertex_condensed[v]] = 0;
+  for (PetscInt i = 0; i < m->n_condensed_global; i++)
+    if (!local[i]) local[i] = m->n_condensed++;
+  PetscCall(PetscCalloc1(m->n_condensed, &m->condensed));
+  for (PetscInt i = 0; i < m->n_condensed_global; i++) {
+    if (local[i] < 0) continue;
+    Condensed *c = m->condensed + local[i];
+    c->number = i;
+    PetscCall(body_dofs(m, i, 0, m->n_moving, PETSC_FALSE, &c->n_kept, &c->kept));
+    PetscCall(body_dofs(m, i, m->n_moving, m->n_owned, PETSC_TRUE, &c->n_inner, &c->inner));
+    c->stride = (c->n_kept + BATCH - 1) / BATCH * BATCH;
+    PetscCall(PetscCalloc5(c->stride * c->stride, &c->S, c->stride, &c->u, c->stride, &c->f, c->n_inner,
+                           &c->load, c->n_kept, &c->g));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A body that keeps nothing and is held nowhere inside could move alone. Two kept vertices hold it. */
+static PetscErrorCode check_held(const Scene *scene, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < m->n_condensed && !message[0]; i++) {
+    const Condensed *c = m->condensed + i;
+    PetscInt n_inner = 0, v = m->n_moving;
+    for (; v < m->n_owned; v++) n_inner += 2 * (m->vertex_condensed[v] == c->number);
+    if (c->n_kept >= 4 || n_inner > c->n_inner) continue;
+    for (v = 0; m->vertex_condensed[v] != c->number;) v++;
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: materials: a condensed body at x = %.6g m, y = %.6g m touches nothing and is not held: "
+        "its group cannot be condensed",
+        scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- stiffness and factor */
+
+/* asked: before any was taken. */
+static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const double memory[2])
+{
+  char message[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "%s %" PetscInt_FMT " condensed bod%s%s about %.3g GB of memory, %.3g GB %s: leave "
+                          "`condensed` out of some groups, or take more machines",
+                          asked ? "the factors of" : "MUMPS has no memory left for the factors of",
+                          m->n_condensed_global, m->n_condensed_global == 1 ? "y" : "ies",
+                          asked ? " take" : ", which were to take", 1e-9 * memory[0], 1e-9 * memory[1],
+                          asked ? "are available" : "were available before"));
+  PetscCall(Refuse(m->comm, ERROR_MEMORY, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Asked for before it is taken. */
+static PetscErrorCode check_memory(const Model *m, double memory[2])
+{
+  double mine = 0.;
+  PetscBool fits;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    mine += MemoryOfBody((double)m->condensed[b].n_inner, (double)m->condensed[b].n_kept);
+  PetscCall(MemoryFits(m->comm, mine, memory, &fits));
+  if (!fits) PetscCall(refuse_memory(m, PETSC_TRUE, memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Room in each K: a row has at most the dofs of the other vertices of its blocks, and
+   its own vertex's two. */
+static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
+{
+  const Elements *list[2] = {&m->condensed_q4, &m->condensed_t3};
+  PetscInt *width, *nnz;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(m->n_owned, &width, 2 * m->n_owned, &nnz));
+  for (PetscInt v = 0; v < m->n_owned; v++) width[v] = 2;
+  for (int l = 0; l < 2; l++)
+    for (PetscInt e = 0, n_nodes = 4 - l; e < list[l]->n; e++)
+      for (PetscInt k = 0; k < n_nodes; k++)
+        width[list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH]] += 2 * (n_nodes - 1);
+  for (PetscInt i = 0; i < m->n_condensed; i++) {
+    const Condensed *c = m->condensed + i;
+    const PetscInt n = c->n_inner + c->n_kept;
+    for (PetscInt d = 0; d < 2 * m->n_owned; d++)
+      if (row[d] >= 0 && local[m->vertex_condensed[d / 2]] == i) nnz[row[d]] = PetscMin(n, width[d / 2]);
+    PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, nnz, K + i));
+    PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // as far as it is eliminated
+  }
+  PetscCall(PetscFree2(width, nnz));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sums the stiffness of all blocks, in ascending order, into the K of their bodies. */
+static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
+{
+  const Elements *list[2] = {&m->condensed_q4, &m->condensed_t3};
+  PetscFunctionBeginUser;
+  for (int l = 0; l < 2; l++)
+    for (PetscInt e = 0, n_nodes = 4 - l; e < list[l]->n; e++) {
+      PetscReal K_e[4][64];
+      PetscInt rows[8];
+      if (e % 4 == 0) ElementMatrices(m, list[l], (int)n_nodes, e, NULL, K_e);
+      for (PetscInt k = 0; k < 2 * n_nodes; k++)
+        rows[k] = row[2 * list[l]->vertex[((e / BATCH) * n_nodes + k / 2) * BATCH + e % BATCH] + k % 2];
+      const PetscInt v = list[l]->vertex[(e / BATCH) * n_nodes * BATCH + e % BATCH];
+      PetscCall(MatSetValues(K[local[m->vertex_condensed[v]]], 2 * n_nodes, rows, 2 * n_nodes, rows,
+                             K_e[e % 4], ADD_VALUES));
+    }
+  for (PetscInt i = 0; i < m->n_condensed; i++) {
+    PetscCall(MatAssemblyBegin(K[i], MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(K[i], MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Eliminates the inner rows of K: c->factor, and what is left as S. wants: there is no memory for them. */
+static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
+{
+  IS kept;
+  MatFactorInfo info;
+  MatFactorError error;
+  PetscFunctionBeginUser;
+  if (!c->n_inner) {
+    PetscCall(MatConvert(K, MATSEQDENSE, MAT_INITIAL_MATRIX, S));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetFactor(K, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, &c->factor));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, c->n_kept, c->n_inner, 1, &kept));
+  if (c->n_kept) PetscCall(MatFactorSetSchurIS(c->factor, kept));
+  PetscCall(ISDestroy(&kept));
+  PetscCall(MatFactorInfoInitialize(&info));
+  PetscCall(MatCholeskyFactorSymbolic(c->factor, K, NULL, &info));
+  PetscCall(MatCholeskyFactorNumeric(c->factor, K, &info));
+  PetscCall(MatFactorGetError(c->factor, &error));
+  PetscCall(MumpsWants(c->factor, wants));
+  if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(error == MAT_FACTOR_NOERROR, PETSC_COMM_SELF, PETSC_ERR_LIB,
+             "MUMPS cannot factor the stiffness of a condensed body with %" PetscInt_FMT
+             " inner dofs: error %d",
+             c->n_inner, (int)error);
+  PetscCall(MatMumpsSetIcntl(c->factor, 26, 0)); // solves are with K_II alone
+  if (c->n_kept) PetscCall(MatFactorCreateSchurComplement(c->factor, S, NULL));
+  PetscCall(MatCreateVecs(K, &c->x, &c->b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* MUMPS fills one triangle of S, or both to rounding: the lower one is copied. */
+static PetscErrorCode store_schur(Mat S, Condensed *c)
+{
+  const PetscScalar *s;
+  PetscInt lda;
+  PetscFunctionBeginUser;
+  PetscCall(MatDenseGetLDA(S, &lda));
+  PetscCall(MatDenseGetArrayRead(S, &s));
+  for (PetscInt j = 0; j < c->n_kept; j++)
+    for (PetscInt i = j; i < c->n_kept; i++)
+      c->S[i * c->stride + j] = c->S[j * c->stride + i] = s[i + j * lda];
+  PetscCall(MatDenseRestoreArrayRead(S, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode factor_bodies(Model *m, const PetscInt *local, const double memory[2])
+{
+  PetscBool wants = PETSC_FALSE, any;
+  PetscInt *row;
+  Mat *K, S = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(2 * m->n_owned, &row, m->n_condensed, &K));
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) row[d] = -1;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    for (PetscInt i = 0; i < c->n_inner; i++) row[c->inner[i]] = i;
+    for (PetscInt i = 0; i < c->n_kept; i++) row[c->kept[i]] = c->n_inner + i;
+  }
+  PetscCall(create_matrices(m, local, row, K));
+  PetscCall(sum_stiffness(m, local, row, K));
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    if (!wants) PetscCall(eliminate(K[b], m->condensed + b, &S, &wants));
+    if (S) PetscCall(store_schur(S, m->condensed + b));
+    PetscCall(MatDestroy(&S));
+    PetscCall(MatDestroy(K + b));
+  }
+  PetscCall(PetscFree2(row, K));
+  PetscCallMPI(MPI_Allreduce(&wants, &any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+  if (any) PetscCall(refuse_memory(m, PETSC_FALSE, memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
+{
+  const double start = MPI_Wtime();
+  double memory[2];
+  PetscInt *local;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(m->n_condensed_global, &local));
+  PetscCall(find_bodies(m, local));
+  PetscCall(check_held(scene, m));
+  PetscCall(check_memory(m, memory));
+  PetscCall(factor_bodies(m, local, memory));
+  PetscCall(PetscFree(local));
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    m->condensed_dofs[0] += m->condensed[b].n_kept;
+    m->condensed_dofs[1] += m->condensed[b].n_inner;
+  }
+  m->condensed_wall = MPI_Wtime() - start;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->condensed_dofs, 2, MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_wall, 1, MPI_DOUBLE, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedDestroy(Model *m)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    Condensed *c = m->condensed + b;
+    PetscCall(PetscFree(c->kept));
+    PetscCall(PetscFree(c->inner));
+    PetscCall(PetscFree5(c->S, c->u, c->f, c->load, c->g));
+    PetscCall(MatDestroy(&c->factor));
+    PetscCall(VecDestroy(&c->x));
+    PetscCall(VecDestroy(&c->b));
+  }
+  PetscCall(PetscFree(m->condensed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- every cycle */
+
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&             \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define CLONES
+#endif
+
+/* f = S u, four columns at a time: every f_i sums in the order of the columns, whatever
+   the width of vectors. */
+CLONES static void multiply(PetscInt n, const PetscReal *restrict S, const PetscReal *restrict u,
+                            PetscReal *restrict f)
+{
+  for (PetscInt i = 0; i < n; i++) f[i] = 0.;
+  for (PetscInt j = 0; j < n; j += 4) {
+    const PetscReal *restrict a = S + j * n, *restrict b = a + n, *restrict c = b + n, *restrict d = c + n;
+    for (PetscInt i = 0; i < n; i++)
+      f[i] += (a[i] * u[j] + b[i] * u[j + 1]) + (c[i] * u[j + 2] + d[i] * u[j + 3]);
+  }
+}
+
+void CondensedForces(const Model *m, const PetscReal *u, PetscReal *f)
+{
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
+    multiply(c->stride, c->S, c->u, c->f);
+    for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->f[i];
+  }
+}
+
+void CondensedStiffness(const Model *m, PetscReal *k)
+{
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
+      PetscReal row[2] = {0., 0.};
+      for (PetscInt j = 0; j < 2 * c->stride; j++)
+        row[j / c->stride] += PetscAbsReal(c->S[i * c->stride + j]);
+      k[c->kept[i] / 2] += PetscMax(row[0], row[1]);
+    }
+  }
+}
+
+/* ---- inside */
+
+/* x = K_II^-1 r, r and x at the inner dofs of vertex arrays. */
+static PetscErrorCode solve_inner(const Condensed *c, const PetscReal *r, PetscReal *x)
+{
+  PetscScalar *b;
+  const PetscScalar *y;
+  PetscFunctionBeginUser;
+  if (!c->n_inner) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArray(c->b, &b));
+  for (PetscInt i = 0; i < c->n_inner; i++) b[i] = r[c->inner[i]];
+  for (PetscInt i = 0; i < c->n_kept; i++) b[c->n_inner + i] = 0.;
+  PetscCall(VecRestoreArray(c->b, &b));
+  PetscCall(MatSolve(c->factor, c->b, c->x));
+  PetscCall(VecGetArrayRead(c->x, &y));
+  for (PetscInt i = 0; i < c->n_inner; i++) x[c->inner[i]] = y[i];
+  PetscCall(VecRestoreArrayRead(c->x, &y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *w = NULL, *f_w;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    Condensed *c = m->condensed + b;
+    PetscBool changed = PETSC_FALSE;
+    for (PetscInt i = 0; i < c->n_inner; i++) {
+      if (c->load[i] != f[c->inner[i]]) changed = PETSC_TRUE;
+      c->load[i] = f[c->inner[i]];
+    }
+    if (changed && !w) PetscCall(PetscCalloc2(n, &w, n, &f_w));
+  }
+  if (w) { // g of (b)
+    for (PetscInt b = 0; b < m->n_condensed; b++) PetscCall(solve_inner(m->condensed + b, f, w));
+    ElementForcesCondensed(m, w, f_w);
+    for (PetscInt b = 0; b < m->n_condensed; b++)
+      for (PetscInt i = 0; i < m->condensed[b].n_kept; i++)
+        m->condensed[b].g[i] = f_w[m->condensed[b].kept[i]];
+    PetscCall(PetscFree2(w, f_w));
+  }
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    for (PetscInt i = 0; i < m->condensed[b].n_kept; i++) f[m->condensed[b].kept[i]] -= m->condensed[b].g[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *u_kept, *r;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(n, &u_kept, n, &r));
+  PetscCall(PetscArraycpy(u_kept, u, 2 * m->n_moving));
+  ElementForcesCondensed(m, u_kept, r);
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) r[d] = (f ? f[d] : 0.) - r[d], u[d] = 0.;
+  for (PetscInt b = 0; b < m->n_condensed; b++) PetscCall(solve_inner(m->condensed + b, r, u)); // (a)
+  PetscCall(PetscFree2(u_kept, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedRecover(const Model *m, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies, n = at + 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *f, *Su, *u = state->u + at;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CondensedInner(m, state->f_ext + at, u));
+  PetscCall(PetscCalloc2(n, &f, n, &Su));
+  ElementForcesCondensed(m, u, f + at);
+  CondensedForces(m, u, Su + at);
+  for (PetscInt d = at + 2 * m->n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
+  for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b), also about rigid bodies
+  RigidForces(m, state->u, f);
+  PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->n_moving));
+  PetscCall(PetscFree2(f, Su));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,350 @@
+/* element.c: deformable blocks: gather, kernel of element_kernels.h, scatter. Quadrilaterals first, then
+   triangles, each in ascending order, within an element vertex 0 to the last: every vertex sums in the same
+   order on any number of ranks. */
+#include "internal.h"
+#include "forces/blocks/element_kernels.h"
+
+static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
+
+/* h: model->hourglass; NULL, as a constant where speed matters, when all blocks are ELEMENT_FULL. */
+KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
+{
+  const LanesVector lame = GatherVertex(&model->lame->lambda, g);
+  if (!h) return (LanesMaterial){lame.x, lame.y, {{0.}, {0.}, {0.}}, {0}};
+  const PetscInt at[LANES] = {3 * g[0], 3 * g[1], 3 * g[2], 3 * g[3]};
+  const Lanes c0 = {h[at[0]], h[at[1]], h[at[2]], h[at[3]]},
+              c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
+              c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
+  return (LanesMaterial){lame.x, lame.y, {c0, c1, c2}, c0 > 0.};
+}
+
+KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
+{
+  return LoadMaterialOf(model, model->hourglass, g);
+}
+
+/* E and nu of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
+void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3])
+{
+  const PetscReal lambda = lame.lambda, mu = lame.mu;
+  const PetscReal nu = lambda / (lambda + 2. * mu), E = 4. * mu * (lambda + mu) / (lambda + 2. * mu);
+  for (int i = 0; i < 3; i++) hourglass[i] = 0.;
+  if (element == ELEMENT_BENDING) hourglass[0] = E, hourglass[2] = -nu * E;
+  if (element == ELEMENT_REDUCED) hourglass[0] = hourglass[1] = 0.5 * coefficient * E;
+}
+
+/* Vertices of LANES elements from element `first` on: vertex i of a lane stands at [i * BATCH + lane]. */
+KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
+{
+  const size_t i = (size_t)first;
+  return e->vertex + (i / BATCH) * n_nodes * BATCH + i % BATCH;
+}
+
+/* ---- forces (10) */
+
+/* Elements are taken in chunks of CHUNK of one shape, quadrilaterals first: after each of them some vertices
+   have all their forces and can move at once, while they are still in the cache. */
+enum { CHUNK = 512 };
+static const PetscReal STEP = 1e-5; /* of a side, for central differences */
+
+static PetscInt chunks_of(const Elements *e)
+{
+  return (e->n_padded + CHUNK - 1) / CHUNK;
+}
+
+PetscInt ElementChunks(const Model *model)
+{
+  return chunks_of(&model->q4) + chunks_of(&model->t3);
+}
+
+/* Forces are arithmetic, the motion behind them is memory: what that will read comes into the cache
+   meanwhile, of each array as much with every LANES blocks as so many vertices have, a line of 64 bytes. */
+KERNEL void Fetch(const Ahead *ahead, PetscInt block)
+{
+  for (int i = 0; i < AHEAD_ARRAYS; i++) __builtin_prefetch(ahead->array[i] + 2 * block);
+}
+
+KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elements *e, int n_nodes,
+                      int large, PetscInt from, PetscInt to, const Ahead *ahead, const PetscReal *restrict u,
+                      PetscReal *restrict f)
+{
+  for (PetscInt first = from; first < PetscMin(to, e->n_padded); first += LANES) {
+    if (ahead) Fetch(ahead, first - from);
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    const LanesMaterial material = LoadMaterialOf(model, hourglass, e->group + first);
+    LanesVector X[4], U[4], F[4];
+    Gather(n_nodes, model->X, vertex, X);
+    Gather(n_nodes, u, vertex, U);
+    ElementForce(n_nodes, X, U, &material, model->thickness, large, F);
+    ScatterAdd(n_nodes, F, vertex, f);
+  }
+}
+
+/* shape, formulation and strain measure as constants */
+KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                             PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
+{
+  if (n_nodes == 4 && model->hourglass)
+    ForceLoop(model, model->hourglass, e, 4, large, from, to, ahead, u, f);
+  else if (n_nodes == 4 && large)
+    ForceLoop(model, NULL, e, 4, 1, from, to, ahead, u, f);
+  else if (n_nodes == 4)
+    ForceLoop(model, NULL, e, 4, 0, from, to, ahead, u, f);
+  else if (large)
+    ForceLoop(model, NULL, e, 3, 1, from, to, ahead, u, f);
+  else
+    ForceLoop(model, NULL, e, 3, 0, from, to, ahead, u, f);
+}
+
+VARIANTS(RangeForces,
+         (const Model *model, const Elements *e, int n_nodes, int large, PetscInt from, PetscInt to,
+          const Ahead *ahead, const PetscReal *u, PetscReal *f),
+         (model, e, n_nodes, large, from, to, ahead, u, f))
+
+void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
+                          PetscReal *f)
+{
+  const PetscInt n_q4 = chunks_of(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
+  RangeForces(model, chunk < n_q4 ? &model->q4 : &model->t3, chunk < n_q4 ? 4 : 3,
+              model->strain == STRAIN_LARGE, local * CHUNK, (local + 1) * CHUNK, ahead, u, f);
+}
+
+PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt chunk = 0; chunk < ElementChunks(model); chunk++)
+    ElementForcesOfChunk(model, chunk, NULL, u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f)
+{
+  RangeForces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, NULL, u, f);
+  RangeForces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
+}
+
+/* From the last chunk back: the lowest vertex that it or a later one touches. */
+PetscErrorCode ElementChunksDone(Model *model)
+{
+  PetscInt lowest = model->n_deformable;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(ElementChunks(model), &model->chunk_done));
+  for (PetscInt chunk = ElementChunks(model) - 1; chunk >= 0; chunk--) {
+    const PetscInt of_t3 = chunk - chunks_of(&model->q4), local = of_t3 < 0 ? chunk : of_t3;
+    const Elements *e = of_t3 < 0 ? &model->q4 : &model->t3;
+    model->chunk_done[chunk] = lowest;
+    for (PetscInt i = local * CHUNK; i < PetscMin(e->n, (local + 1) * CHUNK); i++)
+      for (int k = 0, n_nodes = of_t3 < 0 ? 4 : 3; k < n_nodes; k++)
+        lowest = PetscMin(lowest, LaneVertices(e, n_nodes, i)[k * BATCH]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- row sums (28) and masses (27) */
+
+/* Column (j, direction) of the reference stiffness is the small-strain force of a unit displacement there, so
+   K is by construction the tangent of the force kernel. In large strain forces are cubic in u, and central
+   differences leave STEP^2 and the rounding of forces over STEP, 1e-10 of K. */
+void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, const PetscReal *u,
+                     PetscReal K[][64])
+{
+  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+  const LanesMaterial material = LoadMaterial(model, e->group + first);
+  LanesVector X[4], U[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[2][4] = {{{{0}, {0}}}};
+  Gather(n_nodes, model->X, vertex, X);
+  if (u) Gather(n_nodes, u, vertex, U);
+  const LanesVector side = VectorSubtract(X[1], X[0]);
+  const Lanes h = u ? STEP * SquareRoot(VectorDot(side, side)) : LanesOf(1.), width = u ? h + h : h;
+  for (int column = 0; column < 2 * n_nodes; column++) {
+    for (int k = 0; k < (u ? 2 : 1); k++) {
+      LanesVector moved[4];
+      memcpy(moved, U, sizeof moved);
+      Lanes *x = column % 2 ? &moved[column / 2].y : &moved[column / 2].x;
+      *x = k ? *x - h : *x + h;
+      ElementForce(n_nodes, X, moved, &material, model->thickness, u != NULL, F[k]);
+    }
+    for (int i = 0; i < n_nodes; i++) {
+      const LanesVector d = VectorSubtract(F[0][i], F[1][i]);
+      for (int lane = 0; lane < LANES; lane++) {
+        K[lane][(2 * i) * 2 * n_nodes + column] = d.x[lane] / width[lane];
+        K[lane][(2 * i + 1) * 2 * n_nodes + column] = d.y[lane] / width[lane];
+      }
+    }
+  }
+}
+
+/* (28) is an upper bound of the eigenvalues twice over. With any masses m_i, omega^2 is an eigenvalue of M^-1
+   K, hence (Gershgorin) at most the largest row sum of |K| over m_i; and the row sum of the assembled |sum
+   K_e| is at most the sum of the row sums of |K_e|. One number per vertex, the larger of the two directions:
+   a block that has turned by 90 degrees has its x and y rows exchanged, and masses stay isotropic. */
+static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
+{
+  for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    const int n = 2 * n_nodes;
+    PetscReal K[LANES][64];
+    ElementMatrices(model, e, n_nodes, first, NULL, K);
+    for (int lane = 0; lane < LANES; lane++)
+      for (int i = 0; i < n_nodes; i++) {
+        PetscReal row[2] = {0., 0.};
+        for (int j = 0; j < 2 * n; j++) row[j / n] += PetscAbsReal(K[lane][2 * i * n + j]);
+        k[vertex[i * BATCH + lane]] += PetscMax(row[0], row[1]);
+      }
+  }
+}
+
+PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  stiffness_loop(model, &model->q4, 4, k);
+  stiffness_loop(model, &model->t3, 3, k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void mass_loop(const Model *model, const Elements *e, int n_nodes, PetscReal *m)
+{
+  for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    LanesVector X[4];
+    Lanes area[4];
+    Gather(n_nodes, model->X, vertex, X);
+    ElementAreas(n_nodes, X, area);
+    for (int lane = 0; lane < LANES; lane++) {
+      const PetscReal density = model->density[e->group[first + lane]] * model->thickness;
+      for (int i = 0; i < n_nodes; i++) m[vertex[i * BATCH + lane]] += density * area[i][lane];
+    }
+  }
+}
+
+PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
+{
+  PetscFunctionBeginUser;
+  mass_loop(model, &model->q4, 4, m);
+  mass_loop(model, &model->t3, 3, m);
+  mass_loop(model, &model->condensed_q4, 4, m);
+  mass_loop(model, &model->condensed_t3, 3, m);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- stresses and energies */
+
+/* The modes of X and u of LANES elements. */
+static void gather_modes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                         PetscInt first, LanesModes *XM, LanesModes *uM)
+{
+  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+  LanesVector X[4], U[4];
+  Gather(n_nodes, model->X, vertex, X);
+  Gather(n_nodes, u, vertex, U);
+  *XM = ElementModes(n_nodes, X);
+  *uM = ElementModes(n_nodes, U);
+}
+
+/* Cauchy stress at points of each element, (n, n_points, 3). */
+static void stress_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
+                        const PetscReal points[][2], PetscReal *stress)
+{
+  const int large = e->strain == STRAIN_LARGE;
+  for (PetscInt first = 0; first < e->n; first += LANES) {
+    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    LanesModes X, U;
+    gather_modes(model, e, n_nodes, u, first, &X, &U);
+    for (int p = 0; p < n_points; p++) {
+      Lanes J;
+      LanesGradient G;
+      LanesTensor E;
+      PointStrain(&X, &U, points[p][0], points[p][1], large, &J, &G, &E);
+      const LanesTensor S = BlockStress(&material, &E);
+      LanesTensor sigma = CauchyStress(&G, &S, large);
+      if (Any(material.one_point)) { // they have the stress of the centre everywhere
+        PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
+        const LanesTensor S_c = BlockStress(&material, &E), centre = CauchyStress(&G, &S_c, large);
+        sigma = (LanesTensor){Select(material.one_point, centre.xx, sigma.xx),
+                              Select(material.one_point, centre.yy, sigma.yy),
+                              Select(material.one_point, centre.xy, sigma.xy)};
+      }
+      for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
+        PetscReal *s = stress + 3 * ((first + lane) * n_points + p);
+        s[0] = sigma.xx[lane], s[1] = sigma.yy[lane], s[2] = sigma.xy[lane];
+      }
+    }
+  }
+}
+
+PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *stress)
+{
+  /* (0, 0) is the centre of a quadrilateral; a triangle has the same strain everywhere */
+  static const PetscReal centre[1][2] = {{0.0, 0.0}};
+
+  PetscFunctionBeginUser;
+  stress_loop(model, e, n_nodes, u, 1, centre, stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                  PetscReal *stress)
+{
+  PetscFunctionBeginUser;
+  stress_loop(model, e, n_nodes, u, n_nodes == 4 ? 4 : 1, Q4_POINTS, stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *energy)
+{
+  const int large = e->strain == STRAIN_LARGE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt first = 0; first < e->n; first += LANES) {
+    const LanesMaterial material = LoadMaterial(model, e->group + first);
+    LanesModes X, U;
+    Lanes sum, J;
+    LanesGradient G;
+    LanesTensor E;
+    gather_modes(model, e, n_nodes, u, first, &X, &U);
+    PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
+    sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
+    sum *= model->thickness;
+    for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
+      energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *angle)
+{
+  const PetscReal mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]), radius = hypot(half, s[2]);
+  principal[0] = mean + radius;
+  principal[1] = mean - radius;
+  *angle = 0.5 * atan2(s[2], half);
+}
+
+/* ---- geometry */
+
+/* Sums over the triangles (x_0, p, q) of the ring. With s = p + q and c = p x q of a triangle whose third
+   vertex is the origin: int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12. The origin is
+   vertex 0 of the block, so that coordinates far from the origin lose no digits. */
+void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
+                   PetscReal centroid[2], PetscReal *polar)
+{
+  const PetscReal *origin = X + 2 * vertices[0];
+  PetscReal A = 0, S[2] = {0, 0}, moment = 0;
+  for (int i = 1; i + 1 < n_nodes; i++) {
+    const PetscReal *P = X + 2 * vertices[i], *Q = X + 2 * vertices[i + 1];
+    const PetscReal p[2] = {P[0] - origin[0], P[1] - origin[1]}, q[2] = {Q[0] - origin[0], Q[1] - origin[1]};
+    const PetscReal c = p[0] * q[1] - p[1] * q[0];
+    A += c / 2;
+    for (int d = 0; d < 2; d++) {
+      S[d] += c * (p[d] + q[d]) / 6;
+      moment += c * (p[d] * p[d] + p[d] * q[d] + q[d] * q[d]) / 12;
+    }
+  }
+  for (int d = 0; d < 2; d++) {
+    moment -= S[d] * S[d] / A; /* Steiner */
+    centroid[d] = origin[d] + S[d] / A;
+  }
+  *area = A;
+  *polar = moment;
+}

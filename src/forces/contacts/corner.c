@@ -1,0 +1,132 @@
+/* corner.c: corners of blocks that only seem to meet another face, when connectivity is variable.
+
+   A block that stands on another is pressed in: its corners lie below the face that carries it, level with
+   the sides of what is beside, and where faces are flush over the end of the next one too. None of this is a
+   contact: the corner is held by the face below. So a new contact of a corner is hidden where a face of the
+   corner has been a contact and the other face stands nowhere in front of what that one stands on. Faces that
+   are flush with it become contacts when the block has slid so far that the contact that was is measured
+   anew.
+
+   Whose vertex it is decides: that rank is sure to know all faces at the corner, all faces near it, and what
+   they were in contact with. It tells all. */
+#include "internal.h"
+#include "forces/contacts/find.h"
+
+/* How much of a face is looked at, from the corner on: steps and kinks farther away are not at it. */
+static const PetscReal REACH = 10.; /* tolerances */
+
+static PetscReal tolerance_of(const Scene *scene, const FaceTable *table, PetscInt f, PetscInt g)
+{
+  return scene->contact_tolerance *
+         (scene->contact_relative ? PetscMin(table->length[f], table->length[g]) : 1.);
+}
+
+/* Whether face g near P stands in front of face `ground`, by a step that is seen. depth [m]: of P in ground.
+   */
+static PetscBool stands_in_front(const FaceTable *table, PetscInt g, PetscInt ground, const PetscReal *P,
+                                 PetscReal depth, PetscReal tolerance)
+{
+  const PetscReal *a = table->x + 4 * g, *b = table->x + 4 * ground;
+  const PetscReal reach = (REACH * tolerance + depth) / table->length[g];
+  const PetscReal cosine = (a[2] - a[0]) * (b[2] - b[0]) + (a[3] - a[1]) * (b[3] - b[1]);
+  const PetscBool level = (PetscBool)(cosine > FACE_COS_LIMIT * table->length[g] * table->length[ground]);
+  PetscReal t, gap, most = -PETSC_MAX_REAL;
+  face_project(a, a + 2, P, &t, &gap);
+  if (level) { // what goes on at a kink becomes a contact of faces: where it begins decides
+    face_project(b, b + 2, a + 2 * (t > 0.5), &t, &gap);
+    return (PetscBool)(gap > FLUSH * tolerance);
+  }
+  for (int k = -1; k <= 1; k += 2) {
+    const PetscReal at = PetscClipInterval(t + k * reach, 0., 1.);
+    const PetscReal Q[2] = {a[0] + at * (a[2] - a[0]), a[1] + at * (a[3] - a[1])};
+    PetscReal s;
+    face_project(b, b + 2, Q, &s, &gap);
+    most = PetscMax(most, gap);
+  }
+  return (PetscBool)(most > FLUSH * tolerance);
+}
+
+PetscBool CornerIsHidden(const Scene *scene, const FaceTable *table, PetscInt v, const PetscReal P[2],
+                         PetscInt f, PetscInt g)
+{
+  for (PetscInt r = table->vertex_start[v]; r < table->vertex_start[v + 1]; r++) {
+    const PetscInt mine = table->vertex_row[r];
+    const char needed = mine == f ? TOUCHES | STAYS : TOUCHES | TOUCHED;
+    for (PetscInt p = table->start[mine]; p < table->start[mine + 1]; p++) {
+      const PetscInt ground = table->near[p];
+      if (ground == g || (table->touch[p] & needed) != needed) continue;
+      const PetscReal *x = table->x + 4 * ground, tolerance = tolerance_of(scene, table, mine, ground);
+      PetscReal t, gap;
+      face_project(x, x + 2, P, &t, &gap);
+      if (PetscMin(t, 1. - t) * table->length[ground] < -tolerance || gap > tolerance) continue;
+      if (!stands_in_front(table, g, ground, P, PetscMax(0., -gap), tolerance)) return PETSC_TRUE;
+    }
+  }
+  return PETSC_FALSE;
+}
+
+/* ---- face contacts of two corners */
+
+typedef struct {
+  PetscInt key[2];
+} Key;
+
+static int key_order(const void *a, const void *b)
+{
+  const PetscInt *p = ((const Key *)a)->key, *q = ((const Key *)b)->key;
+  if (p[0] != q[0]) return (p[0] > q[0]) - (p[0] < q[0]);
+  return (p[1] > q[1]) - (p[1] < q[1]);
+}
+
+/* Whether an owned corner of the candidate is hidden. */
+static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *table, const Candidate *c)
+{
+  if (c->before >= 0 || c->kept || (c->pair.klass != FF2_I && c->pair.klass != FF2_F)) return PETSC_FALSE;
+  for (int k = 0; k < 2; k++) {
+    const PetscInt source = c->pair.source[k], f = c->face[source], g = c->face[1 - source];
+    const int corner = c->pair.corner[k];
+    const PetscInt v = m->faces.vertex[2 * f + corner];
+    if (v < m->n_owned && CornerIsHidden(scene, table, v, table->x + 4 * f + 2 * corner, f, g))
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* All ranks' keys, sorted, on all ranks. */
+static PetscErrorCode share_keys(MPI_Comm comm, PetscInt *n, Key **keys)
+{
+  PetscMPIInt size, mine = (PetscMPIInt)(*n * (PetscInt)sizeof(Key)), *count, *at;
+  Key *all;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscCalloc2(size, &count, size + 1, &at));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, comm));
+  for (PetscMPIInt p = 0; p < size; p++) at[p + 1] = at[p] + count[p];
+  *n = at[size] / (PetscInt)sizeof(Key);
+  PetscCall(PetscMalloc1(*n + 1, &all));
+  if (*n) PetscCallMPI(MPI_Allgatherv(*keys, mine, MPI_BYTE, all, count, at, MPI_BYTE, comm));
+  if (*n) qsort(all, *n, sizeof(Key), key_order);
+  PetscCall(PetscFree2(count, at));
+  PetscCall(PetscFree(*keys));
+  *keys = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list)
+{
+  PetscInt n = 0, stay = 0;
+  Key *keys;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(list->n + 1, &keys));
+  for (PetscInt i = 0; i < list->n; i++)
+    if (is_hidden(scene, m, table, list->item + i))
+      keys[n++] = (Key){{list->item[i].key[0], list->item[i].key[1]}};
+  PetscCall(share_keys(m->comm, &n, &keys));
+  for (PetscInt i = 0; i < list->n && n; i++) {
+    const Key key = {{list->item[i].key[0], list->item[i].key[1]}};
+    if (!bsearch(&key, keys, n, sizeof(Key), key_order)) list->item[stay++] = list->item[i];
+  }
+  if (n) list->n = stay;
+  PetscCall(PetscFree(keys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

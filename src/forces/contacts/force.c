@@ -1,0 +1,568 @@
+/* force.c: every cycle, for every contact: opening and slip of its two sub-contacts (1)-(4), stresses
+   (5)-(6) by its stress model and joint law, forces to the vertices of both faces; LANES contacts at once.
+
+   Kinematics in total form. With q = A + t (B - A) the point of the destination face under P (t = L_d /
+   length) and d = P - q, u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise: out of the
+   destination block, in the present positions: the sum of the increments (3)-(4), but exact under rotation
+   and free of drift; d adds that of the reference state and that of the displacements, so that a joint that
+   moves by 1e-9 m loses no digits to coordinates of 100 m. The forces are the derivatives of int sigma du_n +
+   int tau du_s with respect to the vertices. n and s turn with A-B by d(theta) = -n.(dB - dA)/|B - A|, which
+   adds a couple C = F_n u_s - F_s u_n on the destination face: with it contacts keep angular momentum and
+   energy. (Small strain: n, s of the reference state, no couple.)
+
+   LANES contacts read four vertices once for both ends, and by their traits leave out what they do not need:
+   where both ends stand on one face (FF1) its direction is found once; where the faces match, as most do in
+   meshes of blocks, P and Q start where B and A do, and d is what they have moved apart by; initial overlap
+   and history that are all zero are not read. A square root and a division stand between the vertices and
+   the forces, and in one pass the next contacts wait for them: a quarter of the time. So the loop goes over
+   STRETCH contacts twice: where they are (Place), then their forces. Contacts without history whose law
+   holds elastically, nearly all, take a short way, and what is long is a function of its own that keeps no
+   registers from it. An answer has the same bits with and without any of this. */
+#include "internal.h"
+#include "forces/contacts/law/stress_models.h"
+
+/* Traits of LANES contacts: by lane, whether end 1 stands on the other face than end 0 (FF2), and then
+   whether the ends are the last vertices of both faces (FF2_F); of any lane. */
+enum {
+  CROSSED = 1,      /* << lane */
+  LAST = 1 << 4,    /* << lane */
+  RESTS = 1 << 8,   /* rest is not zero */
+  HISTORY = 1 << 9, /* slip or broken, present or held, is not zero; the force loop adds it */
+  JOINTS = 1 << 10, /* joints are not those of the LANES contacts before */
+  MATCH = 1 << 11,  /* of all lanes: in the reference state P is where B is, Q where A is */
+  CRUSHED = 1 << 12 /* closure, present or held, is not zero; the force loop adds it, with HISTORY */
+};
+static const int IS_CROSSED = CROSSED * 15;
+
+/* By their bits: -0 leaves another sign of zero behind. */
+static int are_zero(PetscInt first, const PetscReal *x)
+{
+  uint64_t bits[2 * LANES], any = 0;
+  memcpy(bits, x + SUB(first, 0), LANES * sizeof *x);
+  memcpy(bits + LANES, x + SUB(first, 1), LANES * sizeof *x);
+  for (int i = 0; i < 2 * LANES; i++) any |= bits[i];
+  return !any;
+}
+
+static int same_place(const PetscReal *x, const PetscReal *y)
+{
+  return x[0] == y[0] && x[1] == y[1];
+}
+
+/* Whether the faces of contact i are one line in the reference state. */
+static int faces_match(const PetscReal *X, const Contacts *c, PetscInt i)
+{
+  const PetscReal *x[CONTACT_ROWS];
+  for (int row = 0; row < CONTACT_ROWS; row++) x[row] = X + 2 * c->vertex[CONTACT_ROW(i, row)];
+  return c->klass[i] == FF1_12 && c->t[SUB(i, 0)] == 1. && c->t[SUB(i, 1)] == 0. &&
+         same_place(x[ROW_P], x[ROW_B]) && same_place(x[ROW_Q], x[ROW_A]);
+}
+
+void ContactsSetTraits(const Model *m, Contacts *c)
+{
+  for (PetscInt first = 0; first < c->n_padded; first += LANES) {
+    const PetscInt *joint = c->joint + first;
+    int traits = !first || memcmp(joint - LANES, joint, LANES * sizeof *joint) ? JOINTS : 0;
+    int match = 1;
+    for (int lane = 0; lane < LANES; lane++) {
+      const int klass = c->klass[first + lane];
+      match &= faces_match(m->X, c, first + lane);
+      if (klass == FF2_I || klass == FF2_F) traits |= CROSSED << lane;
+      if (klass == FF2_F) traits |= LAST << lane;
+    }
+    if (match) traits |= MATCH;
+    if (!are_zero(first, c->rest)) traits |= RESTS;
+    if (!are_zero(first, c->slip) || !are_zero(first, c->broken) || !are_zero(first, c->slip_0) ||
+        !are_zero(first, c->broken_0))
+      traits |= HISTORY;
+    if (!are_zero(first, c->closure) || !are_zero(first, c->closure_0)) traits |= HISTORY | CRUSHED;
+    c->traits[first / LANES] = (uint16_t)traits;
+  }
+}
+
+/* History of joints: that of the last evaluation, or the one held. */
+typedef struct {
+  PetscReal *slip, *broken, *closure, *far;
+} History;
+
+static History history_now(const Contacts *c)
+{
+  return (History){c->slip, c->broken, c->closure, c->closure_far};
+}
+
+static History history_held(const Contacts *c)
+{
+  return (History){c->slip_0, c->broken_0, c->closure_0, c->closure_far_0};
+}
+
+/* Where no history is, both are zero. */
+static void copy_history(const Contacts *c, History from, History to)
+{
+  for (PetscInt first = 0; first < c->n_padded; first += LANES)
+    for (int k = 0; k < 2 && c->traits[first / LANES] & HISTORY; k++) {
+      const PetscInt at = SUB(first, k);
+      memcpy(to.slip + at, from.slip + at, LANES * sizeof *to.slip);
+      memcpy(to.broken + at, from.broken + at, LANES * sizeof *to.broken);
+      if (!(c->traits[first / LANES] & CRUSHED)) continue;
+      memcpy(to.closure + at, from.closure + at, LANES * sizeof *to.closure);
+      memcpy(to.far + at, from.far + at, LANES * sizeof *to.far);
+    }
+}
+
+void ContactsHold(Contacts *c)
+{
+  copy_history(c, history_now(c), history_held(c));
+  c->held = PETSC_TRUE;
+}
+
+void ContactsGoBack(Contacts *c)
+{
+  copy_history(c, history_held(c), history_now(c));
+}
+
+/* Masks of lanes: ends on one face, FF2_I; the others are FF2_F. */
+typedef struct {
+  Mask one, first;
+} Classes;
+
+KERNEL Classes ClassesOf(int traits)
+{
+  const Mask bit = {1, 2, 4, 8}, all = {traits, traits, traits, traits};
+  const Mask crossed = (all & bit) != 0, last = (all & (bit * LAST)) != 0;
+  return (Classes){~crossed, ~last};
+}
+
+/* In the lanes of each class its own. */
+KERNEL LanesVector VectorByClass(const Classes *is, LanesVector one, LanesVector first, LanesVector last)
+{
+  return (LanesVector){Select(is->one, one.x, Select(is->first, first.x, last.x)),
+                       Select(is->one, one.y, Select(is->first, first.y, last.y))};
+}
+
+/* A vector between vertices of LANES contacts: in the reference state, and by how much it has changed. */
+typedef struct {
+  LanesVector X, u;
+} Reach;
+
+KERNEL Reach ReachSubtract(Reach p, Reach q)
+{
+  return (Reach){VectorSubtract(p.X, q.X), VectorSubtract(p.u, q.u)};
+}
+
+/* In the lanes of each class its own. */
+KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
+{
+  return (Reach){VectorByClass(is, one.X, first.X, last.X), VectorByClass(is, one.u, first.u, last.u)};
+}
+
+/* A destination face of LANES contacts. */
+typedef struct {
+  LanesVector s; /* along it */
+  Lanes turns;   /* how much it turns for a displacement of an end across it: 1/length; 0 with small strain */
+} LanesFace;
+
+/* AB: B - A */
+KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
+{
+  const LanesVector e = VectorAdd(AB.X, VectorScale(moving, AB.u));
+  const Lanes inv = 1. / SquareRoot(VectorDot(e, e));
+  return (LanesFace){{e.x * inv, e.y * inv}, moving * inv};
+}
+
+/* Out of the destination block. */
+KERNEL LanesVector NormalTo(LanesVector s)
+{
+  return (LanesVector){s.y, -s.x};
+}
+
+/* Where LANES contacts are: all that forces need of the vertices. d: of both ends, before `rest`. */
+typedef struct {
+  LanesFace face[2]; /* [1] only where some lane is crossed */
+  Lanes d_n[2], d_s[2];
+} Place;
+
+/* d: from the point of the face under the end to the end. */
+KERNEL void PlaceEnd(int k, const LanesFace *face, LanesVector d, Place *p)
+{
+  p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
+}
+
+/* d from the end or the start of the face, where P and Q are when faces match: BP + (1 - t) AB, AQ - t AB. */
+KERNEL LanesVector FromEnd(Reach BP, Reach AB, Lanes t)
+{
+  const Lanes back = 1. - t;
+  return (LanesVector){(BP.X.x + back * AB.X.x) + (BP.u.x + back * AB.u.x),
+                       (BP.X.y + back * AB.X.y) + (BP.u.y + back * AB.u.y)};
+}
+
+KERNEL LanesVector FromStart(Reach AQ, Reach AB, Lanes t)
+{
+  return (LanesVector){(AQ.X.x - t * AB.X.x) + (AQ.u.x - t * AB.u.x),
+                       (AQ.X.y - t * AB.X.y) + (AQ.u.y - t * AB.u.y)};
+}
+
+KERNEL Reach GatherReach(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, int row)
+{
+  return (Reach){GatherVertex(X, vertex + row * BATCH), GatherVertex(u, vertex + row * BATCH)};
+}
+
+/* vertex: rows P A B Q; t: of end 0. traits: 0 where no lane is crossed. */
+KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
+                     PetscReal moving, int traits)
+{
+  const Reach P = GatherReach(X, u, vertex, ROW_P), A = GatherReach(X, u, vertex, ROW_A),
+              B = GatherReach(X, u, vertex, ROW_B), Q = GatherReach(X, u, vertex, ROW_Q),
+              AB = ReachSubtract(B, A);
+  const Lanes t_1 = LoadLanes(t + BATCH);
+  Place p;
+  p.face[0] = FaceAlong(AB, moving);
+  PlaceEnd(0, p.face, FromEnd(ReachSubtract(P, B), AB, LoadLanes(t)), &p);
+  if (!(traits & IS_CROSSED)) {
+    PlaceEnd(1, p.face, FromStart(ReachSubtract(Q, A), AB, t_1), &p);
+  } else {
+    const Classes is = ClassesOf(traits);
+    const Reach from = ReachByClass(&is, A, P, Q), to = ReachByClass(&is, B, Q, P),
+                end = ReachByClass(&is, Q, A, B), along = ReachSubtract(to, from);
+    p.face[1] = FaceAlong(along, moving);
+    PlaceEnd(1, p.face + 1, FromStart(ReachSubtract(end, from), along, t_1), &p);
+  }
+  return p;
+}
+
+/* Where faces match: by how much the ends have moved apart. It is added to the zero that PlaceOf has there,
+   so that a zero has the same sign. */
+KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, PetscReal moving)
+{
+  const Reach A = GatherReach(X, u, vertex, ROW_A), B = GatherReach(X, u, vertex, ROW_B);
+  const LanesVector zero = {{0.}, {0.}}, u_P = GatherVertex(u, vertex + ROW_P * BATCH),
+                    u_Q = GatherVertex(u, vertex + ROW_Q * BATCH);
+  Place p;
+  p.face[0] = FaceAlong(ReachSubtract(B, A), moving);
+  PlaceEnd(0, p.face, VectorAdd(zero, VectorSubtract(u_P, B.u)), &p);
+  PlaceEnd(1, p.face, VectorAdd(zero, VectorSubtract(u_Q, A.u)), &p);
+  return p;
+}
+
+/* What is not used is not stored; and only at the end, for the compiler does not know that `place` is none of
+   what PlaceOf reads. */
+KERNEL void StorePlace(const Place *p, int crossed, Place *place)
+{
+  for (int k = 0; k < 1 + crossed; k++) place->face[k] = p->face[k];
+  for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
+}
+
+/* Speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at: first lane
+   of end 0. */
+KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts *c)
+{
+  const Mask has = J->damping > 0.;
+  for (int k = 0; k < 2; k++) {
+    const size_t i = at + (size_t)k * BATCH;
+    const Lanes speed = c->repeats ? LoadLanes(c->speed + i)
+                                   : (now->u_n[k] - LoadLanes(c->u_n + i)) * c->rate;
+    now->dashpot[k] = Keep(has, J->k_n * J->damping * speed);
+    StoreLanes(c->speed + i, Select(has, speed, LoadLanes(c->speed + i)));
+  }
+}
+
+/* The force of an end, and what a couple on the face adds to A; B has the opposite. */
+typedef struct {
+  LanesVector F, turn;
+} EndForce;
+
+KERNEL EndForce EndForceOf(int k, const Place *p, const LanesFace *face, Lanes F_n, Lanes F_s)
+{
+  const LanesVector s = face->s, n = NormalTo(s);
+  const Lanes couple = (F_n * p->d_s[k] - F_s * p->d_n[k]) * face->turns;
+  return (EndForce){{F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y}, {couple * n.x, couple * n.y}};
+}
+
+/* What A and B bear of it, by L_d. */
+KERNEL LanesVector OnA(const EndForce *end, Lanes t)
+{
+  const Lanes a = 1. - t;
+  return (LanesVector){end->turn.x - a * end->F.x, end->turn.y - a * end->F.y};
+}
+
+KERNEL LanesVector OnB(const EndForce *end, Lanes t)
+{
+  return (LanesVector){-end->turn.x - t * end->F.x, -end->turn.y - t * end->F.y};
+}
+
+/* Forces of both ends, on the rows P A B Q: where the vertices of Locate came from. */
+KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *now, PetscReal thickness,
+                      int traits, LanesVector force[CONTACT_ROWS])
+{
+  const int crossed = (traits & IS_CROSSED) != 0;
+  const LanesVector none = {{0.}, {0.}};
+  EndForce end[2];
+  for (int k = 0; k < 2; k++)
+    end[k] = EndForceOf(k, p, p->face + (k && crossed), thickness * now->F_n[k], thickness * now->F_s[k]);
+  force[ROW_P] = end[0].F;
+  if (traits & MATCH) { // t is 1 and 0
+    force[ROW_A] = VectorAdd(end[0].turn, VectorSubtract(end[1].turn, end[1].F));
+    force[ROW_B] = VectorSubtract(none, VectorAdd(VectorAdd(end[0].turn, end[0].F), end[1].turn));
+    force[ROW_Q] = end[1].F;
+    return;
+  }
+  const Lanes t_0 = LoadLanes(t), t_1 = LoadLanes(t + BATCH);
+  force[ROW_A] = OnA(end, t_0), force[ROW_B] = OnB(end, t_0);
+  const LanesVector P = end[1].F, A = OnA(end + 1, t_1), B = OnB(end + 1, t_1);
+  if (!crossed) {
+    force[ROW_A] = VectorAdd(force[ROW_A], A), force[ROW_B] = VectorAdd(force[ROW_B], B);
+    force[ROW_Q] = P;
+  } else {
+    const Classes is = ClassesOf(traits);
+    force[ROW_P] = VectorAdd(force[ROW_P], VectorByClass(&is, none, A, B));
+    force[ROW_A] = VectorAdd(force[ROW_A], VectorByClass(&is, A, P, none));
+    force[ROW_B] = VectorAdd(force[ROW_B], VectorByClass(&is, B, none, P));
+    force[ROW_Q] = VectorByClass(&is, P, B, A);
+  }
+}
+
+/* at: first lane of end 0 in the arrays (.., 2, BATCH). */
+KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, Contacts *c)
+{
+  for (int k = 0; k < 2; k++) {
+    const PetscInt i = at + k * BATCH;
+    StoreLanes(c->u_n + i, now->u_n[k]), StoreLanes(c->u_s + i, p->d_s[k]);
+    StoreLanes(c->sigma + i, now->sigma[k]), StoreLanes(c->tau + i, now->tau[k]);
+    StoreLanes(c->F_n + i, now->F_n[k]), StoreLanes(c->F_s + i, now->F_s[k]);
+    for (int lane = 0; lane < LANES; lane++) c->state[i + lane] = (uint8_t)now->state[k][lane];
+  }
+}
+
+/* What an evaluation is of. */
+typedef struct {
+  const PetscReal *X, *u;
+  History from;                /* that it starts from */
+  PetscReal pull;              /* see types.h; 0 when no history is held */
+  PetscReal moving, thickness; /* moving: 1 with large strain, 0 */
+  const Joint *joints;
+  Contacts *c;
+  int keep; /* results */
+  PetscReal *f;
+} Evaluation;
+
+enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
+
+/* Plain contacts from `first` on: whether the law holds elastically; if not, nothing is done. match: MATCH or
+   0, a constant. */
+KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                         const Place *p, int match)
+{
+  const Contacts *c = of->c;
+  LanesContact now;
+  LanesVector force[CONTACT_ROWS];
+
+  now.length = LoadLanes(c->length + first);
+  for (int k = 0; k < 2; k++)
+    now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
+  if (!RespondElastically(J, model, &now)) return 0;
+  RowForces(p, c->t + SUB(first, 0), &now, of->thickness, match, force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+  return 1;
+}
+
+/* The same of any; those that are not plain are left alone. */
+KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                       const Place *p)
+{
+  const int traits = of->c->traits[first / LANES];
+  if (traits & NOT_PLAIN) return 0;
+  return traits & MATCH ? ElasticForces(of, model, J, first, p, MATCH)
+                        : ElasticForces(of, model, J, first, p, 0);
+}
+
+KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
+{
+  for (int k = 0; k < 2; k++) {
+    StoreLanes(c->closure + SUB(first, k), now->closure[k]);
+    StoreLanes(c->closure_far + SUB(first, k), now->far[k]);
+  }
+  if (Any((now->closure[0] < 0.) | (now->closure[1] < 0.))) c->traits[first / LANES] |= CRUSHED;
+}
+
+/* Response of contacts from `first` on whose friction follows the law that it has with the history held. */
+KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int closes,
+                   size_t first, LanesContact *now)
+{
+  Contacts *c = of->c;
+  const size_t at = SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  Lanes own[2] = {LanesOf(0.), LanesOf(0.)};
+  for (int k = 0; k < 2 && traits & HISTORY; k++) own[k] = LoadLanes(c->slip + at + (size_t)k * BATCH);
+  const int changed = RespondFollowing(J, model, of->pull, closes, own, now);
+  if (closes) StoreClosure(first, now, c);
+  if (!changed) return;
+  for (int k = 0; k < 2; k++) {
+    StoreLanes(c->slip + at + k * BATCH, own[k]);
+    StoreLanes(c->broken + at + k * BATCH, now->broken[k]);
+  }
+  c->traits[first / LANES] |= HISTORY;
+}
+
+/* Contacts from `first` on, whatever they are. Constants: closes, see RespondContacts; follow, of->pull > 0.
+   */
+KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                        int closes, int damped, int follow, size_t first, const Place *p)
+{
+  Contacts *c = of->c;
+  const size_t at = SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  LanesContact now;
+  LanesVector force[CONTACT_ROWS];
+
+  now.length = LoadLanes(c->length + first);
+  for (int k = 0; k < 2; k++) {
+    const size_t i = at + (size_t)k * BATCH;
+    now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
+    if (traits & RESTS) now.u_n[k] -= LoadLanes(c->rest + i);
+    if (traits & HISTORY)
+      now.slip[k] = LoadLanes(of->from.slip + i), now.broken[k] = LoadLanes(of->from.broken + i);
+    if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
+  }
+  if (damped) Dashpots(at, J, &now, c);
+  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
+  if (follow) {
+    Follow(of, model, J, closes, first, &now);
+  } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {
+    for (int k = 0; k < 2; k++)
+      StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
+          StoreLanes(c->broken + at + k * BATCH, now.broken[k]);
+    c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
+    if (closes) StoreClosure(first, &now, c);
+  }
+  if (keep) StoreResults((PetscInt)at, p, &now, c);
+  RowForces(p, c->t + at, &now, of->thickness, traits, force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+}
+
+KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                            const Place *p)
+{
+  WholeForces(of, model, J, 1, 0, 0, 0, first, p);
+}
+
+KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                             const Place *p)
+{
+  WholeForces(of, model, J, 0, 0, 0, 0, first, p);
+}
+
+/* Of joints that can crush, or have. */
+KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                           const Place *p)
+{
+  if (of->pull > 0.)
+    WholeForces(of, model, J, of->keep, 1, 0, 1, first, p);
+  else
+    WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
+}
+
+/* Of joints with dashpots, in time. */
+KERNEL void Damped_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                        const Place *p)
+{
+  WholeForces(of, model, J, 1, 1, 1, 0, first, p);
+}
+
+KERNEL void Following_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                           const Place *p)
+{
+  WholeForces(of, model, J, of->keep, 0, 0, 1, first, p);
+}
+
+#define PARAMETERS                                                                                           \
+  (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
+VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
+VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
+
+enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
+
+/* Contacts from `first` on. */
+KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
+{
+  const Contacts *c = of->c;
+  const PetscInt *vertex = c->vertex + CONTACT_ROW(first, 0);
+  const PetscReal *t = c->t + SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  if (traits & MATCH) {
+    const Place p = PlaceOfMatch(of->X, of->u, vertex, of->moving);
+    StorePlace(&p, 0, place);
+  } else if (traits & IS_CROSSED) {
+    const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, traits);
+    StorePlace(&p, 1, place);
+  } else {
+    const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, 0);
+    StorePlace(&p, 0, place);
+  }
+}
+
+/* All contacts, in ascending order. */
+KERNEL void AllForces_code(const Evaluation *evaluation)
+{
+  const Evaluation of = *evaluation; /* no force is written over it, the compiler sees */
+  const Contacts *c = of.c;
+  void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
+  Place places[STRETCH / LANES];
+  LanesJoint J;
+  J.crushes = J.damps = 0; // the first contacts load their joints
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (PetscInt from = c->model_start[s]; from < c->model_start[s + 1]; from += STRETCH) {
+      const PetscInt to = PetscMin(from + STRETCH, c->model_start[s + 1]);
+      for (PetscInt i = from; i < to; i += LANES) Locate(&of, (size_t)i, places + (i - from) / LANES);
+      for (PetscInt i = from; i < to; i += LANES) {
+        const Place *p = places + (i - from) / LANES;
+        if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, &J);
+        const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;
+        if (!of.keep && PlainForces(&of, LanesModels + s, &J, (size_t)i, p)) continue;
+        if (of.keep && J.damps && c->rate > 0.)
+          Damped(&of, LanesModels + s, &J, (size_t)i, p);
+        else if (closes)
+          Crushable(&of, LanesModels + s, &J, (size_t)i, p);
+        else
+          respond(&of, LanesModels + s, &J, (size_t)i, p);
+      }
+    }
+}
+
+VARIANTS(AllForces, (const Evaluation *of), (of))
+
+static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c, const PetscReal *u,
+                     PetscReal *f)
+{
+  const Evaluation of = {.X = m->X,
+                         .u = u,
+                         .from = c->held ? history_held(c) : history_now(c),
+                         .pull = c->held ? c->pull : 0.,
+                         .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
+                         .thickness = m->thickness,
+                         .joints = joints,
+                         .c = c,
+                         .keep = keep,
+                         .f = f};
+  const PetscReal rate = c->rate;
+  if (c->springs && rate == 0.) c->rate = -1.; // as in time, with dashpots idle
+  AllForces(&of);
+  c->rate = rate;
+}
+
+PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
+                             PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  evaluate(m, joints, 1, c, u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactForcesOnly(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
+                                 PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  evaluate(m, joints, 0, c, u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

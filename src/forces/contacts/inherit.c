@@ -1,0 +1,466 @@
+/* inherit.c: what a contact keeps when contacts are found again (sections 2.3-2.4).
+
+   What is carried over. The normal law needs nothing: u_n is the distance itself. Shear: u_e = u_s - slip,
+   the elastic part at the two old ends, is a linear field along the contact; its values at the new ends are
+   the new contact's (at a new end u_s = 0, since P is projected afresh, so slip = -u_e). The paper copies u_n
+   and u_s from old ends to new by the table of Fig. 5; here the class only says which vertices are the ends,
+   and the field does the rest: a block that slides across an edge then feels no jump. A part of a contact
+   that is new has no strength left from before: it is broken. The speed of opening, for dashpots, goes the
+   way of u_e.
+
+   A contact of another kind or on another face may follow one that was: a vertex whose face contact has
+   degenerated, a vertex that has gone on to the next face, a face contact that a vertex has landed flat. A
+   rank may know the new contact but not the old one, so ranks tell each other what they inherit; of several
+   sources the first by kind and key is taken on all. */
+#include "internal.h"
+#include "forces/contacts/find.h"
+#include "forces/contacts/law/joint_law.h"
+
+/* The present history and the one held (contact_force.c: ContactsHold) go the same way. */
+enum { NOW, HELD, HISTORIES };
+
+static PetscReal *slip_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->slip_0 : c->slip;
+}
+
+static PetscReal *broken_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->broken_0 : c->broken;
+}
+
+static PetscReal elastic_slip(const Contacts *c, int history, PetscInt at, int k)
+{
+  return c->u_s[SUB(at, k)] - slip_of(c, history)[SUB(at, k)];
+}
+
+static PetscReal *closure_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->closure_0 : c->closure;
+}
+
+static PetscReal *far_of(const Contacts *c, int history)
+{
+  return history == HELD ? c->closure_far_0 : c->closure_far;
+}
+
+/* Plastic closure between the same faces: its lines keep their slopes. w: places of the new ends, 0 and 1
+   those of the old; beyond these nothing was crushed, and a corner takes its own along. */
+static void carry_closure(const Contacts *before, PetscInt from, const PetscReal w[2], PetscInt at,
+                          Contacts *c)
+{
+  for (int h = 0; h < HISTORIES; h++)
+    for (int k = 0; k < 2; k++) {
+      const PetscReal own = closure_of(before, h)[SUB(from, k)],
+                      slope = far_of(before, h)[SUB(from, k)] - own,
+                      now = own + slope * PetscMax(0., k ? 1. - w[1] : w[0]);
+      if (!(own < 0. && now < 0.)) continue;
+      closure_of(c, h)[SUB(at, k)] = now;
+      far_of(c, h)[SUB(at, k)] = now + slope * (w[1] - w[0]);
+    }
+}
+
+/* Whether a joint pulls without ever having failed: what meets in motion must not. */
+static PetscBool holds_together(const Joint *j)
+{
+  return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
+}
+
+static PetscBool has_strength(const Joint *j)
+{
+  return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
+                     (j->tension[0] > j->tension[1] || j->cohesion[0] > j->cohesion[1] ||
+                      j->friction[0] > j->friction[1]));
+}
+
+/* [m] Place of P along a face of this length. */
+static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *P)
+{
+  PetscReal t, gap;
+  face_project(a, a + 2, P, &t, &gap);
+  return t * length;
+}
+
+/* Elastic slip, rest and broken parts of a face contact, from those of the same pair before. */
+static void carry_over(const FaceTable *table, const Contacts *before, const Candidate *n, PetscInt at,
+                       const Joint *joint, Contacts *c)
+{
+  const PetscReal *x[2] = {table->x + 4 * n->face[0], table->x + 4 * n->face[1]},
+                  length = table->length[n->face[0]];
+  const PetscInt from = n->before, was = (PetscInt)before->klass[from], is = (PetscInt)n->pair.klass;
+  PetscReal s_old[2], s_new[2], place[2];
+  for (int k = 0; k < 2; k++) {
+    s_old[k] = along(x[0], length, x[END_SOURCE[was][k]] + 2 * END_CORNER[was][k]);
+    s_new[k] = along(x[0], length, x[END_SOURCE[is][k]] + 2 * END_CORNER[is][k]);
+  }
+  const PetscReal span = s_old[1] - s_old[0], old = (PetscReal)(PetscAbsReal(span) > 1e-9 * length);
+  for (int k = 0; k < 2; k++) {
+    const PetscReal w = old > 0. ? PetscMax(-1., PetscMin(2., (s_new[k] - s_old[0]) / span)) : 0.5;
+    place[k] = old > 0. ? w : k;
+    c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(from, 0)] + w * before->speed[SUB(from, 1)];
+    c->rest[SUB(at, k)] = PetscMin(0.,
+                                   (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
+    // broken up to where it was broken from this end, and wherever the contact did not reach before
+    const PetscReal reach = k ? s_new[1] - s_old[1]
+                              : s_old[0] - s_new[0]; // how far the contact has grown at this end
+    for (int h = 0; h < HISTORIES; h++) {
+      const PetscReal u_e = (1. - w) * elastic_slip(before, h, from, 0) +
+                            w * elastic_slip(before, h, from, 1);
+      const PetscReal part = PetscMax(0., reach) + broken_of(before, h)[SUB(from, k)] * before->length[from];
+      slip_of(c, h)[SUB(at, k)] = -u_e;
+      broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
+                                    : has_strength(joint) && (part > 1e-6 * n->pair.length)
+                                        ? PetscMin(1., part / n->pair.length)
+                                        : 0.;
+    }
+  }
+  carry_closure(before, from, place, at, c);
+}
+
+/* ---- the same contact as before, or a new one */
+
+static void first_history(const Joint *joint, const Candidate *n, PetscInt at, Contacts *c)
+{
+  // of tptm a vertex has the diagram of a face at the angle where faces are none
+  const PetscReal open = n->pair.klass == VERTEX_FACE && n->model == STRESS_TPTM ? TAN_LIMIT * n->pair.length
+                                                                                 : 0.;
+  for (int k = 0; k < 2; k++) {
+    c->rest[SUB(at, k)] = k ? -open : 0.; // what met in motion has no stress-free overlap
+    for (int h = 0; h < HISTORIES; h++) {
+      slip_of(c, h)[SUB(at, k)] = 0.;
+      broken_of(c, h)[SUB(at, k)] = holds_together(joint)          ? LOOSE
+                                    : !has_strength(joint)         ? 0.
+                                    : n->pair.klass == VERTEX_FACE ? 1.
+                                                                   : 0.5;
+    }
+  }
+}
+
+/* Ends of a vertex on a face: both of tptm stand at the vertex, of pt one does. */
+static int vertex_ends(const Candidate *n)
+{
+  return n->model == STRESS_TPTM ? 2 : 1;
+}
+
+/* A stress-free overlap that was handed on ends as the vertex comes off the face: at no force it costs
+   nothing. */
+static void same_vertex(const Contacts *before, const Candidate *n, const Joint *joint, PetscInt at,
+                        Contacts *c)
+{
+  const PetscInt from = n->before;
+  const PetscReal rest = before->rest[SUB(from, 0)],
+                  freed = PetscMax(0., PetscMin(0., n->pair.gap[0]) - rest);
+  c->length[at] = before->length[from];
+  carry_closure(before, from, (const PetscReal[]){0., 1.}, at, c);
+  c->rest[SUB(at, 0)] = c->rest[SUB(at, 1)] = 0.;
+  for (int k = 0; k < vertex_ends(n); k++) {
+    c->speed[SUB(at, k)] = before->speed[SUB(from, k)];
+    c->rest[SUB(at, k)] = before->rest[SUB(from, k)] + freed;
+    for (int h = 0; h < HISTORIES; h++) {
+      slip_of(c, h)[SUB(at, k)] = -elastic_slip(before, h, from, k);
+      broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
+                                    : has_strength(joint)                       ? 1.
+                                                                                : 0.;
+    }
+  }
+}
+
+/* ---- what a new contact inherits from another */
+
+typedef struct {
+  PetscInt model, key[2];   /* of the new contact */
+  PetscInt kind, source[2]; /* 0: faces that were in contact, or a vertex that lands; 1: the vertex on another
+                               face; key of the old contact */
+  PetscReal length;         /* 0: keeps its own */
+  PetscReal stored;         /* [m3] by the vertex that lands, see stored_in */
+  PetscReal rest[2], u_e[HISTORIES][2], speed[2]; /* of both ends of the new contact */
+  PetscReal closure[HISTORIES][2], far[HISTORIES][2];
+} Heir;
+
+static int heir_order(const void *a, const void *b)
+{
+  const PetscInt *p = &((const Heir *)a)->model, *q = &((const Heir *)b)->model;
+  for (int i = 0; i < 6; i++)
+    if (p[i] != q[i]) return (p[i] > q[i]) - (p[i] < q[i]);
+  return 0;
+}
+
+/* From the old contact at `from`: end[k] of it becomes end k. No rest. */
+static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before, PetscInt from,
+                      const int end[2])
+{
+  Heir heir = {.model = (PetscInt)n->model,
+               .key = {n->key[0], n->key[1]},
+               .kind = kind,
+               .source = {before->key[2 * from], before->key[2 * from + 1]}};
+  for (int k = 0; k < 2; k++) {
+    for (int h = 0; h < HISTORIES; h++) {
+      heir.u_e[h][k] = elastic_slip(before, h, from, end[k]);
+      heir.closure[h][k] = closure_of(before, h)[SUB(from, end[k])];
+      heir.far[h][k] = far_of(before, h)[SUB(from, end[k])];
+    }
+    heir.speed[k] = before->speed[SUB(from, end[k])];
+  }
+  return heir;
+}
+
+static PetscBool is_moving(const Contacts *c, PetscInt at)
+{
+  return (PetscBool)(at >= c->model_start[STRESS_TPTM]);
+}
+
+/* Stress models that derive from one: pt and tptm. */
+static PetscBool has_potential(const Contacts *c, PetscInt at)
+{
+  return (PetscBool)(at < c->model_start[STRESS_PT + 1] || is_moving(c, at));
+}
+
+/* [m3] What the normal springs of a contact of pt or tptm store, over k_n and thickness: of u_n+, the closed
+   part, int u_n^2 / 2. */
+static PetscReal stored_in(PetscBool moving, PetscReal length, PetscReal u_0, PetscReal u_1)
+{
+  const PetscReal a = PetscMax(-u_0, -u_1), b = PetscMin(-u_0, -u_1); // pressed in
+  if (!(a > 0.)) return 0.;
+  if (!moving) return 0.25 * length * (a * a + PetscSqr(PetscMax(b, 0.)));
+  return length * (b < 0. ? a * a * (a / (a - b)) : a * a + a * b + b * b) / 6.;
+}
+
+/* The diagram of a face contact of tptm, at the vertex of its end k: the same force, energy and friction. A
+   length below `least` goes on into what is open, at no force; where nothing is, the vertex is set back so
+   that the force stays, which takes energy. */
+static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
+{
+  const PetscReal L = before->length[at], u_n = before->u_n[SUB(at, k)], longer = PetscMax(1., least / L);
+  const PetscReal delta = -u_n, h = before->u_n[SUB(at, 1 - k)] - u_n; // pressed in; less at the other end
+  PetscReal pressed = delta;
+  if (longer > 1. && h < delta) {
+    const PetscReal twice = 2. * delta - h; // 2 N / k_n L
+    pressed = twice <= longer * longer * h ? PetscSqrtReal(h * twice) : 0.5 * (twice / longer + longer * h);
+    pressed = PetscMin(pressed, delta);
+  }
+  heir->length = longer * L;
+  heir->rest[0] = before->rest[SUB(at, k)] - (delta - pressed);
+  heir->rest[1] = heir->rest[0] - longer * h;
+  for (int i = 0; i < HISTORIES; i++)
+    for (int end = 0; end < 2; end++) heir->u_e[i][end] /= longer;
+}
+
+/* Of another stress model: the length that keeps the force; where that is below `least`, the vertex is set
+   back so that the force stays. pt: what end k has alone. */
+static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
+{
+  const PetscReal sigma = before->sigma[SUB(at, k)], other = before->sigma[SUB(at, 1 - k)];
+  const PetscReal part = at < before->model_start[STRESS_PT + 1] ? 1. : PetscMax(0., 1. + other / sigma);
+  const PetscReal length = PetscMin(1., part) * before->length[at];
+  heir->length = PetscMax(length, least);
+  heir->rest[0] = before->rest[SUB(at, k)] + before->u_n[SUB(at, k)] * (1. - length / heir->length);
+}
+
+/* A vertex on a face after a contact of that face with face f of the vertex. */
+static PetscInt from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
+                           const Candidate *n, PetscInt f, Heir *heir)
+{
+  const Contacts *before = old->contacts;
+  const PetscInt g = n->face[1], a = m->faces.gid[f] < m->faces.gid[g] ? f : g, b = a == f ? g : f;
+  const PetscInt at = OldContactFind(old, m->faces.gid[a], m->faces.gid[b]);
+  if (at < 0 || is_moving(before, at) != (n->model == STRESS_TPTM)) return 0;
+  for (int k = 0; k < 2; k++) {
+    const PetscInt row = END_SOURCE[before->klass[at]][k] ? b : a;
+    if (m->faces.vertex[2 * row + END_CORNER[before->klass[at]][k]] != n->vertex) continue;
+    const PetscReal least = vertex_length * n->pair.length;
+    const PetscReal deeper = before->u_n[SUB(at, 1 - k)] - before->u_n[SUB(at, k)];
+    *heir = heir_from(n, 0, before, at, (const int[]){k, 1 - k});
+    if (!(before->sigma[SUB(at, k)] < 0.)) return 0;
+    if (!is_moving(before, at))
+      hand_force(before, at, k, 2. * least, heir);
+    else if (deeper > 0. || (deeper == 0. && k == 0))
+      hand_diagram(before, at, k, least, heir);
+    else // the other end has it all
+      heir->rest[0] = heir->rest[1] = PetscMin(0., n->pair.gap[0]);
+    return 1;
+  }
+  return 0;
+}
+
+/* The same vertex on another face of the same body: pressed in no more than it was. */
+static PetscInt from_vertex(const Model *m, const OldContacts *old, const FaceTable *table,
+                            const Candidate *n, Heir *heir)
+{
+  const Contacts *before = old->contacts;
+  const PetscInt *ends = m->faces.vertex + 2 * n->face[1], *start = table->vertex_start;
+  PetscInt found = 0;
+  for (int i = 0; i < 2; i++) // the faces that share a vertex with this one
+    for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1] && found < 2; r++) {
+      const PetscInt from = OldContactFind(old, m->faces.gid[table->vertex_row[r]], n->key[1]);
+      if (from < 0 || is_moving(before, from) != (n->model == STRESS_TPTM)) continue;
+      Heir *next = heir + found++;
+      *next = heir_from(n, 1, before, from, (const int[]){0, 1});
+      next->length = before->length[from];
+      next->rest[0] = PetscMin(0., n->pair.gap[0] - before->u_n[SUB(from, 0)]);
+      next->rest[1] = next->rest[0] + before->rest[SUB(from, 1)] - before->rest[SUB(from, 0)];
+    }
+  return found;
+}
+
+/* A face contact after the vertex of its end k stood on the other face. */
+static PetscInt from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
+{
+  const Contacts *before = old->contacts;
+  const int source = END_SOURCE[n->pair.klass][k];
+  const PetscInt v = m->faces.vertex[2 * n->face[source] + END_CORNER[n->pair.klass][k]];
+  const PetscInt from = OldContactFind(old, n->key[1 - source], VertexKey(m->vertex_gid[v]));
+  if (from < 0) return 0;
+  const PetscBool moving = is_moving(before, from); // pt has one end, whose slip both ends take over
+  *heir = heir_from(n, 0, before, from, (const int[]){moving ? k : 0, moving ? 1 - k : 0});
+  for (int h = 0; h < HISTORIES && !moving; h++) heir->closure[h][1 - k] = heir->far[h][1 - k] = 0.;
+  heir->rest[k] = before->rest[SUB(from, 0)];
+  if (moving) heir->rest[1 - k] = heir->rest[k];
+  heir->stored = stored_in(moving, before->length[from], before->u_n[SUB(from, 0)],
+                           moving ? before->u_n[SUB(from, 1)] : 0.);
+  return 1;
+}
+
+/* [m] How far back a face contact must be set to store no more than this; openings u. */
+static PetscReal set_back(PetscBool moving, PetscReal length, const PetscReal u[2], PetscReal stored)
+{
+  PetscReal low = 0., high = PetscMax(0., PetscMax(-u[0], -u[1]));
+  if (stored_in(moving, length, u[0], u[1]) <= stored) return 0.;
+  for (int i = 0; i < 60; i++) {
+    const PetscReal middle = 0.5 * (low + high);
+    if (stored_in(moving, length, u[0] + middle, u[1] + middle) > stored)
+      low = middle;
+    else
+      high = middle;
+  }
+  return high;
+}
+
+/* A face contact in motion that begins under load makes no energy: it stores no more than the vertices did
+   that have landed. heir: first of n of the contact, NULL: none. */
+static void land(const Heir *heir, const Heir *end, const Candidate *now, PetscInt at, Contacts *c)
+{
+  PetscReal stored = 0.;
+  for (const Heir *h = heir;
+       h && h < end && h->model == heir->model && h->key[0] == heir->key[0] && h->key[1] == heir->key[1]; h++)
+    if (h == heir || heir_order(h - 1, h)) stored += h->stored; // several ranks tell of one
+  const PetscReal u[2] = {now->pair.gap[0] - c->rest[SUB(at, 0)], now->pair.gap[1] - c->rest[SUB(at, 1)]};
+  const PetscReal back = set_back(is_moving(c, at), c->length[at], u, stored);
+  for (int k = 0; k < 2; k++) c->rest[SUB(at, k)] -= back;
+}
+
+static void inherit(const Heir *heir, PetscInt at, Contacts *c)
+{
+  if (heir->length > 0.) c->length[at] = heir->length;
+  for (int k = 0; k < 2; k++) {
+    if (c->klass[at] == VERTEX_FACE && k && !is_moving(c, at)) continue;
+    for (int h = 0; h < HISTORIES; h++) {
+      slip_of(c, h)[SUB(at, k)] = -heir->u_e[h][k];
+      if (!(heir->closure[h][k] < 0.)) continue;
+      closure_of(c, h)[SUB(at, k)] = heir->closure[h][k];
+      far_of(c, h)[SUB(at, k)] = heir->far[h][k];
+    }
+    c->speed[SUB(at, k)] = heir->speed[k];
+    c->rest[SUB(at, k)] = heir->rest[k];
+  }
+}
+
+/* All that the new contacts of this rank could inherit from old contacts it knows. */
+static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
+                                 PetscReal vertex_length, const CandidateList *list, PetscInt *n,
+                                 Heir **heirs)
+{
+  PetscInt fresh = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < list->n; i++) fresh += list->item[i].before < 0;
+  PetscCall(PetscMalloc1(8 * fresh + 1, heirs));
+  *n = 0;
+  for (PetscInt i = 0; i < list->n; i++) {
+    const Candidate *now = list->item + i;
+    if (now->before >= 0) continue;
+    if (now->pair.klass == VERTEX_FACE) {
+      const PetscInt *start = table->vertex_start + now->vertex, last = PetscMin(start[0] + 6, start[1]);
+      for (PetscInt r = start[0]; r < last; r++)
+        *n += from_faces(m, old, vertex_length, now, table->vertex_row[r], *heirs + *n);
+      *n += from_vertex(m, old, table, now, *heirs + *n);
+    } else {
+      for (int k = 0; k < 2; k++) *n += from_landing(m, old, now, k, *heirs + *n);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every rank gets the heirs of all; sorted, the first of each contact is the one that counts. */
+static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
+{
+  PetscMPIInt size, mine = (PetscMPIInt)(*n * (PetscInt)sizeof(Heir)), *count, *at;
+  Heir *all;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscCalloc2(size, &count, size + 1, &at));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, comm));
+  for (PetscMPIInt p = 0; p < size; p++) at[p + 1] = at[p] + count[p];
+  *n = at[size] / (PetscInt)sizeof(Heir);
+  PetscCall(PetscMalloc1(*n, &all));
+  if (*n) PetscCallMPI(MPI_Allgatherv(*heirs, mine, MPI_BYTE, all, count, at, MPI_BYTE, comm));
+  if (*n) qsort(all, *n, sizeof(Heir), heir_order);
+  PetscCall(PetscFree2(count, at));
+  PetscCall(PetscFree(*heirs));
+  *heirs = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first heir of a contact, NULL: none. */
+static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
+{
+  const Heir wanted = {.model = (PetscInt)now->model, .key = {now->key[0], now->key[1]}, .kind = -1};
+  PetscInt low = 0, high = n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (heir_order(heirs + middle, &wanted) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  const PetscBool is_mine = (PetscBool)(low < n && heirs[low].model == wanted.model &&
+                                        heirs[low].key[0] == now->key[0] && heirs[low].key[1] == now->key[1]);
+  return is_mine ? heirs + low : NULL;
+}
+
+PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTable *table,
+                               const OldContacts *old, PetscReal vertex_length, const CandidateList *list,
+                               Contacts *c)
+{
+  const Contacts *before = old->contacts;
+  const Candidate *next = list->item;
+  const PetscReal dt = before->rate > 0. ? 1. / before->rate : 0.;
+  PetscInt n;
+  Heir *heirs;
+  PetscFunctionBeginUser;
+  PetscCall(find_heirs(m, table, old, vertex_length, list, &n, &heirs));
+  PetscCall(share_heirs(m->comm, &n, &heirs));
+  for (PetscInt at = 0; at < c->n_padded; at++) {
+    if (c->key[2 * at] < 0) continue;
+    const Candidate *now = next++; // contacts and candidates run in one order
+    const Joint *joint = joints + now->joint;
+    if (now->kept) continue;
+    if (now->before >= 0 && now->pair.klass == VERTEX_FACE) {
+      same_vertex(before, now, joint, at, c);
+    } else if (now->before >= 0) {
+      carry_over(table, before, now, at, joint, c);
+    } else {
+      const Heir *heir = heir_of(n, heirs, now);
+      first_history(joint, now, at, c);
+      if (heir) inherit(heir, at, c);
+      // one shorter than the margin takes over from its neighbour as a block slides across the end of a face
+      if (now->pair.klass != VERTEX_FACE && before->rate != 0. && has_potential(c, at) &&
+          (heir || now->pair.length > m->contact_margin))
+        land(heir, heirs + n, now, at, c);
+    }
+    // in a dynamic stage the opening a step ago, from which the next evaluation has the speed
+    for (int k = 0; k < 2; k++)
+      c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
+  }
+  ContactsSetTraits(m, c);
+  PetscCall(PetscFree(heirs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,109 @@
+/* joints.c: which row of joints a contact has. */
+#include "forces/contacts/find.h"
+#include "internal.h"
+
+/* The row of a pair of groups, 0: there is none. */
+static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
+{
+  for (PetscInt j = 1; j < scene->n_joints; j++) {
+    const char *name = scene->joints[j].name, *plus = strchr(name, '+');
+    if (!plus) continue;
+    const size_t na = strlen(a), nb = strlen(b), first = (size_t)(plus - name);
+    if (first == na && !strncmp(name, a, na) && !strcmp(plus + 1, b)) return j;
+    if (first == nb && !strncmp(name, b, nb) && !strcmp(plus + 1, a)) return j;
+  }
+  return 0;
+}
+
+/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the
+ * default, or what came in its place. */
+PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
+{
+  const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g], a = m->faces.group[f], b = m->faces.group[g];
+  if (jf >= 0 || jg >= 0) return jf < 0 ? jg : jg < 0 ? jf : PetscMin(jf, jg);
+  const PetscInt row = row_of_groups(scene, m->group_names[a], m->group_names[b]);
+  return row || !m->later_joint ? row : m->later_joint[a * m->n_groups + b];
+}
+
+/* ---- contacts that come later */
+
+/* Whether a contact of row j bears less than one of row k: friction, then cohesion, then tension. */
+static PetscBool is_weaker(const Scene *scene, PetscInt j, PetscInt k)
+{
+  const Joint *a = scene->joints + j, *b = scene->joints + k;
+  if ((a->law == LAW_ELASTIC) != (b->law == LAW_ELASTIC)) return (PetscBool)(b->law == LAW_ELASTIC);
+  if (a->friction[0] != b->friction[0]) return (PetscBool)(a->friction[0] < b->friction[0]);
+  if (a->cohesion[0] != b->cohesion[0]) return (PetscBool)(a->cohesion[0] < b->cohesion[0]);
+  return (PetscBool)(a->tension[0] < b->tension[0]);
+}
+
+/* used: (n_groups, n_groups, n_joints) 1 where contacts of the two groups have the row. */
+static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Contacts *c, PetscInt *used)
+{
+  const PetscInt n = m->n_groups;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0) continue;
+    const PetscInt f = FaceRow(m, c->key[2 * i]), g = FaceRow(m, c->key[2 * i + 1]);
+    if (f < 0 || g < 0) continue;
+    const PetscInt a = m->faces.group[f], b = m->faces.group[g];
+    used[(a * n + b) * scene->n_joints + c->joint[i]] = 1;
+    used[(b * n + a) * scene->n_joints + c->joint[i]] = 1;
+  }
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, used, (PetscMPIInt)(n * n * scene->n_joints), MPIU_INT, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* range: (n_groups, 2) less the lowest, and the highest number of the bodies that have faces without a named
+   joint. */
+static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < 2 * m->n_groups; i++) range[i] = PETSC_MIN_INT;
+  for (PetscInt f = 0; f < m->faces.n; f++) {
+    PetscInt *r = range + 2 * m->faces.group[f];
+    if (m->faces.joint[f] >= 0) continue;
+    r[0] = PetscMax(r[0], -m->faces.body[f]), r[1] = PetscMax(r[1], m->faces.body[f]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2 * (PetscMPIInt)m->n_groups, MPIU_INT, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether two bodies have faces of these groups that no named joint is for and that may come to touch. */
+static PetscBool may_meet(const Model *m, const PetscInt *range, PetscInt a, PetscInt b)
+{
+  const PetscInt *ra = range + 2 * a, *rb = range + 2 * b;
+  if (ra[1] < 0 || rb[1] < 0 || (!m->group_upgradeable[a] && !m->group_upgradeable[b])) return PETSC_FALSE;
+  return (PetscBool)(PetscMax(ra[0], rb[0]) + PetscMax(ra[1], rb[1]) > 0); // more bodies than one
+}
+
+PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
+{
+  const PetscInt n = m->n_groups;
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt *used, *range;
+  PetscBool variable = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    variable = (PetscBool)(variable || scene->stages[s].variable);
+  if (!variable || scene->joints[0].k_n > 0.) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(n * n * scene->n_joints, &used, 2 * n, &range));
+  PetscCall(PetscCalloc1(n * n, &m->later_joint));
+  PetscCall(rows_in_use(scene, m, c, used));
+  PetscCall(bodies_in_reach(m, range));
+  for (PetscInt i = 0; i < n * n; i++) {
+    const char *a = m->group_names[i / n], *b = m->group_names[i % n];
+    PetscInt *row = m->later_joint + i;
+    for (PetscInt j = 1; j < scene->n_joints; j++)
+      if (used[i * scene->n_joints + j] && (!*row || is_weaker(scene, j, *row))) *row = j;
+    if (*row || row_of_groups(scene, a, b) || !may_meet(m, range, i / n, i % n) || message[0]) continue;
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: joints: connectivity is variable, and blocks of groups %s and %s may come "
+                            "into contact, but no joint is for them: expected the pair %s+%s or default",
+                            scene->file, a, b, a, b));
+  }
+  PetscCall(PetscFree2(used, range));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

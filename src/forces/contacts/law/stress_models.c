@@ -1,0 +1,160 @@
+/* stress_models.c: the table of the six stress models, and one contact on its own; the models themselves are
+   in stress_models.h and tptm.h, for a batch of contacts. */
+#include "internal.h"
+#include "forces/contacts/law/stress_models.h"
+
+const char *const StressModels[] = {"pt",      "r2pt", "r3pt", "t2pt", "t3pt", "tptm", "StressModelKind",
+                                    "STRESS_", NULL};
+
+/* Share of end 0 in a stress s0, sm, s1: c1, cm, c2.
+   pt:   forces s L/2 at the ends themselves.
+   r2pt: s L/2 at L/4 and 3L/4, shared by the lever: 1/2 (3/4, 1/4).
+   r3pt: s L/4, s L/2, s L/4 at L/8, L/2, 7L/8: (1/4 7/8, 1/2 1/2, 1/4 1/8).
+   t2pt: integral of (1-x)(1-x) and x (1-x).
+   t3pt: two trapezoids of L/2: integral of (1-2x)(1-x) over the first half, 1/4 by symmetry, and the rest of
+   1/2. tptm: as t2pt where nothing is violated. */
+const LanesModel LanesModels[STRESS_MODELS] = {
+    [STRESS_PT] = {{1. / 2, 0, 0}, {1. / 2, 0}, 0},
+    [STRESS_R2PT] = {{3. / 8, 0, 1. / 8}, {3. / 8, 1. / 8}, 0},
+    [STRESS_R3PT] = {{7. / 32, 8. / 32, 1. / 32}, {11. / 32, 5. / 32}, 0},
+    [STRESS_T2PT] = {{2. / 6, 0, 1. / 6}, {2. / 6, 1. / 6}, 0},
+    [STRESS_T3PT] = {{5. / 24, 6. / 24, 1. / 24}, {5. / 24 + 3. / 24, 1. / 24 + 3. / 24}, 0},
+    [STRESS_TPTM] = {{2. / 6, 0, 1. / 6}, {2. / 6, 1. / 6}, 1},
+};
+
+void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b)
+{
+  *a = LanesModels[model].elastic[0];
+  *b = LanesModels[model].elastic[1];
+}
+
+PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
+                         const PetscReal broken[2], const PetscReal closure[2])
+{
+  const PetscInt same[LANES] = {0};
+  LanesContact c;
+  LanesJoint J;
+
+  LoadJoints(joint, same, &J);
+  for (int k = 0; k < 2; k++)
+    c.sigma[k] = LanesOf(sigma[k]), c.tau[k] = LanesOf(tau[k]), c.broken[k] = LanesOf(broken[k]),
+    c.closure[k] = LanesOf(closure[k]);
+  if (broken[0] >= LOOSE) J = LooseJoint(&J, c.broken[0] >= LOOSE);
+  return (PetscBool)(IsElastic(&J, 1, &c)[0] != 0);
+}
+
+/* One contact in all lanes: what a batch gives, bit for bit. */
+void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p)
+{
+  const PetscInt same[LANES] = {0};
+  LanesJoint J;
+  LanesContact c = {.length = LanesOf(length)};
+  int crushed = 0;
+
+  LoadJoints(joint, same, &J);
+  for (int k = 0; k < 2; k++) {
+    c.u_n[k] = LanesOf(p->u_n[k]), c.u_s[k] = LanesOf(p->u_s[k]);
+    c.slip[k] = LanesOf(p->slip[k]), c.broken[k] = LanesOf(p->broken[k]);
+    c.closure[k] = LanesOf(p->closure[k]), c.far[k] = LanesOf(p->closure_far[k]);
+    c.dashpot[k] = J.k_n * J.damping * LanesOf(p->speed[k]);
+    crushed |= p->closure[k] < 0.;
+  }
+  if (p->in_time && J.damps)
+    RespondContacts(&J, LanesModels + model, 1, 1, 1, &c);
+  else if (crushed || J.crushes)
+    RespondContacts(&J, LanesModels + model, p->in_time, 1, 0, &c);
+  else
+    RespondContacts(&J, LanesModels + model, p->in_time, 0, 0, &c);
+  for (int k = 0; k < 2; k++) {
+    p->slip[k] = c.slip[k][0], p->broken[k] = c.broken[k][0];
+    p->closure[k] = c.closure[k][0], p->closure_far[k] = c.far[k][0];
+    p->sigma[k] = c.sigma[k][0], p->tau[k] = c.tau[k][0];
+    p->F_n[k] = c.F_n[k][0], p->F_s[k] = c.F_s[k][0];
+    p->state[k] = (PetscInt)c.state[k][0];
+  }
+}
+
+static void load_history(const ContactPoint *p, LanesContact *c)
+{
+  for (int k = 0; k < 2; k++) {
+    c->u_n[k] = LanesOf(p->u_n[k]);
+    c->closure[k] = LanesOf(p->closure[k]), c->far[k] = LanesOf(p->closure_far[k]);
+  }
+}
+
+PetscReal StressModelClosure(const ContactPoint *p, int k)
+{
+  LanesContact c;
+  load_history(p, &c);
+  return ClosureOfEnd(&c, k)[0];
+}
+
+/* A piece of a contact of tptm on which the trial stress is linear; from, to: of its length. */
+typedef struct {
+  PetscReal from, to, sigma[2];
+} Piece;
+
+static void pieces_of(const Joint *joint, const ContactPoint *p, Piece piece[3])
+{
+  const PetscInt same[LANES] = {0};
+  LanesJoint J;
+  LanesContact c;
+  LoadJoints(joint, same, &J);
+  load_history(p, &c);
+  const Pieces pieces = PiecesOf(&J, &c);
+  for (int i = 0; i < 3; i++) {
+    piece[i].from = 0.5 * (1. + pieces.cut[i][0]);
+    piece[i].to = PetscMax(piece[i].from, 0.5 * (1. + pieces.cut[i + 1][0]));
+    for (int k = 0; k < 2; k++) piece[i].sigma[k] = Line(pieces.sigma[i], pieces.cut[i + k])[0];
+  }
+}
+
+/* Part of a line from a to b that is above the limit. */
+static PetscReal part_above(PetscReal a, PetscReal b, PetscReal limit)
+{
+  if ((a > limit) == (b > limit)) return (PetscReal)(a > limit);
+  return a > limit ? (a - limit) / (a - b) : (b - limit) / (b - a);
+}
+
+void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing)
+{
+  Piece piece[3];
+  *open = *crushing = 0.;
+  pieces_of(joint, p, piece);
+  for (int i = 0; i < 3; i++) {
+    const PetscReal *s = piece[i].sigma, part = piece[i].to - piece[i].from;
+    *open += part * part_above(s[0], s[1], 0.);
+    *crushing += part * part_above(-s[0], -s[1], (1. - 1e-9) * joint->compression);
+  }
+}
+
+/* What a trial stress s stores, times 2 k_n: s^2, T^2 beyond T. Crushing that the closure has not taken over
+   comes back, so that beyond -C what it stores is the work done. */
+static PetscReal twice_stored(PetscReal s, PetscReal C, PetscReal T)
+{
+  return s < -C ? -C * (2. * s + C) : PetscSqr(PetscMin(T, s));
+}
+
+/* Its integral from 0 to s. */
+static PetscReal twice_stored_to(PetscReal s, PetscReal C, PetscReal T)
+{
+  const PetscReal in = PetscMax(-C, PetscMin(T, s));
+  return in * in * in / 3. + (s < -C ? -C * (s - in) * (s + in + C) : in * in * (s - in));
+}
+
+PetscReal StressModelStored(const Joint *joint, PetscReal length, const ContactPoint *p)
+{
+  const int residual = p->broken[0] > 0. || p->broken[1] > 0.;
+  const PetscReal C = joint->compression, T = joint->tension[residual];
+  PetscReal sum = 0.;
+  Piece piece[3];
+  pieces_of(joint, p, piece);
+  for (int i = 0; i < 3; i++) {
+    const PetscReal a = piece[i].sigma[0], b = piece[i].sigma[1], middle = 0.5 * (a + b);
+    const PetscReal mean = PetscAbsReal(b - a) > 1e-6 * (PetscAbsReal(a) + PetscAbsReal(b))
+                               ? (twice_stored_to(b, C, T) - twice_stored_to(a, C, T)) / (b - a)
+                               : twice_stored(middle, C, T);
+    sum += (piece[i].to - piece[i].from) * mean;
+  }
+  return 0.5 * length * sum / joint->k_n;
+}

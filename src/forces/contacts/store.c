@@ -1,0 +1,318 @@
+/* store.c: storing contacts, and what hangs on nothing. Every rank keeps the contacts that touch a vertex
+   it owns, in ascending (stress model, face, face). */
+#include "internal.h"
+#include "forces/contacts/find.h"
+
+/* A contact whose joint has no properties is an error of the scene. */
+static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt n, const Candidate *list)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n && !message[0]; i++) {
+    if (list[i].joint || list[i].kept || scene->joints[0].k_n > 0.) continue;
+    const char *a = m->group_names[m->faces.group[list[i].face[0]]],
+               *b = m->group_names[m->faces.group[list[i].face[1]]];
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: joints: blocks of groups %s and %s touch, but no joint names a face set between them, the pair "
+        "%s+%s or default",
+        scene->file, a, b, a, b));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* n zeros, in pages that take no memory until something else is written there; PetscCalloc writes them. To be
+   freed by free(). */
+static PetscErrorCode zeros(PetscInt n, PetscReal **x)
+{
+  PetscFunctionBeginUser;
+  *x = calloc((size_t)n + 1, sizeof **x);
+  PetscCheck(*x, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for %" PetscInt_FMT " numbers", n);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What stays zero where nothing has slipped, overlapped, been crushed or moved in time. */
+enum { HISTORY_ARRAYS = 13 };
+
+static void history_arrays(Contacts *c, PetscReal **array[HISTORY_ARRAYS])
+{
+  PetscReal **const all[] = {&c->rest,   &c->slip,     &c->broken,    &c->closure,       &c->closure_far,
+                             &c->slip_0, &c->broken_0, &c->closure_0, &c->closure_far_0, &c->speed,
+                             &c->u_n_0,  &c->u_s_0,    &c->moved};
+  for (int i = 0; i < HISTORY_ARRAYS; i++) array[i] = all[i];
+}
+
+static PetscErrorCode allocate(Contacts *c)
+{
+  const PetscInt n = c->n_padded;
+  PetscReal **history[HISTORY_ARRAYS];
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, CONTACT_ROWS * n,
+                         &c->vertex, n, &c->length, 2 * n, &c->state));
+  PetscCall(PetscCalloc2(2 * n, &c->t, n, &c->traits));
+  PetscCall(PetscCalloc6(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau, 2 * n, &c->F_n,
+                         2 * n, &c->F_s));
+  history_arrays(c, history);
+  for (int i = 0; i < HISTORY_ARRAYS; i++) PetscCall(zeros(2 * n, history[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A padding lane: a contact of length 0 between dummy vertices, its ends closed. */
+static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts *c)
+{
+  c->key[2 * at] = c->key[2 * at + 1] = -1;
+  c->joint[at] = joint;
+  for (int i = 0; i < CONTACT_ROWS; i++) c->vertex[CONTACT_ROW(at, i)] = m->n_vertices + (i == ROW_B);
+}
+
+static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
+{
+  const PetscBool on_vertex = (PetscBool)(p->pair.klass == VERTEX_FACE);
+  c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
+  c->klass[at] = (uint8_t)p->pair.klass;
+  c->joint[at] = p->joint;
+  c->length[at] = p->pair.length;
+  c->owned[at] = (on_vertex ? p->vertex : m->faces.vertex[2 * p->face[0]]) < m->n_owned;
+
+  const PetscInt source = p->pair.source[0], *from = m->faces.vertex + 2 * p->face[source],
+                 *destination = m->faces.vertex + 2 * p->face[1 - source];
+  const int corner = p->pair.corner[0];
+  c->vertex[CONTACT_ROW(at, ROW_P)] = on_vertex ? p->vertex : from[corner];
+  c->vertex[CONTACT_ROW(at, ROW_A)] = destination[0], c->vertex[CONTACT_ROW(at, ROW_B)] = destination[1];
+  c->vertex[CONTACT_ROW(at, ROW_Q)] = !on_vertex                ? from[1 - corner]
+                                      : p->model == STRESS_TPTM ? p->vertex
+                                                                : destination[0];
+  for (int k = 0; k < 2; k++) {
+    c->t[SUB(at, k)] = p->pair.t[k];
+    if (p->pair.gap[k] < 0.) c->rest[SUB(at, k)] = p->pair.gap[k];
+  }
+}
+
+/* A contact that stays as it was, in its new place. */
+static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *vertex_now, PetscInt at,
+                       Contacts *c)
+{
+  const PetscInt from = p->before;
+  c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
+  c->klass[at] = old->klass[from], c->joint[at] = old->joint[from];
+  c->owned[at] = old->owned[from], c->length[at] = old->length[from];
+  for (int i = 0; i < CONTACT_ROWS; i++)
+    c->vertex[CONTACT_ROW(at, i)] = vertex_now[old->vertex[CONTACT_ROW(from, i)]];
+  PetscReal *to[END_ARRAYS], *of[END_ARRAYS];
+  ContactsEndArrays(c, to);
+  ContactsEndArrays(old, of);
+  for (int k = 0; k < 2; k++) {
+    for (int i = 0; i < END_ARRAYS; i++)
+      if (i < END_ARRAYS - CLOSURE_ARRAYS || of[i][SUB(from, k)] != 0.)
+        to[i][SUB(at, k)] = of[i][SUB(from, k)];
+    c->state[SUB(at, k)] = old->state[SUB(from, k)];
+  }
+}
+
+PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const CandidateList *list,
+                             const Contacts *before, const PetscInt *vertex_now, Contacts *c)
+{
+  PetscInt count[STRESS_MODELS] = {0}, first[STRESS_MODELS] = {0};
+  const Candidate *item = list->item;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  PetscCall(check_joints(scene, m, list->n, item));
+  for (PetscInt i = 0; i < list->n; i++) count[item[i].model]++;
+  for (int s = 0; s < STRESS_MODELS; s++) {
+    first[s] = s ? first[s - 1] + count[s - 1] : 0;
+    c->model_start[s + 1] = c->model_start[s] + (count[s] + BATCH - 1) / BATCH * BATCH;
+  }
+  c->n = list->n;
+  c->n_padded = c->model_start[STRESS_MODELS];
+  PetscCall(allocate(c));
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
+      const PetscInt i = at - c->model_start[s];
+      if (i >= count[s])
+        store_padding(m, at, item[first[s]].joint, c);
+      else if (item[first[s] + i].kept)
+        store_kept(item + first[s] + i, before, vertex_now, at, c);
+      else
+        store(m, item + first[s] + i, at, c);
+    }
+  ContactsSetTraits(m, c);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
+{
+  CandidateList list = {0};
+  FaceTable table;
+  PetscFunctionBeginUser;
+  PetscCall(FaceTableCreate(m, NULL, PETSC_FALSE, &table));
+  PetscCall(ContactsFind(scene, m, NULL, &table, &list));
+  PetscCall(FaceTableDestroy(&table));
+  PetscCall(CandidatesSort(m, &list));
+  PetscCall(ContactsStore(scene, m, &list, NULL, NULL, c));
+  PetscCall(PetscFree(list.item));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void ContactsEndArrays(const Contacts *c, PetscReal *array[END_ARRAYS])
+{
+  PetscReal *const all[END_ARRAYS] = {c->t,     c->rest,    c->slip,        c->broken,    c->u_n,
+                                      c->u_s,   c->speed,   c->sigma,       c->tau,       c->F_n,
+                                      c->F_s,   c->slip_0,  c->broken_0,    c->u_n_0,     c->u_s_0,
+                                      c->moved, c->closure, c->closure_far, c->closure_0, c->closure_far_0};
+  for (int i = 0; i < END_ARRAYS; i++) array[i] = all[i];
+}
+
+PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
+{
+  const PetscInt n = c->n_padded;
+  PetscFunctionBeginUser;
+  *copy = *c;
+  PetscCall(allocate(copy));
+  PetscCall(PetscArraycpy(copy->key, c->key, 2 * n));
+  PetscCall(PetscArraycpy(copy->klass, c->klass, n));
+  PetscCall(PetscArraycpy(copy->joint, c->joint, n));
+  PetscCall(PetscArraycpy(copy->owned, c->owned, n));
+  PetscCall(PetscArraycpy(copy->vertex, c->vertex, CONTACT_ROWS * n));
+  PetscCall(PetscArraycpy(copy->length, c->length, n));
+  PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
+  PetscCall(PetscArraycpy(copy->traits, c->traits, n));
+  PetscReal *to[END_ARRAYS], *from[END_ARRAYS];
+  ContactsEndArrays(copy, to);
+  ContactsEndArrays(c, from);
+  for (int i = 0; i < END_ARRAYS - CLOSURE_ARRAYS; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
+  for (int i = END_ARRAYS - CLOSURE_ARRAYS; i < END_ARRAYS; i++)
+    for (PetscInt j = 0; j < 2 * n; j++) // pages of zeros take no memory
+      if (from[i][j] != 0.) to[i][j] = from[i][j];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsDestroy(Contacts *c)
+{
+  PetscReal **history[HISTORY_ARRAYS];
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
+  PetscCall(PetscFree2(c->t, c->traits));
+  PetscCall(PetscFree6(c->u_n, c->u_s, c->sigma, c->tau, c->F_n, c->F_s));
+  history_arrays(c, history);
+  for (int i = 0; i < HISTORY_ARRAYS; i++) free(*history[i]), *history[i] = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *valid)
+{
+  PetscInt bad = 0, n = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0) {
+      bad += c->length[i] != 0.;
+      continue;
+    }
+    n++;
+    const PetscBool on_vertex = (PetscBool)(c->klass[i] == VERTEX_FACE);
+    bad += (c->key[2 * i] >= c->key[2 * i + 1]) != on_vertex || !(c->length[i] > 0.);
+    PetscBool owned = PETSC_FALSE;
+    for (int k = 0; k < CONTACT_ROWS; k++) {
+      const PetscInt v = c->vertex[CONTACT_ROW(i, k)];
+      bad += v < 0 || v >= m->n_vertices;
+      owned = (PetscBool)(owned || v < m->n_owned);
+    }
+    for (int k = 0; k < 2; k++) bad += !(c->t[SUB(i, k)] > -1e-6 && c->t[SUB(i, k)] < 1. + 1e-6);
+    const PetscInt before = i && c->key[2 * (i - 1)] >= 0 ? i - 1 : -1; // ascending within a stress model
+    if (before >= 0) bad += c->key[2 * before] > c->key[2 * i] && c->joint[before] == c->joint[i];
+    bad += c->owned[i] && !owned;
+  }
+  bad += n != c->n;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_SUM, m->comm));
+  *valid = (PetscBool)(bad == 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscInt root_of(PetscInt *parent, PetscInt i)
+{
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/* Supports of each union of bodies that touch, at its root: largest y and -y of what is held in x, x and -x
+   of what is held in y, and 1 when a rotation is held; (n_bodies_global,5), -infinity: none. */
+enum { HOLDS = 5 };
+
+static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal *hold)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < HOLDS * m->n_bodies_global; i++) hold[i] = -PETSC_INFINITY;
+  for (PetscInt d = 0; d < ModelApplied(m); d++) {
+    if (!Held(m, d)) continue;
+    const PetscInt rigid = 3 * m->n_bodies, i = d < rigid ? d % 3 : (d - rigid) % 2;
+    PetscReal *h = hold + HOLDS * root_of(parent, DofBody(m, d));
+    const PetscReal *x = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2);
+    if (i == 2) {
+      h[4] = 1.;
+    } else {
+      h[2 * i] = PetscMax(h[2 * i], x[1 - i]);
+      h[2 * i + 1] = PetscMax(h[2 * i + 1], -x[1 - i]);
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, hold, HOLDS * m->n_bodies_global, MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What nothing holds; NULL when all is held. A rotation is held by two supports of one direction apart across
+   it. */
+static const char *free_motion(const PetscReal *h, PetscReal diameter)
+{
+  const PetscReal apart = 1e-9 * diameter;
+  const PetscBool x = (PetscBool)(h[0] > -PETSC_INFINITY), y = (PetscBool)(h[2] > -PETSC_INFINITY);
+  if (!x && !y) return "hangs on nothing: it touches no supported block";
+  if (!x) return "is not held in x, nor is any block it touches";
+  if (!y) return "is not held in y, nor is any block it touches";
+  if (!(h[4] > 0. || h[0] + h[1] > apart || h[2] + h[3] > apart))
+    return "can turn about its supports, which are all in one place";
+  return NULL;
+}
+
+/* Links and supports of this rank, merged on all ranks by exchanging the union-find roots. */
+PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Contacts *c)
+{
+  const PetscInt n = m->n_bodies_global;
+  PetscInt *parent, *all, changed = 1;
+  PetscReal *hold;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (scene->allow_floating) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc3(n, &parent, n, &all, HOLDS * n, &hold));
+  for (PetscInt b = 0; b < n; b++) parent[b] = b;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0) continue;
+    const PetscInt a = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
+                   b = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
+    parent[PetscMax(root_of(parent, a), root_of(parent, b))] = PetscMin(root_of(parent, a),
+                                                                        root_of(parent, b));
+  }
+  while (changed) { // every rank takes over the others' links until nothing changes; a handful of rounds
+    for (PetscInt b = 0; b < n; b++) all[b] = root_of(parent, b);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, n, MPIU_INT, MPI_MIN, m->comm));
+    changed = 0;
+    for (PetscInt b = 0; b < n; b++) {
+      const PetscInt p = root_of(parent, b), q = root_of(parent, all[b]);
+      if (p != q) parent[PetscMax(p, q)] = PetscMin(p, q), changed = 1;
+    }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, m->comm));
+  }
+  PetscCall(collect_holds(m, parent, hold));
+  for (PetscInt b = 0, e; b < n && !message[0]; b++) {
+    const char *problem = free_motion(hold + HOLDS * root_of(parent, b), m->diameter);
+    if (!problem) continue;
+    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // where it is, if this rank knows
+    if (e < m->n_owned)
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
+                              ", x = %.6g m, y = %.6g m) %s; add a support, or set relaxation.allow_floating",
+                              scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1],
+                              problem));
+  }
+  PetscCall(PetscFree3(parent, all, hold));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,274 @@
+/* vertices.c: contacts of vertices on faces (Fig. 5b), when connectivity is variable.
+
+   A face-to-face contact one end of which opens beyond the tolerance, and a corner that comes down on a face,
+   are contacts of one vertex: the point model at P with an influence length of its own, or of a joint with
+   tptm the diagram of a face with all its force at P, carried over when a face contact degenerates so that
+   force and energy stay; never shorter than vertex_length times the shorter face. One vertex has one contact
+   with a face, none beside a face contact of one of its faces; of the two faces at a convex corner it takes
+   the nearer. Where a corner slides over a joint of two flush faces it is pressed in, and must not catch on
+   the side of the next block: within FLUSH tolerances of a corner only what was a contact before is one.
+
+   Who owns the vertex decides: it alone is sure to know all faces of the vertex, all faces near it, and what
+   they were in contact with. It tells the owners of the face's ends. */
+#include "internal.h"
+#include "forces/contacts/find.h"
+
+enum { MOST_NEAR = 64 }; /* faces near one vertex; more would be a heap of slivers in one place */
+
+/* A vertex near a face. */
+typedef struct {
+  PetscInt face, on; /* rows of faces: that of the vertex (of two, the lower gid), that it stands on */
+  PetscInt body;     /* of `on` */
+  PetscReal t, gap;
+  PetscBool blocked; /* it cannot be a contact */
+  PetscBool flat;    /* the two faces are nearly parallel */
+  PetscBool was;     /* it, or the two faces, were a contact before */
+  PetscReal flush;   /* [m] lower steps are not seen */
+  PetscInt before;   /* place among the contacts that were, -1: none */
+} VertexNear;
+
+/* What all looks need. */
+typedef struct {
+  const Scene *scene;
+  const Model *m;
+  const OldContacts *old;
+  const FaceTable *table;
+  char *stood; /* (n_owned,) 1: the vertex stood on a face before */
+} Search;
+
+/* Vertex v of face f against face g, also a little beyond its ends; the place p of g in the row of f. Returns
+   PETSC_FALSE when it is not near. */
+static PetscBool look(const Search *s, PetscInt v, const PetscReal *P, PetscInt f, PetscInt p,
+                      VertexNear *near)
+{
+  const Faces *faces = &s->m->faces;
+  const PetscInt g = s->table->near[p];
+  const PetscReal *xf = s->table->x + 4 * f, *xg = s->table->x + 4 * g;
+  const PetscReal lf = s->table->length[f], lg = s->table->length[g], shorter = PetscMin(lf, lg);
+  const PetscReal tolerance = s->scene->contact_tolerance * (s->scene->contact_relative ? shorter : 1.);
+  PetscReal t, gap;
+  face_project(xg, xg + 2, P, &t, &gap);
+  if (PetscMin(t, 1. - t) * lg < -tolerance || gap > tolerance) return PETSC_FALSE;
+  if (gap < -FACE_DEPTH * PetscMin(faces->thick[f], faces->thick[g])) return PETSC_FALSE;
+  if (v == faces->vertex[2 * g] || v == faces->vertex[2 * g + 1]) return PETSC_FALSE; // its own neighbour
+  const PetscInt before = s->stood[v] ? OldContactFind(s->old, faces->gid[g], VertexKey(s->m->vertex_gid[v]))
+                                      : -1;
+  // behind a face of its own body a vertex is inside, unless it has come there across a slit
+  if (faces->body[f] == faces->body[g] && before < 0 && gap < -FACE_MIN_OVERLAP * shorter) return PETSC_FALSE;
+  const PetscReal scalar = (xf[2] - xf[0]) * (xg[2] - xg[0]) + (xf[3] - xf[1]) * (xg[3] - xg[1]);
+  *near = (VertexNear){.face = f,
+                       .on = g,
+                       .body = faces->body[g],
+                       .t = t,
+                       .gap = gap,
+                       .blocked = (PetscBool)((s->table->touch[p] & TOUCHES) || t < 0. || t >= 1.),
+                       .flat = (PetscBool)(scalar < -FACE_COS_LIMIT * lf * lg),
+                       .was = (PetscBool)(before >= 0 || (s->table->touch[p] & TOUCHED)),
+                       .flush = FLUSH * tolerance,
+                       .before = before};
+  return PETSC_TRUE;
+}
+
+/* All faces near a vertex, each once, whichever of the vertex's faces it is near. */
+static PetscInt look_around(const Search *s, PetscInt v, VertexNear *list)
+{
+  const FaceTable *table = s->table;
+  const PetscInt *gid = s->m->faces.gid;
+  PetscInt n = 0;
+  for (PetscInt r = table->vertex_start[v]; r < table->vertex_start[v + 1]; r++) {
+    const PetscInt f = table->vertex_row[r];
+    const PetscReal *P = table->x + 4 * f + 2 * (s->m->faces.vertex[2 * f] != v);
+    for (PetscInt p = table->start[f]; p < table->start[f + 1] && n < MOST_NEAR; p++) {
+      VertexNear now;
+      PetscInt i = 0;
+      if (!look(s, v, P, f, p, &now)) continue;
+      while (i < n && list[i].on != now.on) i++;
+      if (i == n) {
+        list[n++] = now;
+        continue;
+      }
+      if (gid[f] < gid[list[i].face]) list[i].face = f, list[i].flush = now.flush;
+      list[i].blocked = (PetscBool)(list[i].blocked || now.blocked);
+      list[i].flat = (PetscBool)(list[i].flat || now.flat);
+      list[i].was = (PetscBool)(list[i].was || now.was);
+    }
+  }
+  return n;
+}
+
+/* Whether two faces meet in a convex corner of their body. */
+static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
+{
+  const PetscInt *vf = s->m->faces.vertex + 2 * f, *vg = s->m->faces.vertex + 2 * g;
+  const PetscReal *a = s->table->x + 4 * f, *b = s->table->x + 4 * g;
+  if (vf[1] != vg[0]) return vg[1] == vf[0] ? convex_corner(s, g, f) : PETSC_FALSE;
+  return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
+}
+
+/* Two faces of one body: at a convex corner of it, whether the vertex belongs to face j rather than to face
+   i: inside both, to the one that it was on rather than to one where it has not been, but is deep in, which
+   would store what no motion has given; to the face that one of its own faces is nearly parallel to; close to
+   the corner of flush faces to what was a contact before, or to none; else to the nearer; at a tie to that of
+   the lower gid. */
+static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const VertexNear *j)
+{
+  if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
+  const PetscBool over = (PetscBool)(j->t >= 0. && j->t < 1.);
+  if (i->was && !j->was && j->gap < -j->flush && i->gap < 0.) return PETSC_FALSE;
+  if (j->was && !i->was && i->gap < -i->flush && j->gap < 0. && over) return PETSC_TRUE;
+  if (j->flat != i->flat) return j->flat;
+  if (j->flat && j->gap > -j->flush && i->gap > -i->flush && !(over && i->was && j->was))
+    return (PetscBool)!i->was;
+  if (!over) return PETSC_FALSE;
+  return (PetscBool)(j->gap > i->gap ||
+                     (j->gap == i->gap && s->m->faces.gid[j->on] < s->m->faces.gid[i->on]));
+}
+
+/* ---- candidates */
+
+/* As it travels from the owner of the vertex to the owners of the face's ends. */
+typedef struct {
+  PetscInt key[2], face_gid, joint, model, index; /* index: of the vertex, at its owner */
+  PetscReal t, gap, length;
+} VertexRecord;
+
+static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r, PetscInt vertex,
+                                  PetscInt face, PetscInt on, CandidateList *list)
+{
+  PetscFunctionBeginUser;
+  PetscCheck(face >= 0 && on >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "a vertex on a face not known here");
+  // of tptm both ends stand at the vertex; of pt the far one is idle
+  const PetscBool both = (PetscBool)(r->model == STRESS_TPTM);
+  Candidate c = {.model = (StressModelKind)r->model,
+                 .key = {r->key[0], r->key[1]},
+                 .face = {face, on},
+                 .vertex = vertex,
+                 .joint = r->joint,
+                 .before = OldContactFind(old, r->key[0], r->key[1])};
+  c.pair = (FacePair){.klass = VERTEX_FACE,
+                      .t = {r->t, both ? r->t : 0.},
+                      .gap = {r->gap, both ? r->gap : 0.},
+                      .length = r->length};
+  PetscCall(CandidatesPush(list, &c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  PetscInt n, capacity;
+  PetscMPIInt *to; /* (n,) */
+  VertexRecord *record;
+} Outbox;
+
+/* To the other owners of the face's ends. */
+static PetscErrorCode post(const Model *m, PetscInt on, const VertexRecord *r, Outbox *box)
+{
+  PetscMPIInt last = m->rank;
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 2; k++) {
+    const PetscInt v = m->faces.vertex[2 * on + k];
+    const PetscMPIInt owner = v < m->n_owned ? m->rank : (PetscMPIInt)m->ghosts[v - m->n_owned].owner;
+    if (owner == m->rank || owner == last) continue;
+    if (box->n == box->capacity) {
+      box->capacity = 2 * box->capacity + 64;
+      PetscCall(PetscRealloc((size_t)box->capacity * sizeof(*box->to), &box->to));
+      PetscCall(PetscRealloc((size_t)box->capacity * sizeof(*box->record), &box->record));
+    }
+    box->to[box->n] = last = owner;
+    box->record[box->n++] = *r;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The contacts of one owned vertex. */
+static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear *near, Outbox *box,
+                             CandidateList *list)
+{
+  const Model *m = s->m;
+  PetscFunctionBeginUser;
+  PetscInt body[MOST_NEAR];
+  for (PetscInt i = 0; i < n; i++) body[i] = near[i].body;
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < n && !near[i].blocked; j++)
+      if (body[j] == body[i] && j != i && belongs_to_other(s, near + i, near + j))
+        near[i].blocked = PETSC_TRUE;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt f = near[i].face, g = near[i].on;
+    const PetscReal *P = s->table->x + 4 * f + 2 * (m->faces.vertex[2 * f] != v);
+    if (near[i].blocked || (!near[i].was && CornerIsHidden(s->scene, s->table, v, P, -1, g))) continue;
+    // a first touch has the influence length of an end of a whole face contact, so that two corners landing
+    // flat are one already
+    const PetscInt joint = near[i].before >= 0 ? s->old->contacts->joint[near[i].before]
+                                               : JointOfPair(s->scene, m, f, g);
+    const PetscBool moving = (PetscBool)(s->scene->joints[joint].stress_model == STRESS_TPTM);
+    // pt puts half its length at each end
+    const VertexRecord r = {.key = {m->faces.gid[g], VertexKey(m->vertex_gid[v])},
+                            .face_gid = m->faces.gid[f],
+                            .joint = joint,
+                            .model = moving ? STRESS_TPTM : STRESS_PT,
+                            .index = v,
+                            .t = near[i].t,
+                            .gap = near[i].gap,
+                            .length = PetscMin(s->table->length[f], s->table->length[g])};
+    PetscCall(push_vertex(s->old, &r, v, f, g, list));
+    if (m->size > 1) PetscCall(post(m, g, &r, box));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Delivers what was posted; every rank adds what it receives. */
+static PetscErrorCode deliver(const Model *m, const OldContacts *old, const Outbox *box, CandidateList *list)
+{
+  const PetscMPIInt unit = (PetscMPIInt)sizeof(VertexRecord);
+  PetscMPIInt *n_send, *n_receive, *at_send, *at_receive, *fill;
+  VertexRecord *send, *received;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc5(m->size, &n_send, m->size, &n_receive, m->size + 1, &at_send, m->size + 1,
+                         &at_receive, m->size, &fill));
+  for (PetscInt i = 0; i < box->n; i++) n_send[box->to[i]] += unit;
+  for (PetscMPIInt p = 0; p < m->size; p++) at_send[p + 1] = at_send[p] + n_send[p];
+  PetscCall(PetscMalloc1(box->n, &send));
+  for (PetscInt i = 0; i < box->n; i++)
+    send[at_send[box->to[i]] / unit + fill[box->to[i]]++] = box->record[i];
+  PetscCallMPI(MPI_Alltoall(n_send, 1, MPI_INT, n_receive, 1, MPI_INT, m->comm));
+  for (PetscMPIInt p = 0; p < m->size; p++) at_receive[p + 1] = at_receive[p] + n_receive[p];
+  PetscCall(PetscMalloc1(at_receive[m->size] / unit, &received));
+  PetscCallMPI(
+      MPI_Alltoallv(send, n_send, at_send, MPI_BYTE, received, n_receive, at_receive, MPI_BYTE, m->comm));
+  for (PetscMPIInt p = 0; p < m->size; p++)
+    for (PetscInt i = at_receive[p] / unit; i < at_receive[p + 1] / unit; i++) {
+      const VertexRecord *r = received + i;
+      PetscCall(push_vertex(old, r, LocalVertex(m, VertexKey(r->key[1]), p, r->index),
+                            FaceRow(m, r->face_gid), FaceRow(m, r->key[0]), list));
+    }
+  PetscCall(PetscFree(send));
+  PetscCall(PetscFree(received));
+  PetscCall(PetscFree5(n_send, n_receive, at_send, at_receive, fill));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The owned vertices that stood on faces. */
+static void mark_stood(const Model *m, const Contacts *c, char *stood)
+{
+  for (PetscInt at = 0; at < c->n_padded; at++) {
+    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
+    if (c->key[2 * at] >= 0 && c->key[2 * at + 1] < 0 && v < m->n_owned) stood[v] = 1;
+  }
+}
+
+PetscErrorCode VerticesFind(const Scene *scene, const Model *m, const OldContacts *old,
+                            const FaceTable *table, CandidateList *list)
+{
+  Search search = {scene, m, old, table, NULL};
+  VertexNear near[MOST_NEAR];
+  Outbox box = {0};
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_owned, &search.stood));
+  mark_stood(m, old->contacts, search.stood);
+  for (PetscInt v = 0; v < m->n_owned; v++)
+    PetscCall(decide(&search, v, look_around(&search, v, near), near, &box, list));
+  if (m->size > 1) PetscCall(deliver(m, old, &box, list));
+  PetscCall(PetscFree(search.stood));
+  PetscCall(PetscFree(box.to));
+  PetscCall(PetscFree(box.record));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,444 @@
+/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read.
+   Called at set-up and whenever contacts are looked for again; faces of other bodies within the contact
+   margin are neighbours. */
+#include "internal.h"
+#include "forces/contacts/find.h"
+
+/* ---- order */
+
+static int face_order(const void *a, const void *b)
+{
+  const FaceRecord *f = a, *g = b;
+  return (f->gid > g->gid) - (f->gid < g->gid);
+}
+
+static int ghost_order(const void *a, const void *b)
+{
+  const GhostRecord *f = a, *g = b;
+  return (f->gid > g->gid) - (f->gid < g->gid);
+}
+
+PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts)
+{
+  PetscInt kept = 0;
+  if (n) qsort(ghosts, n, sizeof(GhostRecord), ghost_order); // qsort and bsearch want an array even for none
+  for (PetscInt i = 0; i < n; i++)
+    if (!i || ghosts[i].gid != ghosts[kept - 1].gid) ghosts[kept++] = ghosts[i];
+  return kept;
+}
+
+PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt index)
+{
+  const GhostRecord wanted = {.gid = gid}, *all = m->ghosts, *found;
+  const PetscInt ne = m->n_element_ghosts;
+  if (owner == m->rank) return index;
+  found = bsearch(&wanted, all, ne, sizeof(GhostRecord), ghost_order);
+  if (!found) found = bsearch(&wanted, all + ne, m->n_ghosts - ne, sizeof(GhostRecord), ghost_order);
+  return found ? m->n_owned + (PetscInt)(found - all) : -1;
+}
+
+/* ---- faces */
+
+static PetscBool touches_owned(const Model *m, PetscInt f)
+{
+  const PetscInt *v = m->faces.vertex + 2 * f;
+  return (PetscBool)(v[0] < m->n_owned || v[1] < m->n_owned);
+}
+
+/* Where the faces of a rank are: the plane in RASTER x RASTER cells, a bit for each that holds one. */
+enum { RASTER = 64 };
+typedef struct {
+  PetscReal origin[2], per_cell[2];
+} RasterFrame;
+
+static void raster_range(const RasterFrame *frame, const PetscReal box[4], int range[4])
+{
+  for (int i = 0; i < 4; i++) {
+    const PetscReal cell = (box[i] - frame->origin[i % 2]) * frame->per_cell[i % 2];
+    range[i] = (int)PetscMax(0., PetscMin(RASTER - 1., cell));
+  }
+}
+
+/* Bits of the columns of a range. */
+static uint64_t raster_columns(const int range[4])
+{
+  return (~(uint64_t)0 >> (RASTER - 1 - range[2])) & (~(uint64_t)0 << range[0]);
+}
+
+static PetscBool raster_meets(const uint64_t *raster, const int range[4])
+{
+  uint64_t found = 0;
+  for (int row = range[1]; row <= range[3]; row++) found |= raster[row] & raster_columns(range);
+  return (PetscBool)(found != 0);
+}
+
+static void present_box(const Model *m, const PetscReal *u, PetscInt f, PetscReal box[4])
+{
+  PetscReal x[4];
+  FaceCoordinates(m, u, f, x);
+  FaceBox(x, x + 2, m->contact_margin + m->contact_depth, box);
+}
+
+/* Rasters of all ranks, over one frame: of the faces at their owned vertices. all: (size, RASTER). */
+static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFrame *frame, uint64_t **all)
+{
+  PetscReal box[4], hull[4] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL};
+  uint64_t mine[RASTER] = {0};
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+    present_box(m, u, f, box);
+    for (int i = 0; i < 4; i++) hull[i] = PetscMin(hull[i], i < 2 ? box[i] : -box[i]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, hull, 4, MPIU_REAL, MPI_MIN, m->comm));
+  for (int i = 0; i < 2; i++) {
+    const PetscReal extent = -hull[2 + i] - hull[i];
+    frame->origin[i] = hull[i], frame->per_cell[i] = extent > 0. ? RASTER / extent : 0.;
+  }
+  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+    int range[4];
+    if (!touches_owned(m, f)) continue;
+    present_box(m, u, f, box);
+    raster_range(frame, box, range);
+    for (int row = range[1]; row <= range[3]; row++) mine[row] |= raster_columns(range);
+  }
+  PetscCall(PetscMalloc1(RASTER * m->size, all));
+  PetscCallMPI(MPI_Allgather(mine, RASTER, MPI_UINT64_T, *all, RASTER, MPI_UINT64_T, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A local face as it travels. */
+static FaceRecord record_of(const Model *m, const PetscReal *u, PetscInt f)
+{
+  const Faces *faces = &m->faces;
+  FaceRecord r = {.gid = faces->gid[f],
+                  .group = faces->group[f],
+                  .body = faces->body[f],
+                  .rigid = faces->rigid[f],
+                  .joint = faces->joint[f],
+                  .thick = faces->thick[f]};
+  for (int k = 0; k < 2; k++) {
+    const PetscInt v = faces->vertex[2 * f + k];
+    const GhostRecord *ghost = v < m->n_owned ? NULL : m->ghosts + (v - m->n_owned);
+    r.v_gid[k] = m->vertex_gid[v], r.v_file[k] = m->vertex_file[v];
+    r.v_owner[k] = ghost ? ghost->owner : m->rank, r.v_index[k] = ghost ? ghost->index : v;
+    for (int i = 0; i < 2; i++) r.X[2 * k + i] = m->X[2 * v + i];
+  }
+  FaceCoordinates(m, u, f, r.x);
+  return r;
+}
+
+/* Sends each face, from the rank that owns its first vertex, to every rank that has faces in the same cells
+   of the raster. near: (n_faces_local,) whether others have. */
+static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBool *near, PetscInt *n,
+                                     FaceRecord **received)
+{
+  const PetscMPIInt unit = (PetscMPIInt)sizeof(FaceRecord);
+  RasterFrame frame = {{0., 0.}, {0., 0.}};
+  uint64_t *raster;
+  PetscMPIInt *n_send, *n_receive, *at_send, *at_receive;
+  FaceRecord *send = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(share_rasters(m, u, &frame, &raster));
+  PetscCall(
+      PetscCalloc4(m->size, &n_send, m->size, &n_receive, m->size + 1, &at_send, m->size + 1, &at_receive));
+  for (int pass = 0; pass < 2; pass++) { // count, then fill
+    for (PetscInt f = 0; f < m->n_faces_local; f++) {
+      PetscReal box[4];
+      int range[4];
+      present_box(m, u, f, box);
+      raster_range(&frame, box, range);
+      near[f] = PETSC_FALSE;
+      for (PetscMPIInt p = 0; p < m->size; p++) {
+        if (p == m->rank || !raster_meets(raster + RASTER * p, range)) continue;
+        near[f] = PETSC_TRUE;
+        if (m->faces.vertex[2 * f] >= m->n_owned) continue;
+        if (pass) send[at_send[p] / unit + n_send[p] / unit] = record_of(m, u, f);
+        n_send[p] += unit;
+      }
+    }
+    if (pass) break;
+    for (PetscMPIInt p = 0; p < m->size; p++) at_send[p + 1] = at_send[p] + n_send[p], n_send[p] = 0;
+    PetscCall(PetscMalloc1(at_send[m->size] / unit, &send));
+  }
+  PetscCallMPI(MPI_Alltoall(n_send, 1, MPI_INT, n_receive, 1, MPI_INT, m->comm));
+  for (PetscMPIInt p = 0; p < m->size; p++) at_receive[p + 1] = at_receive[p] + n_receive[p];
+  *n = at_receive[m->size] / unit;
+  PetscCall(PetscMalloc1(*n, received));
+  PetscCallMPI(
+      MPI_Alltoallv(send, n_send, at_send, MPI_BYTE, *received, n_receive, at_receive, MPI_BYTE, m->comm));
+  PetscCall(PetscFree(send));
+  PetscCall(PetscFree(raster));
+  PetscCall(PetscFree4(n_send, n_receive, at_send, at_receive));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The received faces come first. */
+static PetscBool received_and_ours(PetscInt f, PetscInt g, const void *context)
+{
+  const PetscInt n_received = *(const PetscInt *)context;
+  return (PetscBool)(f < n_received && g >= n_received);
+}
+
+/* Keeps the received faces near one of ours at an owned vertex, none that is ours anyway. */
+static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const PetscBool *near_others,
+                                 PetscInt *n, FaceRecord *face)
+{
+  PetscInt n_boxes = *n, *start, *near, kept = 0, at;
+  PetscReal *box;
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < m->n_faces_local; f++) n_boxes += near_others[f] && touches_owned(m, f);
+  PetscCall(PetscMalloc1(4 * n_boxes, &box));
+  for (at = 0; at < *n; at++)
+    FaceBox(face[at].x, face[at].x + 2, m->contact_margin + m->contact_depth, box + 4 * at);
+  for (PetscInt f = 0; f < m->n_faces_local; f++)
+    if (near_others[f] && touches_owned(m, f)) present_box(m, u, f, box + 4 * at++);
+  PetscCall(GridRows(n_boxes, box, received_and_ours, n, &start, &near));
+  for (PetscInt f = 0; f < *n; f++) {
+    PetscInt row;
+    if (start[f] == start[f + 1]) continue;
+    PetscCall(PetscFindInt(face[f].gid, m->n_faces_local, m->faces.gid, &row));
+    if (row < 0) face[kept++] = face[f];
+  }
+  *n = kept;
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(near));
+  PetscCall(PetscFree(box));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* At set-up: the far faces of groups that are not upgradeable, whose contacts stay whatever happens. */
+static PetscErrorCode hold_faces(Model *m, PetscInt n, const FaceRecord *face)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &m->face_held));
+  for (PetscInt f = 0; f < n; f++)
+    if (!m->group_upgradeable[face[f].group]) m->face_held[m->n_held++] = face[f];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The faces of other ranks that we need: near ours, or held; ascending gid. */
+static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceRecord **far)
+{
+  PetscBool *near;
+  PetscInt n_received, kept = 0;
+  FaceRecord *face;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_faces_local, &near));
+  PetscCall(exchange_faces(m, u, near, &n_received, &face));
+  PetscCall(keep_faces(m, u, near, &n_received, face));
+  PetscCall(PetscFree(near));
+  if (!u) PetscCall(hold_faces(m, n_received, face));
+  PetscCall(PetscRealloc((n_received + m->n_held) * sizeof(FaceRecord), &face));
+  PetscCall(PetscArraycpy(face + n_received, m->face_held, m->n_held));
+  *n = n_received + m->n_held;
+  if (*n) qsort(face, *n, sizeof(FaceRecord), face_order);
+  for (PetscInt f = 0; f < *n; f++)
+    if (!f || face[f].gid != face[kept - 1].gid) face[kept++] = face[f];
+  *n = kept;
+  *far = face;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- ghosts */
+
+/* Vertices of the far faces that neither this rank owns nor an element here uses, behind
+   the ghosts of elements. */
+static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
+{
+  const PetscInt n_before = m->n_ghosts;
+  const PetscInt ne = m->n_element_ghosts;
+  PetscInt more = 0;
+  GhostRecord *all;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(ne + 2 * n, &all));
+  PetscCall(PetscArraycpy(all, m->ghosts, ne));
+  for (PetscInt f = 0; f < n; f++)
+    for (int k = 0; k < 2; k++) {
+      const GhostRecord g = {face[f].v_gid[k],
+                             face[f].v_file[k],
+                             face[f].body,
+                             face[f].rigid,
+                             face[f].v_owner[k],
+                             face[f].v_index[k],
+                             {face[f].X[2 * k], face[f].X[2 * k + 1]}};
+      if (g.owner == m->rank || (ne && bsearch(&g, all, ne, sizeof(GhostRecord), ghost_order))) continue;
+      all[ne + more++] = g;
+    }
+  m->n_ghosts = ne + GhostsUnique(more, all + ne);
+  *changed = (PetscBool)(m->n_ghosts != n_before || !m->ghost);
+  for (PetscInt g = ne; g < m->n_ghosts && !*changed; g++)
+    *changed = (PetscBool)(all[g].gid != m->ghosts[g].gid);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+  PetscCall(PetscFree(m->ghosts));
+  m->ghosts = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Padding lanes of a list of elements point to the dummy vertices, wherever these stand now. */
+static void point_padding(const Model *m, int n_nodes, Elements *e)
+{
+  for (PetscInt i = e->n; i < e->n_padded; i++)
+    for (int k = 0; k < n_nodes; k++)
+      e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH] = m->n_vertices + k;
+}
+
+static PetscErrorCode append_ghosts(Model *m)
+{
+  static const PetscReal square[8] = {0., 0., 1., 0., 1., 1., 0., 1.};
+  PetscFunctionBeginUser;
+  PetscCall(VerticesResize(m));
+  for (PetscInt g = 0, i = m->n_owned; g < m->n_ghosts; g++, i++) {
+    const GhostRecord *ghost = m->ghosts + g;
+    PetscCall(PetscArraycpy(m->X + 2 * i, ghost->X, 2));
+    m->vertex_gid[i] = ghost->gid, m->vertex_file[i] = ghost->file;
+    m->vertex_body[i] = ghost->body, m->vertex_rigid[i] = ghost->rigid;
+  }
+  PetscCall(PetscArraycpy(m->X + 2 * m->n_vertices, square, 8));
+  point_padding(m, 4, &m->q4);
+  point_padding(m, 3, &m->t3);
+  point_padding(m, 4, &m->rigid_q4);
+  point_padding(m, 3, &m->rigid_t3);
+  point_padding(m, 4, &m->condensed_q4);
+  point_padding(m, 3, &m->condensed_t3);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode free_faces(Faces *f)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree7(f->vertex, f->gid, f->group, f->body, f->rigid, f->joint, f->thick));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Room for n rows; the first n_faces_local stay. */
+static PetscErrorCode resize_faces(Model *m, PetscInt n)
+{
+  Faces f = {.capacity = m->faces.capacity ? n + n / 16 : n}, *old = &m->faces;
+  PetscFunctionBeginUser;
+  if (n <= old->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc7(2 * f.capacity, &f.vertex, f.capacity, &f.gid, f.capacity, &f.group, f.capacity,
+                         &f.body, f.capacity, &f.rigid, f.capacity, &f.joint, f.capacity, &f.thick));
+  const PetscInt stay = old->capacity ? m->n_faces_local : 0;
+  PetscCall(PetscArraycpy(f.vertex, old->vertex, 2 * stay));
+  PetscCall(PetscArraycpy(f.gid, old->gid, stay));
+  PetscCall(PetscArraycpy(f.group, old->group, stay));
+  PetscCall(PetscArraycpy(f.body, old->body, stay));
+  PetscCall(PetscArraycpy(f.rigid, old->rigid, stay));
+  PetscCall(PetscArraycpy(f.joint, old->joint, stay));
+  PetscCall(PetscArraycpy(f.thick, old->thick, stay));
+  PetscCall(free_faces(old));
+  *old = f;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rows `at` and further: n of them, the last. */
+static PetscErrorCode fill_faces(Model *m, PetscInt at, PetscInt n, const FaceRecord *face)
+{
+  PetscFunctionBeginUser;
+  PetscCall(resize_faces(m, at + n));
+  Faces *f = &m->faces;
+  f->n = at + n;
+  for (PetscInt i = at; i < f->n; i++) {
+    const FaceRecord *r = face + (i - at);
+    for (int k = 0; k < 2; k++)
+      f->vertex[2 * i + k] = LocalVertex(m, r->v_gid[k], (PetscMPIInt)r->v_owner[k], r->v_index[k]);
+    f->gid[i] = r->gid, f->group[i] = r->group, f->body[i] = r->body, f->rigid[i] = r->rigid,
+    f->joint[i] = r->joint, f->thick[i] = r->thick;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FacesCreate(Model *m, PetscInt n, const FaceRecord *face)
+{
+  PetscFunctionBeginUser;
+  m->n_faces_local = n;
+  PetscCall(fill_faces(m, 0, n, face));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FacesDestroy(Model *m)
+{
+  PetscFunctionBeginUser;
+  PetscCall(free_faces(&m->faces));
+  PetscCall(PetscFree(m->face_held));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NeighboursUpdate(Model *m, State *state)
+{
+  FaceRecord *far = NULL;
+  PetscInt n = 0;
+  PetscBool changed;
+  PetscFunctionBeginUser;
+  if (!state) PetscCall(append_ghosts(m)); // set-up: those of elements
+  if (m->size > 1) PetscCall(far_faces(m, state ? state->u + 3 * m->n_bodies : NULL, &n, &far));
+  PetscCall(contact_ghosts(m, n, far, &changed));
+  PetscCall(append_ghosts(m));
+  PetscCall(fill_faces(m, m->n_faces_local, n, far));
+  if (changed) PetscCall(GhostConnect(m)); // the exchange stands as long as no rank reads other vertices
+  PetscCall(PetscFree(far));
+  if (state) {
+    PetscCall(StateResize(m, state));
+    // the dummies may stand where a ghost was
+    PetscCall(PetscArrayzero(state->u + 3 * m->n_bodies + 2 * m->n_vertices, 2 * DUMMY_VERTICES));
+    PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
+    PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- room for vertices */
+
+static PetscErrorCode grow(size_t size, PetscInt old, PetscInt new, void *array)
+{
+  void **a = array, *grown;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(size * new, (char **)&grown));
+  if (*a) PetscCall(PetscMemcpy(grown, *a, size * old));
+  PetscCall(PetscFree(*a));
+  *a = grown;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode VerticesResize(Model *m)
+{
+  const PetscInt old = m->vertex_capacity, need = m->n_owned + m->n_ghosts + DUMMY_VERTICES;
+  PetscFunctionBeginUser;
+  m->n_vertices = m->n_owned + m->n_ghosts;
+  if (need <= old) PetscFunctionReturn(PETSC_SUCCESS);
+  const PetscInt new = old ? need + need / 4 : need; // room to grow when blocks move
+  PetscCall(grow(2 * sizeof(PetscReal), old, new, &m->X));
+  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_gid));
+  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_file));
+  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_body));
+  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_rigid));
+  m->vertex_capacity = new;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode VerticesFree(Model *m)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(m->X));
+  PetscCall(PetscFree(m->vertex_gid));
+  PetscCall(PetscFree(m->vertex_file));
+  PetscCall(PetscFree(m->vertex_body));
+  PetscCall(PetscFree(m->vertex_rigid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateResize(const Model *m, State *s)
+{
+  const PetscInt old = s->capacity, new = 3 * m->n_bodies + 2 * m->vertex_capacity;
+  PetscFunctionBeginUser;
+  if (new <= old) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
+  for (int i = 0; i < 6; i++) PetscCall(grow(sizeof(PetscReal), old, new, array[i]));
+  s->capacity = new;
+  // this rank's arrays may grow when another's do not: nothing collective here
+  if (s->u_vec) {
+    PetscCall(VecResetArray(s->u_vec));
+    PetscCall(VecPlaceArray(s->u_vec, s->u));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

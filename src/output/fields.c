@@ -1,0 +1,460 @@
+/* fields.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order).
+   Everything that is written or summed for people goes through here, so that it has the same bits on any
+   number of ranks. */
+#include "forces/contacts/geometry.h"
+#include "output/output.h"
+#include <stdlib.h>
+
+PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all)
+{
+  PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
+  MPI_Datatype row;
+  PetscInt total = 0;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMPIIntCast(n, &mine));
+  if (!rank) PetscCall(PetscMalloc2(size, &counts, size, &starts));
+  PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts, 1, MPI_INT, 0, comm));
+  for (PetscMPIInt r = 0; !rank && r < size; r++) {
+    PetscCall(PetscMPIIntCast(total, &starts[r]));
+    total += counts[r];
+  }
+  *all = NULL;
+  if (!rank) PetscCall(PetscMalloc((size_t)PetscMax(total, 1) * unit, all));
+  PetscCallMPI(MPI_Type_contiguous((int)unit, MPI_BYTE, &row));
+  PetscCallMPI(MPI_Type_commit(&row));
+  PetscCallMPI(MPI_Gatherv(rows, mine, row, *all, counts, starts, row, 0, comm));
+  PetscCallMPI(MPI_Type_free(&row));
+  if (!rank) PetscCall(PetscFree2(counts, starts));
+  *n_all = total;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                            PetscInt n_all, PetscReal **all)
+{
+  PetscInt n_places, n_rows, *places;
+  PetscReal *gathered;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(GatherBytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
+  PetscCall(GatherBytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
+  *all = NULL;
+  if (!rank) PetscCall(PetscCalloc1(1 + (size_t)n_all * width, all));
+  for (PetscInt i = 0; i < n_rows; i++) {
+    for (PetscInt j = 0; j < width; j++) (*all)[places[i] * width + j] = gathered[i * width + j];
+  }
+  PetscCall(PetscFree(places));
+  PetscCall(PetscFree(gathered));
+  PetscCall(PetscFree(place));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+enum { BLOCK_ROW = 9 };
+
+/* file id, gid, group, macroblock, vertices and rank of the owned elements of one list */
+static void block_rows(const Model *model, const Elements *e, int n_nodes, PetscInt *n,
+                       PetscInt (*rows)[BLOCK_ROW])
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    if (!e->owned[i]) continue;
+    PetscInt *row = rows[(*n)++];
+    row[0] = e->file[i];
+    row[1] = e->gid[i];
+    row[2] = e->group[i];
+    row[3] = model->vertex_body[e->vertex[(i / BATCH * n_nodes) * BATCH + i % BATCH]];
+    for (int k = 0; k < 4; k++) {
+      row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]]
+                               : -1;
+    }
+    row[8] = model->rank;
+  }
+}
+
+static PetscErrorCode gather_vertices(const Model *model, MeshFields *mesh)
+{
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, model->n_owned), &place));
+  PetscCall(PetscMalloc1(PetscMax(1, 2 * model->n_owned), &rows));
+  PetscCall(PetscArraycpy(place, model->vertex_file, model->n_owned));
+  PetscCall(PetscArraycpy(rows, model->X, 2 * model->n_owned));
+  PetscCall(GatherPlaced(model->comm, model->n_owned, place, 2, rows, mesh->n_vertices, &mesh->X));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
+{
+  const Elements *lists[] = {&model->t3,       &model->q4,           &model->rigid_t3,
+                             &model->rigid_q4, &model->condensed_t3, &model->condensed_q4};
+  PetscInt n = 0, n_all, most = 1, (*rows)[BLOCK_ROW], (*all)[BLOCK_ROW];
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
+  mesh->n_vertices = model->n_vertices_global;
+  mesh->n_blocks = model->n_blocks_global;
+  PetscCall(gather_vertices(model, mesh));
+  for (int l = 0; l < 6; l++) most += lists[l]->n;
+  PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
+  for (int l = 0; l < 6; l++) block_rows(model, lists[l], 3 + l % 2, &n, rows);
+  PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
+  PetscCall(PetscFree(rows));
+  if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc5(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all,
+                         &mesh->rank, n_all, &mesh->file));
+  for (PetscInt i = 0; i < n_all; i++) {
+    const PetscInt *row = all[i], b = row[0];
+    mesh->file[row[1]] = b;
+    mesh->group[b] = row[2];
+    mesh->macroblock[b] = row[3];
+    mesh->rank[b] = row[8];
+    PetscCall(PetscArraycpy(mesh->blocks + 4 * b, row + 4, 4));
+  }
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(mesh->X));
+  PetscCall(PetscFree5(mesh->blocks, mesh->group, mesh->macroblock, mesh->rank, mesh->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Displacement, reaction of supports, applied force and supports of the owned vertices. */
+static PetscErrorCode gather_motion(const Model *model, const State *state, StageFields *s)
+{
+  const PetscInt n = model->n_owned, first = 3 * model->n_bodies;
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, n), &place));
+  PetscCall(PetscCalloc1(PetscMax(1, VERTEX_WIDTH * n), &rows));
+  for (PetscInt i = 0; i < n; i++) {
+    place[i] = model->vertex_file[i];
+    for (int x = 0; x < 2; x++) {
+      const PetscInt dof = first + 2 * i + x;
+      rows[VERTEX_WIDTH * i + x] = state->u[dof];
+      rows[VERTEX_WIDTH * i + 6 + x] = -1.;
+      if (i >= model->n_deformable && i < model->n_moving) continue;
+      if (Held(model, dof)) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
+      rows[VERTEX_WIDTH * i + 6 + x] = model->support[dof];
+      rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
+    }
+  }
+  PetscCall(GatherPlaced(model->comm, n, place, VERTEX_WIDTH, rows, model->n_vertices_global, &s->vertex));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same of the rigid bodies, about their centroids. */
+static PetscErrorCode gather_bodies(const Model *model, const State *state, StageFields *s)
+{
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, model->n_bodies), &place));
+  PetscCall(PetscCalloc1(PetscMax(1, BODY_WIDTH * model->n_bodies), &rows));
+  for (PetscInt i = 0; i < model->n_bodies; i++) {
+    place[i] = model->body_gid[i];
+    for (int x = 0; x < 3; x++) {
+      const PetscInt dof = 3 * i + x;
+      rows[BODY_WIDTH * i + x] = state->u[dof];
+      if (Held(model, dof)) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
+      if (x < 2) rows[BODY_WIDTH * i + 9 + x] = model->support[dof];
+      rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
+    }
+  }
+  s->n_bodies = model->n_rigid_global;
+  PetscCall(GatherPlaced(model->comm, model->n_bodies, place, BODY_WIDTH, rows, s->n_bodies, &s->body));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stress and energy of one list of deformable elements. */
+static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                   PetscInt *n, PetscInt *place, PetscReal *rows)
+{
+  const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
+  PetscReal *centre, *gauss, *energy;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc3(3 * e->n_padded, &centre, 3 * n_gauss * e->n_padded, &gauss, e->n_padded, &energy));
+  PetscCall(ElementStress(model, e, n_nodes, u, centre));
+  PetscCall(ElementStressGauss(model, e, n_nodes, u, gauss));
+  PetscCall(ElementEnergy(model, e, n_nodes, u, energy));
+  for (PetscInt i = 0; i < e->n; i++) {
+    if (!e->owned[i]) continue;
+    PetscReal *row = rows + BLOCK_WIDTH * *n;
+    place[(*n)++] = e->file[i];
+    for (int k = 0; k < 3; k++) row[k] = centre[3 * i + k];
+    PrincipalStress(row, row + 3, row + 5);
+    row[6] = energy[i];
+    row[7] = NAN;
+    for (int k = 0; k < 12; k++) row[8 + k] = k < 3 * n_gauss ? gauss[3 * n_gauss * i + k] : NAN;
+  }
+  PetscCall(PetscFree3(centre, gauss, energy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from
+   vertex n_deformable on. */
+static void rigid_rows(const Model *model, const State *state, const Elements *e, int n_nodes,
+                       const PetscInt *body_of, PetscInt *n, PetscInt *place, PetscReal *rows)
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    if (!e->owned[i]) continue;
+    PetscReal *row = rows + BLOCK_WIDTH * *n;
+    const PetscInt vertex = e->vertex[i / BATCH * n_nodes * BATCH + i % BATCH];
+    place[(*n)++] = e->file[i];
+    for (int k = 0; k < BLOCK_WIDTH; k++) row[k] = NAN;
+    row[6] = 0;
+    row[7] = state->u[3 * body_of[vertex - model->n_deformable] + 2];
+  }
+}
+
+static PetscErrorCode gather_blocks(const Model *model, const State *state, StageFields *s)
+{
+  const PetscReal *u = state->u + 3 * model->n_bodies;
+  PetscInt n = 0, most = 1 + model->t3.n + model->q4.n + model->rigid_t3.n + model->rigid_q4.n, *place,
+           *body_of;
+  most += model->condensed_t3.n + model->condensed_q4.n;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(most, &place));
+  PetscCall(PetscMalloc1(BLOCK_WIDTH * most, &rows));
+  PetscCall(PetscMalloc1(1 + model->n_moving - model->n_deformable, &body_of));
+  for (PetscInt i = 0; i < model->n_bodies; i++) {
+    for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++)
+      body_of[v - model->n_deformable] = i;
+  }
+  PetscCall(element_rows(model, &model->t3, 3, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->condensed_t3, 3, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->condensed_q4, 4, u, &n, place, rows));
+  rigid_rows(model, state, &model->rigid_t3, 3, body_of, &n, place, rows);
+  rigid_rows(model, state, &model->rigid_q4, 4, body_of, &n, place, rows);
+  PetscCall(PetscFree(body_of));
+  PetscCall(GatherPlaced(model->comm, n, place, BLOCK_WIDTH, rows, model->n_blocks_global, &s->block));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Part of a contact that is open: where the linear opening between its ends is positive. */
+static PetscReal open_part(const ContactRow *c)
+{
+  const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
+  if (open[0] == open[1]) return open[0];
+  const PetscReal in = c->end[open[1]].opening,
+                  out = c->end[open[0]].opening; // at the open, at the closed end
+  return in > 0 && out < 0 ? in / (in - out) : 0.5;
+}
+
+/* How much of a contact is open and crushing: of tptm that was crushed by its diagram. */
+static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
+{
+  PetscReal open = open_part(row), crushing = 0.;
+  for (int k = 0; k < 2; k++) crushing += 0.5 * !!(row->end[k].state & CONTACT_CRUSHING);
+  if (kind == STRESS_TPTM && row->klass != VERTEX_FACE && (p->closure[0] < 0. || p->closure[1] < 0.))
+    StressModelParts(joint, p, &open, &crushing);
+  row->open = row->length * open, row->crushing = row->length * crushing;
+}
+
+/* End forces [N] of a contact from its stored opening, slip and history. Nothing stored changes. */
+static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
+                               PetscReal thickness, ContactPoint *p, ContactRow *row)
+{
+  *p = (ContactPoint){.in_time = (PetscBool)(c->rate != 0. || c->springs)};
+  for (int k = 0; k < 2; k++) {
+    const PetscInt j = SUB(i, k);
+    p->u_n[k] = c->u_n[j];
+    p->u_s[k] = c->u_s[j];
+    p->slip[k] = c->slip[j];
+    p->broken[k] = c->broken[j];
+    p->closure[k] = c->closure[j], p->closure_far[k] = c->closure_far[j];
+  }
+  StressModelRespond(kind, joint, c->length[i], p);
+  for (int k = 0; k < 2; k++) {
+    row->end[k].opening = p->u_n[k];
+    row->end[k].closure = StressModelClosure(p, k);
+    row->end[k].force[0] = thickness * p->F_n[k];
+    row->end[k].force[1] = thickness * p->F_s[k];
+  }
+}
+
+/* Which side the vertex P of end k is on, 0: a, 1: b; its destination in contact_force.c is the other one. */
+static int side_of_vertex(const Contacts *c, PetscInt i, int k)
+{
+  return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
+}
+
+/* Where end k of contact i stands, and the normal from side b to side a. The outward normal of the
+   destination leads from it to the vertex; turned round it leaves F_n and F_s as they are, for they act on
+   the other side. */
+static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
+                              ContactEnd *end)
+{
+  const PetscReal moving = model->strain == STRAIN_LARGE ? 1 : 0;
+  PetscInt v[3];
+  PetscReal along[2];
+  ContactEndVertices(c, i, k, v);
+  const PetscInt P = v[0], A = v[1], B = v[2];
+  for (int x = 0; x < 2; x++) {
+    end->point[x] = model->X[2 * P + x];
+    end->displacement[x] = u[2 * P + x];
+    along[x] = model->X[2 * B + x] - model->X[2 * A + x] + moving * (u[2 * B + x] - u[2 * A + x]);
+  }
+  const PetscReal length = PetscSqrtReal(along[0] * along[0] + along[1] * along[1]);
+  const PetscReal from_b = side_of_vertex(c, i, k) ? -1 : 1;
+  end->normal[0] = from_b * along[1] / length;
+  end->normal[1] = -from_b * along[0] / length;
+}
+
+static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
+{
+  return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
+}
+
+/* Of the control length, a tenth of the shorter face, that a contact has: what is shorter is new or left
+   where blocks have slid, or a corner, and its stress is no stress of a face. */
+static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i, PetscReal length)
+{
+  PetscInt v[CONTACT_ROWS];
+  for (int r = 0; r < CONTACT_ROWS; r++) v[r] = c->vertex[CONTACT_ROW(i, r)];
+  PetscReal face = distance(model, v[ROW_A], v[ROW_B]);
+  if (c->klass[i] != VERTEX_FACE) face = PetscMin(face, distance(model, v[ROW_P], v[ROW_Q]));
+  return PetscMin(1., length / (0.1 * face));
+}
+
+/* Whether a closed end bears all the shear it can. The law's own word is for the evaluation just done: a slip
+   that has been committed since leaves tau at the limit, or a rounding error below. */
+static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k)
+{
+  const ContactEnd *end = &row->end[k];
+  const int residual = end->broken > 0. || row->end[1 - k].broken >= 1.;
+  const PetscReal limit = joint->cohesion[residual] - end->sigma * joint->tan_phi[residual];
+  return (PetscBool)(joint->law != LAW_ELASTIC && !(end->state & CONTACT_OPEN) &&
+                     PetscAbsReal(end->tau) > (1. - 1e-6) * PetscMax(limit, 0.));
+}
+
+/* A vertex on a face: all its force is at end 0, with the length that gives N = sigma times it: half of that
+   of the point model, which gives two ends as much; of tptm what the closed part of its diagram makes. */
+static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
+{
+  const PetscReal N = row->end[0].force[0] + row->end[1].force[0], sigma = row->end[0].sigma;
+  const PetscBool moving = (PetscBool)(i >= c->model_start[STRESS_TPTM]);
+  row->face[1] = -2 - model->vertex_file[c->vertex[CONTACT_ROW(i, ROW_P)]];
+  row->body[1] = model->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]];
+  row->length = moving && sigma < 0. ? N / (model->thickness * sigma) : (moving ? 1. : 0.5) * row->length;
+  for (int x = 0; x < 2; x++) row->end[0].force[x] += row->end[1].force[x];
+  row->end[1] = row->end[0];
+  row->end[1].force[0] = row->end[1].force[1] = 0;
+}
+
+static void contact_row(const Model *model, const State *state, const Contacts *c, PetscInt i,
+                        StressModelKind kind, const Joint *joints, ContactRow *row)
+{
+  ContactPoint p;
+  row->face[0] = c->key[2 * i];
+  row->face[1] = c->key[2 * i + 1];
+  row->klass = c->klass[i];
+  row->joint = c->joint[i];
+  row->length = c->length[i];
+  for (int k = 0; k < 2; k++) {
+    const PetscInt j = SUB(i, k);
+    ContactEnd *end = &row->end[k];
+    contact_end_place(model, state->u + 3 * model->n_bodies, c, i, k, end);
+    end->sliding = c->u_s[j];
+    end->slip = c->slip[j];
+    end->broken = PetscMin(1., c->broken[j]);
+    end->sigma = c->sigma[j];
+    end->tau = c->tau[j];
+    end->state = c->state[j];
+  }
+  for (int k = 0; k < 2; k++)
+    if (at_shear_limit(&joints[c->joint[i]], row, k)) row->end[k].state |= CONTACT_SLIPPING;
+  contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, &p, row);
+  if (row->klass == VERTEX_FACE) one_end(model, c, i, row);
+  row->control = control_part(model, c, i, row->length);
+  contact_lengths(kind, &joints[c->joint[i]], &p, row);
+}
+
+static int compare_contacts(const void *a, const void *b)
+{
+  const ContactRow *p = a, *q = b;
+  for (int i = 0; i < 2; i++) {
+    if (p->face[i] != q->face[i]) return p->face[i] < q->face[i] ? -1 : 1;
+  }
+  return 0;
+}
+
+PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *c, const Stage *stage,
+                              const MeshFields *mesh, StageFields *s)
+{
+  PetscInt n = 0;
+  ContactRow *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(PetscMax(1, c->n), &rows));
+  for (int kind = 0; kind < STRESS_MODELS; kind++) {
+    for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++) {
+      if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+      contact_row(model, state, c, i, (StressModelKind)kind, stage->joints, &rows[n++]);
+    }
+  }
+  PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
+  PetscCall(PetscFree(rows));
+  for (PetscInt i = 0; i < s->n_contacts; i++) {
+    for (int k = 0; k < 2; k++) {
+      const PetscInt face = s->contact[i].face[k];
+      if (face < 0) continue;
+      s->contact[i].face[k] = 4 * mesh->file[face / 4] + face % 4;
+      s->contact[i].body[k] = mesh->macroblock[mesh->file[face / 4]];
+    }
+  }
+  if (s->n_contacts) qsort(s->contact, s->n_contacts, sizeof(ContactRow), compare_contacts);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
+                           const Stage *stage, const MeshFields *mesh, StageFields *s)
+{
+  PetscInt counts[2] = {model->n_dof, 0};
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(s, sizeof(*s)));
+  PetscCall(gather_motion(model, state, s));
+  PetscCall(gather_bodies(model, state, s));
+  PetscCall(gather_blocks(model, state, s));
+  PetscCall(GatherContacts(model, state, contacts, stage, mesh, s));
+  s->time = state->time;
+  PetscCallMPI(MPI_Reduce(counts, &s->n_dof, 1, MPIU_INT, MPI_SUM, 0, model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *s)
+{
+  const PetscInt n = model->n_owned;
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  if (!mechanism) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(PetscMax(1, n), &place));
+  PetscCall(PetscMalloc1(PetscMax(1, 2 * n), &rows));
+  PetscCall(PetscArraycpy(place, model->vertex_file, n));
+  PetscCall(PetscArraycpy(rows, mechanism, 2 * n));
+  PetscCall(GatherPlaced(model->comm, n, place, 2, rows, model->n_vertices_global, &s->mechanism));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherStageDestroy(StageFields *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(s->safety));
+  PetscCall(PetscFree(s->safety_mode));
+  PetscCall(PetscFree(s->mechanism));
+  PetscCall(PetscFree(s->vertex));
+  PetscCall(PetscFree(s->body));
+  PetscCall(PetscFree(s->block));
+  PetscCall(PetscFree(s->contact));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,13 @@
+/* hdf5_write.h: datasets and attributes of an HDF5 file, each in one call; numbers little endian. Each
+   returns 0, or -1 on failure. */
+#pragma once
+#include "model/types.h"
+#include <hdf5.h>
+
+int Hdf5WriteReals(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *data);
+int Hdf5WriteInts(hid_t group, const char *name, hsize_t rows, hsize_t columns, const PetscInt *data);
+int Hdf5WriteNames(hid_t group, const char *name, PetscInt n, char (*names)[NAME_LENGTH]);
+int Hdf5WriteAttribute(hid_t where, const char *name, hid_t type, hid_t memory_type, const void *value);
+int Hdf5WriteText(hid_t where, const char *name, const char *text);
+int Hdf5WriteNumber(hid_t where, const char *name, double value);
+int Hdf5WriteCount(hid_t where, const char *name, long long value);

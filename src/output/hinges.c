@@ -1,0 +1,80 @@
+/* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the
+   compressed part has a length, and the centre of its force lies a third of that inside the edge: about what
+   the limit of rigid blocks falls short by (docs/rigid_blocks.md). Rank 0 only. */
+#include "output/output.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* A contact between two bodies, or the sum of all of them. */
+typedef struct {
+  PetscInt body[2];
+  PetscReal length, closed;  /* [m] */
+  PetscReal point[2], sigma; /* of the end that is pressed most */
+} Pair;
+
+static int pair_order(const void *a, const void *b)
+{
+  const Pair *p = a, *q = b;
+  for (int i = 0; i < 2; i++)
+    if (p->body[i] != q->body[i]) return p->body[i] < q->body[i] ? -1 : 1;
+  return 0;
+}
+
+static Pair pair_of(const ContactRow *c)
+{
+  const int turned = c->body[0] > c->body[1], most = c->end[1].sigma < c->end[0].sigma;
+  const ContactEnd *end = c->end + most;
+  return (Pair){.body = {c->body[turned], c->body[!turned]},
+                .length = c->length,
+                .closed = c->length - c->open,
+                .point = {end->point[0], end->point[1]},
+                .sigma = end->sigma};
+}
+
+static void add(Pair *sum, const Pair *p)
+{
+  sum->length += p->length, sum->closed += p->closed;
+  if (p->sigma >= sum->sigma) return;
+  sum->sigma = p->sigma;
+  sum->point[0] = p->point[0], sum->point[1] = p->point[1];
+}
+
+static void count(const Pair *p, Hinges *h)
+{
+  const PetscReal part = p->closed / p->length;
+  if (!(part > 0. && part < 0.5)) return;
+  h->n++;
+  if (part >= h->least) return;
+  h->least = part;
+  h->point[0] = p->point[0], h->point[1] = p->point[1];
+}
+
+Hinges HingesOf(const Problem *p, const StageFields *fields)
+{
+  Hinges h = {.n = 0, .least = INFINITY};
+  PetscInt n = 0;
+  Pair *pairs = malloc((size_t)(fields->n_contacts + 1) * sizeof(*pairs));
+  for (PetscInt i = 0; pairs && i < fields->n_contacts; i++) {
+    const ContactRow *c = fields->contact + i;
+    if (p->stage->joints[c->joint].stress_model == STRESS_TPTM && c->klass != VERTEX_FACE)
+      pairs[n++] = pair_of(c);
+  }
+  if (n) qsort(pairs, n, sizeof(*pairs), pair_order);
+  for (PetscInt i = 0; i < n;) {
+    Pair sum = pairs[i++];
+    while (i < n && !pair_order(&sum, pairs + i)) add(&sum, pairs + i++);
+    count(&sum, &h);
+  }
+  free(pairs);
+  return h;
+}
+
+void SummaryHinges(FILE *f, const Hinges *h)
+{
+  if (!h->n) return;
+  fprintf(f, "\"hinges\": {");
+  JsonCount(f, "n", h->n, ", ");
+  JsonNumber(f, "least", h->least, ", ");
+  JsonNumber(f, "x", h->point[0], ", ");
+  JsonNumber(f, "y", h->point[1], "},\n      ");
+}

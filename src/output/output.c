@@ -1,0 +1,434 @@
+/* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json
+   at the end of each stage. Files are written as <name>.part and take their name when they are whole. */
+#include "output/output.h"
+#include "archive/checkpoint.h"
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* The input beside the results: scene_echo.yaml. */
+static void write_echo(const char *folder, const Scene *scene, char message[MESSAGE_LENGTH])
+{
+  FILE *f = PartOpen(folder, "scene_echo.yaml", message);
+  if (!f) return;
+  fputs(scene->echo, f);
+  if (scene->solvers) fprintf(f, "# options of PETSc's solvers: %s\n", scene->solvers);
+  PartFinish(f, folder, "scene_echo.yaml", message);
+}
+
+/* Collective. Values of the named points into output->probes, and the largest displacement [m]. */
+static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
+{
+  const Model *model = p->m;
+  const PetscReal *u = p->state->u + 3 * model->n_bodies;
+  const PetscInt n = 4 * model->n_points;
+  PetscReal *all;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n + 1, &all));
+  for (PetscInt i = 0; i < n; i++) all[i] = -INFINITY;
+  for (PetscInt i = 0; i < model->n_points; i++) {
+    const PetscInt v = model->point_vertex[i];
+    if (v < 0 || v >= model->n_owned) continue;
+    for (int x = 0; x < 2; x++) {
+      all[4 * i + x] = model->X[2 * v + x];
+      all[4 * i + 2 + x] = u[2 * v + x];
+    }
+  }
+  all[n] = 0;
+  for (PetscInt i = 0; i < model->n_owned; i++) {
+    const PetscReal square = u[2 * i] * u[2 * i] + u[2 * i + 1] * u[2 * i + 1];
+    if (!(square <= all[n])) all[n] = square; // NaN shows
+  }
+  // one owner per point: the largest is its value
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n + 1, MPIU_REAL, MPI_MAX, model->comm));
+  PetscCall(PetscArraycpy(p->output->probes, all, n));
+  *u_max = PetscSqrtReal(all[n]);
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether a stage runs in time: then history.csv has columns of time and energies. */
+static PetscBool in_time(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].kind == STAGE_DYNAMIC) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Energies of a static stage are not accounted for: nan. */
+static void history_energies(FILE *f, const Problem *p)
+{
+  const Energies *e = &p->result->energy;
+  const PetscReal value[] = {e->strain,   e->joints,  e->outside,   e->supports,
+                             e->friction, e->damping, e->detection, e->balance};
+  fprintf(f, ",%.10g", p->state->time);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(value); i++)
+    fprintf(f, ",%.10g", p->stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
+}
+
+static void history_header(FILE *f, const Scene *scene, const Model *model)
+{
+  fprintf(f, "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m");
+  if (in_time(scene))
+    fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,detection_J,balance_J");
+  for (PetscInt p = 0; p < model->n_points; p++) {
+    fprintf(f, ",%s_ux_m,%s_uy_m", model->point_names[p], model->point_names[p]);
+  }
+  fprintf(f, "\n");
+}
+
+/* ---- what a checkpoint keeps of it, see archive.h */
+
+typedef struct {
+  const Scene *scene;
+  const Model *model;
+  Output *output;
+} Memory;
+
+/* Rank 0: the rows are in the file of that name. */
+static void check_history(const Output *o, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  struct stat mine, there;
+  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
+  if (fflush(o->history) || ferror(o->history) || fstat(fileno(o->history), &mine))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
+  else if (stat(path, &there) || there.st_ino != mine.st_ino)
+    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
+}
+
+/* Rank 0: history.csv as far as it goes, on the disk. */
+static void settle_history(Output *o, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
+  int error = fflush(o->history) || fsync(fileno(o->history));
+  o->history_bytes = ftell(o->history);
+  error = error || o->history_bytes < 0 || FileChecksum(path, (size_t)o->history_bytes, &o->history_checksum);
+  if (error && !message[0])
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+}
+
+/* Rank 0: the files of all stages that are over take their names. */
+static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, char message[MESSAGE_LENGTH])
+{
+  const double start = MPI_Wtime();
+  PetscFunctionBeginUser;
+  ResultsFileFinish(&o->results, o->n_stages - 1, message);
+  if (!o->n_settled) PartRename(o->folder, "history.csv", message);
+  if (!message[0]) check_history(o, message);
+  settle_history(o, message);
+  PetscCall(SummaryWrite(scene, model, o, message));
+  o->n_settled = o->n_stages;
+  o->settle_wall = MPI_Wtime() - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_texts(Archive *a, const char *name, PetscInt n, char ***texts)
+{
+  char label[NAME_LENGTH];
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n && !a->rank; i++) {
+    PetscCall(PetscSNPrintf(label, sizeof(label), "%s_%" PetscInt_FMT, name, i));
+    PetscCall(ArchiveText(a, label, *texts + i));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_output(Archive *a, void *context)
+{
+  Memory *memory = context;
+  Output *o = memory->output;
+  Trials *t = &o->trials;
+  const PetscBool waiting = (PetscBool)(!a->reading && !a->rank && o->n_settled < o->n_stages);
+  PetscFunctionBeginUser;
+  if (waiting)
+    PetscCall(settle(memory->scene, memory->model, o, a->message));
+  else if (!a->reading && !a->rank)
+    settle_history(o, a->message);
+  const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
+  PetscInt64 counts[] = {o->n_stages,
+                         o->results.n_frames,
+                         t->n,
+                         t->mechanism != NULL,
+                         o->history_bytes,
+                         (PetscInt64)o->history_checksum,
+                         written,
+                         (PetscInt64)o->results.run};
+  PetscCall(ArchiveCounts(a, "counts", 8, counts));
+  if (a->reading) {
+    if (!a->rank && counts[6] != written)
+      snprintf(a->message, MESSAGE_LENGTH,
+               "its results leave out other groups (materials.<name>.output) than the scene");
+    if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
+    if (!a->anew) { // the same run goes on, on another partition
+      o->results.origin = (uint64_t)counts[7];
+      o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
+    }
+    t->n = (PetscInt)counts[2];
+    o->history_bytes = counts[4], o->history_checksum = (uint64_t)counts[5];
+    if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
+    if (counts[3]) {
+      PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
+      PetscCall(PetscMalloc1(2 * memory->scene->n_joints, &t->joint_motion));
+    }
+  }
+  PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
+  PetscCall(archive_texts(a, "trial", t->n, &t->json));
+  PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
+  if (counts[3]) {
+    PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
+    PetscCall(ArchiveReals(a, "joint_motion", 2 * memory->scene->n_joints, t->joint_motion));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. As CheckpointRefuse. What is left in the buffer of history.csv cannot be written either: PETSc
+   would fail over it at the end. */
+static PetscErrorCode refuse(Output *o, const char *message)
+{
+  PetscFunctionBeginUser;
+  if (message[0] && o->history) {
+    fclose(o->history);
+    o->history = NULL;
+  }
+  PetscCall(CheckpointRefuse(o->checkpoint, ERROR_OUTPUT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the mesh while a file is being written, and which of it is */
+
+static PetscErrorCode open_mesh(const Scene *scene, const Model *model, Output *o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(GatherMesh(model, &o->mesh));
+  if (!model->rank) PetscCall(WrittenCreate(scene, &o->mesh, &o->results.written));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode close_mesh(Output *o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(WrittenDestroy(&o->results.written));
+  PetscCall(GatherMeshDestroy(&o->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- opening */
+
+/* Rank 0. */
+static uint64_t checksum_of_program(void)
+{
+  static const char program[] = "/proc/self/exe"; // of Linux
+  struct stat status;
+  uint64_t sum = 0;
+  if (!stat(program, &status)) (void)FileChecksum(program, (size_t)status.st_size, &sum);
+  return sum;
+}
+
+/* Rank 0: the file that has the rows of this run up to the checkpoint, less the rows behind it. It may have
+   its final name already. */
+static void continue_history(Output *o, char message[MESSAGE_LENGTH])
+{
+  char path[2][PETSC_MAX_PATH_LEN + 64];
+  const size_t bytes = (size_t)o->history_bytes;
+  uint64_t sum;
+  snprintf(path[0], sizeof(path[0]), "%s/history.csv.part", o->folder);
+  snprintf(path[1], sizeof(path[1]), "%s/history.csv", o->folder);
+  const int wanted = o->n_stages > 0;
+  for (int i = 0; i < 2 && !o->history; i++) {
+    const int which = i ? !wanted : wanted;
+    if (FileChecksum(path[which], bytes, &sum) || sum != o->history_checksum) continue;
+    if (which != wanted && rename(path[which], path[wanted])) continue;
+    if (!truncate(path[wanted], (off_t)bytes)) o->history = fopen(path[wanted], "ae");
+    if (!o->history)
+      snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path[wanted], strerror(errno));
+    return;
+  }
+}
+
+/* Rank 0: a new history.csv.part and results.h5.part, or those of the run that goes on. */
+static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
+                                 char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  write_echo(o->folder, scene, message);
+  if (resumed && !message[0]) continue_history(o, message);
+  if (resumed && !o->history && !message[0])
+    fprintf(stderr,
+            "quoin: warning: restart: '%s/history.csv' does not hold the rows up to the checkpoint: "
+            "it begins anew\n",
+            o->folder);
+  if (!o->history && !message[0]) {
+    o->history = PartOpen(o->folder, "history.csv", message);
+    if (o->history) history_header(o->history, scene, model);
+    if (o->history && o->n_stages) PartRename(o->folder, "history.csv", message);
+    if (o->history && !message[0]) check_history(o, message);
+  }
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (resumed)
+    PetscCall(ResultsFileResume(&o->results, o->n_stages, message));
+  else
+    PetscCall(ResultsFileCreate(&o->results, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(output, sizeof(*output)));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(PetscStrncpy(output->folder, scene->output, sizeof(output->folder)));
+  output->lock = -1;
+  if (!rank && !FolderMake(output->folder, message)) output->lock = FolderLock(output->folder, message);
+  int taken = output->lock == FOLDER_TAKEN;
+  PetscCallMPI(MPI_Bcast(&taken, 1, MPI_INT, 0, comm));
+  PetscCall(Refuse(comm, taken ? ERROR_LOCKED : ERROR_OUTPUT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
+                          Output *output)
+{
+  char message[MESSAGE_LENGTH] = "";
+  Memory *memory;
+  PetscBool resumed;
+  PetscFunctionBeginUser;
+  output->checkpoint = checkpoint;
+  PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
+  output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
+  PetscCall(open_mesh(scene, model, output));
+  if (!model->rank) {
+    PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
+    output->program_checksum = checksum_of_program();
+    output->results.choice = WrittenChecksum(&output->results.written);
+    output->results.run = output->results.origin = CheckpointRun(checkpoint);
+  }
+  PetscCall(PetscNew(&memory));
+  output->memory = memory;
+  *memory = (Memory){scene, model, output};
+  PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
+  if (!model->rank && resumed) ResultsFileCheck(&output->results, output->n_stages, message);
+  PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));
+  if (!model->rank) PetscCall(open_files(scene, model, output, resumed, message));
+  PetscCall(close_mesh(output)); // a few bytes a block that only output reads
+  PetscCall(refuse(output, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void history_row(const Problem *p, PetscReal u_max)
+{
+  FILE *f = p->output->history;
+  const PetscReal *probes = p->output->probes;
+  const State *s = p->state;
+  fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
+          s->ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
+  if (in_time(p->scene)) history_energies(f, p);
+  for (PetscInt i = 0; i < p->m->n_points; i++)
+    fprintf(f, ",%.10g,%.10g", probes[4 * i + 2], probes[4 * i + 3]);
+  fprintf(f, "\n");
+  fflush(f);
+}
+
+PetscErrorCode OutputHistory(const Problem *p)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscReal u_max;
+  PetscFunctionBeginUser;
+  PetscCall(update_probes(p, &u_max));
+  if (p->output->history) {
+    history_row(p, u_max);
+    check_history(p->output, message);
+  }
+  PetscCall(refuse(p->output, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
+{
+  Output *output = p->output;
+  char message[MESSAGE_LENGTH] = "";
+  StageFields fields;
+  PetscFunctionBeginUser;
+  PetscCall(open_mesh(p->scene, p->m, output));
+  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
+  if (!p->m->rank)
+    PetscCall(ResultsFileFrame(&output->results, p->number, frame, p->result, &fields, message));
+  PetscCall(GatherStageDestroy(&fields));
+  PetscCall(close_mesh(output));
+  PetscCall(refuse(output, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0. Files that hold all stages so far, and the checkpoint, are written whole: at the end of each of
+   many short stages this would cost the square of their number. So stages wait while they are few beside
+   those before, and the run has gone on for less time than the files take. */
+static PetscBool settle_now(const Problem *p)
+{
+  enum { FEW = 16 };
+  const Output *o = p->output;
+  const Checkpoint *c = o->checkpoint;
+  const PetscInt waiting = o->n_stages - o->n_settled;
+  const PetscBool last = (PetscBool)(p->number + 1 == p->scene->n_stages ||
+                                     (p->result->verdict != VERDICT_CONVERGED &&
+                                      p->result->verdict != VERDICT_COMPLETED));
+  return (PetscBool)(last || o->results.n_frames || FEW * waiting >= o->n_stages ||
+                     MPI_Wtime() - c->last_wall >= o->settle_wall + c->write_wall);
+}
+
+PetscErrorCode OutputStage(const Problem *p)
+{
+  Output *output = p->output;
+  char message[MESSAGE_LENGTH] = "";
+  StageFields fields;
+  PetscReal u_max;
+  uint64_t checksum;
+  PetscFunctionBeginUser;
+  PetscCall(update_probes(p, &u_max));
+  PetscCall(StateChecksum(p->m, p->state, p->contacts, &checksum));
+  PetscCall(open_mesh(p->scene, p->m, output));
+  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
+  PetscCall(UpliftSurvey(p, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
+  if (!p->m->rank) {
+    PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
+    PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));
+    PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
+    output->n_contacts = fields.n_contacts, output->n_dofs = fields.n_dof;
+    output->settled = settle_now(p);
+    if (output->settled) PetscCall(settle(p->scene, p->m, output, message));
+  }
+  PetscCallMPI(MPI_Bcast(&output->settled, 1, MPI_PETSC_BOOL, 0, p->m->comm));
+  PetscCall(GatherStageDestroy(&fields));
+  PetscCall(close_mesh(output));
+  PetscCall(TrialsReset(&output->trials));
+  PetscCall(BodyMotionDestroy(&output->bodies));
+  PetscCall(refuse(output, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  message[0] = '\0';
+  if (output->history && fclose(output->history))
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s/history.csv': %s", output->folder,
+             strerror(errno));
+  if (output->lock >= 0) FolderUnlock(output->folder, output->lock);
+  output->lock = -1;
+  PetscCall(PetscFree(output->memory));
+  PetscCall(TrialsReset(&output->trials));
+  PetscCall(BodyMotionDestroy(&output->bodies));
+  for (PetscInt s = 0; s < output->n_stages && output->stages; s++) free(output->stages[s]);
+  PetscCall(PetscFree(output->stages));
+  PetscCall(PetscFree(output->probes));
+  PetscCall(ResultsFileDestroy(&output->results));
+  output->history = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,321 @@
+/* output.h: prototypes of what is written for people: a stage gathered to rank 0, its safety factors,
+   results.h5, results.xdmf, summary.json, history.csv, what trials leave. Conventions as in internal.h. */
+#pragma once
+#include "stages/stages.h"
+
+/* ---- gather.c: what is written for people, on rank 0 (arrays NULL elsewhere), in file order */
+typedef struct {
+  PetscInt n_vertices, n_blocks;
+  PetscReal *X;         /* [m] (n_vertices,2) */
+  PetscInt *blocks;     /* (n_blocks,4) file vertices, -1 in the last column of a triangle */
+  PetscInt *group;      /* (n_blocks,) */
+  PetscInt *macroblock; /* (n_blocks,) */
+  PetscInt *rank;       /* (n_blocks,) that writes the block, when the run starts */
+  PetscInt *file;       /* (n_blocks,) file id of each block gid */
+} MeshFields;
+
+enum {
+  VERTEX_WIDTH = 8, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid
+                       vertices: 0; row of the support that holds x, y, -1: none */
+  BODY_WIDTH = 11, /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise; rows of the
+                      supports of x, y */
+  BLOCK_WIDTH = 20 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
+                      (4,3) [Pa]; NaN where the kind of block has none */
+};
+
+typedef struct {
+  PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
+  PetscReal normal[2];                 /* [-] from side b to side a; force acts along it on side b */
+  PetscReal opening, sliding, slip;    /* [m] u_n less rest; u_s; plastic part of u_s */
+  PetscReal broken;                    /* [-] */
+  PetscReal closure;                   /* [m] plastic part of u_n */
+  PetscReal sigma, tau;                /* [Pa] */
+  PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
+  PetscInt state;                      /* ContactState bits */
+} ContactEnd;
+
+enum { FACE_NOT_WRITTEN = -1 }; /* in ContactRow.face: see WrittenStage */
+
+typedef struct {
+  PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
+  PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
+  PetscInt klass, joint;
+  PetscReal length; /* [m] */
+  PetscReal
+      control; /* [-] of a tenth of the shorter face (of a corner: of the face it stands on), at most 1 */
+  PetscReal open, crushing; /* [m] of it */
+  ContactEnd end[2];        /* a vertex on a face has one end: the other repeats it without force */
+} ContactRow;
+
+typedef struct {
+  PetscReal time;                       /* [s] of dynamic stages */
+  PetscInt n_contacts, n_bodies, n_dof; /* of the whole model */
+  PetscReal *vertex;                    /* (n_vertices, VERTEX_WIDTH) */
+  PetscReal *body;                      /* (n_bodies, BODY_WIDTH) rigid bodies by number */
+  PetscReal *block;                     /* (n_blocks, BLOCK_WIDTH) */
+  ContactRow *contact;                  /* (n_contacts,) ascending faces */
+  PetscReal *safety;                    /* (n_blocks,) least of (39)-(41), NaN without strengths; safety.c */
+  PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
+  PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
+} StageFields;
+
+/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
+PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all);
+/* Collective. place: (n,) row of the result for each of the n rows; frees place and rows. all: (n_all, width)
+   on rank 0, from PetscMalloc. */
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                            PetscInt n_all, PetscReal **all);
+/* All collective. */
+PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
+PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
+PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
+                           const Stage *stage, const MeshFields *mesh, StageFields *fields);
+/* Of a stage, fields->contact and n_contacts only. */
+PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *contacts,
+                              const Stage *stage, const MeshFields *mesh, StageFields *fields);
+PetscErrorCode GatherStageDestroy(StageFields *fields);
+/* The mechanism of the trials: (n_owned,2) on each rank, NULL on all: nothing happens. */
+PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
+
+/* ---- safety.c: rank 0 only */
+typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
+/* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite
+   when nothing can fail. */
+SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor);
+/* Writes fields->safety and safety_mode when a material has strengths. */
+PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
+/* The "safety" member of a stage's object. */
+void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
+
+/* ---- written.c: rank 0 only; what of mesh and fields goes into results.h5 */
+typedef struct {
+  PetscBool partly;         /* false: everything does; then mesh is *all, and the lists are NULL */
+  MeshFields mesh;          /* rows that are written, in the order of model.h5; file: NULL when partly */
+  PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) their numbers in model.h5 */
+  PetscInt *block_row, *vertex_row; /* (all blocks,), (all vertices,) row among the written ones, -1: none */
+} Written;
+/* all must stay as long as what is written. */
+PetscErrorCode WrittenCreate(const Scene *scene, const MeshFields *all, Written *written);
+PetscErrorCode WrittenDestroy(Written *written);
+/* Of a stage's fields; a face or vertex of a contact that is not written gets the number -1. */
+PetscErrorCode WrittenStage(const Written *written, const StageFields *all, StageFields *some);
+PetscErrorCode WrittenStageDestroy(const Written *written, StageFields *some);
+/* The same for the same choice of blocks; 0: everything. */
+uint64_t WrittenChecksum(const Written *written);
+
+/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault,
+   "" when there is none. */
+typedef struct {
+  const char *folder;
+  const Scene *scene;
+  const Model *model; /* names only */
+  Written written;    /* while a file is being written */
+  uint64_t choice;    /* WrittenChecksum */
+  uint64_t run;       /* that writes them: CheckpointRun, after a restart CheckpointGoesOn */
+  uint64_t origin;    /* the run of the checkpoint, whose files it takes over; else run */
+  char *xdmf;         /* grids of the stages written so far */
+  PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
+  PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
+  int64_t part;       /* results.h5.part, open while stages are added (hid_t); 0: closed */
+  int failed;         /* errno: something in it could not be written */
+} ResultsFile;
+/* Writes the mesh part into results.h5.part. */
+PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
+/* Writes a frame on the way into <stage>_<frame>.h5, until the stage ends; not while stages wait for
+   ResultsFileFinish. */
+PetscErrorCode ResultsFileFrame(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
+                                const StageFields *fields, char message[MESSAGE_LENGTH]);
+/* Adds the end of a stage and its frames to results.h5.part; what fails there ResultsFileFinish tells. */
+PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
+                                const StageFields *fields);
+/* The finished file replaces results.h5, then results.xdmf follows. stage: the last one in it. */
+void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_LENGTH]);
+/* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
+   called. Frames of another run count as not there. */
+void ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
+/* Whether results.h5 is there, whole, and holds the first n stages of the scene. */
+PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
+/* After a restart: goes on with results.h5 when it holds the first n stages of the scene, else begins it anew
+   with a warning; grids of stages and frames that are not in the folder are forgotten. */
+PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
+PetscErrorCode ResultsFileDestroy(ResultsFile *file);
+/* ---- xdmf.c: rank 0 only */
+/* Entries of the mixed topology: the cell type before the vertices of each block. */
+PetscInt XdmfTopologySize(const MeshFields *mesh);
+/* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name:
+   its group in results.h5. */
+int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
+/* Whether it has the grids of that group; and takes them out, if there are any. */
+PetscBool XdmfHas(const ResultsFile *results, const char *name);
+void XdmfDrop(ResultsFile *results, const char *name);
+/* results.xdmf from all grids so far, replaced in one go. */
+void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
+/* ---- files.c: rank 0 only */
+/* mkdir -p; 0, or -1 and a message. */
+int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
+/* Keeps other runs out of a folder until FolderUnlock or the end of the process. With a message: FOLDER_TAKEN
+   when another run is there, -1 when the folder cannot be written. */
+enum { FOLDER_TAKEN = -2 };
+int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
+void FolderUnlock(const char *folder, int lock);
+/* folder/name.part, opened for writing. */
+FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* Closes it; when all of it is on the disk it becomes folder/name, unless there is a message. */
+void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* folder/name with this text, and behind it its CRC-32 between `before` and `after`. */
+void PartText(const char *folder, const char *name, const char *text, size_t size, const char *before,
+              const char *after, char message[MESSAGE_LENGTH]);
+/* What PartFinish does, for a .part that is on the disk already. */
+void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
+/* Makes the renaming of a file outlast a loss of power; 0 or errno. */
+int FolderSync(const char *path);
+/* 0 or -1 */
+int FileCopy(const char *from, const char *to);
+/* CRC-32 (that of zlib) of the first bytes of a file; 0, or -1: it has fewer, or cannot be read (errno). */
+int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
+
+#ifndef QUOIN_VERSION
+#define QUOIN_VERSION "0.1.0"
+#endif
+
+/* ---- trials.c: what the trials of a strength reduction or a flood leave */
+typedef struct {
+  PetscReal friction;        /* [degree] before it was reduced */
+  PetscReal stable, failing; /* [-] tan(friction) over that of the last stable, the first failing trial */
+  PetscBool reduced;         /* it has contacts and friction, and the stage reduces it */
+} JointFactor;
+typedef struct {
+  PetscInt n;
+  char **json;               /* rank 0: (n,) one object each */
+  PetscReal stable, failing; /* the bracket; NaN: no such trial */
+  PetscReal open;            /* value nearest to stable of which no trial has told; NaN: there is none */
+  PetscReal moved;           /* [m] in the stage as far as the last stable trial */
+  JointFactor *joints;       /* (n_joints,) of a reduction of friction that has ended; NULL: none */
+  PetscInt one;              /* joint whose factors are those of the stage, -1: it has no single factor */
+  PetscReal *mechanism;      /* (n_owned,2) velocities as it fails, largest 1; NULL: it does not */
+  PetscReal *joint_motion;   /* (n_joints,2) JointMotion of each joint in it; NULL likewise */
+} Trials;
+/* Collective. Keeps in p->output what the trial of this value, just run, has come to, and prints it. moved:
+   largest displacement [m] since the stage began. */
+PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved);
+/* What a reduction of friction comes to, joint by joint. full: the joints before; has: (n_joints,)
+   ReducedJoints. */
+PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has);
+/* Why the stage has no single factor, or what it is: "" when there is nothing to say. */
+void TrialsSay(const Problem *p, size_t size, char *text);
+PetscErrorCode TrialsReset(Trials *trials);
+/* Members of a stage's object in summary.json. */
+void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
+void SummaryUplift(FILE *f, const Problem *p);
+
+/* ---- mechanism.c: how it fails */
+enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
+/* Collective. Takes the present motion as the mechanism of p->output->trials; from: not NULL: the way from
+   these displacements (ModelApplied,) instead. */
+PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
+/* Whether a joint slides, or opens, in it. */
+PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
+void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
+
+/* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
+/* "name": value, and what follows; null for what is not finite. */
+void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
+void JsonText(FILE *f, const char *name, const char *value, const char *tail);
+void JsonCount(FILE *f, const char *name, long long value, const char *tail);
+/* One JSON object of a stage, to be freed with free(); the mesh, probes and trials of p->output. */
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
+/* The whole file from the objects of the stages so far, replaced in one go. */
+struct _p_Output;
+PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
+                            char message[MESSAGE_LENGTH]);
+
+/* ---- hinges.c: rank 0 only */
+/* Joints between two bodies that are closed over less than half of their face, with tptm. */
+typedef struct {
+  PetscInt n;
+  PetscReal least;    /* [-] the least compressed length over the face */
+  PetscReal point[2]; /* [m] where */
+} Hinges;
+Hinges HingesOf(const Problem *p, const StageFields *fields);
+/* The "hinges" member of a stage or trial, where there are some. */
+void SummaryHinges(FILE *f, const Hinges *hinges);
+
+/* ---- summary_joints.c: rank 0 only */
+/* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
+PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);
+
+/* ---- body_motion.c: what becomes of each macroblock in a dynamic stage */
+typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
+/* Numbers of all macroblocks, the same on all ranks. */
+typedef struct {
+  PetscInt n;
+  PetscReal *centre; /* [m] (n,2) mass centre in the mesh */
+  PetscReal
+      *balance; /* [rad] (n,2) rotation, anticlockwise and clockwise, beyond which it lies on another side */
+  PetscReal *size;   /* [m] (n,2) width and height in the mesh; 0: a support holds it, it is not judged */
+  PetscReal *since;  /* [s] (n,BODY_FATES) infinite: has not happened */
+  PetscReal *moved;  /* [m] (n,2) of the mass centre over the ground, at the last look */
+  PetscReal *turned; /* [rad] (n,) likewise, anticlockwise */
+  PetscInt *group;   /* (n,) of those that are judged */
+} BodyMotion;
+/* Collective. From the mesh; nothing has happened yet. */
+PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
+PetscErrorCode BodyMotionDestroy(BodyMotion *bodies);
+/* Collective. What the present displacements say, at the present time. */
+PetscErrorCode BodyMotionLook(const Model *model, const State *state, BodyMotion *bodies);
+/* The macroblock that it happened to first, -1: to none; n: to how many. */
+PetscInt BodyMotionFirst(const BodyMotion *bodies, BodyFate fate, PetscInt *n);
+/* For the evidence; "" when nothing has happened. */
+PetscErrorCode BodyMotionSay(const Model *model, const BodyMotion *bodies, size_t size, char *text);
+/* Collective. Fixed connectivity: warns of bodies without contacts, at the start; the first two blocks that
+   overlap deeper than closed joints and the mesh explain, "" when none do. */
+PetscErrorCode BodiesLoose(const Problem *p);
+PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH]);
+/* The "bodies" member of a stage's object. */
+void SummaryBodies(FILE *f, const Model *model, const BodyMotion *bodies);
+/* Collective. Mass centre of every macroblock [m] (n_bodies_global,2) with displacements u of the dofs, NULL:
+   in the mesh. */
+PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *centre);
+
+/* ---- output.c: the output folder. All collective. */
+typedef struct _p_Output {
+  char folder[PETSC_MAX_PATH_LEN];
+  PetscInt n_stages;         /* that are over */
+  PetscInt n_settled;        /* rank 0: of these, what the files hold that have their names */
+  PetscBool settled;         /* all of them: a checkpoint is due */
+  double settle_wall;        /* rank 0: [s] that it took to write these files last */
+  PetscInt n_contacts;       /* at the end of the last one, */
+  PetscInt n_dofs;           /* likewise */
+  char **stages;             /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes;         /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;           /* while a file is being written */
+  ResultsFile results;       /* rank 0 */
+  FILE *history;             /* rank 0 */
+  PetscInt64 history_bytes;  /* rank 0: how far it went when last looked at, */
+  uint64_t history_checksum; /* and FileChecksum of that */
+  uint64_t program_checksum; /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
+  int lock;                  /* rank 0: of the folder, -1: none */
+  Trials trials;             /* of the stage that runs */
+  BodyMotion bodies;         /* likewise, of a dynamic one */
+  struct _p_Checkpoint *checkpoint;
+  void *memory; /* output.c: for the checkpoint */
+} Output;
+/* Makes the folder of the scene; refuses one that cannot be written or that another run writes into, and
+   keeps others out until OutputClose. `output` is zero before. */
+PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output);
+/* Call when set-up has succeeded, after OutputLock: starts results.h5.part and history.csv.part; after a
+   restart goes on with the files there. Results of an older run stay until the first stage is complete.
+   `output` must not move in memory. */
+PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
+                          Output *output);
+/* A row of history.csv. */
+PetscErrorCode OutputHistory(const Problem *p);
+/* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
+PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
+/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
+   name. Or, where many short stages follow each other, they wait for a later stage or a checkpoint: not
+   `settled`. */
+PetscErrorCode OutputStage(const Problem *p);
+/* message: what could not be written at the last moment, "" when nothing failed. */
+PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);

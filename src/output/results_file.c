@@ -1,0 +1,476 @@
+/* results_file.c: results.h5 (docs/results_format.md). Rank 0 only: the
+   serial HDF5 interface. The only C file that knows the format. */
+#include "output/output.h"
+#include "output/hdf5_disk.h"
+#include "output/hdf5_write.h"
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* One column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
+static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
+                         int width, int first)
+{
+  PetscReal *copy;
+  int columns = 1;
+  for (int i = 1; i < rank; i++) columns *= (int)dims[i];
+  copy = malloc(((size_t)dims[0] * columns + 1) * sizeof(*copy));
+  if (!copy) return -1;
+  for (size_t i = 0; i < dims[0]; i++)
+    memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
+  const int error = Hdf5WriteReals(group, name, rank, dims, copy);
+  free(copy);
+  return error;
+}
+
+/* ---- the mesh part */
+
+static int write_topology(hid_t group, const MeshFields *mesh)
+{
+  enum { XDMF_TRIANGLE = 4, XDMF_QUADRILATERAL = 5 };
+  PetscInt n = 0, *topology = malloc((XdmfTopologySize(mesh) + 1) * sizeof(*topology));
+  if (!topology) return -1;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt *v = mesh->blocks + 4 * b;
+    topology[n++] = v[3] < 0 ? XDMF_TRIANGLE : XDMF_QUADRILATERAL;
+    for (int k = 0; k < 4; k++) {
+      if (v[k] >= 0) topology[n++] = v[k];
+    }
+  }
+  const int error = Hdf5WriteInts(group, "xdmf_topology", n, 0, topology);
+  free(topology);
+  return error;
+}
+
+static int write_mesh(hid_t file, const ResultsFile *results)
+{
+  const Scene *scene = results->scene;
+  const Model *model = results->model;
+  const MeshFields *mesh = &results->written.mesh;
+  const hsize_t dims[2] = {mesh->n_vertices, 2};
+  const hid_t group = H5Gcreate2(file, "mesh", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  char(*joints)[NAME_LENGTH] = calloc(scene->n_joints + 1, NAME_LENGTH);
+  int error = group < 0 || !joints;
+  for (PetscInt j = 0; !error && j < scene->n_joints; j++) strcpy(joints[j], scene->joints[j].name);
+  error = error || Hdf5WriteReals(group, "vertices", 2, dims, mesh->X) ||
+          Hdf5WriteInts(group, "blocks", mesh->n_blocks, 4, mesh->blocks) ||
+          Hdf5WriteInts(group, "block_group", mesh->n_blocks, 0, mesh->group) ||
+          Hdf5WriteInts(group, "macroblock", mesh->n_blocks, 0, mesh->macroblock) ||
+          Hdf5WriteInts(group, "rank", mesh->n_blocks, 0, mesh->rank) ||
+          Hdf5WriteNames(group, "group_names", model->n_groups, model->group_names) ||
+          Hdf5WriteInts(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
+          Hdf5WriteNames(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);
+  if (!error && results->written.partly)
+    error = Hdf5WriteInts(group, "block_file", mesh->n_blocks, 0, results->written.block) ||
+            Hdf5WriteInts(group, "vertex_file", mesh->n_vertices, 0, results->written.vertex);
+  free(joints);
+  if (group >= 0) H5Gclose(group);
+  return -error;
+}
+
+/* ---- a stage */
+
+static int write_stage_attributes(hid_t group, PetscInt stage, PetscInt frame, PetscReal time,
+                                  const StageResult *result)
+{
+  return Hdf5WriteCount(group, "index", stage) || Hdf5WriteCount(group, "frame", frame) ||
+         Hdf5WriteNumber(group, "time", time) ||
+         Hdf5WriteText(group, "verdict", frame ? "running" : VerdictNames[result->verdict]) ||
+         Hdf5WriteText(group, "evidence", frame ? "" : result->evidence) ||
+         Hdf5WriteCount(group, "cycles", result->cycles) || Hdf5WriteNumber(group, "ratio", result->ratio);
+}
+
+static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFields *fields)
+{
+  const hsize_t nv = mesh->n_vertices, nb = mesh->n_blocks;
+  const hsize_t plane[2] = {nv, 2}, tensor[2] = {nb, 3}, gauss[3] = {nb, 4, 3};
+  const PetscReal *block = fields->block;
+  return write_columns(group, "displacement", 2, plane, fields->vertex, VERTEX_WIDTH, 0) ||
+         write_columns(group, "stress", 2, tensor, block, BLOCK_WIDTH, 0) ||
+         write_columns(group, "s1", 1, &nb, block, BLOCK_WIDTH, 3) ||
+         write_columns(group, "s2", 1, &nb, block, BLOCK_WIDTH, 4) ||
+         write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
+         write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
+         write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
+         (fields->safety && (Hdf5WriteReals(group, "safety_factor", 1, &nb, fields->safety) ||
+                             Hdf5WriteInts(group, "safety_mode", nb, 0, fields->safety_mode))) ||
+         (fields->mechanism && Hdf5WriteReals(group, "mechanism", 2, plane, fields->mechanism));
+}
+
+/* A dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
+static int write_contact_ints(hid_t group, const char *name, const StageFields *fields, int columns,
+                              size_t offset, size_t stride)
+{
+  const PetscInt n = fields->n_contacts;
+  PetscInt *copy = malloc((columns * (size_t)n + 1) * sizeof(*copy));
+  if (!copy) return -1;
+  for (PetscInt i = 0; i < n; i++) {
+    const char *row = (const char *)&fields->contact[i] + offset;
+    for (int k = 0; k < columns; k++) copy[columns * i + k] = *(const PetscInt *)(row + k * stride);
+  }
+  const int error = Hdf5WriteInts(group, name, n, columns > 1 ? columns : 0, copy);
+  free(copy);
+  return error;
+}
+
+/* width: reals of the member: 1 makes (n_contacts, 2 ends), 2 makes (n_contacts, 2 ends, 2). */
+static int write_end_reals(hid_t group, const char *name, const StageFields *fields, int width, size_t offset)
+{
+  const hsize_t dims[3] = {fields->n_contacts, 2, 2};
+  PetscReal *copy = malloc((4 * (size_t)fields->n_contacts + 1) * sizeof(*copy));
+  size_t n = 0;
+  if (!copy) return -1;
+  for (PetscInt i = 0; i < fields->n_contacts; i++) {
+    for (int k = 0; k < 2; k++) {
+      const PetscReal *value = (const PetscReal *)((const char *)&fields->contact[i].end[k] + offset);
+      for (int x = 0; x < width; x++) copy[n++] = value[x];
+    }
+  }
+  const int error = Hdf5WriteReals(group, name, 1 + width, dims, copy);
+  free(copy);
+  return error;
+}
+
+static int write_faces_lengths(hid_t group, const StageFields *fields)
+{
+  const hsize_t n = fields->n_contacts;
+  PetscInt *face = malloc((4 * n + 1) * sizeof(*face));
+  PetscReal *length = malloc((n + 1) * sizeof(*length));
+  int error = !face || !length;
+  for (hsize_t i = 0; !error && i < n; i++) {
+    for (int k = 0; k < 2; k++) {
+      const PetscInt number = fields->contact[i].face[k]; // -2 - vertex where a vertex stands on a face
+      face[4 * i + 2 * k] = number >= 0 ? number / 4 : number == FACE_NOT_WRITTEN ? -2 : -1;
+      face[4 * i + 2 * k + 1] = number >= 0 ? number % 4 : number == FACE_NOT_WRITTEN ? -2 : -2 - number;
+    }
+    length[i] = fields->contact[i].length;
+  }
+  error = error || Hdf5WriteInts(group, "face", n, 4, face) || Hdf5WriteReals(group, "length", 1, &n, length);
+  free(face);
+  free(length);
+  return -error;
+}
+
+static int any_closure(const StageFields *fields)
+{
+  for (PetscInt i = 0; i < fields->n_contacts; i++)
+    if (fields->contact[i].end[0].closure < 0. || fields->contact[i].end[1].closure < 0.) return 1;
+  return 0;
+}
+
+static int write_contacts(hid_t stage, const StageFields *fields)
+{
+  const size_t ends = offsetof(ContactRow, end);
+  const hid_t group = H5Gcreate2(stage, "contacts", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  if (group < 0) return -1;
+  const int error = write_faces_lengths(group, fields) ||
+                    write_contact_ints(group, "joint", fields, 1, offsetof(ContactRow, joint), 0) ||
+                    write_contact_ints(group, "class", fields, 1, offsetof(ContactRow, klass), 0) ||
+                    write_contact_ints(group, "macroblock", fields, 2, offsetof(ContactRow, body),
+                                       sizeof(PetscInt)) ||
+                    write_contact_ints(group, "state", fields, 2, ends + offsetof(ContactEnd, state),
+                                       sizeof(ContactEnd)) ||
+                    write_end_reals(group, "point", fields, 2, offsetof(ContactEnd, point)) ||
+                    write_end_reals(group, "displacement", fields, 2, offsetof(ContactEnd, displacement)) ||
+                    write_end_reals(group, "normal", fields, 2, offsetof(ContactEnd, normal)) ||
+                    write_end_reals(group, "opening", fields, 1, offsetof(ContactEnd, opening)) ||
+                    write_end_reals(group, "sliding", fields, 1, offsetof(ContactEnd, sliding)) ||
+                    write_end_reals(group, "slip", fields, 1, offsetof(ContactEnd, slip)) ||
+                    write_end_reals(group, "broken", fields, 1, offsetof(ContactEnd, broken)) ||
+                    write_end_reals(group, "sigma", fields, 1, offsetof(ContactEnd, sigma)) ||
+                    write_end_reals(group, "tau", fields, 1, offsetof(ContactEnd, tau)) ||
+                    write_end_reals(group, "force", fields, 2, offsetof(ContactEnd, force));
+  const int last = error || !any_closure(fields)
+                       ? error
+                       : write_end_reals(group, "closure", fields, 1, offsetof(ContactEnd, closure));
+  H5Gclose(group);
+  return last;
+}
+
+/* ---- whose a file is */
+
+/* Anew in a file that a branch has taken over. */
+static int write_run(hid_t file, const ResultsFile *results)
+{
+  if (H5Aexists(file, "run") > 0 && H5Adelete(file, "run") < 0) return -1;
+  return Hdf5WriteAttribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
+}
+
+/* Names of stages are alike in many scenes: the checksum of mesh and options is not. A run that goes on with
+   other options takes over what its checkpoint's run has left, and makes it its own. */
+static PetscBool is_of_this_run(hid_t file, const ResultsFile *results)
+{
+  uint64_t run = 0;
+  const hid_t attribute = H5Aexists(file, "run") > 0 ? H5Aopen(file, "run", H5P_DEFAULT) : -1;
+  const hid_t space = attribute < 0 ? -1 : H5Aget_space(attribute);
+  const int error = space < 0 || H5Sget_simple_extent_npoints(space) != 1 ||
+                    H5Aread(attribute, H5T_NATIVE_UINT64, &run) < 0;
+  if (space >= 0) H5Sclose(space);
+  if (attribute >= 0) H5Aclose(attribute);
+  return (PetscBool)(!error && (run == results->run || run == results->origin));
+}
+
+void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const hid_t file = n ? DiskFileRead(path) : -1;
+  if (file < 0) return;
+  if (!is_of_this_run(file, results))
+    snprintf(message, MESSAGE_LENGTH,
+             "restart: '%.800s' is of another run than the checkpoint: give another folder as output", path);
+  H5Fclose(file);
+}
+
+/* ---- whole files */
+
+/* error: something has failed already. */
+static void close_written(hid_t file, int error, const char *path, char message[MESSAGE_LENGTH])
+{
+  const int why = file < 0 ? errno : DiskFileClose(file);
+  if ((error || why) && !message[0])
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s': %s", path,
+             why ? strerror(why) : "HDF5 refuses");
+}
+
+PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  hid_t file;
+  PetscFunctionBeginUser;
+  snprintf(path, sizeof(path), "%s/results.h5.part", results->folder);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  file = DiskFileCreate(path);
+  int error = file < 0 || Hdf5WriteText(file, "format", "quoin-results") ||
+              Hdf5WriteCount(file, "version", 2) || Hdf5WriteText(file, "title", results->scene->title) ||
+              Hdf5WriteText(file, "scene", results->scene->file) ||
+              Hdf5WriteText(file, "model", results->scene->model) || write_run(file, results) ||
+              Hdf5WriteNumber(file, "thickness", results->scene->thickness) || write_mesh(file, results);
+  const hid_t stages = error ? -1 : H5Gcreate2(file, "stages", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  error = error || stages < 0;
+  if (stages >= 0) H5Gclose(stages);
+  close_written(file, error, path, message);
+  results->has_part = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void group_name(const ResultsFile *results, PetscInt stage, PetscInt frame,
+                       char name[NAME_LENGTH + 16])
+{
+  snprintf(name, NAME_LENGTH, "%s", results->scene->stages[stage].name);
+  if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
+}
+
+PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
+{
+  char path[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  const hid_t file = DiskFileRead(path), stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
+  PetscBool holds = (PetscBool)(stages >= 0);
+  for (PetscInt s = 0; s < n && holds; s++)
+    holds = (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
+  if (stages >= 0) H5Gclose(stages);
+  if (file >= 0) H5Fclose(file);
+  return holds;
+}
+
+static hid_t open_with(const ResultsFile *results, const char *path, const char *group)
+{
+  hid_t file = DiskFileRead(path);
+  if (file >= 0 && (!is_of_this_run(file, results) || H5Lexists(file, group, H5P_DEFAULT) <= 0)) {
+    H5Fclose(file);
+    file = -1;
+  }
+  return file;
+}
+
+/* The file that has a frame, and its group within; negative: none. Its own file; after a restart from before
+   the end of the stage it may be in results.h5 already. */
+static hid_t open_frame_of(const ResultsFile *results, const char *name, char within[2 * NAME_LENGTH])
+{
+  char path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
+  snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
+  snprintf(within, 2 * NAME_LENGTH, "/%s", name);
+  const hid_t file = open_with(results, path, within);
+  if (file >= 0) return file;
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  snprintf(within, 2 * NAME_LENGTH, "/stages/%s", name);
+  return open_with(results, path, within);
+}
+
+/* Forgets the grids of frames that are not there; how many these are. */
+static PetscInt forget_frames(ResultsFile *results, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
+  PetscInt n = 0;
+  for (PetscInt frame = 1; frame <= results->n_frames; frame++) {
+    group_name(results, stage, frame, name);
+    const hid_t file = open_frame_of(results, name, within);
+    if (file >= 0) H5Fclose(file);
+    if (file < 0 && XdmfHas(results, name)) XdmfDrop(results, name), n++;
+  }
+  return n;
+}
+
+PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
+{
+  char name[NAME_LENGTH + 16];
+  PetscFunctionBeginUser;
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const PetscBool holds = (PetscBool)(n && ResultsFileHolds(results, n));
+  if (n && !holds)
+    fprintf(stderr,
+            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint, or is "
+            "damaged: "
+            "it begins anew\n",
+            results->folder);
+  for (PetscInt s = 0; s < n && !holds; s++)
+    for (PetscInt frame = 0; frame <= results->scene->stages[s].frames; frame++) {
+      group_name(results, s, frame, name);
+      XdmfDrop(results, name);
+    }
+  const PetscInt lost = forget_frames(results, n);
+  if (lost)
+    fprintf(stderr,
+            "quoin: warning: restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
+            " frames of stage %s up to the checkpoint: results.h5 goes on without them\n",
+            results->folder, lost, results->n_frames, results->scene->stages[n].name);
+  if (!holds) PetscCall(ResultsFileCreate(results, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stages from this one on, which a run before a restart has left there, make room. */
+static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16];
+  int error = 0;
+  for (; stage < results->scene->n_stages; stage++)
+    for (PetscInt frame = 0; frame <= results->scene->stages[stage].frames; frame++) {
+      group_name(results, stage, frame, name);
+      if (H5Lexists(stages, name, H5P_DEFAULT) > 0) error = H5Ldelete(stages, name, H5P_DEFAULT) < 0 || error;
+    }
+  return -error;
+}
+
+/* Frames to where they belong, but for those that a restart has not found. */
+static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
+  int error = 0;
+  for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
+    group_name(results, stage, frame, name);
+    if (!XdmfHas(results, name)) continue;
+    const hid_t file = open_frame_of(results, name, within);
+    error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
+    if (file >= 0) H5Fclose(file);
+  }
+  return -error;
+}
+
+static void remove_frames(ResultsFile *results, PetscInt stage)
+{
+  char name[NAME_LENGTH + 16], path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
+  for (PetscInt frame = 1; frame <= results->n_frames; frame++) {
+    group_name(results, stage, frame, name);
+    snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
+    unlink(path);
+  }
+  results->n_frames = 0;
+}
+
+/* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It
+   stays open until ResultsFileFinish. */
+static int open_part(ResultsFile *results, PetscInt stage)
+{
+  char path[PETSC_MAX_PATH_LEN + 64], part[PETSC_MAX_PATH_LEN + 64];
+  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
+  snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
+  if (!results->has_part && FileCopy(path, part)) return -1;
+  results->has_part = PETSC_TRUE;
+  results->part = DiskFileOpen(part);
+  if (results->part < 0 || write_run(results->part, results)) return -1;
+  const hid_t stages = H5Gopen2(results->part, "stages", H5P_DEFAULT);
+  const int error = stages < 0 || drop_stages(results, stages, stage);
+  if (stages >= 0) H5Gclose(stages);
+  return -error;
+}
+
+/* The group of a stage or frame below `stages`, with its grids; returns 0 or -1. */
+static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt stage, PetscInt frame,
+                                  const StageResult *result, const StageFields *fields, int *error)
+{
+  char name[NAME_LENGTH + 16];
+  StageFields some;
+  PetscFunctionBeginUser;
+  PetscCall(WrittenStage(&results->written, fields, &some));
+  group_name(results, stage, frame, name);
+  const hid_t group = stages < 0 ? -1 : H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
+           write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||
+           XdmfAddStage(results, stage, name, &some);
+  if (group >= 0) H5Gclose(group);
+  PetscCall(WrittenStageDestroy(&results->written, &some));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ResultsFileFrame(ResultsFile *results, PetscInt stage, PetscInt frame,
+                                const StageResult *result, const StageFields *fields,
+                                char message[MESSAGE_LENGTH])
+{
+  char part[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], name[NAME_LENGTH + 16], file_name[NAME_LENGTH + 32];
+  int error;
+  PetscFunctionBeginUser;
+  group_name(results, stage, frame, name);
+  snprintf(file_name, sizeof(file_name), "%s.h5", name);
+  snprintf(part, sizeof(part), "%s/%s.part", results->folder, file_name);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const hid_t file = DiskFileCreate(part);
+  const hid_t root = file < 0 || write_run(file, results) ? -1 : H5Gopen2(file, "/", H5P_DEFAULT);
+  PetscCall(write_stage(results, root, stage, frame, result, fields, &error));
+  if (root >= 0) H5Gclose(root);
+  close_written(file, error, part, message);
+  PartRename(results->folder, file_name, message);
+  results->n_frames = frame;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const StageResult *result,
+                                const StageFields *fields)
+{
+  PetscFunctionBeginUser;
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  errno = 0;
+  int error = results->part <= 0 ? open_part(results, stage) : 0;
+  const hid_t stages = error ? -1 : H5Gopen2(results->part, "stages", H5P_DEFAULT);
+  if (stages < 0 || copy_frames(results, stages, stage)) results->failed = errno ? errno : EIO;
+  PetscCall(write_stage(results, stages, stage, 0, result, fields, &error));
+  if (error && !results->failed) results->failed = errno ? errno : EIO;
+  if (stages >= 0) H5Gclose(stages);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void ResultsFileFinish(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
+{
+  char part[PETSC_MAX_PATH_LEN + 64];
+  snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
+  errno = results->failed;
+  close_written(results->part > 0 ? results->part : -1, results->failed, part, message);
+  results->part = 0, results->failed = 0;
+  PartRename(results->folder, "results.h5", message);
+  if (message[0]) return;
+  remove_frames(results, stage);
+  results->has_part = PETSC_FALSE;
+  XdmfWrite(results, message);
+}
+
+PetscErrorCode ResultsFileDestroy(ResultsFile *results)
+{
+  PetscFunctionBeginUser;
+  if (results->part > 0) DiskFileClose(results->part);
+  free(results->xdmf);
+  results->xdmf = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,97 @@
+/* safety.c: local failure factors (39)-(41) at the centres of deformable blocks, from the principal stresses
+   and the strengths of the block's material. Rank 0 only, on the gathered fields.
+
+   Mean stress in (41): c cos(phi) - s_m sin(phi) with its sign; the paper prints |s_m|, which is the same
+   under compression but would make tension a strength. */
+#include "output/output.h"
+#include <math.h>
+
+static const char *const ModeNames[] = {"none", "tension", "compression", "shear"};
+
+SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor)
+{
+  const PetscReal phi = material->friction * (PETSC_PI / 180.), mean = 0.5 * (s1 + s2),
+                  radius = 0.5 * (s1 - s2);
+  PetscReal strength = material->cohesion * cos(phi) - mean * sin(phi);
+  if (strength < 0.) strength = 0.; // and NaN stays NaN
+  const PetscReal by_mode[] = {NAN,
+                               s1 > 0. ? material->tension / s1 : NAN,      // (39)
+                               s2 < 0. ? material->compression / -s2 : NAN, // (40)
+                               radius > 0. ? strength / radius : NAN};      // (41)
+  SafetyMode mode = SAFETY_NONE;
+  *factor = PETSC_INFINITY;
+  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) // NaN: no such stress, or no such strength
+    if (by_mode[k] < *factor) *factor = by_mode[k], mode = (SafetyMode)k;
+  return mode;
+}
+
+static PetscBool has_strengths(const Material *m)
+{
+  return (PetscBool)(!isnan(m->tension) || !isnan(m->compression) || !isnan(m->cohesion));
+}
+
+PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *s)
+{
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < scene->n_materials; i++)
+    any = (PetscBool)(any || has_strengths(scene->materials + i));
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(mesh->n_blocks + 1, &s->safety));
+  PetscCall(PetscMalloc1(mesh->n_blocks + 1, &s->safety_mode));
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const Material *material = scene->materials + mesh->group[b];
+    const PetscReal *stress = s->block + BLOCK_WIDTH * b + 3;
+    s->safety[b] = NAN, s->safety_mode[b] = SAFETY_NONE;
+    if (has_strengths(material) && !isnan(stress[0]))
+      s->safety_mode[b] = SafetyFactor(material, stress[0], stress[1], s->safety + b);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Area of a block [m2] and the mean of its vertices [m]. */
+static PetscReal block_area(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
+{
+  const PetscInt *v = mesh->blocks + 4 * b, n = v[3] < 0 ? 3 : 4;
+  PetscReal area = 0.;
+  centre[0] = centre[1] = 0.;
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal *p = mesh->X + 2 * v[k], *q = mesh->X + 2 * v[(k + 1) % n];
+    area += 0.5 * (p[0] * q[1] - p[1] * q[0]);
+    for (int x = 0; x < 2; x++) centre[x] += p[x] / n;
+  }
+  return area;
+}
+
+/* The least factor of a group with its place and mode, and the areas where each mode governs. */
+static void put_group(FILE *f, const MeshFields *mesh, const StageFields *s, PetscInt group)
+{
+  PetscReal area[4] = {0., 0., 0., 0.}, failing = 0., least = PETSC_INFINITY, centre[2], at[2] = {NAN, NAN};
+  PetscInt best = -1;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    if (mesh->group[b] != group) continue;
+    const PetscReal a = block_area(mesh, b, centre);
+    area[s->safety_mode[b]] += a;
+    if (s->safety[b] < 1.) failing += a;
+    if (s->safety[b] < least) least = s->safety[b], best = b, at[0] = centre[0], at[1] = centre[1];
+  }
+  JsonNumber(f, "value", least, ", ");
+  JsonText(f, "mode", ModeNames[best < 0 ? SAFETY_NONE : s->safety_mode[best]], ", ");
+  JsonCount(f, "block", best, ", ");
+  JsonNumber(f, "x", at[0], ", ");
+  JsonNumber(f, "y", at[1], ",\n          \"area\": {");
+  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) JsonNumber(f, ModeNames[k], area[k], ", ");
+  JsonNumber(f, "below_1", failing, "}}");
+}
+
+void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
+{
+  const char *before = "      \"safety\": {\n";
+  for (PetscInt g = 0; s->safety && g < scene->n_materials; g++) {
+    if (!has_strengths(scene->materials + g) || scene->materials[g].rigid) continue;
+    fprintf(f, "%s        \"%s\": {", before, scene->materials[g].name);
+    put_group(f, mesh, s, g);
+    before = ",\n";
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}

@@ -1,0 +1,309 @@
+/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered
+   arrays in their order. */
+#include "output/output.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- JSON: text is a line of its own; a name, a value, and what follows */
+
+static void put_text(FILE *f, const char *text)
+{
+  fputc('"', f);
+  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+    if (*c == '"' || *c == '\\')
+      fprintf(f, "\\%c", *c);
+    else if (*c < 0x20)
+      fprintf(f, "\\u%04x", *c);
+    else
+      fputc(*c, f);
+  }
+  fputc('"', f);
+}
+
+void JsonText(FILE *f, const char *name, const char *value, const char *tail)
+{
+  fprintf(f, "\"%s\": ", name);
+  put_text(f, value);
+  fputs(tail, f);
+}
+
+void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail)
+{
+  if (isfinite(value))
+    fprintf(f, "\"%s\": %.17g%s", name, value, tail);
+  else
+    fprintf(f, "\"%s\": null%s", name, tail);
+}
+
+void JsonCount(FILE *f, const char *name, long long value, const char *tail)
+{
+  fprintf(f, "\"%s\": %lld%s", name, value, tail);
+}
+
+/* ---- blocks: energies, forces, extremes */
+
+static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
+                       int vertex_column, int body_column)
+{
+  PetscReal sum[2] = {0, 0};
+  for (int x = 0; x < 2; x++) {
+    for (PetscInt i = 0; i < mesh->n_vertices; i++) sum[x] += s->vertex[VERTEX_WIDTH * i + vertex_column + x];
+    for (PetscInt i = 0; i < s->n_bodies; i++) sum[x] += s->body[BODY_WIDTH * i + body_column + x];
+  }
+  fprintf(f, "      \"%s\": {", name);
+  JsonNumber(f, "x", sum[0], ", ");
+  JsonNumber(f, "y", sum[1], "},\n");
+}
+
+/* The part of the reaction that each support adds. */
+static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
+{
+  PetscReal *sum; // (n_supports,2) [N]
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * scene->n_supports, &sum));
+  for (int x = 0; x < 2; x++) {
+    for (PetscInt i = 0; i < mesh->n_vertices; i++) {
+      const PetscReal *row = s->vertex + VERTEX_WIDTH * i;
+      if (row[6 + x] >= 0.) sum[2 * (PetscInt)row[6 + x] + x] += row[2 + x];
+    }
+    for (PetscInt i = 0; i < s->n_bodies; i++) {
+      const PetscReal *row = s->body + BODY_WIDTH * i;
+      if (row[9 + x] >= 0.) sum[2 * (PetscInt)row[9 + x] + x] += row[3 + x];
+    }
+  }
+  fprintf(f, "      \"supports\": {");
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    fprintf(f, "%s\n        ", i ? "," : "");
+    put_text(f, scene->supports[i].name);
+    fprintf(f, ": {");
+    JsonNumber(f, "x", sum[2 * i], ", ");
+    JsonNumber(f, "y", sum[2 * i + 1], "}");
+  }
+  fprintf(f, "\n      },\n");
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
+{
+  PetscReal strain = 0, joints = 0;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) strain += s->block[BLOCK_WIDTH * b + 6];
+  for (PetscInt i = 0; i < s->n_contacts; i++) {
+    for (int k = 0; k < 2; k++) {
+      const ContactEnd *end = &s->contact[i].end[k];
+      joints += 0.5 *
+                (end->force[0] * (end->opening - end->closure) + end->force[1] * (end->sliding - end->slip));
+    }
+  }
+  fprintf(f, "      \"energy\": {");
+  JsonNumber(f, "strain", strain, ", ");
+  JsonNumber(f, "joints", joints, ", ");
+  JsonNumber(f, "kinetic", result->kinetic, "},\n");
+}
+
+/* The account of a dynamic stage. */
+static void put_account(FILE *f, const Energies *e)
+{
+  fprintf(f, "      \"energy\": {");
+  JsonNumber(f, "strain", e->strain, ", ");
+  JsonNumber(f, "joints", e->joints, ", ");
+  JsonNumber(f, "kinetic", e->kinetic, ", ");
+  JsonNumber(f, "outside", e->outside, ", ");
+  JsonNumber(f, "supports", e->supports, ", ");
+  JsonNumber(f, "friction", e->friction, ", ");
+  JsonNumber(f, "damping", e->damping, ", ");
+  JsonNumber(f, "detection", e->detection, ", ");
+  JsonNumber(f, "balance", e->balance, "},\n");
+}
+
+static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
+{
+  const PetscInt *v = mesh->blocks + 4 * b;
+  const int n = v[3] < 0 ? 3 : 4;
+  centre[0] = centre[1] = 0;
+  for (int k = 0; k < n; k++) {
+    for (int x = 0; x < 2; x++) centre[x] += mesh->X[2 * v[k] + x] / n;
+  }
+}
+
+/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the
+   first block at a tie. */
+static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
+                        PetscInt group, int sign, const char *tail)
+{
+  PetscInt best = -1;
+  PetscReal most = -INFINITY, centre[2];
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscReal value = sign * s->block[BLOCK_WIDTH * b + (sign > 0 ? 3 : 4)];
+    if ((group < 0 || mesh->group[b] == group) && value > most) most = value, best = b;
+  }
+  if (best < 0) {
+    fprintf(f, "\"%s\": null%s", name, tail);
+    return;
+  }
+  block_centre(mesh, best, centre);
+  fprintf(f, "\"%s\": {", name);
+  JsonNumber(f, "value", sign * most, ", ");
+  JsonCount(f, "block", best, ", ");
+  JsonNumber(f, "x", centre[0], ", ");
+  JsonNumber(f, "y", centre[1], "}");
+  fputs(tail, f);
+}
+
+static void put_extremes(FILE *f, const Model *model, const MeshFields *mesh, const StageFields *s)
+{
+  fprintf(f, "      \"stress\": {");
+  put_extreme(f, "s1_max", mesh, s, -1, 1, ", ");
+  put_extreme(f, "s2_min", mesh, s, -1, -1, "},\n      \"stress_by_group\": {");
+  for (PetscInt g = 0; g < model->n_groups; g++) {
+    fprintf(f, "%s\n        ", g ? "," : "");
+    put_text(f, model->group_names[g]);
+    fprintf(f, ": {");
+    put_extreme(f, "s1_max", mesh, s, g, 1, ", ");
+    put_extreme(f, "s2_min", mesh, s, g, -1, "}");
+  }
+  fprintf(f, "\n      },\n");
+}
+
+static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields *s)
+{
+  PetscInt best = 0;
+  PetscReal most = -1;
+  for (PetscInt i = 0; i < mesh->n_vertices; i++) {
+    const PetscReal *u = s->vertex + VERTEX_WIDTH * i, size = hypot(u[0], u[1]);
+    if (!(size <= most)) most = size, best = i;
+  }
+  fprintf(f, "      \"max_displacement\": {");
+  JsonNumber(f, "value", most, ", ");
+  JsonCount(f, "vertex", best, ", ");
+  JsonNumber(f, "x", mesh->X[2 * best], ", ");
+  JsonNumber(f, "y", mesh->X[2 * best + 1], "},\n");
+}
+
+static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
+{
+  fprintf(f, "      \"probes\": {");
+  for (PetscInt p = 0; p < model->n_points; p++) {
+    fprintf(f, "%s\n        ", p ? "," : "");
+    put_text(f, model->point_names[p]);
+    fprintf(f, ": {");
+    JsonNumber(f, "x", probes[4 * p], ", ");
+    JsonNumber(f, "y", probes[4 * p + 1], ", ");
+    JsonNumber(f, "u_x", probes[4 * p + 2], ", ");
+    JsonNumber(f, "u_y", probes[4 * p + 3], "}");
+  }
+  fprintf(f, "\n      },\n");
+}
+
+/* ---- a stage and the file */
+
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json)
+{
+  const Scene *scene = p->scene;
+  const StageResult *result = p->result;
+  const MeshFields *mesh = &p->output->mesh;
+  char hex[32];
+  size_t size = 0;
+  FILE *f;
+  PetscFunctionBeginUser;
+  *json = NULL;
+  f = open_memstream(json, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
+  fprintf(f, "    {\n      ");
+  JsonText(f, "name", p->stage->name, ",\n      ");
+  JsonText(f, "verdict", VerdictNames[result->verdict], ",\n      ");
+  JsonText(f, "evidence", result->evidence, ",\n      ");
+  JsonCount(f, "cycles", result->cycles, ",\n      ");
+  JsonText(f, "method", EffortMethod(&result->effort), ",\n      ");
+  JsonCount(f, "force_evaluations", result->effort.evaluations, ",\n      ");
+  JsonCount(f, "solves", result->effort.solves, ",\n      ");
+  JsonCount(f, "factorisations", result->effort.factorisations, ",\n      ");
+  JsonText(f, "ranks_agree", scene->method == METHOD_PRECONDITIONED ? "to the tolerance" : "bit for bit",
+           ",\n      ");
+  JsonNumber(f, "wall_s", result->wall, ",\n      ");
+  JsonNumber(f, "ratio", result->ratio, ",\n      ");
+  JsonCount(f, "worst_macroblock", result->worst_body, ",\n      ");
+  JsonNumber(f, "increment", result->increment, ",\n      ");
+  JsonNumber(f, "alpha", p->state->alpha, ",\n      ");
+  JsonNumber(f, "dt", p->state->dt, ",\n      ");
+  JsonNumber(f, "time", p->state->time, ",\n      ");
+  JsonCount(f, "verifications", result->verifications, ",\n      ");
+  JsonCount(f, "contacts_made", result->contacts_made, ",\n      ");
+  JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
+  JsonText(f, "checksum", hex, ",\n");
+  put_probes(f, p->m, p->output->probes);
+  const Hinges hinges = HingesOf(p, fields);
+  SummaryHinges(f, &hinges);
+  if (p->stage->kind != STAGE_FLOOD) SummaryUplift(f, p);
+  put_displacement(f, mesh, fields);
+  put_forces(f, "applied", mesh, fields, 4, 6);
+  put_forces(f, "reaction", mesh, fields, 2, 3);
+  PetscCall(put_supports(f, scene, mesh, fields));
+  if (p->stage->kind == STAGE_DYNAMIC)
+    SummaryBodies(f, p->m, &p->output->bodies), put_account(f, &result->energy);
+  else
+    put_energies(f, mesh, fields, result);
+  put_extremes(f, p->m, mesh, fields);
+  SummarySafety(f, scene, mesh, fields);
+  if (p->output->trials.n) SummaryTrials(f, scene, p->stage, &p->output->trials);
+  SummaryMechanism(f, scene, &p->output->trials);
+  PetscCall(SummaryJoints(f, p, fields));
+  fprintf(f, "    }");
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output *o,
+                            char message[MESSAGE_LENGTH])
+{
+  char *text = NULL;
+  size_t size = 0;
+  PetscFunctionBeginUser;
+  FILE *f = open_memstream(&text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  fprintf(f, "{\n  ");
+  JsonText(f, "format", "quoin-summary", ",\n  ");
+  JsonCount(f, "version", 2, ",\n  ");
+  JsonText(f, "quoin", QUOIN_VERSION, ",\n  ");
+  fprintf(f, "\"program\": \"%08llx\",\n  \"run\": \"%016llx\",\n  ", (unsigned long long)o->program_checksum,
+          (unsigned long long)o->results.run);
+  JsonText(f, "title", scene->title, ",\n  ");
+  JsonText(f, "scene", scene->file, ",\n  ");
+  JsonText(f, "model", scene->model, ",\n  ");
+  JsonText(
+      f, "units",
+      "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression "
+      "positive",
+      ",\n  ");
+  JsonCount(f, "ranks", model->size, ",\n  ");
+  JsonText(f, "isa", IsaName(), ",\n  ");
+  if (scene->solvers) JsonText(f, "petsc_options", scene->solvers, ",\n  ");
+  JsonNumber(f, "thickness", scene->thickness, ",\n  ");
+  JsonCount(f, "n_blocks", model->n_blocks_global, ",\n  ");
+  JsonCount(f, "n_vertices", model->n_vertices_global, ",\n  ");
+  JsonCount(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
+  JsonCount(f, "n_rigid", model->n_rigid_global, ",\n  ");
+  JsonCount(f, "n_contacts", o->n_contacts, ",\n  ");
+  JsonCount(f, "n_dofs", o->n_dofs, ",\n");
+  if (model->n_condensed_global) {
+    fprintf(f, "  \"condensed\": {");
+    JsonCount(f, "bodies", model->n_condensed_global, ", ");
+    JsonCount(f, "kept_dofs", model->condensed_dofs[0], ", ");
+    JsonCount(f, "inner_dofs", model->condensed_dofs[1], ", ");
+    JsonCount(f, "factors", model->n_condensed_global, ", ");
+    JsonNumber(f, "factor_wall_s", model->condensed_wall, "},\n");
+  }
+  fprintf(f, "  \"stages\": [\n");
+  for (PetscInt s = 0; s < o->n_stages; s++)
+    fprintf(f, "%s%s\n", o->stages[s], s + 1 < o->n_stages ? "," : "");
+  fprintf(f, "  ],\n  \"history\": {");
+  JsonCount(f, "bytes", o->history_bytes, ", ");
+  fprintf(f, "\"crc32\": \"%08llx\"},\n", (unsigned long long)o->history_checksum);
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  PartText(o->folder, "summary.json", text, size, "  \"crc32\": \"", "\"\n}\n", message);
+  free(text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

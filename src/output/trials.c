@@ -1,0 +1,274 @@
+/* trials.c: what the trials of a strength reduction or a flood leave: an object per trial in summary.json
+   (probes, open lengths, joints), the bracket, and the velocity field of the mechanism. */
+#include "output/output.h"
+#include <math.h>
+
+static const char *const TrialWords[] = {"undecided", "stable", "fails", "fails", "undecided", "interrupted"};
+
+/* Displacements of the named points, from the gathered vertices. */
+static void put_probes(FILE *f, const Model *m, const PetscReal *probes)
+{
+  fprintf(f, "\"probes\": {");
+  for (PetscInt p = 0; p < m->n_points; p++) {
+    fprintf(f, "%s\"%s\": {", p ? ", " : "", m->point_names[p]);
+    JsonNumber(f, "u_x", probes[2 * p], ", ");
+    JsonNumber(f, "u_y", probes[2 * p + 1], "}");
+  }
+  fprintf(f, "},\n");
+}
+
+/* Collective. (n_points,2) on all ranks; each point has one owner. */
+static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal *probes)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < 2 * m->n_points; i++) {
+    const PetscInt v = m->point_vertex[i / 2];
+    probes[i] = v >= 0 && v < m->n_owned ? state->u[3 * m->n_bodies + 2 * v + i % 2] : PETSC_NINFINITY;
+  }
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, probes, (PetscMPIInt)(2 * m->n_points), MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Levels of all waters of a flood [m]. */
+static void put_waters(FILE *f, const Problem *p)
+{
+  const char *before = "";
+  fprintf(f, "\"waters\": {");
+  for (PetscInt i = 0; i < p->stage->n_loads; i++) {
+    const Load *load = p->scene->loads + p->stage->loads[i];
+    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT) continue;
+    fprintf(f, "%s\"%s\": {", before, load->name);
+    JsonNumber(f, "level", load->level, load->kind == LOAD_UPLIFT ? ", " : "}");
+    if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->tailwater, "}");
+    before = ", ";
+  }
+  fprintf(f, "},\n      ");
+}
+
+static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const Hinges *hinges,
+                                  const PetscReal *probes, PetscReal value, PetscReal moved, char **json)
+{
+  const StageResult *r = p->result;
+  size_t size = 0;
+  FILE *f;
+  PetscFunctionBeginUser;
+  *json = NULL;
+  f = open_memstream(json, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  fprintf(f, "        {");
+  JsonNumber(f, "value", value, ", ");
+  JsonText(f, "outcome", TrialWords[r->verdict], ", ");
+  JsonCount(f, "cycles", r->cycles, ", ");
+  JsonNumber(f, "wall_s", r->wall, ", ");
+  JsonText(f, "evidence", r->evidence, ",\n      ");
+  if (p->stage->kind == STAGE_FLOOD) put_waters(f, p);
+  JsonNumber(f, "moved", moved, ", ");
+  JsonNumber(f, "max_displacement", r->displacement, ", ");
+  SummaryHinges(f, hinges);
+  SummaryUplift(f, p);
+  put_probes(f, p->m, probes);
+  PetscCall(SummaryJoints(f, p, fields));
+  fprintf(f, "        }");
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
+{
+  static const char *const units[] = {" m", " degree", " of the strengths"};
+  const char *unit = units[p->stage->kind == STAGE_FLOOD ? 0 : p->stage->what == REDUCE_FRICTION ? 1 : 2];
+  const Model *m = p->m;
+  const StageResult *result = p->result;
+  Trials *trials = &p->output->trials;
+  StageFields fields = {0};
+  MeshFields mesh;
+  PetscReal *probes;
+  Hinges hinges = {.n = 0};
+  char words[80] = "";
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * m->n_points, &probes));
+  PetscCall(find_probes(m, p->state, probes));
+  PetscCall(GatherMesh(m, &mesh));
+  PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
+  PetscCall(GatherMeshDestroy(&mesh));
+  PetscCall(UpliftSurvey(p, PETSC_FALSE));
+  if (!m->rank) {
+    PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
+    hinges = HingesOf(p, &fields);
+    PetscCall(write_trial(p, &fields, &hinges, probes, value, moved, trials->json + trials->n));
+  }
+  if (hinges.n && result->verdict == VERDICT_CONVERGED) // in a mechanism they only pass by
+    PetscCall(
+        PetscSNPrintf(words, sizeof(words), ", hinges pressed over %.2g of the face", (double)hinges.least));
+  PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s%s\n",
+                        p->stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
+                        Plural(result->cycles), result->wall, words));
+  trials->n++;
+  PetscCall(GatherStageDestroy(&fields));
+  PetscCall(PetscFree(probes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TrialsReset(Trials *trials)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; trials->json && i < trials->n; i++) free(trials->json[i]);
+  PetscCall(PetscFree(trials->json));
+  PetscCall(PetscFree(trials->mechanism));
+  PetscCall(PetscFree(trials->joint_motion));
+  PetscCall(PetscFree(trials->joints));
+  *trials = (Trials){.n = 0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- factors of a reduction of friction
+
+   A trial leaves every joint an angle of at most its value, so each joint has a factor of its own. That of
+   the stage is that of the joints which slide in the mechanism: a joint that stands still, or one that is
+   open, has no part in the limit. Where these had different angles no single number says what friction could
+   be divided by. Before anything fails all joints that are reduced count. */
+
+static PetscReal tangent(PetscReal degrees)
+{
+  return tan(degrees * (PETSC_PI / 180.));
+}
+
+static PetscReal joint_factor(const Joint *joint, PetscReal value)
+{
+  if (PetscIsNanReal(value)) return NAN; // there is no such trial
+  return tangent(joint->friction[0]) / tangent(PetscMin(joint->friction[0], value));
+}
+
+/* Whether the angles of two joints, or of one before and after it has failed, are one. */
+static PetscBool one_angle(const Joint *a, const Joint *b)
+{
+  const PetscReal far = PetscMax(PetscAbsReal(a->friction[0] - b->friction[0]),
+                                 PetscAbsReal(a->friction[0] - b->friction[1]));
+  return (PetscBool)(far < 1e-9);
+}
+
+PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has)
+{
+  Trials *t = &p->output->trials;
+  PetscBool slides = PETSC_FALSE, alike = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(p->scene->n_joints, &t->joints));
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
+    t->joints[j] = (JointFactor){full[j].friction[0], joint_factor(full + j, t->stable),
+                                 joint_factor(full + j, t->failing),
+                                 (PetscBool)(has[j] && full[j].friction[0] > 0.)};
+    slides = (PetscBool)(slides || (t->joints[j].reduced && MechanismHas(p->scene, t, j, JOINT_SLIDES)));
+  }
+  t->one = -1;
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
+    if (!t->joints[j].reduced || (slides && !MechanismHas(p->scene, t, j, JOINT_SLIDES))) continue;
+    if (t->one < 0) t->one = j;
+    alike = (PetscBool)(alike && one_angle(full + t->one, full + j));
+  }
+  if (!alike) t->one = -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TrialsSay(const Problem *p, size_t size, char *text)
+{
+  const Trials *t = &p->output->trials;
+  text[0] = '\0';
+  if (!t->joints || PetscIsNanReal(t->failing)) return;
+  if (t->one < 0)
+    snprintf(text, size,
+             "; no single factor: the joints that slide had different angles, use what: strengths");
+  else
+    snprintf(text, size, "; factor %.4g to %.4g", t->joints[t->one].stable, t->joints[t->one].failing);
+}
+
+/* ---- members of a stage in summary.json */
+
+static void put_factors(FILE *f, const Scene *scene, const Trials *t)
+{
+  const char *before = "";
+  const JointFactor none = {NAN, NAN, NAN, PETSC_FALSE}, *one = t->one < 0 ? &none : t->joints + t->one;
+  JsonNumber(f, "friction", one->friction, ", ");
+  JsonNumber(f, "safety_factor_stable", one->stable, ", ");
+  JsonNumber(f, "safety_factor_failing", one->failing, ",\n        \"factors\": {");
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    if (!t->joints[j].reduced) continue;
+    fprintf(f, "%s\"%s\": {", before, scene->joints[j].name);
+    JsonNumber(f, "friction", t->joints[j].friction, ", ");
+    JsonNumber(f, "factor_stable", t->joints[j].stable, ", ");
+    JsonNumber(f, "factor_failing", t->joints[j].failing, "}");
+    before = ", ";
+  }
+  fprintf(f, "},\n        ");
+}
+
+void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials)
+{
+  const PetscBool flood = (PetscBool)(stage->kind == STAGE_FLOOD);
+  const char *const unit = flood ? "m" : stage->what == REDUCE_FRICTION ? "degree" : "-";
+  fprintf(f, "      \"%s\": {\n        ", flood ? "flood" : "strength_reduction");
+  JsonText(f, "unit", unit, ", ");
+  if (!flood) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");
+  JsonNumber(f, "stable", trials->stable, ", ");
+  JsonNumber(f, "failing", trials->failing, ", ");
+  JsonNumber(f, "width", fabs(trials->failing - trials->stable), ", ");
+  JsonNumber(f, "undecided", trials->open, ",\n        ");
+  JsonNumber(f, "moved", trials->moved, ", ");
+  JsonNumber(f, "displacement_limit", stage->displacement_limit, ",\n        ");
+  if (trials->joints) put_factors(f, scene, trials);
+  if (!flood && stage->what == REDUCE_STRENGTHS) {
+    JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");
+    JsonNumber(f, "safety_factor_failing", 1. / trials->failing, ",\n        ");
+  }
+  fprintf(f, "\"trials\": [\n");
+  for (PetscInt i = 0; i < trials->n; i++)
+    fprintf(f, "%s%s\n", trials->json[i], i + 1 < trials->n ? "," : "");
+  fprintf(f, "        ]\n      },\n");
+}
+
+/* Open stretches that the full head does not reach. */
+static void put_dry(FILE *f, const Uplift *u)
+{
+  fprintf(f, "\"dry\": [");
+  for (PetscInt i = 0; i < u->n_dry; i++) {
+    const UpliftDry *d = u->dry + i;
+    fprintf(f, "%s{", i ? ", " : "");
+    JsonNumber(f, "from", d->from, ", ");
+    JsonNumber(f, "to", d->to, ", ");
+    JsonNumber(f, "length", d->to - d->from, ", ");
+    JsonNumber(f, "closed_from", d->closed_from, ", ");
+    JsonNumber(f, "closure", d->closure, ", ");
+    fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
+  }
+  fprintf(f, "], ");
+}
+
+/* Of each uplift load that acts: open length, and the diagram with its resultants on
+   both sides of the drain. */
+void SummaryUplift(FILE *f, const Problem *p)
+{
+  const Scene *scene = p->scene;
+  const char *before = "      \"uplift\": {\n";
+  for (PetscInt i = 0; i < p->stage->n_loads; i++) {
+    const Load *load = scene->loads + p->stage->loads[i];
+    const Uplift *u = p->state->uplift + p->stage->loads[i];
+    UpliftDiagram d;
+    PetscReal part[2] = {0., 0.};
+    if (load->kind != LOAD_UPLIFT) continue;
+    UpliftPressure(load, u, scene->gravity, &d);
+    for (PetscInt k = 0; k + 1 < d.n; k++)
+      part[d.s[k] >= load->drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) * scene->thickness;
+    fprintf(f, "%s        \"%s\": {", before, load->name);
+    JsonNumber(f, "open_length", u->crack, ", ");
+    JsonCount(f, "rounds", u->rounds, ", ");
+    JsonNumber(f, "length", u->length, ", ");
+    JsonNumber(f, "to_drain", part[0], ", ");
+    JsonNumber(f, "beyond_drain", part[1], ", ");
+    if (load->cracked) put_dry(f, u);
+    fprintf(f, "\"diagram\": [");
+    for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
+    fprintf(f, "]}");
+    before = ",\n";
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}

@@ -1,0 +1,154 @@
+/* xdmf.c: results.xdmf, which points into results.h5. Rank 0 only. */
+#include "output/output.h"
+
+/* Entries of the XDMF topology: the cell type before the vertices of each block. */
+PetscInt XdmfTopologySize(const MeshFields *mesh)
+{
+  PetscInt size = 0;
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) size += mesh->blocks[4 * b + 3] < 0 ? 4 : 5;
+  return size;
+}
+
+static void put_item(FILE *f, const char *dims, const char *type, int precision, const char *path)
+{
+  fprintf(f,
+          "<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"%d\" "
+          "Format=\"HDF\">results.h5:%s</DataItem>",
+          dims, type, precision, path);
+}
+
+static void put_attribute(FILE *f, const char *name, const char *kind, const char *centre, const char *dims,
+                          const char *stage, const char *path)
+{
+  char full[256];
+  const int is_int = !strcmp(name, "state") || !strcmp(name, "joint") || !strcmp(name, "safety_mode");
+  snprintf(full, sizeof(full), "/stages/%s/%s", stage, path);
+  fprintf(f, "      <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, kind, centre);
+  put_item(f, dims, is_int ? "Int" : "Float", is_int ? 4 : 8, full);
+  fprintf(f, "</Attribute>\n");
+}
+
+static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *fields, const char *stage)
+{
+  char nb[64], nv2[64], nb3[64], size[64];
+  snprintf(nb, sizeof(nb), "%d", (int)mesh->n_blocks);
+  snprintf(nb3, sizeof(nb3), "%d 3", (int)mesh->n_blocks);
+  snprintf(nv2, sizeof(nv2), "%d 2", (int)mesh->n_vertices);
+  snprintf(size, sizeof(size), "%d", (int)XdmfTopologySize(mesh));
+  fprintf(f, "     <Grid Name=\"blocks\">\n      <Topology TopologyType=\"Mixed\" NumberOfElements=\"%s\">",
+          nb);
+  put_item(f, size, "Int", 4, "/mesh/xdmf_topology");
+  fprintf(f, "</Topology>\n      <Geometry GeometryType=\"XY\">");
+  put_item(f, nv2, "Float", 8, "/mesh/vertices");
+  fprintf(f, "</Geometry>\n");
+  put_attribute(f, "displacement", "Vector", "Node", nv2, stage, "displacement");
+  put_attribute(f, "stress_xx_yy_xy", "Vector", "Cell", nb3, stage, "stress");
+  put_attribute(f, "s1", "Scalar", "Cell", nb, stage, "s1");
+  put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
+  put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
+  if (fields->mechanism) put_attribute(f, "mechanism", "Vector", "Node", nv2, stage, "mechanism");
+  if (fields->safety) {
+    put_attribute(f, "safety_factor", "Scalar", "Cell", nb, stage, "safety_factor");
+    put_attribute(f, "safety_mode", "Scalar", "Cell", nb, stage, "safety_mode");
+  }
+  fprintf(f, "      <Attribute Name=\"group\" AttributeType=\"Scalar\" Center=\"Cell\">");
+  put_item(f, nb, "Int", 4, "/mesh/block_group");
+  fprintf(f, "</Attribute>\n      <Attribute Name=\"macroblock\" AttributeType=\"Scalar\" Center=\"Cell\">");
+  put_item(f, nb, "Int", 4, "/mesh/macroblock");
+  fprintf(f, "</Attribute>\n      <Attribute Name=\"rank\" AttributeType=\"Scalar\" Center=\"Cell\">");
+  put_item(f, nb, "Int", 4, "/mesh/rank");
+  fprintf(f, "</Attribute>\n     </Grid>\n");
+}
+
+/* Lines between the two ends of each contact, with the values at the ends. */
+static void put_contacts(FILE *f, PetscInt n, const char *stage)
+{
+  static const char *const scalars[] = {"sigma", "tau", "opening", "sliding", "slip", "broken", "state"};
+  char n_cells[64], n_ends[64], plane[64], path[256];
+  if (!n) return;
+  snprintf(n_cells, sizeof(n_cells), "%d", (int)n);
+  snprintf(n_ends, sizeof(n_ends), "%d", (int)(2 * n));
+  snprintf(plane, sizeof(plane), "%d 2", (int)(2 * n));
+  fprintf(f,
+          "     <Grid Name=\"contacts\">\n      <Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" "
+          "NumberOfElements=\"%s\"/>\n      <Geometry GeometryType=\"XY\">",
+          n_cells);
+  snprintf(path, sizeof(path), "/stages/%s/contacts/point", stage);
+  put_item(f, plane, "Float", 8, path);
+  fprintf(f, "</Geometry>\n");
+  put_attribute(f, "displacement", "Vector", "Node", plane, stage, "contacts/displacement");
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(scalars); i++) {
+    snprintf(path, sizeof(path), "contacts/%s", scalars[i]);
+    put_attribute(f, scalars[i], "Scalar", "Node", n_ends, stage, path);
+  }
+  put_attribute(f, "joint", "Scalar", "Cell", n_cells, stage, "contacts/joint");
+  fprintf(f, "     </Grid>\n");
+}
+
+/* The grids of a stage or frame in results->xdmf, and what follows; NULL: none. */
+static char *find_grids(const ResultsFile *results, const char *name)
+{
+  char head[NAME_LENGTH + 64];
+  snprintf(head, sizeof(head), "    <Grid Name=\"%s\" GridType", name);
+  return results->xdmf ? strstr(results->xdmf, head) : NULL;
+}
+
+PetscBool XdmfHas(const ResultsFile *results, const char *name)
+{
+  return (PetscBool)(find_grids(results, name) != NULL);
+}
+
+void XdmfDrop(ResultsFile *results, const char *name)
+{
+  static const char foot[] = "\n    </Grid>\n";
+  char *grids = find_grids(results, name), *end = grids ? strstr(grids, foot) : NULL;
+  if (!end) return;
+  end += strlen(foot);
+  memmove(grids, end, strlen(end) + 1);
+}
+
+/* Puts the text behind results->xdmf, and frees it. */
+static int append(ResultsFile *results, char *text, size_t size)
+{
+  const size_t before = results->xdmf ? strlen(results->xdmf) : 0;
+  char *longer = realloc(results->xdmf, before + size + 1);
+  if (longer) memcpy(longer + before, text, size + 1), results->xdmf = longer;
+  free(text);
+  return longer ? 0 : -1;
+}
+
+/* Appends the grids of a stage to results->xdmf. Its time counts 1 for each stage that is not dynamic, and
+   the seconds of those that are. */
+int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
+{
+  char *text = NULL;
+  size_t size = 0;
+  PetscReal time = fields->time;
+  for (PetscInt s = 0; s <= stage; s++) time += results->scene->stages[s].kind != STAGE_DYNAMIC;
+  FILE *f = open_memstream(&text, &size);
+  if (!f) return -1;
+  fprintf(f,
+          "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Spatial\">\n     <Time "
+          "Value=\"%.10g\"/>\n",
+          name, time);
+  put_blocks(f, &results->written.mesh, fields, name);
+  put_contacts(f, fields->n_contacts, name);
+  fprintf(f, "    </Grid>\n");
+  return fclose(f) || append(results, text, size) ? -1 : 0;
+}
+
+void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH])
+{
+  char *text = NULL;
+  size_t size = 0;
+  FILE *memory = open_memstream(&text, &size);
+  if (memory)
+    fprintf(memory,
+            "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
+            "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n",
+            results->xdmf);
+  const int error = !memory || fclose(memory);
+  if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: no memory for results.xdmf");
+  if (!error) PartText(results->folder, "results.xdmf", text, size, "<!-- crc32 ", " -->\n", message);
+  free(text);
+}

@@ -1,0 +1,252 @@
+/* complete.c: keys of strengths, uplift, strength reduction and flood that only make sense together. */
+#include "stages/stages.h"
+#include "scene/reader.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+// makes `name` the key that the next complaint is about; true: the user gave it
+static PetscErrorCode is_given(Reader *r, const char *path, const char *name, PetscBool *given)
+{
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  PetscCall(Ask(r, path, name, &entry));
+  *given = (PetscBool)(entry != NULL);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "cohesion", &given));
+  if (given && isnan(m->friction)) COMPLAIN(r, "the shear strength needs friction [degree] too");
+  PetscCall(is_given(r, path, "friction", &given));
+  if (given && isnan(m->cohesion)) COMPLAIN(r, "the shear strength needs cohesion [Pa] too");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* npb and usbr reduce the head at the drain to one third; usace and ferc ask for the efficiency. */
+PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
+{
+  const PetscBool fixed = (PetscBool)(load->rule == UPLIFT_NPB || load->rule == UPLIFT_USBR);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  load->drain_level = load->level;
+  PetscCall(is_given(r, path, "gallery", &given));
+  if (given && isnan(load->drain)) COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  if (given && fixed) COMPLAIN(r, "the rules npb and usbr know no gallery; usace and ferc do");
+  PetscCall(is_given(r, path, "efficiency", &given));
+  if (given && isnan(load->drain)) COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  if (given && fixed) COMPLAIN(r, "the rules npb and usbr fix it at 2/3; usace and ferc take a value");
+  if (fixed) load->efficiency = 2. / 3.;
+  if (load->rule != UPLIFT_LINEAR && !isnan(load->drain) && isnan(load->efficiency))
+    COMPLAIN_MISSING(r, "missing [-]: the rules usace and ferc need it");
+  PetscCall(is_given(r, path, "drain", &given));
+  if (given && load->rule == UPLIFT_LINEAR)
+    COMPLAIN(r, "the rule linear knows no drain: choose npb, usbr, usace or ferc");
+  PetscCall(is_given(r, path, "reaches", &given));
+  if (load->reaches == REACHES_ANY && !load->cracked) COMPLAIN(r, "it is for cracked: true");
+  PetscCall(is_given(r, path, "raise", &given));
+  if (load->raise == RAISE_TO_DRAIN && isnan(load->drain))
+    COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Without loads a structure can swing, follow its supports, or be relieved of what acted before. */
+PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "loads", &given));
+  if (!given || stage->n_loads || stage->kind == STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS);
+  if (stage->kind == STAGE_STATIC && !first) PetscFunctionReturn(PETSC_SUCCESS);
+  COMPLAIN(r, "no loads: only a dynamic stage, or a static one behind another, needs none");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// the joints named exist and have a strength
+static void check_reduced(Reader *r, const Stage *stage)
+{
+  for (PetscInt i = 0; i < stage->n_reduce; i++) {
+    PetscInt j = 0;
+    while (j < r->scene->n_joints && strcmp(r->scene->joints[j].name, stage->reduce[i])) j++;
+    if (j == r->scene->n_joints || !stage->joints[j].defined)
+      COMPLAIN(r, "no joint named '%s'", stage->reduce[i]);
+    else if (stage->joints[j].law == LAW_ELASTIC)
+      COMPLAIN(r, "the joint '%s' is elastic in this stage: it has no strength", stage->reduce[i]);
+  }
+}
+
+PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
+{
+  const PetscBool friction = (PetscBool)(stage->what == REDUCE_FRICTION);
+  const PetscReal nominal = ReducedFriction(r->scene, stage, NULL), most = friction ? nominal : 1;
+  PetscBool given = PETSC_FALSE, step = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (isnan(stage->limit)) stage->limit = 0;
+  PetscCall(is_given(r, path, "reduce", &given));
+  check_reduced(r, stage);
+  if (isnan(nominal) && !stage->n_reduce)
+    COMPLAIN_MISSING(r, "all joints are elastic in this stage: there is no strength");
+  if (isnan(nominal)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (friction && nominal == 0) {
+    COMPLAIN(r, "no joint reduced has friction in this stage (friction: 0 [degree]): choose what: strengths");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(is_given(r, path, "factor", &given));
+  if (given && friction) COMPLAIN(r, "friction goes by degrees: give step, or choose what: strengths");
+  PetscCall(is_given(r, path, "step", &step));
+  if (step && !friction) COMPLAIN(r, "strengths go by a factor, such as factor: 0.85");
+  PetscCall(is_given(r, path, "start", &given));
+  if (given && stage->start > most)
+    COMPLAIN(r, "%.6g is out of range: the joints have %.6g%s", (double)stage->start, (double)most,
+             friction ? " [degree]" : "");
+  PetscCall(is_given(r, path, "limit", &given));
+  if (stage->limit < 0 || stage->limit >= (isnan(stage->start) ? most : stage->start))
+    COMPLAIN(r, "%.6g is out of range: must be >= 0 and less than start", (double)stage->limit);
+  PetscCall(is_given(r, path, "bracket", &given));
+  if (stage->bracket <= 0 && isnan(stage->step) && isnan(stage->factor))
+    COMPLAIN_MISSING(r, "missing: give the width of the bracket, or a %s, or both",
+                     friction ? "step" : "factor");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a flood raises */
+
+static PetscBool one_level(PetscReal a, PetscReal b)
+{
+  return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
+}
+
+/* Of the stage's loads of a kind, the row of the highest, -1: there is none; `others`: how many stand as
+   high. */
+static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
+{
+  PetscInt best = -1;
+
+  *others = 0;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const PetscInt l = stage->loads[i];
+    if (l < 0 || scene->loads[l].kind != kind) continue;
+    const PetscReal above = best < 0 ? 1. : scene->loads[l].level - scene->loads[best].level;
+    if (best >= 0 && one_level(scene->loads[l].level, scene->loads[best].level))
+      ++*others;
+    else if (above > 0.)
+      best = l, *others = 0;
+  }
+  return best;
+}
+
+static PetscBool acts(const Stage *stage, PetscInt load)
+{
+  for (PetscInt i = 0; i < stage->n_loads; i++)
+    if (stage->loads[i] == load) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+// the waters that rise of themselves: those named, or the highest reservoir; without one, the highest uplifts
+static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *stage)
+{
+  const Load *loads = r->scene->loads;
+  PetscInt others, top = highest(r->scene, stage, LOAD_RESERVOIR, &others);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "rises", &given));
+  for (PetscInt i = 0; i < stage->n_rises; i++) {
+    const PetscInt l = stage->rises[i];
+    if (l < 0) continue; // that was said
+    if (!acts(stage, l) || (loads[l].kind != LOAD_RESERVOIR && loads[l].kind != LOAD_UPLIFT))
+      COMPLAIN(r, "'%s' is no reservoir or uplift of this stage", loads[l].name);
+    stage->level_rises[l] = true;
+  }
+  if (stage->n_rises) PetscFunctionReturn(PETSC_SUCCESS);
+  if (top >= 0 && others)
+    COMPLAIN_MISSING(r, "%d reservoirs stand at the highest level, %g m: name those that rise",
+                     (int)others + 1, (double)loads[top].level);
+  if (top >= 0) stage->level_rises[top] = true;
+  if (top >= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  top = highest(r->scene, stage, LOAD_UPLIFT, &others);
+  for (PetscInt l = 0; l < r->scene->n_loads && top >= 0; l++)
+    stage->level_rises[l] = acts(stage, l) && loads[l].kind == LOAD_UPLIFT &&
+                            one_level(loads[l].level, loads[top].level);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reservoirs of the stage with the level and the density of an uplift: that many rise, that many stay. */
+static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
+                         PetscInt n[2])
+{
+  n[0] = n[1] = 0;
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    const Load *load = scene->loads + l;
+    if (load->kind != LOAD_RESERVOIR || !acts(stage, l) || !one_level(load->level, level)) continue;
+    if (one_level(load->density, uplift->density)) n[stage->level_rises[l] ? 0 : 1]++;
+  }
+}
+
+// uplift belongs to the reservoirs that have its level, at heel and toe, and its density
+static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
+{
+  PetscInt n[2], others;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "rises", &given));
+  for (PetscInt l = 0; l < r->scene->n_loads; l++) {
+    const Load *load = r->scene->loads + l;
+    if (load->kind != LOAD_UPLIFT || !acts(stage, l)) continue;
+    if (!isnan(load->tailwater)) {
+      count_owners(r->scene, stage, load, load->tailwater, n);
+      if (n[0] && n[1])
+        COMPLAIN_MISSING(r,
+                         "the tailwater %g m of loads.%s is the level of a reservoir that rises and of one "
+                         "that stays: expected another level",
+                         (double)load->tailwater, load->name);
+      stage->tail_rises[l] = n[0] > 0;
+    }
+    if (stage->level_rises[l]) continue;
+    count_owners(r->scene, stage, load, load->level, n);
+    if (n[0] && n[1])
+      COMPLAIN_MISSING(
+          r, "loads.%s has the level %g m of a reservoir that rises and of one that stays: name it too",
+          load->name, (double)load->level);
+    else if (!n[0] && !n[1] && !given && highest(r->scene, stage, LOAD_RESERVOIR, &others) >= 0)
+      COMPLAIN_MISSING(
+          r, "loads.%s has the level %g m, which no reservoir of this stage has: name all that rise",
+          load->name, (double)load->level);
+    stage->level_rises[l] = n[0] > 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
+{
+  PetscReal level = -PETSC_INFINITY;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(r->scene->n_loads, &stage->level_rises, r->scene->n_loads, &stage->tail_rises));
+  PetscCall(choose_rising(r, path, stage));
+  for (PetscInt l = 0; l < r->scene->n_loads; l++)
+    if (stage->level_rises[l]) level = PetscMax(level, r->scene->loads[l].level);
+  PetscCall(follow_rising(r, path, stage));
+  PetscCall(is_given(r, path, "loads", &given));
+  if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir or uplift");
+  stage->start = level;
+  PetscCall(is_given(r, path, "limit", &given));
+  if (!given)
+    COMPLAIN_MISSING(r, "missing [m]: the highest level");
+  else if (stage->limit <= level)
+    COMPLAIN(r, "%g is not above the level %g of the loads [m]", (double)stage->limit, (double)level);
+  PetscCall(is_given(r, path, "bracket", &given));
+  if (stage->bracket <= 0 && isnan(stage->step))
+    COMPLAIN_MISSING(r, "missing [m]: give the width of the bracket, or a step, or both");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,488 @@
+/* read.c: YAML scene and command line -> Scene. What the keys are stands in scene_keys.h; names are
+   checked against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so
+   comes to the same Scene. */
+#include "scene/keys.h"
+#include "forces/contacts/law/joint_law.h"
+#include "output/output.h"
+#include <inttypes.h>
+#include <sys/stat.h>
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+// all keys of one section into the struct `base`; kind: of a load or stage, which is its first key
+static PetscErrorCode read_section(Reader *r, Section section, const char *path, void *base, const void *kind)
+{
+  const PetscBool is_stage = (PetscBool)(section == SECTION_STAGES);
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  for (const Key *key = Keys; key < Keys + KEYS && !r->message[0]; key++) {
+    if (key->section != section || key->type == TYPE_CHANGES) continue;
+    PetscCall(Ask(r, path, key->name, &entry));
+    const int bits = is_stage ? key->stages : key->loads;
+    const int type = kind ? *(const int *)kind : 0; // read above, once its key has come
+    if (!bits || bits & BIT(type)) {
+      PetscCall(ReadKey(r, key, entry, base));
+      PetscCall(EchoKey(r, key, entry));
+    } else if (entry)
+      COMPLAIN(r, "does not belong to a %s of type %s", is_stage ? "stage" : "load",
+               (is_stage ? StageTypes : LoadTypes)[type]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode read_materials(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "materials", &scene->n_materials, &names));
+  if (!scene->n_materials) COMPLAIN_MISSING(r, "missing: every group of the mesh needs a material");
+  PetscCall(PetscCalloc1(scene->n_materials, &scene->materials));
+  if (scene->n_materials) PetscCall(EchoSection(r, 0, "materials"));
+  for (PetscInt i = 0; i < scene->n_materials; i++) {
+    Material *m = &scene->materials[i];
+    memcpy(m->name, names[i].name, NAME_LENGTH);
+    m->line = names[i].line;
+    m->young = m->poisson = NAN; // until SceneResolve knows whether the mesh says rigid
+    m->tension = m->compression = m->cohesion = m->friction = NAN;
+    m->rigid = -1;
+    PetscCall(AskSection(r, "materials", m->name, path));
+    PetscCall(EchoSection(r, 2, m->name));
+    PetscCall(read_section(r, SECTION_MATERIALS, path, m, NULL));
+    PetscCall(CompleteStrengths(r, path, m));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode read_supports(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "supports", &scene->n_supports, &names));
+  PetscCall(PetscCalloc1(scene->n_supports, &scene->supports));
+  if (scene->n_supports) PetscCall(EchoSection(r, 0, "supports"));
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    Support *s = &scene->supports[i];
+    memcpy(s->name, names[i].name, NAME_LENGTH);
+    memcpy(s->target, names[i].name, NAME_LENGTH);
+    s->line = names[i].line;
+    PetscCall(AskSection(r, "supports", s->name, path));
+    PetscCall(EchoSection(r, 2, s->name));
+    PetscCall(read_section(r, SECTION_SUPPORTS, path, s, NULL));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode read_loads(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "loads", &scene->n_loads, &names));
+  PetscCall(PetscCalloc1(scene->n_loads, &scene->loads));
+  if (scene->n_loads) PetscCall(EchoSection(r, 0, "loads"));
+  for (PetscInt i = 0; i < scene->n_loads; i++) {
+    Load *load = &scene->loads[i];
+    memcpy(load->name, names[i].name, NAME_LENGTH);
+    load->line = names[i].line;
+    load->drain = load->gallery = load->tailwater = load->efficiency = NAN;
+    PetscCall(AskSection(r, "loads", load->name, path));
+    PetscCall(EchoSection(r, 2, load->name));
+    PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
+    if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------ joints */
+
+// given[j * KEYS + k]: where key k of joint j is given, NULL: nowhere. Entries below `path` replace what
+// stood there.
+static PetscErrorCode ask_joints(Reader *r, const char *path, PetscInt n, const Joint *joints,
+                                 const Entry **given)
+{
+  char section[LABEL_LENGTH];
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < n; j++) {
+    if (j == 0 && !joints[0].defined) continue;
+    PetscCall(AskSection(r, path, joints[j].name, section));
+    for (PetscInt k = 0; k < KEYS; k++) {
+      if (Keys[k].section != SECTION_JOINTS) continue;
+      PetscCall(Ask(r, section, Keys[k].name, &entry));
+      if (entry) given[j * KEYS + k] = entry;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// friction is needed for limited shear; strength can only be lost
+static void complete_joint(Reader *r, Joint *joint)
+{
+  PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
+
+  if (limited && PetscIsNanReal(joint->friction[0]))
+    COMPLAIN_MISSING(r, "friction is missing [degree] (or law: elastic)");
+  if (PetscIsNanReal(joint->friction[0])) joint->friction[0] = 0;
+  if (PetscIsNanReal(joint->friction[1])) joint->friction[1] = joint->friction[0];
+  if (!limited) return;
+  if (joint->friction[1] > joint->friction[0]) COMPLAIN(r, "friction_residual is larger than friction");
+  if (joint->cohesion[1] > joint->cohesion[0]) COMPLAIN(r, "cohesion_residual is larger than cohesion");
+  if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
+}
+
+// a key not given for a joint is that of the default joint; NULL: nowhere
+static const Entry *joint_source(const Entry *const *given, PetscInt joint, PetscInt key)
+{
+  return given[joint * KEYS + key] ? given[joint * KEYS + key] : given[key];
+}
+
+/* The keys of all joints; before: where they were given in the stage before, NULL: this is the table of the
+   scene. The echo has all keys of that one, and of a stage's those that come from elsewhere than before. */
+static PetscErrorCode echo_joints(Reader *r, PetscInt n, const Joint *joints, const Entry *const *given,
+                                  const Entry *const *before)
+{
+  const int indent = before ? 4 : 0;
+  PetscBool any = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < n; j++) {
+    PetscBool named = PETSC_FALSE;
+    for (PetscInt k = 0; k < KEYS && joints[j].defined; k++) {
+      const Entry *source = joint_source(given, j, k);
+      if (Keys[k].section != SECTION_JOINTS || (before && source == joint_source(before, j, k))) continue;
+      if (!any) PetscCall(EchoSection(r, indent, "joints"));
+      if (!named) PetscCall(EchoSection(r, indent + 2, joints[j].name));
+      PetscCall(EchoKey(r, &Keys[k], source));
+      any = named = PETSC_TRUE;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// a key given nowhere is the one in the table
+static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, Joint *joints,
+                                       const Entry **given)
+{
+  char section[LABEL_LENGTH];
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < n; j++) {
+    joints[j].friction[0] = joints[j].friction[1] = NAN;
+    if (!joints[j].defined) continue;
+    PetscCall(AskSection(r, path, joints[j].name, section));
+    for (PetscInt k = 0; k < KEYS; k++) {
+      if (Keys[k].section != SECTION_JOINTS) continue;
+      const Entry *source = joint_source(given, j, k);
+      PetscCall(Ask(r, section, Keys[k].name, &entry));
+      if (source) {
+        snprintf(r->label, LABEL_LENGTH, "%s", source->key);
+        r->line = source->line;
+      }
+      PetscCall(ReadKey(r, &Keys[k], source, &joints[j]));
+    }
+    PetscCall(AskSection(r, path, joints[j].name, section));
+    complete_joint(r, &joints[j]);
+    JointPrepare(&joints[j]);
+  }
+  if (!joints[0].defined) joints[0].friction[0] = joints[0].friction[1] = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// row 0 is "default", given or not; free `given` with PetscFree
+static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
+{
+  PetscInt n_names;
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "joints", &n_names, &names));
+  for (PetscInt k = 0; k < KEYS; k++)
+    if (Keys[k].section == SECTION_JOINTS) AddOptionNames(r, "joints", Keys[k].name, &n_names, names);
+  PetscCall(PetscCalloc1(n_names + 1, &scene->joints));
+  snprintf(scene->joints[0].name, NAME_LENGTH, "default");
+  scene->n_joints = 1;
+  for (PetscInt i = 0; i < n_names; i++) {
+    Joint *joint = strcmp(names[i].name, "default") ? &scene->joints[scene->n_joints++] : &scene->joints[0];
+    memcpy(joint->name, names[i].name, NAME_LENGTH);
+    joint->line = names[i].line;
+    joint->defined = PETSC_TRUE;
+  }
+  PetscCall(PetscFree(names));
+  PetscCall(PetscCalloc1(scene->n_joints * KEYS, given));
+  PetscCall(ask_joints(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscCall(read_joint_table(r, "joints", scene->n_joints, scene->joints, *given));
+  PetscCall(echo_joints(r, scene->n_joints, scene->joints, *given, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------ stages */
+
+// the joints of a stage are those of the stage before with its own changes: read anew from what is given
+static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, const Joint *last,
+                                        Stage *stage, const Entry **given)
+{
+  char path[LABEL_LENGTH];
+  const Entry **before;
+  PetscBool same;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(scene->n_joints * KEYS, &before));
+  PetscCall(PetscArraycpy(before, given, scene->n_joints * KEYS));
+  PetscCall(PetscMalloc1(scene->n_joints, &stage->joints));
+  PetscCall(PetscArraycpy(stage->joints, last, scene->n_joints));
+  PetscCall(AskSection(r, parent, "joints", path));
+  PetscCall(ask_joints(r, path, scene->n_joints, scene->joints, given));
+  PetscCall(PetscArraycmp(given, before, scene->n_joints * KEYS, &same));
+  if (!same) PetscCall(read_joint_table(r, path, scene->n_joints, stage->joints, given));
+  PetscCall(echo_joints(r, scene->n_joints, scene->joints, given, before));
+  PetscCall(PetscFree(before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, "stages", &scene->n_stages, &names));
+  if (!scene->n_stages) COMPLAIN_MISSING(r, "missing: at least one stage is needed");
+  PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
+  if (scene->n_stages) PetscCall(EchoSection(r, 0, "stages"));
+  for (PetscInt i = 0; i < scene->n_stages && !r->message[0]; i++) {
+    Stage *stage = &scene->stages[i];
+    *stage = r->defaults;
+    stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
+    memcpy(stage->name, names[i].name, NAME_LENGTH);
+    stage->line = names[i].line;
+    stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
+    PetscCall(AskSection(r, "stages", stage->name, path));
+    PetscCall(EchoSection(r, 2, stage->name));
+    PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
+    PetscCall(CompleteLoads(r, path, stage, (PetscBool)(i == 0)));
+    PetscCall(read_stage_joints(r, path, scene, i ? stage[-1].joints : scene->joints, stage, given));
+    if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
+    if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------------- whole */
+
+enum { LARGEST_SCENE = 1 << 24 }; /* [byte] */
+
+// the text of the file on all ranks; NULL and a message if it cannot be read; free with PetscFree
+static PetscErrorCode read_text(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  *length = -1;
+  *text = NULL;
+  if (rank == 0) {
+    errno = 0;
+    FILE *file = fopen(path, "rb");
+    long size = file && !fseek(file, 0, SEEK_END) ? ftell(file) : -1;
+    if (size >= 0 && size < LARGEST_SCENE) {
+      rewind(file);
+      PetscCall(PetscMalloc1(size + 1, text));
+      if (fread(*text, 1, size, file) == (size_t)size) *length = (PetscInt)size;
+    }
+    if (size >= LARGEST_SCENE)
+      Complain(message, path, -1, "", "cannot read the scene: not a file of up to %d bytes", LARGEST_SCENE);
+    else if (*length < 0)
+      Complain(message, path, -1, "", "cannot read the scene: %s", errno ? strerror(errno) : "no file");
+    if (file) fclose(file);
+  }
+  PetscCallMPI(MPI_Bcast(length, 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(message, MESSAGE_LENGTH, MPI_CHAR, 0, comm));
+  if (*length >= 0 && rank) PetscCall(PetscMalloc1(*length + 1, text));
+  if (*length >= 0) PetscCallMPI(MPI_Bcast(*text, *length, MPI_CHAR, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// the model lies in the working directory or beside the scene
+static PetscErrorCode find_model(MPI_Comm comm, Scene *scene)
+{
+  char beside[PETSC_MAX_PATH_LEN];
+  const char *slash = strrchr(scene->file, '/');
+  PetscBool here = PETSC_FALSE, there = PETSC_FALSE;
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0 && slash && scene->model[0] != '/') {
+    int n = snprintf(beside, sizeof beside, "%.*s/%s", (int)(slash - scene->file), scene->file, scene->model);
+    PetscCall(PetscTestFile(scene->model, 'r', &here));
+    if (!here && n < (int)sizeof beside) PetscCall(PetscTestFile(beside, 'r', &there));
+    if (there) memcpy(scene->model, beside, sizeof beside);
+  }
+  PetscCallMPI(MPI_Bcast(scene->model, PETSC_MAX_PATH_LEN, MPI_CHAR, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode read_all(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  const Entry **given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSegBufferCreate(1, 1 << 15, &r->asked));
+  PetscCall(PetscSegBufferCreate(1, 4096, &r->echo));
+  PetscCall(read_section(r, SECTION_TOP, "", scene, NULL));
+  PetscCall(AskSection(r, "", "contact", path));
+  PetscCall(EchoSection(r, 0, "contact"));
+  PetscCall(read_section(r, SECTION_CONTACT, path, scene, NULL));
+  PetscCall(AskSection(r, "", "relaxation", path));
+  PetscCall(EchoSection(r, 0, "relaxation"));
+  PetscCall(read_section(r, SECTION_RELAXATION, path, scene, NULL));
+  PetscCall(read_section(r, SECTION_STAGE_DEFAULTS, path, &r->defaults, NULL));
+  PetscCall(AskSection(r, "", "checkpoint", path));
+  PetscCall(EchoSection(r, 0, "checkpoint"));
+  PetscCall(read_section(r, SECTION_CHECKPOINT, path, scene, NULL));
+  PetscCall(AskSection(r, "", "repartition", path));
+  PetscCall(EchoSection(r, 0, "repartition"));
+  PetscCall(read_section(r, SECTION_REPARTITION, path, scene, NULL));
+  PetscCall(read_materials(r, scene));
+  PetscCall(read_joints(r, scene, &given));
+  PetscCall(read_supports(r, scene));
+  PetscCall(read_loads(r, scene));
+  PetscCall(read_stages(r, scene, given));
+  PetscCall(ConcludeMessage(r));
+  PetscCall(PetscFree(given));
+  PetscCall(PetscSegBufferDestroy(&r->asked));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the options, a line for each file of motion with its checksum: a restart
+   tells when it has changed. */
+static PetscErrorCode note_motions(Scene *scene)
+{
+  char *text = NULL;
+  size_t size;
+
+  PetscFunctionBeginUser;
+  FILE *f = open_memstream(&text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  fputs(scene->options, f);
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    const Support *s = scene->supports + i;
+    struct stat file = {0};
+    uint64_t sum;
+    if (!s->motion[0] || stat(s->motion, &file) || !S_ISREG(file.st_mode)) continue;
+    if (FileChecksum(s->motion, (size_t)file.st_size, &sum)) continue; // who reads it says why
+    fprintf(f, "supports_%s_motion_checksum %08" PRIx64 "\n", s->name, sum);
+  }
+  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
+  free(scene->options);
+  scene->options = text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene)
+{
+  Reader r = {.scene = scene};
+  PetscInt length = 0;
+  char *text = NULL;
+
+  PetscFunctionBeginUser;
+  memset(scene, 0, sizeof *scene);
+  if (file) {
+    snprintf(scene->file, sizeof scene->file, "%s", file);
+    PetscCall(read_text(comm, file, &text, &length, r.message));
+  }
+  if (!r.message[0] && text) PetscCall(EntriesReadYAML(&r.entries, file, text, length, r.message));
+  if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
+  if (!r.message[0]) PetscCall(EntriesCheckElsewhere(r.message));
+  if (!r.message[0]) PetscCall(read_all(&r, scene));
+  if (!r.message[0]) PetscCall(EntriesText(&r.entries, &scene->options));
+  if (!r.message[0]) PetscCall(note_motions(scene));
+  PetscCall(PetscFree(text));
+  PetscCall(EntriesDestroy(&r.entries));
+  if (r.message[0]) PetscCall(PetscSegBufferDestroy(&r.echo));
+  PetscCall(CheckMessage(comm, r.message));
+  PetscCall(find_model(comm, scene));
+  PetscCall(EchoEnd(&r, &scene->echo));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SceneDestroy(Scene *scene)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; scene->loads && i < scene->n_loads; i++) PetscCall(PetscFree(scene->loads[i].groups));
+  for (PetscInt i = 0; scene->stages && i < scene->n_stages; i++) {
+    PetscCall(PetscFree(scene->stages[i].loads));
+    PetscCall(PetscFree(scene->stages[i].joints));
+    PetscCall(PetscFree(scene->stages[i].reduce));
+    PetscCall(PetscFree(scene->stages[i].rises));
+    PetscCall(PetscFree2(scene->stages[i].level_rises, scene->stages[i].tail_rises));
+  }
+  PetscCall(PetscFree(scene->echo));
+  PetscCall(PetscFree(scene->damping_groups));
+  free(scene->options);
+  free(scene->solvers);
+  PetscCall(PetscFree(scene->materials));
+  PetscCall(PetscFree(scene->joints));
+  PetscCall(PetscFree(scene->supports));
+  PetscCall(PetscFree(scene->loads));
+  PetscCall(PetscFree(scene->stages));
+  memset(scene, 0, sizeof *scene);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -------------------------------------------------------------------------------------------- help */
+
+// what a value may be, in words
+static void describe_values(const Key *key, char text[256])
+{
+  static const char *const words[] = {[TYPE_TITLE] = "text",
+                                      [TYPE_PATH] = "path",
+                                      [TYPE_NAME] = "name",
+                                      [TYPE_REAL] = "number",
+                                      [TYPE_LIMIT] = "inf or number",
+                                      [TYPE_INT] = "whole number",
+                                      [TYPE_BOOL] = "true, false",
+                                      [TYPE_TRISTATE] = "true, false",
+                                      [TYPE_PAIR] = "[number, number]",
+                                      [TYPE_FIX] = "x, y, xy",
+                                      [TYPE_NAMES] = "list of names",
+                                      [TYPE_LOADS] = "list of loads",
+                                      [TYPE_CHANGES] = "keys"};
+
+  if (key->type == TYPE_CHOICE)
+    DescribeChoices(key->choices, text);
+  else
+    snprintf(text, 256, "%s%s%s", words[key->type], key->range ? " " : "", key->range ? key->range : "");
+}
+
+PetscErrorCode SceneHelp(MPI_Comm comm)
+{
+  char path[LABEL_LENGTH], values[256];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscPrintf(comm, "| key | default | unit | value | meaning |\n|---|---|---|---|---|\n"));
+  for (const Key *key = Keys; key < Keys + KEYS; key++) {
+    const char *preset = key->preset ? key->preset : "required";
+    if (key->preset && !preset[0]) preset = "empty";
+    if (preset[0] == '=') preset += 2;
+    snprintf(path, sizeof path, "`%s%s`", SectionPaths[key->section], key->name);
+    describe_values(key, values);
+    PetscCall(PetscPrintf(comm, "| %-36s | %-29s | %-9s | %-26s | %s |\n", path, preset, key->unit, values,
+                          key->help));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

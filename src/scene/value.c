@@ -1,0 +1,405 @@
+/* value.c: asking for keys and turning text into checked values; every complaint names
+   the key and its line. */
+#include "scene/reader.h"
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ------------------------------------------------------------------------------------------- asking */
+
+/* A key of the command line gets its dots; two that may be meant are one too many. */
+static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
+{
+  PetscFunctionBeginUser;
+  if (strcmp(entry->key, label)) {
+    r->line = 0;
+    if (entry->used) COMPLAIN(r, "may be %s too: change the scene file instead", entry->key);
+    PetscCall(PetscFree(entry->key));
+    PetscCall(PetscStrallocpy(label, &entry->key));
+  }
+  entry->used = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "parent.name". Called for every key: snprintf is slow where a library has taught it kinds of its own
+   (libquadmath). */
+static void join(const char *parent, const char *name, char label[LABEL_LENGTH])
+{
+  const char *const part[3] = {parent, parent[0] ? "." : "", name};
+  size_t used = 0;
+  for (int i = 0; i < 3; i++) {
+    const size_t n = PetscMin(strlen(part[i]), LABEL_LENGTH - 1 - used);
+    memcpy(label + used, part[i], n);
+    used += n;
+  }
+  label[used] = '\0';
+}
+
+PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry)
+{
+  char *known, label[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  join(parent, name, label);
+  const size_t length = strlen(label) + 1;
+  PetscCall(PetscSegBufferGet(r->asked, length, &known));
+  memcpy(known, label, length);
+  memcpy(r->label, label, length);
+  *entry = EntriesFind(&r->entries, label);
+  if (*entry) PetscCall(take_as(r, label, *entry));
+  const Entry *holder = *entry ? *entry : EntriesFind(&r->entries, parent);
+  r->line = holder ? holder->line : -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char path[LABEL_LENGTH])
+{
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  PetscCall(Ask(r, parent, name, &entry));
+  if (entry && entry->kind != ENTRY_SECTION)
+    COMPLAIN(r, "keys below it expected ({key: value, ..}), not a value");
+  memcpy(path, r->label, LABEL_LENGTH);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void add_name(Reader *r, Name *names, PetscInt *n, const char *name, int line)
+{
+  r->line = line;
+  if (!NameIsValid(name)) COMPLAIN(r, "'%.80s' is not a name", name);
+  for (PetscInt i = 0; i < *n; i++)
+    if (!strcmp(names[i].name, name)) COMPLAIN(r, "'%s' twice", name);
+  snprintf(names[*n].name, NAME_LENGTH, "%.*s", NAME_LENGTH - 1, name);
+  names[(*n)++].line = line;
+}
+
+PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names)
+{
+  char path[LABEL_LENGTH], item[LABEL_LENGTH];
+  Entry *list;
+
+  PetscFunctionBeginUser;
+  PetscCall(Ask(r, "", section, &list));
+  *n = 0;
+  PetscCall(PetscMalloc1(r->entries.n + (list ? strlen(list->value) : 0) + 1, names));
+  if (list && list->kind == ENTRY_SECTION) {
+    for (const Entry *e = r->entries.entries; e < r->entries.entries + r->entries.n; e++) {
+      size_t length = strlen(section);
+      if (strncmp(e->key, section, length) || e->key[length] != '.') continue;
+      if (!strchr(e->key + length + 1, '.')) add_name(r, *names, n, e->key + length + 1, e->line);
+    }
+  } else if (list && list->line == 0) {
+    for (const char *rest = list->value; rest;) {
+      rest = NextItem(rest, item);
+      add_name(r, *names, n, item, 0);
+    }
+  } else if (list)
+    COMPLAIN(r, "names with keys below them expected ({name: {key: value, ..}, ..})");
+  for (PetscInt i = 0; i < *n; i++) PetscCall(AskSection(r, section, (*names)[i].name, path));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n, Name *names)
+{
+  const Entry *list = EntriesFind(&r->entries, section);
+  const size_t head = strlen(section) + 1, tail = strlen(key) + 1;
+  char name[NAME_LENGTH];
+
+  if (list && !list->line) return; // -joints a,b means these and no others
+  for (const Entry *e = r->entries.entries; e < r->entries.entries + r->entries.n; e++) {
+    const size_t length = strlen(e->key), middle = length - head - tail;
+    if (e->line || length <= head + tail || middle >= sizeof name) continue;
+    if (strncmp(e->key, section, head - 1) || e->key[head - 1] != '_') continue;
+    if (strcmp(e->key + length - tail + 1, key) || e->key[length - tail] != '_') continue;
+    snprintf(name, sizeof name, "%.*s", (int)middle, e->key + head);
+    PetscBool there = (PetscBool)!NameIsValid(name);
+    for (PetscInt i = 0; i < *n && !there; i++) there = (PetscBool)!strcmp(names[i].name, name);
+    if (!there) add_name(r, names, n, name, 0);
+  }
+}
+
+/* --------------------------------------------------------------------------------------- one value */
+
+static PetscBool in_range(const char *range, double x)
+{
+  while (range && *range) {
+    char side = *range++;
+    PetscBool equal = (PetscBool)(*range == '=');
+    char *end;
+    double bound = strtod(range + equal, &end);
+    if (!(side == '>' ? x > bound : x < bound) && !(equal && x == bound)) return PETSC_FALSE;
+    range = end + strspn(end, ", ");
+  }
+  return PETSC_TRUE;
+}
+
+// " [Pa]", to stand behind a message
+static void describe_unit(const Key *key, char text[32])
+{
+  PetscBool plain = (PetscBool)(!key->unit[0] || !strcmp(key->unit, "-"));
+  snprintf(text, 32, "%s%s%s", plain ? "" : " [", plain ? "" : key->unit, plain ? "" : "]");
+}
+
+static double convert_number(Reader *r, const Key *key, const char *text)
+{
+  char *end, unit[32];
+  double x = strtod(text, &end);
+
+  if (key->type == TYPE_LIMIT && (!strcmp(text, "inf") || !strcmp(text, ".inf"))) return PETSC_INFINITY;
+  describe_unit(key, unit);
+  if (end == text || *end || text[strspn(text, "0123456789+-.eE")])
+    COMPLAIN(r, "'%.60s' is not a number%s", text, unit);
+  if (!isfinite(x)) COMPLAIN(r, "%.60s is too large for a number", text);
+  if (key->type == TYPE_INT && (x != rint(x) || fabs(x) > 1e9))
+    COMPLAIN(r, "%.60s is not a whole number up to 1e9%s", text, unit);
+  if (!in_range(key->range, x)) COMPLAIN(r, "%.60s is out of range: must be %s%s", text, key->range, unit);
+  return x;
+}
+
+static PetscBool convert_bool(Reader *r, const char *text)
+{
+  static const char *const words[] = {"false", "true", "no", "yes", "off", "on", "0", "1"};
+  for (int i = 0; i < 8; i++)
+    if (!strcmp(text, words[i])) return (PetscBool)(i % 2);
+  if (text[0]) COMPLAIN(r, "'%.60s' is neither true nor false", text);
+  return PETSC_TRUE; // a bare -key
+}
+
+void DescribeChoices(const char *const *choices, char text[256])
+{
+  size_t used = 0;
+  text[0] = '\0';
+  for (int i = 0; choices[i + 2] && used < 256; i++) // the last two are names of the enum itself
+    used += snprintf(text + used, 256 - used, "%s%s", i ? ", " : "", choices[i]);
+}
+
+static int convert_choice(Reader *r, const char *const *choices, const char *text)
+{
+  char known[256];
+  for (int i = 0; choices[i + 2]; i++)
+    if (!strcmp(text, choices[i])) return i;
+  DescribeChoices(choices, known);
+  COMPLAIN(r, "'%.60s' is not one of: %s", text, known);
+  return 0;
+}
+
+static void convert_text(Reader *r, const Key *key, const char *text, char *value)
+{
+  size_t size = key->type == TYPE_TITLE ? sizeof r->scene->title : PETSC_MAX_PATH_LEN;
+  if (key->type == TYPE_NAME) size = NAME_LENGTH;
+  if (strlen(text) >= size) COMPLAIN(r, "longer than %d characters", (int)size - 1);
+  if (key->type == TYPE_NAME && !NameIsValid(text)) COMPLAIN(r, "'%.80s' is not a name", text);
+  snprintf(value, size, "%s", text);
+}
+
+static void convert_fix(Reader *r, const char *text, PetscBool fix[2])
+{
+  fix[0] = (PetscBool)(strchr(text, 'x') != NULL);
+  fix[1] = (PetscBool)(strchr(text, 'y') != NULL);
+  if (strcmp(text, "x") && strcmp(text, "y") && strcmp(text, "xy"))
+    COMPLAIN(r, "'%.60s' is not one of: x, y, xy", text);
+}
+
+static void convert_pair(Reader *r, const Key *key, const char *text, PetscReal value[2])
+{
+  char item[LABEL_LENGTH];
+  int n = 0;
+  for (const char *rest = text; rest; n++) {
+    rest = NextItem(rest, item);
+    double x = convert_number(r, key, item);
+    if (n < 2) value[n] = x;
+  }
+  if (n != 2) COMPLAIN(r, "two numbers expected: [x, y]");
+}
+
+static PetscErrorCode convert_names(Reader *r, const char *text, PetscInt *n, char (**names)[NAME_LENGTH])
+{
+  char item[LABEL_LENGTH];
+  Name *found;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(strlen(text) + 1, &found));
+  *n = 0;
+  if (!text[0]) COMPLAIN(r, "the list is empty");
+  for (const char *rest = text; rest;) {
+    rest = NextItem(rest, item);
+    add_name(r, found, n, item, r->line);
+  }
+  PetscCall(PetscMalloc1(*n, names));
+  for (PetscInt i = 0; i < *n; i++) memcpy((*names)[i], found[i].name, NAME_LENGTH);
+  PetscCall(PetscFree(found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode convert_loads(Reader *r, const char *text, PetscInt *n, PetscInt **loads)
+{
+  char(*names)[NAME_LENGTH], known[512] = "none";
+  size_t used = 0;
+
+  PetscFunctionBeginUser;
+  *n = 0;
+  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS); // CompleteLoads says whether none will do
+  for (PetscInt l = 0; l < r->scene->n_loads && used < sizeof known; l++)
+    used += snprintf(known + used, sizeof known - used, "%s%s", l ? ", " : "", r->scene->loads[l].name);
+  PetscCall(convert_names(r, text, n, &names));
+  PetscCall(PetscMalloc1(*n, loads));
+  for (PetscInt i = 0; i < *n; i++) {
+    (*loads)[i] = -1;
+    for (PetscInt l = 0; l < r->scene->n_loads; l++)
+      if (!strcmp(names[i], r->scene->loads[l].name)) (*loads)[i] = l;
+    if ((*loads)[i] < 0) COMPLAIN_MISSING(r, "no load named '%s'; loads: %s", names[i], known);
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// writes the value of one key into its field of `base`
+static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void *base)
+{
+  void *field = (char *)base + key->offset, *count = (char *)base + key->count;
+
+  PetscFunctionBeginUser;
+  switch (key->type) {
+  case TYPE_TITLE:
+  case TYPE_PATH:
+  case TYPE_NAME:
+    convert_text(r, key, text, field);
+    break;
+  case TYPE_REAL:
+  case TYPE_LIMIT:
+    *(PetscReal *)field = convert_number(r, key, text);
+    break;
+  case TYPE_INT:
+    *(PetscInt *)field = (PetscInt)PetscClipInterval(convert_number(r, key, text), -1e9, 1e9);
+    break;
+  case TYPE_BOOL:
+    *(PetscBool *)field = convert_bool(r, text);
+    break;
+  case TYPE_TRISTATE:
+    *(PetscInt *)field = convert_bool(r, text);
+    break;
+  case TYPE_CHOICE:
+    *(int *)field = convert_choice(r, key->choices, text);
+    break;
+  case TYPE_FIX:
+    convert_fix(r, text, field);
+    break;
+  case TYPE_PAIR:
+    convert_pair(r, key, text, field);
+    break;
+  case TYPE_NAMES:
+    PetscCall(convert_names(r, text, count, field));
+    break;
+  case TYPE_LOADS:
+    PetscCall(convert_loads(r, text, count, field));
+    break;
+  case TYPE_CHANGES:
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---------------------------------------------------------------------------------------- sections */
+
+PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base)
+{
+  PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NAMES ||
+                                  key->type == TYPE_LOADS);
+  PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
+  const char *text = entry ? entry->value : key->preset;
+  char unit[32];
+
+  PetscFunctionBeginUser;
+  describe_unit(key, unit);
+  if (entry && !entry->line && (key->type == TYPE_BOOL || key->type == TYPE_TRISTATE))
+    may_be_bare = PETSC_TRUE;
+  if (entry && entry->kind == ENTRY_SECTION)
+    COMPLAIN(r, "a value expected, not keys below it");
+  else if (entry && entry->kind == ENTRY_LIST && !is_list)
+    COMPLAIN(r, "a single value expected, not a list");
+  else if (!text)
+    COMPLAIN_MISSING(r, "missing%s", unit);
+  else if (entry && !text[0] && !may_be_bare)
+    COMPLAIN(r, "no value given");
+  else if (text[0] != '=' || entry)
+    PetscCall(convert(r, key, text, base));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ------------------------------------------------------------------------------------ unknown keys */
+
+static char plain_letter(char c)
+{
+  return c == '.' ? '_' : c;
+}
+
+// letters to change, drop or add to make one key of the other, as far as they are fewer than `most`; 0 also
+// when b only ends in more letters
+static size_t key_distance(const char *a, const char *b, size_t most)
+{
+  const size_t m = strlen(a), n = strlen(b);
+  size_t same = 0, row[LABEL_LENGTH + 1];
+
+  while (a[same] && plain_letter(a[same]) == plain_letter(b[same])) same++;
+  if (!a[same] && !strchr(b + same, '.')) return 0;
+  if (m >= n + most || n >= m + most) return most;
+  for (size_t j = 0; j <= n; j++) row[j] = j;
+  for (size_t i = 1; i <= m; i++) {
+    size_t diagonal = row[0], least = i;
+    row[0] = i;
+    for (size_t j = 1; j <= n; j++) {
+      size_t change = diagonal + (plain_letter(a[i - 1]) != plain_letter(b[j - 1]));
+      diagonal = row[j];
+      row[j] = PetscMin(change, PetscMin(row[j], row[j - 1]) + 1);
+      least = PetscMin(least, row[j]);
+    }
+    if (least >= most) return most;
+  }
+  return row[n];
+}
+
+// the known key nearest to that of an entry, as it would be written there; "" if none is near
+static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
+{
+  SegmentCount n;
+  size_t best = 3 + strlen(e->key) / 16;
+  char *known;
+
+  PetscFunctionBeginUser;
+  nearest[0] = '\0';
+  if (strlen(e->key) >= LABEL_LENGTH) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSegBufferGetSize(r->asked, &n));
+  PetscCall(PetscSegBufferExtractInPlace(r->asked, &known));
+  for (char *k = known; k < known + n; k += strlen(k) + 1) {
+    size_t distance = key_distance(e->key, k, best);
+    if (distance >= best) continue;
+    best = distance;
+    snprintf(nearest, LABEL_LENGTH + 1, "%s%s", e->line ? "" : "-", k);
+  }
+  for (char *c = nearest; !e->line && *c; c++) *c = plain_letter(*c);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ConcludeMessage(Reader *r)
+{
+  static const char no_scene[] = "; no scene file is given: -options_file scene.yaml (-help lists all keys)";
+  const Entry *e = r->entries.entries, *end = e + r->entries.n;
+  char nearest[LABEL_LENGTH + 1];
+
+  PetscFunctionBeginUser;
+  while (e < end && e->used) e++;
+  if (e < end && e->loose && EntriesFindSection(&r->entries, e->key)) {
+    Complain(r->message, r->scene->file, e->line, e->key,
+             "keys below it expected ({key: value, ..}), not a value");
+  } else if (e < end) {
+    PetscCall(nearest_key(r, e, nearest));
+    Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",
+             nearest[0] ? "; did you mean " : " (-help lists all keys)", nearest, nearest[0] ? "?" : "");
+  }
+  if (!r->message[0] && r->missing[0])
+    snprintf(r->message, MESSAGE_LENGTH, "%.900s%s", r->missing, r->scene->file[0] ? "" : no_scene);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,236 @@
+/* creep.c: where Newton's method finds no equilibrium: overdamped motion, in implicit steps that grow.
+
+   The explicit loop, its inertia left out, is creep alpha m du/dt = r(u). A step of backward Euler over tau,
+
+     drag m (u - u_creep) = r(u),   drag = alpha/tau,
+
+   is an equilibrium with springs to where the step began, and Newton's method finds it: the springs hold what
+   slips and is open, and a step that is not found is taken again, shorter. tau grows fourfold with each step
+   that is easy. So creep ends in one of two ways (for monotone r: proximal point iteration, Rockafellar
+   1976). Where there is an equilibrium, tau soon is that of Newton's method, which it becomes. Where there is
+   none, the motion goes on for ever, r tends to a constant (Pazy 1971), and steps as long as one likes follow
+   the mechanism until its faces have parted or slid too far (JudgeContacts): the verdict of the explicit
+   loop, on its path.
+
+   Evidence. The same verdict, sooner: over three steps, of a way that grows at least twelvefold, the motion
+   keeps its direction and neither unbalanced ratio nor pace falls by a twentieth: the rule of the explicit
+   loop (relax.c: judge_chunk), over a longer way. An equilibrium in large strain that is farther away than
+   half of what makes the verdict, and a mechanism that turns back, prove nothing: water that follows its face
+   and a plane that rises hold a dam again, some centimetres beyond the limit of its shape; then the explicit
+   loop judges. Along every step r.du = drag du.m du > 0, to the accuracy asked for (STEP_ERROR): what the
+   loads do along the mechanism exceeds what friction takes and blocks store. A step carries no face by more
+   than half of what makes the verdict, so it is seen from several states, not from one that an iteration was
+   thrown to. Friction starts from the last equilibrium, as everywhere in newton.c.
+
+   A mechanism has no stiffness but that of bodies and faces that turn under their forces: the tangent has it
+   here (stiffness.c). Loads that follow the motion are those of where the step began. */
+#include "solve/newton.h"
+#include "archive/checkpoint.h"
+
+enum {
+  MOST_STEPS = 200,
+  MOST_ITERATIONS = 12,
+  STALL_ITERATIONS = 6,
+  FEW_ITERATIONS = 4,
+  SOME_ITERATIONS = 8
+};
+static const PetscReal STEP_ERROR = 0.03; /* of the unbalanced force at its start: how exact a step is */
+static const PetscReal LOOSEST = 0.1, TIGHTEST = 1e-3; /* relative residual of a linear solve */
+static const PetscReal SHORTER = 8.;                   /* the drag of a step that is taken again */
+static const PetscReal MOST_PARTED = 0.05;             /* of a face, in one step, and of an equilibrium */
+static const PetscReal MOST_DRAG = 1e6;                /* over the first: gives up */
+static const PetscReal SEEN = 0.01;                    /* of a face: from there on a mechanism is */
+/* told by three steps: how the way grows, cosine, ratio and pace over those before; faces moved by */
+static const PetscReal LONGER = 12., STRAIGHT = 0.98, STEADY = 0.95, THROUGH = 1e-3;
+
+/* A step, and the state it led to. */
+typedef struct {
+  PetscReal parted; /* [-] farthest that two faces have moved, over their length: ContactsParted */
+  PetscReal ratio;  /* [-] unbalanced */
+  PetscReal way;    /* [m] farthest that something went */
+  PetscReal pace;   /* [m/cycle] the same over tau */
+  PetscReal cosine; /* between it and the step before */
+} Sight;
+
+/* The way so far. */
+typedef struct {
+  PetscReal omega;  /* [1/cycle] of the elastic answer at the start: alpha is twice that */
+  PetscReal parted; /* [-] at the start */
+  Sight seen;       /* where the mechanism could be seen */
+  Sight last[3];    /* the last steps, the last one first */
+  PetscInt steps;
+} Course;
+
+/* One step from u_creep, where the unbalanced force is `force`: its iterations, and whether it was found. */
+static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *iterations, PetscBool *found)
+{
+  PetscReal norm = force, before = force, least = force;
+  PetscInt i, least_at = 0;
+  PetscFunctionBeginUser;
+  for (i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !(norm <= STEP_ERROR * force) &&
+              !NewtonSpent(p);
+       i++) {
+    const PetscReal tolerance = PetscMax(TIGHTEST, 0.5 * PetscPowReal(norm / before, 1.5));
+    before = norm;
+    PetscCall(NewtonIterate(p, PetscMin(LOOSEST, tolerance), &norm));
+    if (norm < 0.5 * least) least = norm, least_at = i;
+  }
+  *iterations = i, *found = (PetscBool)(norm <= STEP_ERROR * force);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Motion since the step began, kept in relax->du_chunk, and the state it led to. */
+static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
+{
+  const Newton *n = p->relax->newton;
+  PetscReal *before = p->relax->du_chunk, sum[3] = {0., 0., 0.}, place[2];
+  PetscFunctionBeginUser;
+  now->way = 0.;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal du = p->state->u[d] - n->u_creep[d], mass = p->state->m[d];
+    now->way = PetscMax(now->way, PetscAbsReal(du) * DofLength(p->m, p->state, d));
+    sum[0] += mass * du * before[d], sum[1] += mass * du * du, sum[2] += mass * before[d] * before[d];
+    before[d] = du;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &now->way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPI_SUM, p->m->comm));
+  now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
+  now->pace = now->way * n->drag / (2. * c->omega);
+  PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+  PetscCall(ContactsParted(p, &now->parted, place));
+  now->ratio = p->result->ratio;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rule of the explicit loop. */
+static PetscBool moves_on(const Course *c)
+{
+  const Sight *now = c->last, *first = c->last + 2;
+  return (PetscBool)(c->steps > 2 && now->way > LONGER * first->way && now->parted > c->parted + THROUGH &&
+                     PetscMin(now->cosine, c->last[1].cosine) > STRAIGHT &&
+                     now->ratio > STEADY * first->ratio && now->pace > STEADY * first->pace);
+}
+
+/* The mechanism is the last step's motion; what it is told by. */
+static PetscErrorCode collapsed(const Problem *p, const Course *c)
+{
+  const Sight *now = c->last, *from = p->result->verdict == VERDICT_NONE ? now + 2 : &c->seen;
+  char *told = p->result->evidence;
+  PetscFunctionBeginUser;
+  p->relax->chunk_start = p->state->cycle;
+  if (p->result->verdict == VERDICT_NONE)
+    PetscCall(PetscSNPrintf(told, sizeof(p->result->evidence),
+                            "a mechanism that has moved faces by %.3g of their length, cosine %.4f",
+                            (double)(now->parted - c->parted), (double)now->cosine));
+  p->result->verdict = VERDICT_COLLAPSED;
+  char more[160];
+  PetscCall(PetscSNPrintf(more, sizeof(more),
+                          "; %" PetscInt_FMT
+                          " steps of creep, from %.3g to %.3g m long: ratio from %.3g to %.3g, "
+                          "motion from %.3g to %.3g m a cycle",
+                          c->steps, (double)from->way, (double)now->way, (double)from->ratio,
+                          (double)now->ratio, (double)from->pace, (double)now->pace));
+  PetscCall(PetscStrlcat(told, more, sizeof(p->result->evidence)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step was found: the verdict, if there is one; or it was too long (again), or has turned back (lost). */
+static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, PetscBool *lost)
+{
+  const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
+  Sight now;
+  PetscFunctionBeginUser;
+  PetscCall(look(p, c, &now));
+  *lost = (PetscBool)(parted > c->parted + SEEN && now.cosine < 0.);
+  *again = (PetscBool)(now.parted > parted + MOST_PARTED);
+  if (*again || *lost) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int i = 2; i > 0; i--) c->last[i] = c->last[i - 1];
+  c->last[0] = now, c->steps++;
+  if (now.parted <= c->parted + SEEN || c->steps == 1) c->seen = now;
+  PetscCall(JudgeContacts(p));
+  if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Equilibrium where a step begins: the way fell as it would not if steps only grew. Near enough: found. */
+static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *found, PetscBool *lost)
+{
+  const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
+  PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance &&
+                               (c->steps < 2 || c->last[0].way < c->last[1].way));
+  PetscFunctionBeginUser;
+  if (rest) PetscCall(LoadsCarried(p, CARRIED, &rest));
+  *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || parted < c->parted + MOST_PARTED));
+  *lost = (PetscBool)(!p->result->finite || (rest && !*found));
+  if (*found)
+    PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                            "; %" PetscInt_FMT " steps of creep, joints moved by up to %.2g of a face",
+                            c->steps, (double)parted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Drag of the next step: the more work this one was the less it falls, and no less than gain, how far faces
+   have parted in it over the most that they may, tells. */
+static PetscReal next_drag(PetscReal drag, PetscInt iterations, PetscReal gain)
+{
+  const PetscReal factor = iterations <= FEW_ITERATIONS ? 0.25 : iterations <= SOME_ITERATIONS ? 0.5 : 1.;
+  return drag * PetscMax(factor, gain);
+}
+
+/* Steps, until one of them has an answer. */
+static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, PetscBool *stop)
+{
+  Newton *n = p->relax->newton;
+  PetscReal drag = c->omega * c->omega, least = 0., force;
+  const PetscReal most = MOST_DRAG * drag;
+  PetscBool lost = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < MOST_STEPS && drag < most && !*stop && !NewtonSpent(p); i++) {
+    PetscInt iterations = 0;
+    PetscBool good = PETSC_FALSE, again = PETSC_FALSE;
+    PetscCall(PetscArraycpy(n->u_creep, p->state->u, p->m->n_dof));
+    PetscCall(StageLoads(p));
+    n->drag = 0.;
+    PetscCall(NewtonEvaluate(p, 0., NULL, &force));
+    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+    PetscCall(at_rest(p, c, found, &lost));
+    if (*found || lost) break;
+    n->drag = drag;
+    snprintf(n->told, sizeof(n->told), "creep, step %" PetscInt_FMT ", ratio %.2e", i + 1,
+             (double)p->result->ratio);
+    PetscCall(creep_step(p, force, &iterations, &good));
+    if (good) {
+      const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
+      PetscCall(judge_step(p, c, &again, &lost));
+      if (lost || p->result->verdict != VERDICT_NONE) break;
+      drag = next_drag(drag, iterations, c->steps ? (c->last[0].parted - parted) / (0.9 * MOST_PARTED) : 0.);
+    }
+    if (!good || again) {
+      PetscCall(NewtonMove(p, n->u_creep));
+      least = 2. * n->drag, drag = SHORTER * n->drag;
+    }
+    drag = PetscMax(drag, least);
+    if (good && !again) least *= 0.5;
+    PetscCall(CheckpointStop(p->output->checkpoint, stop));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
+{
+  Newton *n = p->relax->newton;
+  Course c = {.steps = 0};
+  PetscReal force, omega_2, place[2];
+  PetscFunctionBeginUser;
+  *found = *stop = PETSC_FALSE;
+  PetscCall(NewtonFresh(p));
+  PetscCall(PetscArrayzero(p->relax->du_chunk, p->m->n_dof));
+  PetscCall(NewtonEvaluate(p, 0., NULL, &force));
+  PetscCall(NewtonElasticFrequency(p, &omega_2));
+  PetscCall(ContactsParted(p, &c.parted, place));
+  c.omega = PetscSqrtReal(omega_2);
+  if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
+  n->drag = 0.;
+  if (n->stiffness.turns) PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

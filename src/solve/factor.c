@@ -1,0 +1,197 @@
+/* factor.c: the factor of the assembled stiffness for Newton's method, and the memory it takes: asked for
+   before it is made, and where it runs out all the same, the explicit loop goes on (newton.c). */
+#include "base/memory.h"
+#include "solve/newton.h"
+
+static const PetscReal WORST_FACTOR = 1e-4; /* relative error of a solution */
+enum { CHOLMOD_NO_MEMORY = -2, CHOLMOD_TOO_LARGE = -3 };
+
+/* ---- memory */
+
+PetscErrorCode NewtonFits(const Model *m, double memory[2], PetscBool *fits)
+{
+  PetscInt64 n[2] = {m->n_dof, 0};
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    n[1] += (PetscInt64)m->condensed[b].n_kept * m->condensed[b].n_kept;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT64, MPI_SUM, m->comm));
+  const double mine = MemoryOfFactor((double)n[0], (double)n[1], m->size) / (double)m->size;
+  PetscCall(MemoryFits(m->comm, mine, memory, fits));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorWants(const Problem *p, const double memory[2])
+{
+  Effort *effort = &p->relax->effort;
+  PetscFunctionBeginUser;
+  if (!effort->wanted && !p->m->rank) {
+    fprintf(stderr,
+            "quoin: warning: stage %s: no memory for the factor of preconditioned relaxation: it takes about "
+            "%.3g GB, %.3g GB were available before: the stage goes on by explicit cycles; condensed bodies "
+            "take less, more machines or a larger memory_limit give more\n",
+            p->stage->name, 1e-9 * memory[0], 1e-9 * memory[1]);
+    fflush(stderr);
+  }
+  effort->wanted = (PetscInt64)memory[0], effort->available = (PetscInt64)memory[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* CHOLMOD says by an error whether it had no memory, or no factor. */
+static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function, const char *file,
+                                  PetscErrorCode code, PetscErrorType type, const char *message,
+                                  void *context)
+{
+  (void)comm, (void)line, (void)function, (void)file;
+  if (type == PETSC_ERROR_INITIAL) {
+    const char *word = strstr(message, "status ");
+    const int status = word ? atoi(word + strlen("status ")) : 0;
+    *(PetscBool *)context = (PetscBool)(code == PETSC_ERR_MEM || status == CHOLMOD_NO_MEMORY ||
+                                        status == CHOLMOD_TOO_LARGE);
+  }
+  return code;
+}
+
+/* KSPSetUp by CHOLMOD. Its own line about an error is said better by ours; who asks for CHOLMOD's messages
+   gets them. Our option does not stay: another preconditioner of the user's would leave it unread. */
+static PetscErrorCode set_up_silently(KSP ksp, PetscBool *wants)
+{
+  PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
+  PetscBool asked;
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-mat_cholmod_print", &asked));
+  if (!asked) PetscCall(PetscOptionsSetValue(NULL, "-mat_cholmod_print", "0"));
+  PetscCall(PetscPushErrorHandler(keep_status, wants));
+  PetscErrorPrintf = PetscErrorPrintfNone;
+  const PetscErrorCode code = KSPSetUp(ksp);
+  PetscErrorPrintf = print;
+  PetscCall(PetscPopErrorHandler());
+  if (!asked) PetscCall(PetscOptionsClearValue(NULL, "-mat_cholmod_print"));
+  PetscFunctionReturn(code);
+}
+
+/* ---- the factor */
+
+enum { LARGE_FACTOR = 20000 }; /* degrees of freedom: from here on it is told before it is made */
+
+/* A line of progress with every solve, when it is time for one. */
+static PetscErrorCode show_solve(KSP ksp, PetscInt i, PetscReal residual, void *context)
+{
+  const Newton *n = context;
+  char text[160];
+  PetscFunctionBeginUser;
+  (void)ksp, (void)residual;
+  if (!StageShows(n->problem)) PetscFunctionReturn(PETSC_SUCCESS);
+  snprintf(text, sizeof(text), "Newton's method: %s, solve %" PetscInt_FMT ", %" PetscInt64_FMT " so far",
+           n->told, i, n->problem->relax->effort.solves + i);
+  StageShow(n->problem, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode show_factor(const Problem *p, MatSolverType package)
+{
+  char text[128];
+  PetscInt n;
+  PetscFunctionBeginUser;
+  PetscCall(MatGetSize(p->relax->newton->stiffness.tangent, &n, NULL));
+  if (p->m->rank || n < LARGE_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
+  snprintf(text, sizeof(text),
+           "Newton's method: factor %" PetscInt64_FMT " by %s, %" PetscInt_FMT " degrees of freedom",
+           p->relax->effort.factorisations + 1, package, n);
+  StageShow(p, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails)
+{
+  const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
+  Newton *n = p->relax->newton;
+  PC pc;
+  PCFailedReason failed;
+  PetscFunctionBeginUser;
+  if (!*ksp) {
+    PetscCall(KSPCreate(p->m->comm, ksp));
+    PetscCall(KSPSetType(*ksp, KSPFGMRES));
+    PetscCall(KSPGMRESSetRestart(*ksp, NEWTON_MOST_SOLVES));
+    PetscCall(KSPMonitorSet(*ksp, show_solve, n, NULL));
+  }
+  PetscCall(KSPGetPC(*ksp, &pc));
+  PetscCall(PCSetType(pc, type));
+  PetscCall(PCFactorSetMatSolverType(pc, package));
+  PetscCall(KSPSetFromOptions(*ksp)); // -ksp_*, -pc_*; check_factor sees whether it is still a factor
+  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
+  PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
+  n->wants = PETSC_FALSE;
+  PetscCall(show_factor(p, package));
+  const PetscErrorCode code = refuses ? set_up_silently(*ksp, &n->wants) : KSPSetUp(*ksp);
+  *fails = (PetscBool)(refuses && code);
+  if (*fails) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(code);
+  PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_TRUE));
+  PetscCall(PCGetFailedReason(pc, &failed));
+  *fails = (PetscBool)(failed != PC_NOERROR);
+  if (*fails && !refuses) {
+    Mat factor;
+    PetscCall(PCFactorGetMatrix(pc, &factor));
+    PetscCall(MumpsWants(factor, &n->wants));
+  }
+  p->relax->effort.factorisations++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On one rank by CHOLMOD, whose solves take half as long as those of MUMPS; by MUMPS on several, and where
+   rounding has left a pivot below zero, which it can live with. */
+static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
+{
+  const Newton *n = p->relax->newton;
+  PetscBool cholmod;
+  PetscFunctionBeginUser;
+  PetscCall(MatGetFactorAvailable(n->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
+  if (cholmod) PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
+  if (cholmod && (!*fails || n->wants)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(ksp));
+  PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A body that can still move freely (nothing holds it, a joint has no k_s) leaves a pivot of rounding size,
+   and its motion in a solution is noise: K0 x = K0 x_0 is solved for a known x_0. */
+static PetscErrorCode check_factor(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  PetscReal *x, error, size;
+  Vec x_0;
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(n->du, &x_0));
+  PetscCall(VecGetArrayWrite(x_0, &x));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = PetscSinReal((PetscReal)(n->stiffness.first + d + 1));
+  PetscCall(VecRestoreArrayWrite(x_0, &x));
+  PetscCall(MatMult(n->stiffness.tangent, x_0, n->r));
+  PetscCall(PCApply(n->pc, n->r, n->du));
+  PetscCall(VecAXPY(n->du, -1., x_0));
+  PetscCall(VecNorm(n->du, NORM_INFINITY, &error));
+  PetscCall(VecNorm(x_0, NORM_INFINITY, &size));
+  PetscCall(VecDestroy(&x_0));
+  n->fails = (PetscBool) !(error <= WORST_FACTOR * size);
+  p->relax->effort.solves++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorElastic(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  PetscReal *undeformed;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
+  PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
+  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
+  PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
+  PetscCall(PetscFree(undeformed));
+  PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
+  PetscCall(factorise_symmetric(p, &n->elastic, &n->fails));
+  PetscCall(KSPGetPC(n->elastic, &n->pc));
+  if (!n->fails) PetscCall(check_factor(p));
+  if (!n->wants) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(&n->elastic)); // the explicit loop can use what they hold
+  PetscCall(StiffnessDestroy(&n->stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

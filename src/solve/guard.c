@@ -1,0 +1,177 @@
+/* guard.c: explicit cycles that make energy are unstable, and what they come to is no verdict.
+
+   Scaled masses, damping and friction or not: kinetic energy is at most what the loads have done since the
+   account was opened and what was there then, in motion and in blocks and joints,
+
+   K <= W + K_0 + E_0, W <= f_ext . (u - u_0) + R, E_0 <= sum |f_0 u_0|,
+
+   supports with their reactions among f_0. R is what the ramp may have added to the loads that are there at
+   its end: W is at most max(f_start, f_ext) . (u - u_0) up to then. E_0 is what the forces of the start
+   would have done at full size on the way there, about twice what is stored. Twice all of it is allowed. An
+   account is opened where a stage starts, and where the water in a crack changes. W is only asked for when
+   the kinetic energy has doubled since it was last found in order, so that a check costs nothing. */
+#include "stages/stages.h"
+#include "base/reproducible.h"
+
+static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1; /* PULL: of what it was */
+
+/* [J] Sums over all ranks of f_ext.du, f_start.du, |f_0 u_0|, from their binned terms. */
+static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
+{
+  const Model *m = p->m;
+  const State *s = p->state;
+  const Relaxation *r = p->relax;
+  PetscReal top = 1e-290, sum[6] = {0.};
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) {
+    const Bins bins = BinsFor(top);
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscReal du = s->u[d] - r->account.u[d],
+                      term[3] = {s->f_ext[d] * du, s->f_start[d] * du,
+                                 PetscAbsReal(r->account.f[d] * r->account.u[d])};
+      for (int i = 0; i < 3 && pass; i++) BinAdd(&bins, term[i], sum + 2 * i);
+      for (int i = 0; i < 3 && !pass; i++) top = PetscMax(top, PetscAbsReal(term[i]));
+    }
+    if (!pass) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPIU_REAL, MPI_MAX, m->comm));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
+  for (int i = 0; i < 3; i++) work[i] = sum[2 * i] + sum[2 * i + 1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [J] Since the account was opened: done is the bound of W, there is E_0 + K_0. Collective. */
+static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal *there)
+{
+  PetscReal work[3];
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  *done = p->state->ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
+  *there = work[2] + p->relax->account.start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the account was opened again, slower. With variable connectivity contacts are those found since: the
+   stage goes on from where it is, at rest. */
+static PetscErrorCode begin_anew(const Problem *p)
+{
+  const PetscInt at = 3 * p->m->n_bodies;
+  State *s = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(s->v, p->m->n_dof));
+  ContactsGoBack(p->contacts);
+  if (!p->stage->variable) {
+    PetscCall(PetscArraycpy(s->u, p->relax->account.u, p->m->n_dof));
+    RigidMotion(p->m, s->u);
+    PetscCall(GhostBegin(p->m, s->u + at));
+    PetscCall(GhostEnd(p->m, s->u + at));
+    PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
+  }
+  LoadsApply(p->m, s, 0.);
+  s->ramp = 0., s->beta = BETA, s->caution = CAUTION;
+  p->contacts->pull *= PULL;
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, s, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyAccountOpen(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(p->relax->account.u, p->state->u, p->m->n_dof));
+  PetscCall(PetscArraycpy(p->relax->account.f, p->state->f, p->m->n_dof));
+  p->relax->account.start = p->relax->account.most = p->result->kinetic;
+  p->relax->account.ramp = 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyRampEnds(const Problem *p)
+{
+  PetscReal work[3];
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  p->relax->account.ramp = PetscMax(0., work[1] - work[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
+{
+  Relaxation *r = p->relax;
+  StageResult *result = p->result;
+  PetscReal done = 0., there = 0.;
+  PetscFunctionBeginUser;
+  *anew = PETSC_FALSE;
+  if (!result->finite || !(result->kinetic > 2. * r->account.most)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(energy_since(p, &done, &there));
+  const PetscReal most = PetscMax(0., done) + there;
+  if (result->kinetic <= ALLOWED * most) {
+    r->account.most = result->kinetic;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (r->made_energy++) { // what they come to is judged with this in mind
+    r->account.most = result->kinetic;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (p->m->rank == 0) {
+    fprintf(stderr,
+            "quoin: warning: stage %s, cycle %" PetscInt64_FMT
+            ": kinetic energy %.3g J, where loads and stored "
+            "energy account for %.3g J at most: begun anew with half the step and more damping\n",
+            p->stage->name, result->cycles, (double)result->kinetic, (double)most);
+    fflush(stderr);
+  }
+  PetscCall(begin_anew(p));
+  result->kinetic = 0.;
+  PetscCall(EnergyAccountOpen(p));
+  *anew = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stress models without a potential make energy by themselves where a contact opens: then it says nothing. */
+static PetscBool may_make_energy(const Scene *scene)
+{
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (scene->joints[j].stress_model != STRESS_PT && scene->joints[j].stress_model != STRESS_TPTM)
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Blocks that went against the loads moved by energy that the stress models have made. */
+static void doubt_models(const Problem *p, PetscReal done, PetscReal there)
+{
+  StageResult *result = p->result;
+  const size_t length = strlen(result->evidence);
+  snprintf(result->evidence + length, sizeof(result->evidence) - length,
+           "; blocks moved against the loads (work %.3g J, where there was %.3g J): a stress model without a "
+           "potential made energy; use pt or tptm",
+           (double)done, (double)there);
+  if (p->m->rank) return;
+  fprintf(stderr,
+          "quoin: warning: stage %s: collapsed by its stress model alone, which has no potential and made "
+          "energy: blocks moved against the loads; use pt or tptm\n",
+          p->stage->name);
+  fflush(stderr);
+}
+
+PetscErrorCode EnergyVeto(const Problem *p)
+{
+  StageResult *result = p->result;
+  PetscReal done = 0., there = 0.;
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_COLLAPSED) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(energy_since(p, &done, &there));
+  const PetscBool against = (PetscBool)(done + there < 0.); // K + E <= W + K_0 + E_0: nothing to move with
+  if (may_make_energy(p->scene)) {
+    if (against) doubt_models(p, done, there);
+  } else if (against || p->relax->made_energy >= 2) {
+    result->verdict = VERDICT_DIVERGED;
+    snprintf(result->evidence, sizeof(result->evidence),
+             against
+                 ? "blocks moved against the loads (work %.3g J, where there was %.3g J): the cycles make "
+                   "energy; try relaxation.method: preconditioned"
+                 : "work %.3g J and %.3g J that was there, kinetic energy more than these with half the "
+                   "step and more damping too: the cycles make energy; try relaxation.method: "
+                   "preconditioned",
+             (double)done, (double)there);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,451 @@
+/* newton.c: equilibrium of a static stage by Newton's method on the assembled stiffness (relaxation.method:
+   preconditioned). Fixed connectivity.
+
+   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky through PETSc) and
+   serves all stages and trials. An iteration solves K_t du = r, K_t the tangent with the joints as they are,
+   by flexible GMRES preconditioned with K0: K_t differs from K0 in the few joints that slip or are open, so 1
+   to 10 solves with the factor do, fewer as long as r is large (the tolerance follows how fast r falls,
+   Eisenstat and Walker 1996).
+
+   Friction remembers. Every evaluation starts from the history of the last committed equilibrium,
+   tau = f(tau committed, u - u committed); only an equilibrium is committed. With the history advanced at
+   every evaluation the iteration would converge to a wrong slip.
+
+   Guards. The step is bounded. A load increment that does not converge is given to creep (creep.c), from the
+   last equilibrium: it finds the equilibrium, or the mechanism that moves on for ever. When it finds neither,
+   or the factor fails (a body that nothing holds), the explicit loop takes over.
+
+   Checkpoints are written at equilibria. What an increment starts from follows from the state alone: the
+   factor is that of the undeformed scene, the first tangent that of the joints as they are. So a restart
+   takes the steps of the straight run. A signal within an increment throws that increment away. */
+#include "solve/newton.h"
+#include "archive/checkpoint.h"
+#include <float.h>
+
+enum { MOST_ITERATIONS = 40, MOST_HALVINGS = 6, STALL_ITERATIONS = 8 };
+enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
+static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one iteration */
+static const PetscReal LARGEST_RISE = 10.,
+                       LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
+static const PetscReal LOOSEST = 0.3;          /* relative residual a linear solve may leave */
+
+/* ---- the factor, which is kept (factor.c) */
+
+/* Whether the factor is that of these contacts and joint stiffnesses. */
+static PetscErrorCode is_current(const Problem *p, PetscBool *current)
+{
+  const Newton *n = p->relax->newton;
+  const Contacts *c = p->contacts;
+  PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->n_vertices && n->n_padded == c->n_padded);
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < CONTACT_ROWS * c->n_padded && same; i++)
+    same = (PetscBool)(n->vertex[i] == c->vertex[i]);
+  for (PetscInt j = 0; j < n->n_joints; j++) {
+    const Joint *joint = p->stage->joints + j;
+    if (n->k[2 * j] != joint->k_n || n->k[2 * j + 1] != joint->k_s) same = PETSC_FALSE;
+  }
+  PetscCallMPI(MPI_Allreduce(&same, current, 1, MPI_PETSC_BOOL, MPI_LAND, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode create(const Problem *p, Newton **newton)
+{
+  const PetscInt n_dof = p->m->n_dof, n_padded = p->contacts->n_padded;
+  Newton *n;
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(newton));
+  n = *newton;
+  n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
+  PetscCall(StiffnessCreate(p->m, p->contacts, &n->stiffness));
+  PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
+  PetscCall(VecGetSize(n->r, &n->n_dof));
+  PetscCall(VecDuplicate(n->r, &n->dragged));
+  PetscCall(PetscMalloc4(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->u_creep, n_dof, &n->contact_scale));
+  PetscCall(PetscMalloc2(CONTACT_ROWS * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
+  PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, CONTACT_ROWS * n_padded));
+  for (PetscInt j = 0; j < n->n_joints; j++)
+    n->k[2 * j] = p->stage->joints[j].k_n, n->k[2 * j + 1] = p->stage->joints[j].k_s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonDestroy(Newton **newton)
+{
+  Newton *n = *newton;
+  PetscFunctionBeginUser;
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(StiffnessDestroy(&n->stiffness));
+  PetscCall(KSPDestroy(&n->elastic));
+  PetscCall(KSPDestroy(&n->worn));
+  PetscCall(VecDestroy(&n->r));
+  PetscCall(VecDestroy(&n->du));
+  PetscCall(VecDestroy(&n->dragged));
+  PetscCall(PetscFree4(n->u, n->u_base, n->u_creep, n->contact_scale));
+  PetscCall(PetscFree2(n->vertex, n->k));
+  PetscCall(PetscFree(*newton));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- one iteration */
+
+static PetscErrorCode commit(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  PetscFunctionBeginUser;
+  n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
+  PetscCall(PetscArraycpy(n->u, p->state->u, p->m->n_dof));
+  ContactsHold(p->contacts);
+  PartingOfBearing(p->contacts);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u)
+{
+  State *state = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(state->u, u, p->m->n_dof));
+  RigidMotion(p->m, state->u);
+  PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
+  PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Displacements and history go back to the last equilibrium, and so do loads that follow them. */
+static PetscErrorCode restore(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  ContactsGoBack(p->contacts);
+  PetscCall(NewtonMove(p, p->relax->newton->u));
+  if (LoadsChange(p->scene, p->m, p->stage)) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
+{
+  const Newton *n = p->relax->newton;
+  const Model *m = p->m;
+  State *state = p->state;
+  PetscReal *r, sum = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = n->u_base[d] + part * du[d];
+  RigidMotion(m, state->u);
+  PetscCall(Forces(m, p->stage->joints, p->contacts, state, n->contact_scale));
+  p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
+  PetscCall(VecGetArrayWrite(n->r, &r));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    r[d] = Held(m, d) ? 0. : state->f_ext[d] - state->f[d];
+    if (n->drag > 0. && !Held(m, d)) r[d] -= n->drag * state->m[d] * (state->u[d] - n->u_creep[d]);
+    const PetscReal force = r[d] / DofLength(m, state, d);
+    sum += force * force;
+  }
+  PetscCall(VecRestoreArrayWrite(n->r, &r));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, m->comm));
+  *norm = PetscSqrtReal(sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Drag of a creep step, on the diagonal of the tangent. */
+static PetscErrorCode add_drag(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  PetscReal *drag;
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayWrite(n->dragged, &drag));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) drag[d] = n->drag * p->state->m[d];
+  PetscCall(VecRestoreArrayWrite(n->dragged, &drag));
+  PetscCall(MatDiagonalSet(n->stiffness.tangent, n->dragged, ADD_VALUES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* du from K_t du = r to the relative residual `tolerance`. */
+static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
+{
+  Newton *n = p->relax->newton;
+  PetscBool fails = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
+  if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
+    PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
+  PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  if (n->drag > 0.) PetscCall(add_drag(p));
+  if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
+  if (fails) PetscCall(KSPDestroy(&n->worn));
+  KSP ksp = n->worn ? n->worn : n->elastic;
+  n->problem = p;
+  PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, NEWTON_MOST_SOLVES));
+  PetscCall(KSPSolve(ksp, n->r, n->du));
+  PetscCall(KSPGetIterationNumber(ksp, &n->last_solves));
+  p->relax->effort.solves += n->last_solves;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
+{
+  const Newton *n = p->relax->newton;
+  const PetscReal *r, *du;
+  PetscReal sum[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  *omega_2 = 0.;
+  PetscCall(PCApply(n->pc, n->r, n->du));
+  p->relax->effort.solves++;
+  PetscCall(VecGetArrayRead(n->r, &r));
+  PetscCall(VecGetArrayRead(n->du, &du));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) sum[0] += du[d] * r[d], sum[1] += p->state->m[d] * du[d] * du[d];
+  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscCall(VecRestoreArrayRead(n->r, &r));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, p->m->comm));
+  if (sum[0] > 0. && sum[1] > 0.) *omega_2 = sum[0] / sum[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells the explicit loop, should it have to judge, the period of the slowest motion:
+   alpha = 2 omega (38). */
+static PetscErrorCode remember_period(const Problem *p)
+{
+  PetscReal omega_2;
+  PetscFunctionBeginUser;
+  PetscCall(NewtonElasticFrequency(p, &omega_2));
+  p->relax->settled_alpha = 2. * PetscSqrtReal((1. + 2. * p->state->beta) * omega_2);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest part of du that moves nothing farther than the bound; 0: du is no number. */
+static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *part)
+{
+  const PetscReal bound = LARGEST_STEP * p->m->diameter;
+  PetscReal most = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal size = PetscAbsReal(du[d]) * DofLength(p->m, p->state, d);
+    if (!(size <= most)) most = size < PETSC_MAX_REAL ? size : PETSC_MAX_REAL;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  *part = most >= PETSC_MAX_REAL ? 0. : most > bound ? bound / most : 1.;
+  p->result->increment = PetscMin(most, bound);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Goes along du: the whole of it, or half as often as it takes for |r| not to explode. That |r| falls is not
+   asked for: while a joint opens farther, forces at the size of a block rise and say nothing about the error,
+   and steps cut short to keep them down took twice the solves. The rise allowed in creep is larger: a step
+   may press corners together as a body turns, but not lift it off, which the next step does not repair. */
+static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscReal *norm)
+{
+  const Newton *n = p->relax->newton;
+  const PetscReal most = *norm * (n->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
+  PetscReal part = 0., trial = PETSC_MAX_REAL;
+  PetscFunctionBeginUser;
+  PetscCall(bounded(p, du, &part));
+  PetscCall(PetscArraycpy(n->u_base, p->state->u, p->m->n_dof));
+  for (int i = 0; i <= MOST_HALVINGS && !(trial < most); i++, part *= 0.5)
+    PetscCall(NewtonEvaluate(p, part, du, &trial));
+  *norm = trial;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm)
+{
+  Newton *n = p->relax->newton;
+  const PetscReal *du;
+  PetscFunctionBeginUser;
+  PetscCall(solve(p, tolerance));
+  PetscCall(VecGetArrayRead(n->du, &du));
+  PetscCall(line_search(p, du, norm));
+  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonFresh(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(KSPDestroy(&p->relax->newton->worn));
+  p->relax->newton->last_solves = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool NewtonSpent(const Problem *p)
+{
+  const Relaxation *r = p->relax;
+  const PetscReal done = EffortWork(&r->effort), since = done - EffortWork(&r->newton->effort);
+  if (since * (PetscReal)r->newton->n_dof > p->scene->effort) return PETSC_TRUE;
+  return (PetscBool)(r->most_work > 0. && done > r->most_work);
+}
+
+/* Given up: explicit cycles go on, and it is said. */
+static void given_up(const Problem *p)
+{
+  const Effort *e = &p->relax->effort;
+  p->relax->spent = *e;
+  if (p->m->rank || p->relax->most_work > 0.) return;
+  fprintf(stderr,
+          "quoin: warning: stage %s: preconditioned relaxation found no equilibrium in %" PetscInt64_FMT
+          " solves and %" PetscInt64_FMT " factorisations: the stage goes on by explicit cycles\n",
+          p->stage->name, e->solves, e->factorisations);
+  fflush(stderr);
+}
+
+/* ---- increments */
+
+/* Whether the stage has loads that the last one had not: however small they are, they are answered. */
+static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
+{
+  PetscBool mine = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < p->m->n_dof && !mine; d++)
+    mine = (PetscBool)(p->state->f_target[d] != p->state->f_start[d]);
+  PetscCallMPI(MPI_Allreduce(&mine, change, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Iterates to equilibrium under the loads applied; stop: a signal or the limit of
+   wall time has ended that. */
+static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
+{
+  const Newton *n = p->relax->newton;
+  PetscReal norm, before = 0., least = PETSC_MAX_REAL;
+  PetscInt least_at = 0;
+  PetscBool fresh;
+  PetscFunctionBeginUser;
+  PetscCall(loads_change(p, &fresh));
+  *found = *stop = PETSC_FALSE;
+  p->result->increment = 0.;
+  PetscCall(NewtonFresh(p));
+  PetscCall(NewtonEvaluate(p, 0., NULL, &norm));
+  if (!(p->relax->settled_alpha > 0.)) PetscCall(remember_period(p));
+  for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !NewtonSpent(p); i++) {
+    const PetscReal step = p->result->increment;
+    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+    p->result->increment = step / PetscMax(p->result->displacement, DBL_MIN);
+    *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance &&
+                         (i || !fresh || norm == 0.));
+    if (*found) PetscCall(LoadsCarried(p, CARRIED, found));
+    if (!p->result->finite || *found) break;
+    if (norm < 0.5 * least) least = norm, least_at = i;
+    // as exact as the next residual can be expected to be, and as the stage asks for
+    PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
+    tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
+    before = norm;
+    snprintf(p->relax->newton->told, sizeof(n->told), "iteration %" PetscInt_FMT ", ratio %.2e", i + 1,
+             (double)p->result->ratio);
+    PetscCall(NewtonIterate(p, tolerance, &norm));
+    PetscCall(CheckpointStop(p->output->checkpoint, stop));
+    if (*stop) break;
+    PetscCall(StageLoads(p));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The factor of this stage. works: FALSE: there is no memory for it, or K0 has none. */
+static PetscErrorCode prepare(const Problem *p, PetscBool *works)
+{
+  Newton **newton = &p->relax->newton;
+  PetscBool current = PETSC_FALSE, fits;
+  double memory[2];
+  PetscFunctionBeginUser;
+  *works = PETSC_FALSE;
+  if (*newton) PetscCall(is_current(p, &current));
+  if (!current) {
+    PetscCall(NewtonDestroy(newton));
+    PetscCall(NewtonFits(p->m, memory, &fits));
+    if (!fits) PetscCall(FactorWants(p, memory));
+    if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(create(p, newton));
+    PetscCall(PetscArraycpy((*newton)->memory, memory, 2));
+    PetscCall(FactorElastic(p));
+  }
+  *works = (PetscBool) !(*newton)->fails;
+  p->relax->effort.preconditioned = PETSC_TRUE;
+  if (!*works && (*newton)->wants) PetscCall(FactorWants(p, (*newton)->memory));
+  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
+  PetscCall(commit(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An increment that was stopped on its way has never been. */
+static PetscErrorCode take_back(const Problem *p)
+{
+  const Newton *n = p->relax->newton;
+  PetscFunctionBeginUser;
+  PetscCall(restore(p));
+  *p->result = n->result, p->relax->effort = n->effort, p->state->cycle = n->cycle;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonRelax(const Problem *p)
+{
+  State *state = p->state;
+  StageResult *result = p->result;
+  PetscReal *const reached = &p->relax->reached, *const step = &p->relax->step;
+  char creep[128]; // of the last increment, if it took any
+  PetscBool works;
+  PetscFunctionBeginUser;
+  if (!(*step > 0.)) *reached = 0., *step = p->stage->ramp ? 1. / (PetscReal)p->scene->increments : 1.;
+  PetscCall(prepare(p, &works));
+  while (works && *reached < 1.) {
+    const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
+    PetscBool found, stop;
+    PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
+    if (result->verdict != VERDICT_NONE) break;
+    LoadsApply(p->m, state, target);
+    result->evidence[0] = 0;
+    PetscCall(equilibrium(p, &found, &stop));
+    if (found) PetscCall(JudgeContacts(p));
+    if (!found && !stop) {
+      PetscCall(restore(p));
+      LoadsApply(p->m, state, target);
+      PetscCall(NewtonCreep(p, &found, &stop));
+    }
+    if (stop) {
+      PetscCall(take_back(p));
+      continue;
+    }
+    if (!found && result->verdict == VERDICT_NONE) {
+      if (NewtonSpent(p)) given_up(p);
+      PetscCall(restore(p));
+      break;
+    }
+    *reached = target;
+    PetscCall(commit(p));
+    PetscCall(OutputHistory(p));
+    if (result->verdict != VERDICT_NONE) break;
+  }
+  *step = 0.;
+  if (result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  LoadsApply(p->m, state, *reached);
+  if (*reached < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_CONVERGED;
+  PetscCall(PetscStrncpy(creep, result->evidence, sizeof(creep)));
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "unbalanced ratio %.3g <= %.3g%s",
+                          (double)result->ratio, (double)p->stage->tolerance, creep));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Inverse iteration K0 y = m x from the present displacements, which hold mostly the slow motions; the
+   Rayleigh quotient y.m x / y.m y is second order in the error of y. */
+PetscErrorCode NewtonLowestFrequency(const Model *m, const State *state, const Newton *n, PetscReal *omega)
+{
+  enum { SWEEPS = 8 };
+  PetscReal *x, sum[2] = {0., 0.};
+  const PetscReal *y;
+  PetscFunctionBeginUser;
+  *omega = 0.;
+  if (!n || n->fails) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int sweep = 0; sweep < SWEEPS; sweep++) {
+    const PetscReal *from = sweep ? NULL : state->u, size = sum[1] > 0. ? 1. / PetscSqrtReal(sum[1]) : 1.;
+    PetscCall(VecGetArrayWrite(n->r, &x));
+    PetscCall(VecGetArrayRead(n->du, &y));
+    for (PetscInt d = 0; d < m->n_dof; d++)
+      x[d] = Held(m, d) ? 0. : state->m[d] * (from ? from[d] : size * y[d]);
+    PetscCall(VecRestoreArrayRead(n->du, &y));
+    PetscCall(VecRestoreArrayWrite(n->r, &x));
+    PetscCall(PCApply(n->pc, n->r, n->du));
+    sum[0] = sum[1] = 0.;
+    PetscCall(VecGetArrayWrite(n->r, &x));
+    PetscCall(VecGetArrayRead(n->du, &y));
+    for (PetscInt d = 0; d < m->n_dof; d++) sum[0] += y[d] * x[d], sum[1] += state->m[d] * y[d] * y[d];
+    PetscCall(VecRestoreArrayRead(n->du, &y));
+    PetscCall(VecRestoreArrayWrite(n->r, &x));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, m->comm));
+  }
+  if (sum[0] > 0. && sum[1] > 0.) *omega = PetscSqrtReal(sum[0] / sum[1]) * state->dt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

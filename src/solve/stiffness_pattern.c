@@ -1,0 +1,145 @@
+/* stiffness_pattern.c: which entries the stiffness has, before there are any numbers.
+
+   Vertices that meet in a block, a condensed body or a contact couple with each other. A rank knows every
+   one of these meetings that one of its own vertices takes part in, so that it can say its own rows
+   exactly without asking another. A node is what rows belong to: a deformable vertex, or a rigid body
+   with all its vertices. */
+#include "solve/stiffness.h"
+
+typedef struct {
+  PetscInt n, *start; /* (n + 1,) meeting i is vertex[start[i]] .. vertex[start[i + 1] - 1], local vertices */
+  PetscInt *vertex;
+} Meetings;
+
+static void add_elements(const Elements *e, int n_nodes, Meetings *x)
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    PetscInt *v = x->vertex + x->start[x->n];
+    for (int k = 0; k < n_nodes; k++) v[k] = e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH];
+    x->start[x->n + 1] = x->start[x->n] + n_nodes, x->n++;
+  }
+}
+
+static PetscErrorCode meetings_create(const Model *m, const Contacts *c, Meetings *x)
+{
+  PetscInt kept = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) kept += m->condensed[b].n_kept / 2;
+  PetscCall(PetscMalloc2(m->q4.n + m->t3.n + m->n_condensed + c->n_padded + 1, &x->start,
+                         4 * m->q4.n + 3 * m->t3.n + kept + CONTACT_ROWS * c->n_padded, &x->vertex));
+  x->n = x->start[0] = 0;
+  add_elements(&m->q4, 4, x);
+  add_elements(&m->t3, 3, x);
+  for (PetscInt b = 0; b < m->n_condensed; b++, x->n++) {
+    const Condensed *body = m->condensed + b;
+    PetscInt *v = x->vertex + x->start[x->n];
+    for (PetscInt k = 0; k < body->n_kept / 2; k++) v[k] = body->kept[2 * k] / 2;
+    x->start[x->n + 1] = x->start[x->n] + body->n_kept / 2;
+  }
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    PetscInt *v = x->vertex + x->start[x->n];
+    if (c->key[2 * i] < 0) continue; // padding
+    for (PetscInt k = 0; k < CONTACT_ROWS; k++) v[k] = c->vertex[CONTACT_ROW(i, k)];
+    x->start[x->n + 1] = x->start[x->n] + CONTACT_ROWS, x->n++;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of an own vertex that moves; else -1. */
+static PetscInt node_of(const Model *m, PetscInt v)
+{
+  return v < m->n_deformable ? v : v < m->n_moving ? m->n_deformable + RigidOfVertex(m, v) : -1;
+}
+
+/* The meetings of each node: meeting[start[node]] .. meeting[start[node + 1] - 1]; most: vertices
+   in those of one node. */
+static PetscErrorCode meetings_of_nodes(const Model *m, const Meetings *x, PetscInt **start,
+                                        PetscInt **meeting, PetscInt *most)
+{
+  const PetscInt n = m->n_deformable + m->n_bodies;
+  PetscInt *next;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(n + 1, start, x->start[x->n], meeting));
+  PetscCall(PetscCalloc1(n + 1, &next));
+  for (PetscInt k = 0; k < x->start[x->n]; k++) next[node_of(m, x->vertex[k]) + 1]++; // next[0]: others'
+  for (PetscInt i = 0, sum = 0; i <= n; i++) {
+    const PetscInt of_node = i < n ? next[i + 1] : 0;
+    (*start)[i] = next[i] = sum;
+    sum += of_node;
+  }
+  for (PetscInt i = 0; i < x->n; i++)
+    for (PetscInt k = x->start[i]; k < x->start[i + 1]; k++) {
+      const PetscInt node = node_of(m, x->vertex[k]);
+      if (node >= 0) (*meeting)[next[node]++] = i;
+    }
+  *most = 0;
+  for (PetscInt node = 0; node < n; node++) {
+    PetscInt vertices = 0;
+    for (PetscInt k = (*start)[node]; k < (*start)[node + 1]; k++)
+      vertices += x->start[(*meeting)[k] + 1] - x->start[(*meeting)[k]];
+    *most = PetscMax(*most, vertices);
+  }
+  PetscCall(PetscFree(next));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Columns of a node's rows, ascending, from the n meetings it takes part in. */
+static PetscErrorCode node_columns(const Stiffness *s, const Meetings *x, PetscInt n, const PetscInt *meeting,
+                                   PetscInt *n_columns, PetscInt *column)
+{
+  PetscInt found = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt k = x->start[meeting[i]]; k < x->start[meeting[i] + 1]; k++)
+      for (int a = 0; a < 3; a++) {
+        const PetscInt row = s->row[3 * x->vertex[k] + a];
+        if (row >= 0) column[found++] = row;
+      }
+  PetscCall(PetscSortRemoveDupsInt(&found, column));
+  *n_columns = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A held row, and one that meets nothing, has its diagonal alone. */
+static PetscErrorCode add_row(const Model *m, const Stiffness *s, PetscInt dof, PetscInt n,
+                              const PetscInt *column, PetscInt *row_start, PetscSegBuffer columns)
+{
+  const PetscInt diagonal = s->first + dof;
+  const PetscBool alone = (PetscBool)(Held(m, dof) || n == 0);
+  PetscInt *to;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSegBufferGetInts(columns, alone ? 1 : n, &to));
+  PetscCall(PetscArraycpy(to, alone ? &diagonal : column, alone ? 1 : n));
+  row_start[dof + 1] = row_start[dof] + (alone ? 1 : n);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessPattern(const Model *m, const Contacts *c, const Stiffness *s, Mat matrix)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  Meetings x;
+  PetscInt *start, *meeting, most, *column, *row_start, *all;
+  PetscSegBuffer columns;
+  PetscFunctionBeginUser;
+  PetscCall(meetings_create(m, c, &x));
+  PetscCall(meetings_of_nodes(m, &x, &start, &meeting, &most));
+  PetscCall(PetscMalloc2(3 * most, &column, m->n_dof + 1, &row_start));
+  PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64 * 1024, &columns));
+  row_start[0] = 0;
+  for (PetscInt i = 0; i < m->n_bodies + m->n_deformable; i++) { // in the order of the rows
+    const PetscBool rigid = (PetscBool)(i < m->n_bodies);
+    const PetscInt node = rigid ? m->n_deformable + i : i - m->n_bodies, dof = rigid ? 3 * i : at + 2 * node;
+    PetscInt n = 0;
+    PetscCall(node_columns(s, &x, start[node + 1] - start[node], meeting + start[node], &n, column));
+    for (PetscInt a = 0; a < (rigid ? 3 : 2); a++)
+      PetscCall(add_row(m, s, dof + a, n, column, row_start, columns));
+  }
+  PetscCall(PetscSegBufferExtractInPlace(columns, &all));
+  PetscCall(MatSeqAIJSetPreallocationCSR(matrix, row_start, all, NULL));
+  PetscCall(MatMPIAIJSetPreallocationCSR(matrix, row_start, all, NULL));
+  PetscCall(PetscSegBufferDestroy(&columns));
+  PetscCall(PetscFree2(column, row_start));
+  PetscCall(PetscFree2(start, meeting));
+  PetscCall(PetscFree2(x.start, x.vertex));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,434 @@
+/* dynamic.c: a stage in time. True masses, the central difference of integrate.c with a constant
+   mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
+#include "output/output.h"
+#include "stages/repartition.h"
+
+enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
+static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
+static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
+static const PetscReal PRESSED_THROUGH =
+    0.1; /* overlap over contact length that no joint stiffness explains */
+
+/* ---- start */
+
+/* Velocities the materials start with, at the time of the displacements. */
+static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State *s)
+{
+  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
+  const PetscInt at = 3 * m->n_bodies;
+  PetscReal *centre;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * m->n_bodies_global, &centre));
+  PetscCall(BodyCentres(m, s->u, centre));
+  for (int l = 0; l < 4; l++)
+    for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
+      const Material *material = scene->materials + list[l]->group[e];
+      if (material->velocity[0] == 0. && material->velocity[1] == 0. && material->spin == 0.) continue;
+      for (PetscInt k = 0; k < n_nodes; k++) {
+        const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+        if (v >= m->n_owned) continue;
+        const PetscReal *C = centre + 2 * m->vertex_body[v];
+        if (v < m->n_deformable) {
+          s->v[at + 2 * v] = material->velocity[0] -
+                             material->spin * (m->X[2 * v + 1] + s->u[at + 2 * v + 1] - C[1]);
+          s->v[at + 2 * v + 1] = material->velocity[1] +
+                                 material->spin * (m->X[2 * v] + s->u[at + 2 * v] - C[0]);
+        } else {
+          const PetscInt b = RigidOfVertex(m, v);
+          const PetscReal rx = m->body_X[2 * b] + s->u[3 * b] - C[0],
+                          ry = m->body_X[2 * b + 1] + s->u[3 * b + 1] - C[1];
+          s->v[3 * b] = material->velocity[0] - material->spin * ry;
+          s->v[3 * b + 1] = material->velocity[1] + material->spin * rx;
+          s->v[3 * b + 2] = material->spin;
+        }
+      }
+    }
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (Held(m, d)) s->v[d] = 0.;
+  PetscCall(PetscFree(centre));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1
+   forward to t at the end. */
+static void half_step(const Model *m, State *s, PetscReal sign)
+{
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    s->v[d] += sign * 0.5 * s->dt * (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * s->v[d]);
+}
+
+static PetscErrorCode start(const Problem *p)
+{
+  const Stage *stage = p->stage;
+  Model *m = p->m;
+  State *s = p->state;
+  PetscReal limit;
+  PetscFunctionBeginUser;
+  if (!p->number || p->scene->stages[p->number - 1].kind != STAGE_DYNAMIC)
+    PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
+  if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
+  PetscCall(DynamicTimeStep(p->scene, m, stage, s, &limit));
+  s->dt = stage->dt_factor * limit;
+  s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
+  s->alpha = stage->alpha;
+  p->contacts->rate = -1.; // no motion yet to damp
+  PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
+  if (stage->variable) {
+    PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
+    PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
+  }
+  p->contacts->counted = PETSC_FALSE;
+  PartingStart(p);
+  PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
+  if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
+  LoadsApply(m, s, 1.);
+  half_step(m, s, -1.);
+  p->contacts->rate = 1. / s->dt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- on the way */
+
+/* Forces at the present time, and what contacts have done to get there. */
+static PetscErrorCode evaluate(const Problem *p, EnergyAccount *energy)
+{
+  State *s = p->state;
+  PetscReal *swap = s->f_old;
+  PetscFunctionBeginUser;
+  PartSample(s->cycle);
+  s->f_old = s->f, s->f_old_clear = PETSC_FALSE;
+  s->f = swap;
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, s, NULL));
+  EnergyOfContacts(p->m, p->contacts, energy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A block that has moved farther than blocks are deep may have gone through another between two looks. */
+static PetscErrorCode run_over(const Problem *p, PetscReal moved)
+{
+  PetscReal thinnest = PETSC_MAX_REAL;
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < p->m->faces.n; f++) thinnest = PetscMin(thinnest, p->m->faces.thick[f]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &thinnest, 1, MPIU_REAL, MPI_MIN, p->m->comm));
+  if (!(moved > thinnest)) PetscFunctionReturn(PETSC_SUCCESS);
+  p->result->verdict = VERDICT_DIVERGED;
+  PetscCall(
+      PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                    "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
+                    "passed through others: the step is too large (lower dt_factor)",
+                    (double)p->state->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether contacts were found again; then the forces are those of the new ones. */
+static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool *verified)
+{
+  const Joint *joints = p->stage->joints;
+  Model *m = p->m;
+  State *s = p->state;
+  StageResult *result = p->result;
+  PetscReal stored[2], moved;
+  PetscFunctionBeginUser;
+  PetscCall(ContactsNeedVerify(p->scene, m, s, verified, &moved));
+  if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(run_over(p, moved));
+  PetscCall(evaluate(p, energy));
+  stored[0] = EnergyInJoints(m, joints, p->contacts);
+  PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
+  PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
+  p->contacts->repeats = PETSC_TRUE; // without its dashpot a contact would bear less friction, and lose shear
+  PetscCall(Forces(m, joints, p->contacts, s, NULL));
+  p->contacts->repeats = PETSC_FALSE;
+  EnergyOfExchange(m, s, energy);
+  stored[1] = EnergyInJoints(m, joints, p->contacts);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
+  energy->detection += stored[1] - stored[0];
+  PetscCall(EnergyContactsChanged(p->contacts, energy));
+  if (result->deepest > PRESSED_THROUGH) {
+    result->verdict = VERDICT_DIVERGED;
+    PetscCall(
+        PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                      "t = %.6g s: a contact is pressed in by %.2g of its length: the step is too large "
+                      "(lower dt_factor) or k_n too low",
+                      (double)s->time, (double)result->deepest));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Applied forces at the displacements of the forces just evaluated. Water stays normal to its face,
+   and as deep as the face is; dead loads keep their direction, but their moments about the centres
+   of rigid bodies turn. */
+static PetscErrorCode follow_motion(const Problem *p)
+{
+  State *s = p->state;
+  PetscFunctionBeginUser;
+  if (LoadsPress(p->scene, p->stage))
+    PetscCall(LoadsFollow(p->scene, p->m, p->stage, s));
+  else if (s->loads_turn)
+    (void)LoadsTurn(p->m, s->u, s->f_target);
+  else
+    PetscFunctionReturn(PETSC_SUCCESS);
+  LoadsApply(p->m, s, 1.);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On to the next time, by the forces just evaluated. */
+static PetscErrorCode advance(const Problem *p, SupportMotion *motions, EnergyAccount *energy)
+{
+  const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
+  const Model *m = p->m;
+  State *s = p->state;
+  QuotientSums sums;
+  PetscFunctionBeginUser;
+  PetscCall(PartBegin(PART_INTEGRATION));
+  PetscCall(follow_motion(p));
+  EnergyBeforeStep(m, s, energy);
+  Integrate(m, s, &none, &sums);
+  EnergyAfterStep(m, s, energy);
+  SupportsMove(p->scene, m, motions, s);
+  RigidMotion(m, s->u);
+  PetscCall(PartEnd(PART_INTEGRATION));
+  s->time += s->dt;
+  s->cycle++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool first)
+{
+  const State *s = p->state;
+  StageResult *result = p->result;
+  PetscReal top[3] = {0., 0., 0.};
+  PetscFunctionBeginUser;
+  PetscCall(EnergyReport(p->m, p->stage->joints, p->contacts, energy, first, &result->energy));
+  PetscCall(BodyMotionLook(p->m, s, &p->output->bodies));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
+    top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
+    if (!(PetscAbsReal(s->u[d]) < PETSC_MAX_REAL / 4.)) top[1] = 1.;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, p->m->comm));
+  result->displacement = top[0];
+  result->kinetic = result->energy.kinetic;
+  result->time = s->time - s->dt; // energies belong to the time before the step just made
+  result->finite = (PetscBool)(top[1] == 0.);
+  if (!result->finite || top[0] > 1e3 * p->m->diameter) {
+    result->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "t = %.6g s: displacements are %s: the step is too large (lower dt_factor)",
+                            (double)s->time, result->finite ? "a thousand times the model" : "not finite"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The four models that derive from no potential make or destroy energy where contacts open and close. What is
+   pressed at one end alone bears by the row of its model: at c2/(c1 + c2) of its length from there. */
+static PetscErrorCode warn_models(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
+    const StressModelKind model = p->stage->joints[j].stress_model;
+    n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
+  if (n)
+    PetscCall(
+        PetscPrintf(p->m->comm,
+                    "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
+                    "destroy energy when they open and close, and pivot inside the base, a quarter, an "
+                    "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
+                    "to 3.7 times too slowly; use pt or tptm in dynamic stages\n",
+                    p->stage->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the loop of steps remembers, see archive.h. */
+typedef struct {
+  const Problem *p;
+  EnergyAccount energy;
+  PetscInt frame;               /* the last written */
+  PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
+  double start;                 /* [s] of MPI_Wtime */
+} Loop;
+
+static PetscErrorCode archive_loop(Archive *a, void *context)
+{
+  Loop *loop = context;
+  const Problem *p = loop->p;
+  PetscFunctionBeginUser;
+  p->result->wall = MPI_Wtime() - loop->start;
+  if (a->anew) {
+    PetscCall(EnergyDestroy(&loop->energy));
+    PetscCall(EnergyCreate(p->m, &loop->energy));
+  }
+  PetscCall(ArchiveResult(a, "result", p->result));
+  PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
+  PetscCall(EnergyArchive(a, p->m, p->contacts, &loop->energy));
+  PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
+  if (!a->anew) loop->start = MPI_Wtime() - p->result->wall;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode name_fault(Loop *loop)
+{
+  const Problem *p = loop->p;
+  char where[128];
+  PetscInt64 first = loop->fault_step;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT64, MPI_MIN, p->m->comm));
+  if (loop->fault < 0) loop->fault = FaultFind(p->m, p->state);
+  // a rank that met it later has it from a neighbour
+  PetscCall(FaultName(p->m, loop->fault_step == first ? loop->fault : FAULT_NONE, where));
+  PetscCall(
+      PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                    "t = %.6g s: a force or displacement is not a finite number, first in %s: the step is "
+                    "too large (lower dt_factor)",
+                    (double)p->state->time, where));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks whose contacts are kept from the start do not see others in their way: a motion through them is
+   none. */
+static PetscErrorCode passed(const Problem *p)
+{
+  char message[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  if (p->stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(BodiesPassed(p, message));
+  if (!message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  p->result->verdict = VERDICT_DIVERGED;
+  PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                          "t = %.6g s: %s: connectivity is fixed, bodies pass through each other: use "
+                          "contact.connectivity: variable",
+                          (double)p->state->time, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The steps of a stage; frames are written where forces and displacements are of one time. */
+static PetscErrorCode run(Loop *loop, SupportMotion *motions)
+{
+  const Problem *p = loop->p;
+  const Stage *stage = p->stage;
+  const State *s = p->state;
+  EnergyAccount *energy = &loop->energy;
+  StageResult *result = p->result;
+  const PetscInt64 steps = (PetscInt64)rint(stage->duration / s->dt);
+  PetscFunctionBeginUser;
+  PetscCall(PetscPrintf(p->m->comm,
+                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
+                        stage->name, steps, (double)s->dt, (double)stage->dt_factor));
+  for (PetscInt64 i = result->cycles; i < steps && result->verdict == VERDICT_NONE; i++) {
+    PetscBool verified = PETSC_FALSE;
+    if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, energy, &verified));
+    if (!verified) PetscCall(evaluate(p, energy));
+    if (loop->frame < stage->frames && i * (stage->frames + 1) >= steps * (loop->frame + 1)) {
+      PetscCall(passed(p));
+      PetscCall(OutputFrame(p, ++loop->frame));
+    }
+    const PetscBool report = (PetscBool)(!i || (i + 1) % p->scene->history_every == 0 || i + 1 == steps);
+    if (report) PetscCall(EnergyOfBlocks(p->m, s, energy));
+    PetscCall(advance(p, motions, energy));
+    result->cycles++;
+    if (loop->fault < 0 && !(energy->kinetic < PETSC_MAX_REAL))
+      loop->fault = FaultFind(p->m, s), loop->fault_step = i;
+    if (!report) continue;
+    PetscCall(look(p, energy, (PetscBool)(i == 0)));
+    if (!result->finite) PetscCall(name_fault(loop));
+    result->wall = MPI_Wtime() - loop->start;
+    PetscCall(OutputHistory(p));
+    PetscCall(RepartitionPoll(p));
+    PetscCall(CheckpointPoll(p->output->checkpoint, s->cycle, result));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found
+   anew, joints that gave. */
+static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
+{
+  if (balance >= PetscMax(detection, given)) return "lower dt_factor";
+  if (given >= detection) return "change the stress model to pt or tptm, or lower dt_factor";
+  return "raise k_n, so that blocks overlap less, or lower dt_factor (docs/theory.md, v)";
+}
+
+/* How far the account is out, and of what, in words. */
+static PetscErrorCode tell_account(const Energies *e, PetscReal out, PetscReal moved, char words[static 512])
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(
+      words, 512,
+      "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts anew %.2g J, "
+      "loss in joints %.2g J): %s",
+      (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
+      remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
+   gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
+static PetscErrorCode judge_account(const Problem *p, const EnergyAccount *energy)
+{
+  StageResult *r = p->result;
+  const Energies *e = &r->energy;
+  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + energy->kinetic_0 +
+                          energy->strain_0 + energy->joints_0;
+  const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
+  const PetscReal out = made + PetscMax(0., -e->detection);
+  char words[512];
+  PetscFunctionBeginUser;
+  PetscCall(tell_account(e, out, moved, words));
+  if (made > DISOWNED * moved) {
+    r->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (out > UNBALANCED * moved)
+    PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
+  r->verdict = VERDICT_COMPLETED;
+  PetscCall(BodyMotionSay(p->m, &p->output->bodies, sizeof(words), words));
+  PetscCall(PetscSNPrintf(
+      r->evidence, sizeof(r->evidence),
+      "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
+      "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
+      " lost",
+      words, (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection, (double)moved,
+      r->verifications, r->contacts_made, r->contacts_lost));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRunDynamic(const Problem *p)
+{
+  SupportMotion *motions;
+  PetscBool resumed;
+  Loop loop = {.p = p, .fault = -1, .fault_step = PETSC_MAX_INT, .start = MPI_Wtime()};
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(p->result, sizeof(*p->result)));
+  PetscCall(SupportMotionsRead(p->scene, p->m->comm, &motions));
+  PetscCall(EnergyCreate(p->m, &loop.energy));
+  PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
+  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  if (!resumed) {
+    PetscCall(start(p));
+    PetscCall(EnergyContactsChanged(p->contacts, &loop.energy));
+  }
+  PetscCall(warn_models(p));
+  if (!resumed) PetscCall(SupportMotionsWarn(p, motions));
+  if (!resumed && !p->stage->variable) PetscCall(BodiesLoose(p));
+  PetscCall(run(&loop, motions));
+  PetscCall(CheckpointDetach(p->output->checkpoint));
+  p->contacts->rate = -1.;
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(follow_motion(p));
+  half_step(p->m, p->state, 1.);
+  p->result->wall = MPI_Wtime() - loop.start;
+  if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
+  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &loop.energy));
+  PetscCall(SupportMotionsDestroy(p->scene, &motions));
+  PetscCall(EnergyDestroy(&loop.energy));
+  PetscCall(StageReport(p));
+  if (!p->stage->variable) PetscCall(FixedOutgrown(p));
+  p->contacts->counted = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,287 @@
+/* energy.c: the energy account of a dynamic stage. The scheme (11) conserves
+
+     1/2 v(t - dt/2).m v(t + dt/2) + potential energy(t)
+
+   exactly in a linear system, so kinetic energy is taken as that product and works are sums of
+   1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). What then does not balance is the error of the time step.
+
+   Joints: the work of a contact is that of its end forces on d.n and d.s (contact_force.c), to which they are
+   conjugate. When contacts are found anew at time t, it is the new forces that the scheme uses at t: what
+   they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What
+   joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in
+   friction, crushing and dashpots. */
+#include "stages/stages.h"
+#include "archive/archive.h"
+#include "base/lanes.h"
+
+enum { ENERGY_SUMS = 7 }; /* over the dofs, or the contacts, of a rank */
+
+PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(e, sizeof(*e)));
+  PetscCall(PetscMalloc1(m->n_dof, &e->v_before));
+  PetscCall(PetscMalloc1(m->n_dof, &e->f_before));
+  PetscCall(PetscCalloc1(m->n_dof, &e->f_ext_before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyDestroy(EnergyAccount *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(e->v_before));
+  PetscCall(PetscFree(e->f_before));
+  PetscCall(PetscFree(e->f_ext_before));
+  PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Normal end force of the joint itself: F_n less that of its dashpot, by the row of its stress model. */
+static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int k)
+{
+  PetscReal a, b;
+  int model = 0;
+  if (j->damping == 0. || c->rate <= 0.) return c->F_n[SUB(i, k)];
+  while (i >= c->model_start[model + 1]) model++;
+  StressModelElastic((StressModelKind)model, &a, &b);
+  return c->length[i] * (a * c->sigma[SUB(i, k)] + b * c->sigma[SUB(i, 1 - k)]);
+}
+
+/* Of a contact of tptm that crushes or was crushed. */
+static PetscReal stored_in_crushed(const Contacts *c, const Joint *j, PetscInt i)
+{
+  ContactPoint p = {.in_time = PETSC_TRUE};
+  for (int k = 0; k < 2; k++) {
+    const PetscInt at = SUB(i, k);
+    p.u_n[k] = c->u_n[at], p.broken[k] = c->broken[at];
+    p.closure[k] = c->closure[at], p.closure_far[k] = c->closure_far[at];
+  }
+  return StressModelStored(j, c->length[i], &p);
+}
+
+/* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens,
+   tau as far as it holds. */
+static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
+{
+  const PetscInt at[2] = {SUB(i, 0), SUB(i, 1)};
+  PetscReal stored = 0.;
+  const PetscReal s[2] = {j->k_n * c->u_n[at[0]], j->k_n * c->u_n[at[1]]};
+  const PetscBool open[2] = {(PetscBool)(c->sigma[at[0]] == 0. && s[0] > 0.),
+                             (PetscBool)(c->sigma[at[1]] == 0. && s[1] > 0.)};
+  if (i >= c->model_start[STRESS_TPTM] && (c->closure[at[0]] < 0. || c->closure[at[1]] < 0.)) {
+    stored += stored_in_crushed(c, j, i);
+  } else if (i >= c->model_start[STRESS_TPTM] && open[0] != open[1]) {
+    const PetscReal closed = open[0] ? s[1] : s[0], other = open[0] ? s[0] : s[1];
+    stored += closed * closed * (closed / (closed - other)) * c->length[i] / (6. * j->k_n);
+  } else {
+    for (int k = 0; k < 2; k++) stored += 0.5 * spring_force(c, j, i, k) * c->sigma[at[k]] / j->k_n;
+  }
+  for (int k = 0; k < 2; k++) stored += 0.5 * c->F_s[at[k]] * (c->u_s[at[k]] - c->slip[at[k]]);
+  return stored;
+}
+
+PetscReal EnergyInJoints(const Model *m, const Joint *joints, const Contacts *c)
+{
+  PetscReal sum = 0.;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->owned[i]) sum += stored_in(c, joints + c->joint[i], i);
+  return m->thickness * sum;
+}
+
+PetscErrorCode EnergyContactsChanged(const Contacts *c, EnergyAccount *e)
+{
+  const PetscInt n = 2 * c->n_padded;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < e->n_contacts; i++) e->work_before += e->work[i];
+  PetscCall(PetscFree5(e->F_n, e->F_s, e->d_n, e->d_s, e->work));
+  PetscCall(PetscMalloc5(n, &e->F_n, n, &e->F_s, n, &e->d_n, n, &e->d_s, c->n_padded, &e->work));
+  PetscCall(PetscArraycpy(e->F_n, c->F_n, n));
+  PetscCall(PetscArraycpy(e->F_s, c->F_s, n));
+  PetscCall(PetscArraycpy(e->d_n, c->u_n, n)); // `rest` is constant: differences are those of d.n
+  PetscCall(PetscArraycpy(e->d_s, c->u_s, n));
+  PetscCall(PetscArrayzero(e->work, c->n_padded));
+  e->n_contacts = c->n_padded;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sums of this rank, then the work of each contact so far: one by one, so that what is added to them
+   later is rounded as if nothing had happened. */
+static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal sums[ENERGY_SUMS])
+{
+  const PetscInt n = ENERGY_SUMS + e->n_contacts;
+  PetscBool mine = PETSC_FALSE;
+  PetscReal *x;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &x));
+  PetscCall(PetscArraycpy(x, sums, ENERGY_SUMS));
+  PetscCall(PetscArraycpy(x + ENERGY_SUMS, e->work, e->n_contacts));
+  PetscCall(ArchiveSummands(a, "summands", n, x, &mine));
+  if (mine) {
+    PetscCall(PetscArraycpy(sums, x, ENERGY_SUMS));
+    PetscCall(PetscArraycpy(e->work, x + ENERGY_SUMS, e->n_contacts));
+  }
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, EnergyAccount *e)
+{
+  PetscReal sums[ENERGY_SUMS] = {e->kinetic, e->strain,        e->outside,    e->supports,
+                                 e->damping, e->damping_ahead, e->work_before};
+  PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0};
+  PetscFunctionBeginUser;
+  if (!a->reading) PetscCall(archive_summands(a, e, sums));
+  for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
+  PetscCall(ArchiveSums(a, "energies", ENERGY_SUMS, sums));
+  PetscCall(ArchiveReals(a, "energies_at_start", 4, alike));
+  PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
+  if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(EnergyContactsChanged(c, e)); // forces and places of the cycle before are those of c
+  PetscCall(archive_summands(a, e, sums));
+  e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
+  e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6];
+  e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void EnergyOfContacts(const Model *m, const Contacts *c, EnergyAccount *e)
+{
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (!c->owned[i]) continue;
+    PetscReal w = 0.;
+    for (int k = 0; k < 2; k++) {
+      const PetscInt at = SUB(i, k);
+      w += 0.5 * (c->F_n[at] + e->F_n[at]) * (c->u_n[at] - e->d_n[at]) +
+           0.5 * (c->F_s[at] + e->F_s[at]) * (c->u_s[at] - e->d_s[at]);
+      e->F_n[at] = c->F_n[at], e->F_s[at] = c->F_s[at], e->d_n[at] = c->u_n[at], e->d_s[at] = c->u_s[at];
+    }
+    e->work[i] += m->thickness * w;
+  }
+}
+
+void EnergyOfExchange(const Model *m, const State *s, EnergyAccount *e)
+{
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    e->work_before += 0.5 * (s->f[d] - e->f_before[d]) * s->v[d] * s->dt;
+}
+
+/* What a sweep over degrees of freedom adds up, in lanes. Held ones have no inverse of their mass. */
+typedef struct {
+  Lanes outside, supports; // work of loads, and of supports on what they hold
+  Lanes kinetic;           // m v- v+ / 2
+  Lanes damped, ahead;     // over alpha dt: damped work of the step, and of the half step beyond this time
+} Works;
+
+/* n <= LANES numbers, the others 0. */
+KERNEL Lanes LoadSome(const PetscReal *x, PetscInt n)
+{
+  PetscReal some[LANES] = {0.};
+  if (n == LANES) return LoadLanes(x);
+  for (PetscInt k = 0; k < n; k++) some[k] = x[k];
+  return LoadLanes(some);
+}
+
+KERNEL void StoreSome(PetscReal *x, Lanes value, PetscInt n)
+{
+  if (n == LANES)
+    StoreLanes(x, value);
+  else
+    for (PetscInt k = 0; k < n; k++) x[k] = value[k];
+}
+
+KERNEL void BeforeLanes(Works *w, const State *s, EnergyAccount *e, PetscInt d, PetscInt n)
+{
+  const Lanes v = LoadSome(s->v + d, n), load = LoadSome(s->f_ext + d, n), half = 0.5 * s->dt * v;
+  const Lanes held = (LoadSome(s->f + d, n) - load) + (LoadSome(s->f_old + d, n) - load);
+  w->outside += half * (load + LoadSome(e->f_ext_before + d, n));
+  w->supports += Keep(LoadSome(s->m_inv + d, n) == 0., half * held);
+  StoreSome(e->v_before + d, v, n);
+  StoreSome(e->f_ext_before + d, load, n);
+}
+
+KERNEL void AfterLanes(Works *w, const State *s, const EnergyAccount *e, PetscInt d, PetscInt n)
+{
+  const Lanes v = LoadSome(s->v + d, n), before = LoadSome(e->v_before + d, n), middle = 0.5 * (before + v);
+  const Lanes mass = Keep(LoadSome(s->m_inv + d, n) != 0., LoadSome(s->m + d, n));
+  w->kinetic += 0.5 * mass * before * v;
+  w->damped += mass * middle * middle;
+  w->ahead += 0.5 * mass * middle * v;
+}
+
+KERNEL void Before_code(PetscInt n_dof, const State *s, EnergyAccount *e, Works *works)
+{
+  Works w = {.outside = LanesOf(0.), .supports = LanesOf(0.)};
+  PetscInt d = 0;
+  for (; d + LANES <= n_dof; d += LANES) BeforeLanes(&w, s, e, d, LANES);
+  BeforeLanes(&w, s, e, d, n_dof - d);
+  *works = w;
+}
+
+VARIANTS(Before, (PetscInt n_dof, const State *s, EnergyAccount *e, Works *works), (n_dof, s, e, works))
+
+KERNEL void After_code(PetscInt n_dof, const State *s, const EnergyAccount *e, Works *works)
+{
+  Works w = {.kinetic = LanesOf(0.), .damped = LanesOf(0.), .ahead = LanesOf(0.)};
+  PetscInt d = 0;
+  for (; d + LANES <= n_dof; d += LANES) AfterLanes(&w, s, e, d, LANES);
+  AfterLanes(&w, s, e, d, n_dof - d);
+  *works = w;
+}
+
+VARIANTS(After, (PetscInt n_dof, const State *s, const EnergyAccount *e, Works *works), (n_dof, s, e, works))
+
+static PetscReal total(Lanes sum)
+{
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
+{
+  Works works;
+  Before(m->n_dof, s, e, &works);
+  e->outside += total(works.outside);
+  e->supports += total(works.supports);
+}
+
+void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
+{
+  Works works;
+  After(m->n_dof, s, e, &works);
+  e->kinetic = total(works.kinetic);
+  e->damping += s->alpha * s->dt * total(works.damped);
+  e->damping_ahead = s->alpha * s->dt * total(works.ahead);
+}
+
+PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
+{
+  const Elements *list[2] = {&m->q4, &m->t3};
+  PetscReal *energy;
+  PetscFunctionBeginUser;
+  e->strain = 0.;
+  for (int l = 0; l < 2; l++) {
+    PetscCall(PetscMalloc1(list[l]->n, &energy));
+    PetscCall(ElementEnergy(m, list[l], l ? 3 : 4, s->u + 3 * m->n_bodies, energy));
+    for (PetscInt i = 0; i < list[l]->n; i++) e->strain += energy[i];
+    PetscCall(PetscFree(energy));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyReport(const Model *m, const Joint *joints, const Contacts *c, EnergyAccount *e,
+                            PetscBool first, Energies *out)
+{
+  if (first) e->outside = e->supports = 0., e->damping = e->damping_ahead; // it starts at this very time
+  PetscReal sum[7] = {e->kinetic,    e->strain,   EnergyInJoints(m, joints, c),
+                      e->outside,    e->supports, e->damping - e->damping_ahead,
+                      e->work_before};
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPIU_REAL, MPI_SUM, m->comm));
+  if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
+  out->kinetic = sum[0], out->strain = sum[1], out->joints = sum[2], out->outside = sum[3],
+  out->supports = sum[4], out->damping = sum[5];
+  out->detection = e->detection;
+  out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
+  out->balance = sum[3] + sum[4] - (sum[0] - e->kinetic_0) - (sum[1] - e->strain_0) - sum[6] - sum[5];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

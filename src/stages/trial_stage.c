@@ -1,0 +1,461 @@
+/* trial_stage.c: stages made of trials: strengths reduced, or the water raised, until something gives way.
+
+   A trial is a relaxation to a verdict from the last stable state (an unstable one leaves slip behind):
+   equilibrium makes it stable, a mechanism makes it fail, and everything else ends the stage undecided.
+   Trials go by steps from the start towards the limit; without a step the limit itself is tried. Between the
+   last stable and the first failing value bisection narrows the bracket. The stage ends in the last stable
+   state: collapse is a result. */
+#include "output/output.h"
+#include "archive/checkpoint.h"
+#include "forces/contacts/law/joint_law.h"
+#include <float.h>
+
+/* What a trial starts from. */
+typedef struct {
+  PetscReal *u, *u_verified, *f_ext, *crack;
+  Contacts contacts;
+  PetscReal alpha, q_ray, contact_depth;
+} Snapshot;
+
+typedef struct {
+  const Scene *scene; /* as the user wrote it */
+  Problem p;          /* the trial, of the two that follow */
+  Stage stage;        /* joints and ramp change */
+  Scene raised;       /* levels of water change */
+  Snapshot snapshot;
+  StageResult last_stable;
+  PetscInt *has;             /* (n_joints,) joints that are reduced and have contacts; NULL: a flood */
+  PetscInt trial;            /* of the steps: 0: the start */
+  PetscReal value;           /* of the trial that runs */
+  PetscReal stable, failing; /* NaN: none yet */
+  PetscReal open;            /* value nearest to stable whose trial ended without a verdict; NaN: none */
+  PetscReal moved[2]; /* [m] since the stage began, in the trial that ran last, and in the last stable one */
+  PetscReal *u_start; /* (ModelApplied,) displacements as the stage began */
+  PetscInt64 first_cycle; /* of the stage */
+  double start;           /* [s] of MPI_Wtime */
+} Driver;
+
+/* ---- the stable state */
+
+static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
+{
+  const Model *m = p->m;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
+                         p->scene->n_loads, &s->crack));
+  PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode snapshot_destroy(Snapshot *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ContactsDestroy(&s->contacts));
+  PetscCall(PetscFree4(s->u, s->u_verified, s->f_ext, s->crack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(s->u, p->state->u, ModelApplied(p->m)));
+  s->contact_depth = p->m->contact_depth;
+  if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
+  PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
+  PetscCall(ContactsDestroy(&s->contacts));
+  PetscCall(ContactsCopy(p->contacts, &s->contacts));
+  for (PetscInt l = 0; l < p->scene->n_loads; l++) s->crack[l] = p->state->uplift[l].crack;
+  s->alpha = p->state->alpha, s->q_ray = p->relax->q_ray;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
+{
+  PetscFunctionBeginUser;
+  if (p->stage->variable) { // the local numbers in the contacts hold where they were found
+    PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
+    p->m->contact_depth = s->contact_depth;
+    PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
+  }
+  PetscReal *u = p->state->u;
+  PetscCall(PetscArraycpy(u, s->u, ModelApplied(p->m)));
+  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
+  PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
+  PetscCall(ContactsDestroy(p->contacts));
+  PetscCall(ContactsCopy(&s->contacts, p->contacts));
+  for (PetscInt l = 0; l < p->scene->n_loads; l++) p->state->uplift[l].crack = s->crack[l];
+  p->state->alpha = s->alpha, p->relax->q_ray = s->q_ray;
+  PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
+  PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a value means */
+
+static PetscBool is_reduced(const Stage *stage, const Joint *joint)
+{
+  if (!joint->defined || joint->law == LAW_ELASTIC) return PETSC_FALSE;
+  for (PetscInt i = 0; i < stage->n_reduce; i++)
+    if (!strcmp(stage->reduce[i], joint->name)) return PETSC_TRUE;
+  return (PetscBool)(stage->n_reduce == 0);
+}
+
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has)
+{
+  PetscReal most = NAN;
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (is_reduced(stage, stage->joints + j) && (!has || has[j]) && !(most >= stage->joints[j].friction[0]))
+      most = stage->joints[j].friction[0];
+  return most;
+}
+
+/* Collective. Adds to `has` the joints that the stage reduces and that have contacts now. */
+static PetscErrorCode reduced_joints(const Problem *p, PetscInt *has)
+{
+  const Contacts *c = p->contacts;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0 && is_reduced(p->stage, p->stage->joints + c->joint[i])) has[c->joint[i]] = 1;
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, has, (PetscMPIInt)p->scene->n_joints, MPIU_INT, MPI_MAX, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Strengths of the trial: friction no more than `value` degrees, or every strength times `value`. */
+static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *full, PetscReal value)
+{
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    Joint *joint = stage->joints + j;
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there is always the default joint
+    *joint = full[j];
+    if (!is_reduced(stage, joint)) continue;
+    for (int i = 0; i < 2; i++) {
+      if (stage->what == REDUCE_FRICTION) {
+        joint->friction[i] = PetscMin(joint->friction[i], value);
+      } else {
+        joint->friction[i] = atan(value * joint->tan_phi[i]) * (180. / PETSC_PI);
+        joint->cohesion[i] *= value, joint->tension[i] *= value;
+      }
+    }
+    if (stage->what == REDUCE_STRENGTHS) joint->compression = PetscMax(joint->compression * value, DBL_MIN);
+    JointPrepare(joint);
+  }
+}
+
+/* The waters of a flood that rise, risen by `rise`; the others stay. */
+static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads)
+{
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    Load *load = loads + l;
+    *load = scene->loads[l];
+    if (stage->tail_rises[l]) load->tailwater += rise;
+    if (!stage->level_rises[l]) continue;
+    load->level += rise;
+    if (load->raise == RAISE_WHOLE) load->drain_level += rise;
+  }
+}
+
+/* Joints or water as they are at `value`. */
+static void set_value(Driver *d, const Joint *full, PetscReal value)
+{
+  if (d->stage.kind == STAGE_FLOOD)
+    raise_water(d->scene, &d->stage, value - d->stage.start, d->raised.loads);
+  else
+    reduce_joints(d->scene, &d->stage, full, value);
+}
+
+/* ---- trials */
+
+/* Largest displacement since the stage began. */
+static PetscErrorCode measure_way(Driver *d)
+{
+  const Model *m = d->p.m;
+  const PetscReal *u = d->p.state->u + 3 * m->n_bodies, *from = d->u_start + 3 * m->n_bodies;
+  PetscReal most = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    most = PetscMax(most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
+  d->moved[0] = most;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What has come to rest too far away has failed. */
+static PetscErrorCode judge_way(Driver *d)
+{
+  StageResult *result = d->p.result;
+  char rest[sizeof(result->evidence)];
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(rest, result->evidence, sizeof(rest)));
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "%.3g m from where the stage began, displacement_limit %.3g m: %.300s",
+                          (double)d->moved[0], (double)d->stage.displacement_limit, rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs the trial of d->value from the present state. */
+static PetscErrorCode run_trial(Driver *d, const Joint *full)
+{
+  const PetscReal value = d->value;
+  Verdict *verdict = &d->p.result->verdict;
+  PetscFunctionBeginUser;
+  if (d->trial && d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
+  set_value(d, full, value);
+  PetscCall(StageRelax(&d->p));
+  // far away but finite: it fell
+  if (*verdict == VERDICT_DIVERGED && d->p.result->finite) *verdict = VERDICT_COLLAPSED;
+  PetscCall(measure_way(d));
+  const PetscBool far = (PetscBool)(*verdict == VERDICT_CONVERGED &&
+                                    d->moved[0] > d->stage.displacement_limit);
+  if (far) PetscCall(judge_way(d));
+  PetscCall(TrialsAdd(&d->p, value, d->moved[0]));
+  if (*verdict == VERDICT_CONVERGED) {
+    d->stable = value, d->moved[1] = d->moved[0];
+    d->last_stable = *d->p.result;
+    PetscCall(snapshot_take(&d->p, &d->snapshot));
+  } else if (*verdict == VERDICT_COLLAPSED) {
+    d->failing = value;
+    PetscCall(MechanismTake(&d->p, far ? d->u_start : NULL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool decided(const Driver *d)
+{
+  return (PetscBool)(d->p.result->verdict == VERDICT_CONVERGED || d->p.result->verdict == VERDICT_COLLAPSED);
+}
+
+/* The failing value or the open one, whichever is nearer to the last stable; NaN: none. */
+static PetscReal nearest_end(const Driver *d)
+{
+  if (PetscIsNanReal(d->failing)) return d->open;
+  return PetscAbsReal(d->open - d->stable) < PetscAbsReal(d->failing - d->stable) ? d->open : d->failing;
+}
+
+/* The value after `value` on the way from start to limit. */
+static PetscReal next_value(const Stage *s, PetscInt trial)
+{
+  PetscReal value = s->limit;
+  if (s->kind == STAGE_FLOOD && s->step > 0.) value = PetscMin(s->limit, s->start + trial * s->step);
+  if (s->kind == STAGE_STRENGTH_REDUCTION && s->step > 0.)
+    value = PetscMax(s->limit, s->start - trial * s->step);
+  if (s->kind == STAGE_STRENGTH_REDUCTION && s->factor > 0.)
+    value = PetscMax(s->limit, s->start * PetscPowReal(s->factor, (PetscReal)trial));
+  return value;
+}
+
+/* Steps until something fails, then bisection. A trial without a verdict is an end of the bisection, too:
+   what lies between it and the last stable value may tell. */
+static PetscErrorCode next_trial(Driver *d, PetscBool *go)
+{
+  PetscFunctionBeginUser;
+  *go = PETSC_FALSE;
+  if (d->p.result->verdict == VERDICT_INTERRUPTED || PetscIsNanReal(d->stable))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (!decided(d)) d->open = d->value;
+  const PetscReal end = nearest_end(d);
+  if (PetscIsNanReal(end)) {
+    if (d->stable == d->stage.limit) PetscFunctionReturn(PETSC_SUCCESS);
+    d->value = next_value(&d->stage, ++d->trial);
+  } else {
+    if (!(d->stage.bracket > 0. && PetscAbsReal(d->stable - end) > d->stage.bracket))
+      PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(snapshot_restore(&d->p, &d->snapshot));
+    d->value = 0.5 * (d->stable + end);
+  }
+  *go = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Back to the last stable state, with forces and joints that belong to it. */
+static PetscErrorCode settle(Driver *d, const Joint *full)
+{
+  PetscFunctionBeginUser;
+  set_value(d, full, d->stable);
+  PetscCall(snapshot_restore(&d->p, &d->snapshot));
+  PetscCall(Forces(d->p.m, d->stage.joints, d->p.contacts, d->p.state, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode refuse_start(const Driver *d)
+{
+  char message[MESSAGE_LENGTH] = "", where[64] = "";
+  PetscFunctionBeginUser;
+  if (d->stage.line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", d->stage.line));
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "%s%s: stages.%s: it does not stand at its start (%.6g): %s", d->scene->file, where,
+                          d->stage.name, (double)d->stage.start, d->p.result->evidence));
+  PetscCall(CheckMessage(d->p.m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The bracket in words, and what it leaves open. */
+static void tell_bracket(const Driver *d, size_t size, char *text)
+{
+  const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
+  char end[96] = "", open[96] = "", factor[128];
+  const PetscBool stands = (PetscBool)(PetscIsNanReal(d->failing) && PetscIsNanReal(d->open));
+  if (!PetscIsNanReal(d->failing))
+    snprintf(end, sizeof(end), ", fails at %.8g%s", (double)d->failing, unit);
+  else if (stands)
+    snprintf(end, sizeof(end), ", the limit; nothing fails");
+  if (nearest_end(d) == d->open)
+    snprintf(open, sizeof(open), ", no verdict at %.8g%s", (double)d->open, unit);
+  TrialsSay(&d->p, sizeof(factor), factor);
+  snprintf(text, size, "%d trials: stable at %.8g%s%s%s%s; moved %.3g m since the stage began%s",
+           (int)d->p.output->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1],
+           stands && PetscIsNanReal(d->stage.displacement_limit)
+               ? " (no displacement_limit: what has found another seat counts as stable)"
+               : "");
+}
+
+/* What the stage comes to: the last stable state with its numbers. Without a failing value a trial that told
+   nothing leaves the stage without a verdict; so do the first trial, and an interruption. */
+static PetscErrorCode conclude(const Driver *d)
+{
+  StageResult *result = d->p.result;
+  const StageResult last = *result;
+  char bracket[sizeof(result->evidence)];
+  PetscFunctionBeginUser;
+  if (last.verdict == VERDICT_INTERRUPTED || PetscIsNanReal(d->stable)) {
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "trial %" PetscInt_FMT " is %s: %.400s", d->p.output->trials.n,
+                            VerdictNames[last.verdict], last.evidence));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  tell_bracket(d, sizeof(bracket), bracket);
+  *result = d->last_stable;
+  if (PetscIsNanReal(d->failing) && !PetscIsNanReal(d->open))
+    result->verdict = last.verdict == VERDICT_DIVERGED ? VERDICT_DIVERGED : VERDICT_UNDECIDED;
+  PetscCall(PetscStrncpy(result->evidence, bracket, sizeof(result->evidence)));
+  if (result->verdict == last.verdict && last.verdict != VERDICT_CONVERGED) {
+    PetscCall(PetscStrlcat(result->evidence, ": ", sizeof(result->evidence)));
+    PetscCall(PetscStrlcat(result->evidence, last.evidence, sizeof(result->evidence)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All that the trials remember besides what Output has of them, see archive.h. */
+static PetscErrorCode archive_trials(Archive *a, void *context)
+{
+  Driver *d = context;
+  Snapshot *s = &d->snapshot;
+  PetscReal reals[] = {d->value,       d->stable, d->failing,  s->alpha,   s->q_ray, MPI_Wtime() - d->start,
+                       d->stage.start, d->open,   d->moved[0], d->moved[1]};
+  PetscInt64 counts[] = {d->trial, d->first_cycle};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveReals(a, "reals", 10, reals));
+  PetscCall(ArchiveCounts(a, "counts", 2, counts));
+  d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
+  s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
+  d->stage.start = reals[6], d->open = reals[7], d->moved[0] = reals[8], d->moved[1] = reals[9];
+  d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
+  if (d->has) PetscCall(ArchiveInts(a, "has", d->scene->n_joints, d->has));
+  PetscCall(ArchiveEffort(a, &d->p.relax->effort));
+  PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));
+  if (a->reading) RigidMotion(d->p.m, d->u_start);
+  if (PetscIsNanReal(d->stable)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ArchiveResult(a, "last_stable", &d->last_stable));
+  PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
+  PetscCall(ArchiveDofs(a, d->p.m, "u_verified", s->u_verified));
+  PetscCall(ArchiveApplied(a, d->p.m, "f_ext", s->f_ext));
+  PetscCall(ArchiveReals(a, "crack", d->scene->n_loads, s->crack));
+  const PetscBool moves = (PetscBool)(a->reading && d->p.state->u_verified);
+  if (a->reading) RigidMotion(d->p.m, s->u);
+  if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, s->u_verified));
+  PetscCall(ArchiveContacts(a, d->scene, d->p.m, "contacts", &s->contacts));
+  if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, d->p.state->u_verified));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Start, search, end; full: of a reduction, its joints before. */
+static PetscErrorCode drive(Driver *d, const Joint *full)
+{
+  Trials *trials = &d->p.output->trials;
+  PetscBool go = PETSC_TRUE, resumed;
+  PetscFunctionBeginUser;
+  d->p.scene = &d->raised, d->p.stage = &d->stage;
+  PetscCall(snapshot_create(&d->p, &d->snapshot));
+  PetscCall(PetscMalloc1(ModelApplied(d->p.m), &d->u_start));
+  PetscCall(PetscArraycpy(d->u_start, d->p.state->u, ModelApplied(d->p.m)));
+  d->stable = d->failing = d->open = NAN;
+  d->trial = 0, d->value = d->stage.start, d->first_cycle = d->p.state->cycle, d->start = MPI_Wtime();
+  PetscCall(CheckpointAttach(d->p.output->checkpoint, "trials", archive_trials, d, &resumed));
+  if (!resumed) PetscCall(TrialsReset(trials));
+  while (go) {
+    PetscCall(run_trial(d, full));
+    if (PetscIsNanReal(d->stable) && d->p.result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
+    PetscCall(next_trial(d, &go));
+    if (!go) break;
+    StageResult between = {.verdict = VERDICT_NONE};
+    PetscCall(CheckpointPoll(d->p.output->checkpoint, d->p.state->cycle, &between));
+    if (between.verdict == VERDICT_NONE) continue;
+    *d->p.result = between;
+    break;
+  }
+  PetscCall(CheckpointDetach(d->p.output->checkpoint));
+  if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
+  trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
+  trials->moved = d->moved[1];
+  if (d->has && d->stage.what == REDUCE_FRICTION) {
+    PetscCall(reduced_joints(&d->p, d->has));
+    PetscCall(TrialsFactors(&d->p, full, d->has));
+  }
+  PetscCall(conclude(d));
+  d->p.result->cycles = d->p.state->cycle - d->first_cycle;
+  d->p.result->wall = MPI_Wtime() - d->start;
+  PetscCall(PetscFree(d->u_start));
+  PetscCall(snapshot_destroy(&d->snapshot));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the rows of the scene cannot know: which of them have contacts. nominal: largest friction of these. */
+static PetscErrorCode check_contacts(const Problem *p, PetscReal nominal)
+{
+  const Stage *s = p->stage;
+  char message[MESSAGE_LENGTH] = "", where[64] = "";
+  PetscFunctionBeginUser;
+  if (s->line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", s->line));
+  if (PetscIsNanReal(nominal))
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s%s: stages.%s.reduce: none of the joints that it reduces has a contact",
+                            p->scene->file, where, s->name));
+  else if (s->what == REDUCE_FRICTION && s->limit >= nominal)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s%s: stages.%s.limit: %.6g is out of range: the joints that have contacts have "
+                            "%.6g [degree]",
+                            p->scene->file, where, s->name, (double)s->limit, (double)nominal));
+  PetscCall(CheckMessage(p->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ReductionRun(const Problem *p)
+{
+  const Stage *stage = p->stage;
+  const PetscInt n = p->scene->n_joints;
+  Driver d = {.scene = p->scene, .p = *p, .stage = *stage, .raised = *p->scene};
+  Joint *full;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &full));
+  PetscCall(PetscCalloc1(n, &d.has));
+  PetscCall(PetscArraycpy(full, stage->joints, n));
+  PetscCall(reduced_joints(p, d.has));
+  const PetscReal nominal = ReducedFriction(p->scene, stage, d.has);
+  PetscCall(check_contacts(p, nominal));
+  if (PetscIsNanReal(stage->start)) d.stage.start = stage->what == REDUCE_FRICTION ? nominal : 1.;
+  PetscCall(drive(&d, full)); // d.stage.joints is stage->joints
+  PetscCall(PetscFree(d.has));
+  PetscCall(PetscFree(full));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FloodRun(const Problem *p)
+{
+  Driver d = {.scene = p->scene, .p = *p, .stage = *p->stage, .raised = *p->scene};
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(p->scene->n_loads, &d.raised.loads));
+  PetscCall(drive(&d, NULL));
+  PetscCall(PetscFree(d.raised.loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

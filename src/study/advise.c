@@ -1,0 +1,407 @@
+/* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene as it is, and
+   then with one thing changed at a time, is tried (attempt.h); what a change saves and what it alters in the
+   answers is measured against the scene as it is, on the same mesh. */
+#include "study/attempt.h"
+#include "archive/checkpoint.h"
+#include "base/memory.h"
+
+enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH, TAKEN = 80 };
+static const double PAYS = 1.2; /* times as fast, to be worth a word */
+
+/* The scene with something changed. */
+typedef struct {
+  char what[128];
+  char *options; /* "-key\nvalue\n" ... */
+  Attempt attempt;
+  PetscReal difference[2]; /* of AttemptDifference, from the scene as it is; rank 0 */
+} Variant;
+
+typedef struct {
+  MPI_Comm comm;
+  PetscMPIInt rank;
+  const Scene *scene;
+  MethodKind method; /* as the scene has it */
+  const Model *m;
+  Attempt base;
+  PetscInt most_options; /* of a variant: each of OPTION bytes at most */
+  PetscInt n;
+  Variant variant[MOST_VARIANTS];
+} Advisor;
+
+/* ---- what may be changed */
+
+static PetscErrorCode add_variant(Advisor *a, const char *what, Variant **variant)
+{
+  Variant *v = a->variant + a->n++;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(v, sizeof(*v)));
+  PetscCall(PetscStrncpy(v->what, what, sizeof(v->what)));
+  PetscCall(PetscCalloc1(a->most_options * OPTION, &v->options));
+  *variant = v;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode drop_variant(Advisor *a)
+{
+  a->n--;
+  return PetscFree(a->variant[a->n].options); // a macro: its argument stands there twice
+}
+
+static void add_option(Variant *v, const char *section, const char *name, const char *key, const char *value)
+{
+  snprintf(v->options + strlen(v->options), OPTION, "-%s_%s_%s\n%s\n", section, name, key, value);
+}
+
+static PetscBool has_kind(const Scene *scene, PetscBool (*is)(const Stage *))
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (is(scene->stages + s)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+static PetscBool is_dynamic(const Stage *s)
+{
+  return (PetscBool)(s->kind == STAGE_DYNAMIC);
+}
+static PetscBool is_variable(const Stage *s)
+{
+  return (PetscBool)(s->variable != 0);
+}
+
+/* Simpler distributions of stress along the contacts. */
+static PetscErrorCode stress_variants(Advisor *a)
+{
+  static const StressModelKind simpler[] = {STRESS_T2PT, STRESS_PT};
+  PetscFunctionBeginUser;
+  for (size_t i = 0; i < sizeof(simpler) / sizeof(simpler[0]); i++) {
+    char what[64];
+    Variant *v;
+    snprintf(what, sizeof(what), "joints: %s", StressModels[simpler[i]]);
+    PetscCall(add_variant(a, what, &v));
+    for (PetscInt j = 0; j < a->scene->n_joints; j++) {
+      const Joint *joint = a->scene->joints + j;
+      if (!joint->defined || joint->stress_model == simpler[i] || joint->stress_model == STRESS_PT) continue;
+      add_option(v, "joints", joint->name, "stress_model", StressModels[simpler[i]]);
+    }
+    if (!v->options[0]) PetscCall(drop_variant(a));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool is_plain(const Material *g)
+{
+  return (PetscBool)(!g->rigid && !g->condensed);
+}
+
+/* Blocks of one point, condensed bodies, rigid groups. */
+static PetscErrorCode material_variants(Advisor *a)
+{
+  const Scene *scene = a->scene;
+  const char *const element[] = {"bending", "reduced"};
+  PetscInt plain = 0, full = 0;
+  char what[128];
+  Variant *v;
+  PetscFunctionBeginUser;
+  for (PetscInt g = 0; g < scene->n_materials; g++) {
+    plain += is_plain(scene->materials + g);
+    full += is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL;
+  }
+  for (int e = 0; e < 2 && full && a->m->q4.n_padded; e++) {
+    snprintf(what, sizeof(what), "blocks: %s", element[e]);
+    PetscCall(add_variant(a, what, &v));
+    for (PetscInt g = 0; g < scene->n_materials; g++)
+      if (is_plain(scene->materials + g))
+        add_option(v, "materials", scene->materials[g].name, "element", element[e]);
+  }
+  if (plain && !has_kind(scene, is_dynamic) && !has_kind(scene, is_variable)) {
+    PetscCall(add_variant(a, "bodies: condensed", &v));
+    for (PetscInt g = 0; g < scene->n_materials; g++)
+      if (is_plain(scene->materials + g))
+        add_option(v, "materials", scene->materials[g].name, "condensed", "true");
+  }
+  for (PetscInt g = 0; g < scene->n_materials && g < MOST_RIGID; g++) {
+    if (scene->materials[g].rigid) continue;
+    snprintf(what, sizeof(what), "rigid: %s", scene->materials[g].name);
+    PetscCall(add_variant(a, what, &v));
+    add_option(v, "materials", scene->materials[g].name, "rigid", "true");
+    if (scene->materials[g].condensed)
+      add_option(v, "materials", scene->materials[g].name, "condensed", "false");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode strain_variant(Advisor *a)
+{
+  Variant *v;
+  PetscFunctionBeginUser;
+  if (a->scene->strain == STRAIN_SMALL || has_kind(a->scene, is_dynamic) || has_kind(a->scene, is_variable))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(add_variant(a, "strain: small", &v));
+  PetscCall(PetscStrncpy(v->options, "-strain\nsmall\n", OPTION));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads and tries a variant: argv of the run, then its options. */
+static PetscErrorCode try_variant(Advisor *a, const char *scene_file, int argc, char **argv, Variant *v)
+{
+  char *text, **words;
+  int n = argc;
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrallocpy(v->options, &text));
+  PetscCall(PetscMalloc1(argc + 2 * a->most_options, &words));
+  for (int i = 0; i < argc; i++) words[i] = argv[i];
+  for (char *word = strtok(text, "\n"); word; word = strtok(NULL, "\n")) words[n++] = word;
+  PetscCall(AttemptRun(a->comm, scene_file, n, words, &v->attempt));
+  if (!a->rank && !v->attempt.refused[0]) AttemptDifference(&v->attempt, &a->base, v->difference);
+  PetscCallMPI(MPI_Bcast(v->difference, 2, MPIU_REAL, 0, a->comm));
+  PetscCall(PetscFree(words));
+  PetscCall(PetscFree(text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what is printed */
+
+/* A number in a column, "-" for what is not known. */
+static const char *number(double value, const char *format, char text[32])
+{
+  if (isfinite(value))
+    snprintf(text, 32, format, value);
+  else
+    snprintf(text, 32, "-");
+  return text;
+}
+
+/* Before anything is factorised. */
+static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
+{
+  const Model *m = a->m;
+  double first[2] = {0., 0.}, sum[2] = {0., 0.}, memory[2];
+  PetscInt n[2];
+  PetscBool fits;
+  PetscFunctionBeginUser;
+  PetscCall(AttemptContacts(m, contacts, n));
+  PetscCall(NewtonFits(m, memory, &fits));
+  for (PetscMPIInt rank = m->size - 1; rank >= 0; rank--) {
+    first[0] = MemoryOfRank(m->n_vertices_global, m->n_blocks_global, (double)n[0], m->size, rank);
+    first[1] = MemoryOfNewton(m->n_vertices_global, m->n_blocks_global, (double)n[0], memory[0], m->size,
+                              rank);
+    for (int method = 0; method < 2; method++) sum[method] += first[method];
+  }
+  PetscCall(PetscPrintf(a->comm, "%-44s %12s %12s\n", "memory [MB]", "rank 0", "all ranks"));
+  for (int method = 0; method < 2; method++)
+    PetscCall(PetscPrintf(a->comm, "%-44s %12.0f %12.0f\n", method ? "preconditioned" : "explicit",
+                          1e-6 * first[method], 1e-6 * sum[method]));
+  if (!fits)
+    PetscCall(PetscPrintf(a->comm,
+                          "preconditioned: not tried, its factor takes %.0f MB and %.0f MB are available\n",
+                          1e-6 * memory[0], 1e-6 * memory[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What an attempt had taken when it was given up. */
+static const char *spent(const Attempt *t, char text[TAKEN])
+{
+  snprintf(text, TAKEN, "%lld force evaluations, %lld solves", (long long)t->spent.evaluations,
+           (long long)t->spent.solves);
+  return text;
+}
+
+/* What "-" means. */
+static PetscErrorCode print_unknown(const Advisor *a)
+{
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < a->base.n_stages; s++)
+    any = (PetscBool)(any || !isfinite((double)a->base.cost[s].most));
+  if (any)
+    PetscCall(PetscPrintf(
+        a->comm, "-: not known. Cycles have no upper end where no equilibrium was found, and where many "
+                 "of more than a thousand bodies slip; >: no fewer, elastic motions decay so; stones that "
+                 "slide took 2 to 15 times as many\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cycles, or the seconds they take, of a stage; marked where they are only a lower bound. */
+static const char *likely(const Cost *c, double value, const char *format, char text[40])
+{
+  char plain[32];
+  const PetscBool at_least = (PetscBool)(isfinite(value) && !isfinite((double)c->most));
+  snprintf(text, 40, "%s%s", at_least ? ">" : "", number(value, format, plain));
+  return text;
+}
+
+static PetscErrorCode print_stages(const Advisor *a)
+{
+  const Attempt *b = &a->base;
+  char text[6][32], bound[2][40], taken[TAKEN];
+  PetscFunctionBeginUser;
+  if (b->cycle > 0.)
+    PetscCall(
+        PetscPrintf(a->comm,
+                    "explicit: %.3g us a cycle, lowest frequency %s a cycle, %.0f %% of the contacts slip or "
+                    "are open\n",
+                    1e6 * b->cycle, number(b->omega > 0. ? (double)b->omega : (double)NAN, "%.3g", text[0]),
+                    100. * (double)b->loose));
+  if (b->step > 0.) PetscCall(PetscPrintf(a->comm, "in time: %.3g us a step\n", 1e6 * b->step));
+  PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %23s %14s %18s\n", "stage", "trials", "cycles", "range",
+                        "explicit [s]", "preconditioned [s]"));
+  for (PetscInt s = 0; s < b->n_stages; s++) {
+    const Stage *stage = a->scene->stages + s;
+    const Cost *c = b->cost + s;
+    const double each = stage->kind == STAGE_DYNAMIC ? b->step : b->cycle;
+    PetscCall(PetscPrintf(
+        a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
+        number((double)c->trials, "%.0f", text[5]), likely(c, (double)c->cycles, "%.0f", bound[0]),
+        number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
+        likely(c, (double)c->cycles * each, "%.3g", bound[1]), number(c->seconds, "%.3g", text[4])));
+  }
+  PetscCall(PetscPrintf(a->comm, "%-16s %12s %23s %12s %23s\n", "preconditioned", "evaluations", "range",
+                        "solves", "range"));
+  for (PetscInt s = 0; s < b->n_stages; s++) {
+    const PetscReal *e = b->cost[s].effort[0];
+    for (int i = 0; i < 6; i++) (void)number((double)e[i], "%.0f", text[i]);
+    PetscCall(PetscPrintf(a->comm, "%-16s %12s %11s %11s %12s %11s %11s\n", a->scene->stages[s].name, text[0],
+                          text[1], text[2], text[3], text[4], text[5]));
+  }
+  PetscCall(print_unknown(a));
+  if (b->spent.evaluations)
+    PetscCall(PetscPrintf(a->comm, "preconditioned: given up after %s\n", spent(b, taken)));
+  if (b->n_solved && !b->solved)
+    PetscCall(PetscPrintf(a->comm,
+                          "no equilibrium of the first stages was found: their answers, and what leaving out "
+                          "changes, are not known\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode print_row(const Advisor *a, const char *what, const Attempt *t, const PetscReal d[2])
+{
+  char text[4][32], taken[TAKEN];
+  PetscFunctionBeginUser;
+  if (t->refused[0]) {
+    PetscCall(PetscPrintf(a->comm, "%-24s refused: %s\n", what, t->refused));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscPrintf(
+      a->comm, "%-24s %10.3g %14s %18s %14s %14s%s%s\n", what, 1e6 * t->cycle,
+      number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
+      number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
+      number(100. * (double)d[0], "%.3g", text[2]), number(100. * (double)d[1], "%.3g", text[3]),
+      t->spent.evaluations ? " given up after " : "", t->spent.evaluations ? spent(t, taken) : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The cheapest way among the scene and its variants whose first `answers` stay within the accuracy. */
+static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBool displacements)
+{
+  const double now = a->method == METHOD_EXPLICIT ? AttemptExplicit(a->scene, &a->base)
+                                                  : AttemptPreconditioned(a->scene, &a->base);
+  const Variant *best = NULL;
+  double least = PETSC_MAX_REAL;
+  MethodKind how = METHOD_EXPLICIT;
+  PetscFunctionBeginUser;
+  for (PetscInt i = -1; i < a->n; i++) {
+    const Attempt *t = i < 0 ? &a->base : &a->variant[i].attempt;
+    const PetscReal *d = i < 0 ? NULL : a->variant[i].difference;
+    if (t->refused[0] || (d && !(d[1] <= a->scene->advise && (!displacements || d[0] <= a->scene->advise))))
+      continue;
+    const double seconds[2] = {AttemptExplicit(a->scene, t), AttemptPreconditioned(a->scene, t)};
+    for (int method = 0; method < 2; method++)
+      if (seconds[method] < least)
+        least = seconds[method], how = (MethodKind)method, best = i < 0 ? NULL : a->variant + i;
+  }
+  if (least == PETSC_MAX_REAL || !(now > PAYS * least)) {
+    PetscCall(PetscPrintf(a->comm, "%s within %.3g %%: the scene as it is\n", kept,
+                          100. * (double)a->scene->advise));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscPrintf(a->comm, "%s within %.3g %%: %s%s%s, %.3g s instead of %.3g s:", kept,
+                        100. * (double)a->scene->advise, best ? best->what : "", best ? ", " : "",
+                        how == METHOD_EXPLICIT ? "explicit" : "preconditioned", least, now));
+  for (const char *c = best ? best->options : "", *line = c; *c; c++)
+    if (*c == '\n') {
+      PetscCall(PetscPrintf(a->comm, " %.*s", (int)(c - line), line));
+      line = c + 1;
+    }
+  if (how != a->method)
+    PetscCall(PetscPrintf(a->comm, " -relaxation_method %s",
+                          how == METHOD_EXPLICIT ? "explicit" : "preconditioned"));
+  PetscCall(PetscPrintf(a->comm, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stages whose answers, such as where trials fail, were compared with nothing. */
+static PetscErrorCode print_untried(const Advisor *a)
+{
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < a->scene->n_stages; s++) {
+    const Stage *stage = a->scene->stages + s;
+    if (s < a->base.n_solved && stage->kind == STAGE_STATIC) continue; // of trials only the start is solved
+    PetscCall(PetscPrintf(a->comm, "%s %s", any ? "," : "not tried:", stage->name));
+    any = PETSC_TRUE;
+  }
+  if (any)
+    PetscCall(PetscPrintf(a->comm,
+                          ": what is left out may change more there; condensed bodies that turn too far "
+                          "end the run, exit code 2\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Connectivity that is variable, where nothing moves far enough to ask for it. */
+static PetscErrorCode print_connectivity(const Advisor *a)
+{
+  const PetscReal moved = a->base.moved;
+  PetscFunctionBeginUser;
+  if (!has_kind(a->scene, is_variable) || !a->base.solved) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+      PetscPrintf(a->comm,
+                  "connectivity: with contacts kept, blocks move %.3g of the way after which contacts are "
+                  "found again; finding them takes %.3g s: fixed would %s\n",
+                  (double)moved, a->base.search,
+                  moved < 1. ? "give the same answers and allows preconditioned" : "not do"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
+{
+  static const PetscReal none[2] = {0., 0.};
+  Scene *scene;
+  Model *m;
+  State *state;
+  Contacts *contacts;
+  Relaxation *relax;
+  PetscFunctionBeginUser;
+  SignalsLetGo();
+  PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
+  Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
+  a.most_options = 2 * scene->n_materials + scene->n_joints + 1;
+  PetscCall(print_memory(&a, contacts));
+  PetscCall(AttemptMeasure(q, &a.base));
+  PetscCall(print_stages(&a));
+  PetscCall(print_connectivity(&a));
+  if (a.base.solved) {
+    PetscCall(stress_variants(&a));
+    PetscCall(material_variants(&a));
+    PetscCall(strain_variant(&a));
+    PetscCall(
+        PetscPrintf(a.comm,
+                    "\nleft out, stages that are not dynamic; change: of displacements over the largest, of "
+                    "joint forces over their sum, at the end of %s\n%-24s %10s %14s %18s %14s %14s\n",
+                    scene->stages[a.base.n_solved - 1].name, "", "us a cycle", "explicit [s]",
+                    "preconditioned [s]", "moved [%]", "joints [%]"));
+    PetscCall(print_row(&a, "the scene as it is", &a.base, none));
+    for (PetscInt i = 0; i < a.n; i++) {
+      PetscCall(try_variant(&a, scene_file, argc, argv, a.variant + i));
+      PetscCall(print_row(&a, a.variant[i].what, &a.variant[i].attempt, a.variant[i].difference));
+    }
+    PetscCall(print_cheapest(&a, "displacements and joint forces", PETSC_TRUE));
+    PetscCall(print_cheapest(&a, "joint forces alone", PETSC_FALSE));
+    PetscCall(print_untried(&a));
+  }
+  for (PetscInt i = 0; i < a.n; i++) {
+    PetscCall(AttemptDestroy(&a.variant[i].attempt));
+    PetscCall(PetscFree(a.variant[i].options));
+  }
+  PetscCall(AttemptDestroy(&a.base));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
