@@ -6,6 +6,7 @@ Writes fig6_stress_models.png and fig6_stress_models.csv. About 30 s on 2 cores 
 
 import argparse
 import csv
+import io
 import os
 import subprocess
 import sys
@@ -17,6 +18,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.files import save_figure, write_file  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -65,7 +67,7 @@ def draw(rows, path):
     panels[0].set_ylabel("normal stress at the toe [MPa]\n(tension positive)")
     panels[0].legend(title="stress model", ncols=2)
     figure.suptitle("Toe stress of the dam of Fig. 6: elastic joint, self-weight and full reservoir")
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)
 
 
 def main():
@@ -78,10 +80,11 @@ def main():
         rows = [solve(options.quoin, family, n, model, folder)
                 for family in FAMILIES for n in SIZES for model in MODELS]
     path = os.path.join(options.output, "fig6_stress_models")
-    with open(path + ".csv", "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows([f"{x:.5f}" if isinstance(x, float) else x for x in row] for row in rows)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([f"{x:.5f}" if isinstance(x, float) else x for x in row] for row in rows)
+    write_file(path + ".csv", text.getvalue())
     draw(rows, path + ".png")
     print(f"{path}.csv\n{path}.png")
 

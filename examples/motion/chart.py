@@ -7,6 +7,7 @@ Writes motion_frames.png, motion_energy.png and motion_energy.csv. About 8 s on 
 import argparse
 import csv
 import importlib.util
+import io
 import os
 import subprocess
 import sys
@@ -19,6 +20,7 @@ import numpy as np  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.files import save_figure, write_file  # noqa: E402
 from quoin_tools.meshing import join  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 
@@ -82,7 +84,7 @@ def frames(quoin, folder, path):
         row[0].set_ylabel(f"{title}\ny [m]")
     for axes in panels[-1]:
         axes.set_xlabel("x [m]")
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)
 
 
 # ---- energy of a rocking block by stress model
@@ -117,12 +119,13 @@ def energy(quoin, folder, path, seconds):
     axes.set_title("A rocking block without friction, damping or shear stiffness: its energy should not change")
     axes.grid(alpha=0.3)
     axes.legend(title="stress model", ncols=2)
-    figure.savefig(path + ".png", dpi=120)
-    with open(path + ".csv", "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["model", "change at the end", "largest change", "over [s]"])
-        for model, (t, drift) in curves.items():
-            writer.writerow([model, f"{drift[-1]:.3g}", f"{drift[np.argmax(np.abs(drift))]:.3g}", f"{t[-1]:.3g}"])
+    save_figure(figure, path + ".png", dpi=120)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["model", "change at the end", "largest change", "over [s]"])
+    for model, (t, drift) in curves.items():
+        writer.writerow([model, f"{drift[-1]:.3g}", f"{drift[np.argmax(np.abs(drift))]:.3g}", f"{t[-1]:.3g}"])
+    write_file(path + ".csv", text.getvalue())
 
 
 def main():

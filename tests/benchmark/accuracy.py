@@ -33,6 +33,7 @@ from driver import ENVIRONMENT, MODELS  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.dam import dam_mesh  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.files import save_figure  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from record import DATA, DOCS, replace_between, table  # noqa: E402
 
@@ -185,7 +186,7 @@ def draw(rows, path):
     panels[0][0].add_artist(first)
     marks = [pyplot.Line2D([], [], color="grey", marker=mark, linestyle="none", label=model) for model, mark in MARKS.items()]
     panels[0][-1].legend(handles=marks, fontsize=7, loc="upper right", title="stress model", title_fontsize=7)
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)
 
 
 def advice(rows):

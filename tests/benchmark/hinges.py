@@ -25,6 +25,7 @@ from case import RHO, SCENE, B, G, H, arch, hinge_length  # noqa: E402
 from driver import ENVIRONMENT, VERDICTS, changed  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.files import save_figure  # noqa: E402
 from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
 from record import replace_between  # noqa: E402
 
@@ -102,7 +103,7 @@ def chart(found, path):
     axes.legend(frameon=False, loc="lower right")
     axes.grid(alpha=0.3)
     axes.set_title("Points: Quoin. Lines: 1 - a/b, a = (12 W h / k_n)^(1/3)", fontsize=10)
-    figure.savefig(path, dpi=110, bbox_inches="tight")
+    save_figure(figure, path, dpi=110, bbox_inches="tight")
     pyplot.close(figure)
 
 

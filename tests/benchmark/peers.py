@@ -43,6 +43,7 @@ from driver import ENVIRONMENT, changed, dump, load  # noqa: E402
 from fig6_dam import DENSITY, FRICTION, K_N, K_S, POISSON, YOUNG, Clock  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.files import save_figure  # noqa: E402
 from quoin_tools.meshing import rectangle  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from quoin_tools.walls import wall  # noqa: E402
@@ -294,7 +295,7 @@ def draw(data, path):
     axes.tick_params(axis="y", labelsize=6.5)
     for axes in panels:
         axes.grid(alpha=0.3, which="major")
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)
 
 
 def percent(value):

@@ -33,6 +33,7 @@ from matplotlib import pyplot
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import run  # noqa: E402
+from quoin_tools.files import save_figure  # noqa: E402
 from record import DATA as FOLDER  # noqa: E402
 from record import DOCS, replace_between, table  # noqa: E402
 
@@ -140,7 +141,7 @@ def draw_size(rows):
         axis.legend(fontsize=7, loc="upper right" if axis is axes[2] else "upper left")
         axis.grid(alpha=0.3)
     axes[2].set_ylim(top=4 * axes[2].get_ylim()[1])
-    figure.savefig(IMAGES / "scaling_size.png", dpi=130)
+    save_figure(figure, IMAGES / "scaling_size.png", dpi=130)
 
 
 def draw_ranks(rows):
@@ -168,7 +169,7 @@ def draw_ranks(rows):
         axis.set(xlabel="blocks", ylim=(0, 1.3), ylabel="time of a cycle over that of 1 rank [-]",
                  title={"block": "One body", "wall": "Single blocks with joints"}[scene])
     axes[0].legend(fontsize=8, ncol=len(CYCLE), loc="upper center")
-    figure.savefig(IMAGES / "scaling_ranks.png", dpi=130)
+    save_figure(figure, IMAGES / "scaling_ranks.png", dpi=130)
 
 
 def write_table(rows):

@@ -34,6 +34,7 @@ sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
 from driver import ENVIRONMENT, MODELS, VERDICTS  # noqa: E402
 from quoin_tools.blockmesh import write  # noqa: E402
 from quoin_tools.fig6 import triangle_dam  # noqa: E402
+from quoin_tools.files import save_figure  # noqa: E402
 from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
 from quoin_tools.results import Results  # noqa: E402
 from quoin_tools.stacks import column  # noqa: E402
@@ -267,7 +268,7 @@ def draw(rows, path):
         axes.remove()
     handles = [pyplot.Rectangle((0, 0), 1, 1, color=COLOURS[kind], label=WORDS[kind]) for kind in COLOURS]
     figure.legend(handles=handles, loc="outside lower center", ncol=3, fontsize=9, title="in the maps: error in %, w: with a warning", title_fontsize=9)
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)
 
 
 def main():
