@@ -6,23 +6,14 @@ OUT holds the folders guilhofrei, guilhofrei_local, guilhofrei_voronoi and guilh
 OUT/study/table.md and table.csv. The section is a reconstruction from the paper's text: examples/guilhofrei/README.md."""
 
 import csv
-import importlib.util
 import os
 import sys
 
-from quoin_tools.results import ResultsError, table
+from compare import EXAMPLES
+from quoin_tools.base.results import ResultsError, table
 
 PARTS = {"4.1": "guilhofrei", "4.2": "guilhofrei_local", "4.3": "guilhofrei_voronoi", "4.4": "guilhofrei_sliding"}
 HEADER = ("section", "quantity", "unit", "paper", "ours", "independent")
-
-
-def rows_of(name, folder):
-    """Rows of an example's compare.py: quantity, unit, paper, ours, an independent number."""
-    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), name, "compare.py")
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.study(folder)
 
 
 def main():
@@ -31,7 +22,8 @@ def main():
     rows, missing = [], []
     for section, name in PARTS.items():
         try:
-            rows += [(section, *row) for row in rows_of(name, os.path.join(sys.argv[1], name))]
+            example = EXAMPLES[name]
+            rows += [(section, *example.study(row)) for row in example.rows(os.path.join(sys.argv[1], name))]
         except (ResultsError, KeyError) as error:
             missing.append(f"{section}: no numbers: {error}")
     os.makedirs(os.path.join(sys.argv[1], "study"), exist_ok=True)

@@ -15,7 +15,7 @@ export PYTHONPATH=tools MPLBACKEND=Agg
 python "$example/mesh.py" "$out/model.h5"
 mpirun -n 2 build/quoin -options_file "$example/scene.yaml" -model "$out/model.h5" -output "$out"
 echo
-python "$example/compare.py" "$out"
+python examples/compare.py guilhofrei "$out"
 echo
 python -m quoin_tools.plots "$out"
 

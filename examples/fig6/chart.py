@@ -16,10 +16,10 @@ import matplotlib
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.fig6 import triangle_dam  # noqa: E402
-from quoin_tools.files import save_figure, write_file  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.files import save_figure, write_file  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from triangle_dam import triangle_dam  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MODELS = ("pt", "r2pt", "r3pt", "t2pt", "t3pt", "tptm")

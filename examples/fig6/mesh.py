@@ -7,8 +7,8 @@ FAMILY G: rectangles of a grid, a triangle at the end of each row on the slope."
 
 import sys
 
-from quoin_tools.blockmesh import MeshError, write
-from quoin_tools.fig6 import triangle_dam
+from quoin_tools.mesh.blockmesh import MeshError, write
+from triangle_dam import triangle_dam
 
 
 def main():

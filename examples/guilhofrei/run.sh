@@ -8,4 +8,4 @@ mkdir -p "$out"
 python "$here/mesh.py" "$out/model.h5"
 mpirun -n "${RANKS:-2}" build/quoin -options_file "$here/scene.yaml" -model "$out/model.h5" -output "$out" \
   -contact_connectivity "${CONNECTIVITY:-fixed}"
-python "$here/compare.py" "$out"
+python "$here/../compare.py" guilhofrei "$out"

@@ -6,7 +6,7 @@ COLUMNS of blocks across the base of the dam, 12 by default."""
 
 import sys
 
-from quoin_tools.dam import main
+from quoin_tools.mesh.dam import main
 
 if __name__ == "__main__":
     if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):

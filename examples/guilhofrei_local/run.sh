@@ -15,4 +15,4 @@ run() {
 run 1 1.0e6 1.58e6
 run 2 0.5e6 1.12e6
 run 3 0.25e6 0.79e6
-python "$here/compare.py" "$out"
+python "$here/../compare.py" guilhofrei_local "$out"

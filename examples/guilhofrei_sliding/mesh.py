@@ -6,8 +6,8 @@ COLUMNS of blocks across the base of the dam, 15 by default: the key is then two
 
 import sys
 
-from quoin_tools.blockmesh import check, face_ends, write
-from quoin_tools.dam import G1, dam_mesh
+from quoin_tools.mesh.blockmesh import check, face_ends, write
+from quoin_tools.mesh.dam import G1, dam_mesh
 
 KEY = 3.0  # m
 

@@ -9,9 +9,9 @@ has the uplift. The trench of the key is open upstream, so nothing presses on th
 import sys
 
 import numpy as np
-from quoin_tools.blockmesh import BlockMesh, check, write
-from quoin_tools.dam import G1, dam_part
-from quoin_tools.meshing import face_set_on, graded, join, ruled, structured, vertex_at
+from quoin_tools.mesh.blockmesh import BlockMesh, check, write
+from quoin_tools.mesh.dam import G1, dam_part
+from quoin_tools.mesh.meshing import face_set_on, graded, join, ruled, structured, vertex_at
 
 DEPTH, SLOPE = 1.15, 0.07  # m, rise per metre: the middle of 1.0 to 1.3 m and 6 to 8 %
 END = (G1.toe[1] + DEPTH) / SLOPE  # m, where the plane meets the ground

@@ -21,4 +21,4 @@ run s3_brittle sw,swhp,swhpuk,s3 -stages_swhpuk_joints_key_cohesion_residual 0 -
 run s4 sw,swhp,swhpu,s4
 run s4_2 sw,swhp,swhpu,s4 -stages_s4_limit 35 # the states at +2 and +5 m, for Fig. 17
 run s4_5 sw,swhp,swhpu,s4 -stages_s4_limit 38
-python "$here/compare.py" "$out"
+python "$here/../compare.py" guilhofrei_sliding "$out"

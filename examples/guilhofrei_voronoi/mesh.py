@@ -6,7 +6,7 @@ Mean side 2 m; SEED of the random numbers, 1 by default; OPTIONS as quoin_tools.
 
 import sys
 
-from quoin_tools.voronoi import main
+from quoin_tools.mesh.voronoi import main
 
 if __name__ == "__main__":
     if len(sys.argv) < 2 or sys.argv[1].startswith("-"):

@@ -18,4 +18,4 @@ for seed in 1 2 3; do
   run "$seed" "${RANKS:-2}" "$out"
   run "$seed" 1 "$out/one_rank"
 done
-python "$here/compare.py" "$out" && exit $failed
+python "$here/../compare.py" guilhofrei_voronoi "$out" && exit $failed

@@ -19,10 +19,10 @@ matplotlib.use("Agg")
 import numpy as np  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.files import save_figure, write_file  # noqa: E402
-from quoin_tools.meshing import join  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.files import save_figure, write_file  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.meshing import join  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MODELS = {"pt": "#d55e00", "r2pt": "#e69f00", "r3pt": "#009e73", "t2pt": "#cc79a7", "t3pt": "#56b4e9", "tptm": "#0072b2"}

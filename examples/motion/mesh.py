@@ -3,8 +3,8 @@
 import sys
 
 import numpy as np
-from quoin_tools.blockmesh import write
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.blockmesh import write
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 
 def rigid(x, y, width, height, group):

@@ -27,15 +27,15 @@ import numpy as np
 from matplotlib import pyplot
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark"), str(ROOT / "examples" / "fig6")]
 
 from driver import ENVIRONMENT, MODELS  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.dam import dam_mesh  # noqa: E402
-from quoin_tools.fig6 import triangle_dam  # noqa: E402
-from quoin_tools.files import save_figure  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.files import save_figure  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.dam import dam_mesh  # noqa: E402
 from record import DATA, DOCS, replace_between, table  # noqa: E402
+from triangle_dam import triangle_dam  # noqa: E402
 
 NEWTON = ("-relaxation_method", "preconditioned")
 PAPER = ("-relaxation_damping", "paper")

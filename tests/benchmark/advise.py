@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
 
 from driver import ENVIRONMENT  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
 from record import replace_between, table  # noqa: E402
 from trials import STUDIES  # noqa: E402
 

@@ -21,9 +21,10 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / path) for path in ("tests/verification", "tests/benchmark", "tools", "examples/guilhofrei_sliding")]
 
 from driver import ENVIRONMENT  # noqa: E402
-from mesh import key_mesh  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from record import keep, replace_between, table  # noqa: E402
+
+from mesh import key_mesh  # noqa: E402
 
 CONDENSED = ["-materials_dam_condensed", "true", "-materials_rock_condensed", "true"]
 STUDY = ["-stages", "sw,swhp,swhpu,s1", "-stages_s1_bracket", "0.05"]

@@ -24,8 +24,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
 
 from driver import ENVIRONMENT, dump  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.stacks import block_grid  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.stacks import block_grid  # noqa: E402
 
 STAGES = 3
 VERIFICATION = ("Verification", "VerifyFarFaces", "VerifyNearFaces", "VerifyFaces", "VerifyVertices", "VerifyHistory")

@@ -24,9 +24,9 @@ matplotlib.use("Agg")
 from case import RHO, SCENE, B, G, H, arch, hinge_length  # noqa: E402
 from driver import ENVIRONMENT, VERDICTS, changed  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.files import save_figure  # noqa: E402
-from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.base.files import save_figure  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 from record import replace_between  # noqa: E402
 
 STIFFNESSES = (1e9, 1e10, 1e11, 1e12, 1e13)

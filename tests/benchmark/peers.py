@@ -36,18 +36,18 @@ from matplotlib import pyplot
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-sys.path[:0] = [str(HERE / "peer_runs"), str(HERE), str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+sys.path[:0] = [str(HERE / "peer_runs"), str(HERE), str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "examples" / "fig6")]
 
 from accuracy import toe_stress  # noqa: E402
 from driver import ENVIRONMENT, changed, dump, load  # noqa: E402
 from fig6_dam import DENSITY, FRICTION, K_N, K_S, POISSON, YOUNG, Clock  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.fig6 import triangle_dam  # noqa: E402
-from quoin_tools.files import save_figure  # noqa: E402
-from quoin_tools.meshing import rectangle  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
-from quoin_tools.walls import wall  # noqa: E402
+from quoin_tools.base.files import save_figure  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.meshing import rectangle  # noqa: E402
+from quoin_tools.mesh.walls import wall  # noqa: E402
 from record import DATA, DOCS, replace_between, table  # noqa: E402
+from triangle_dam import triangle_dam  # noqa: E402
 
 ELASTIC, FRICTIONAL = "elastic", "friction 45 degrees"
 LONG, SHORTEST = 10.0, 0.01  # [s] a run that takes longer is not repeated; what the difference of two runs can tell

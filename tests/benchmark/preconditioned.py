@@ -18,13 +18,13 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark"), str(ROOT / "examples" / "fig6")]
 
 from driver import ENVIRONMENT, changed, dump, load  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.fig6 import triangle_dam  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from record import keep, replace_between, table  # noqa: E402
+from triangle_dam import triangle_dam  # noqa: E402
 
 JOINT = {"k_n": 30e9, "k_s": 10e9, "friction": 45, "stress_model": "t2pt"}
 PROBE = 4000  # [cycles] for the cost of one; over 400 the noise of a run was a fifth

@@ -28,9 +28,9 @@ ROOT = HERE.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
 
 from driver import ENVIRONMENT, dump  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.meshing import rectangle, split_triangles  # noqa: E402
-from quoin_tools.stacks import block_grid, two_bodies  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.meshing import rectangle, split_triangles  # noqa: E402
+from quoin_tools.mesh.stacks import block_grid, two_bodies  # noqa: E402
 
 LIMITS = HERE / "limits.json"
 SHAKE = 2e-6  # m

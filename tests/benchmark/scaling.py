@@ -30,14 +30,15 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib import pyplot
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tests" / "benchmark"), str(ROOT / "tools")]
 
-import run  # noqa: E402
-from quoin_tools.files import save_figure  # noqa: E402
+from quoin_tools.base.files import save_figure  # noqa: E402
 from record import DATA as FOLDER  # noqa: E402
 from record import DOCS, replace_between, table  # noqa: E402
 
-ROOT = run.ROOT
+import run  # noqa: E402
+
 DATA, IMAGES = FOLDER / "scaling.csv", DOCS / "img"
 SCENES = {"block": "block", "wall": "tptm"}  # here: in run.py
 SAID, MEMORY = {"block": "one body", "wall": "single blocks"}, ("peak_MiB", "resident_MiB")

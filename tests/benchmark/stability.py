@@ -29,15 +29,15 @@ import yaml
 from matplotlib import colors, pyplot
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "examples" / "fig6")]
 
 from driver import ENVIRONMENT, MODELS, VERDICTS  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.fig6 import triangle_dam  # noqa: E402
-from quoin_tools.files import save_figure  # noqa: E402
-from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
-from quoin_tools.stacks import column  # noqa: E402
+from quoin_tools.base.files import save_figure  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.mesh.stacks import column  # noqa: E402
+from triangle_dam import triangle_dam  # noqa: E402
 
 LIE = 0.05
 N, BASE, YOUNG, HEIGHT = 12, 80.0, 30e9, 100.0  # of the dam: columns, width [m], [Pa], height [m]

@@ -24,8 +24,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools")]
 
 from driver import ENVIRONMENT, VERDICTS  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.voronoi import Options, voronoi_mesh  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh  # noqa: E402
 from record import DATA, replace_between, table  # noqa: E402
 
 STONE = {"density": 2400, "young": 10e9, "poisson": 0.2}

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
 
 from driver import ENVIRONMENT  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
 from record import keep, replace_between, table  # noqa: E402
 
 # name: example, scene, mesh and its arguments, options

@@ -16,7 +16,8 @@ import atheris
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 with atheris.instrument_imports(include=["quoin_tools"]):
-    from quoin_tools import blockmesh, results, scene, whole
+    from quoin_tools.base import results, scene, whole
+    from quoin_tools.mesh import blockmesh
 
 ERRORS = (results.ResultsError, blockmesh.MeshError, scene.SceneError)
 FOLDER = pathlib.Path(f"/dev/shm/quoin-fuzz-{os.getpid()}")  # noqa: S108 (memory; removed by run.py where this process cannot)

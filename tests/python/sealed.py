@@ -3,7 +3,7 @@
 import json
 import zlib
 
-from quoin_tools.whole import HEADER, TEXTS, VERSION
+from quoin_tools.base.whole import HEADER, TEXTS, VERSION
 
 
 def write_summary(folder, summary):

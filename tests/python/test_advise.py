@@ -17,11 +17,11 @@ ROOT = Path(__file__).resolve().parents[2]
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.dam import dam_mesh  # noqa: E402
-from quoin_tools.fig6 import triangle_dam  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
-from quoin_tools.stacks import block_grid, column  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.dam import dam_mesh  # noqa: E402
+from quoin_tools.mesh.stacks import block_grid, column  # noqa: E402
+from triangle_dam import triangle_dam  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
 

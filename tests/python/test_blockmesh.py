@@ -9,9 +9,9 @@ import pytest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "tools"))
 
-from quoin_tools import blockmesh, stacks
-from quoin_tools.blockmesh import BlockMesh, MeshError, check, macroblocks, outer_faces, read, write
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh import blockmesh, stacks
+from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, check, macroblocks, outer_faces, read, write
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 
 @pytest.fixture

@@ -17,8 +17,9 @@ ROOT = Path(__file__).resolve().parents[2]
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import paper_figures  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+import compare  # noqa: E402
+import paper_figures  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
 
@@ -63,7 +64,7 @@ def dam(tmp_path_factory):
 
 def test_guilhofrei(dam):
     """Every number of reference.csv against the finite elements: 0.5 %, 3 % at the heel, which slips."""
-    for row in load(ROOT / "examples/guilhofrei/compare.py").compare(dam[0]):
+    for row in compare.EXAMPLES["guilhofrei"].rows(dam[0]):
         close = 0.03 if row["key"] == "joint_heel" else 0.005
         if row["fe"] is not None:
             assert row["ours"] == pytest.approx(row["fe"], rel=close, abs=0.001), row["quantity"]
@@ -118,7 +119,7 @@ def test_figure_12(dam, tmp_path):
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
     folder = tmp_path_factory.mktemp("local")
-    for row in paper_figures.references(ROOT / "examples/guilhofrei_local/compare.py"):
+    for row in compare.references("guilhofrei_local"):
         strengths = ("-materials_dam_tension", f"{row['tension_MPa']}e6", "-materials_dam_cohesion", f"{row['cohesion_MPa']}e6")
         run("guilhofrei_local", folder / row["scenario"], mesh=("8",), options=strengths)
     return folder
@@ -126,7 +127,7 @@ def local(tmp_path_factory):
 
 def test_local_failure(local):
     """With 8 columns the least factors are 2.98, 2.37, 1.94, in shear at the toe (the paper: above 2.5, 2.3, 1.9)."""
-    rows = load(ROOT / "examples/guilhofrei_local/compare.py").compare(local)
+    rows = compare.EXAMPLES["guilhofrei_local"].rows(local)
     assert [row["ours"]["value"] for row in rows] == pytest.approx([2.98, 2.37, 1.94], abs=0.01)
     assert {row["ours"]["mode"] for row in rows} == {"shear"} and all(row["ours"]["x"] > 20 for row in rows)
     assert rows[0]["ours"]["value"] > 2.5 > rows[1]["ours"]["value"] > rows[2]["ours"]["value"]
@@ -153,7 +154,6 @@ def voronoi(tmp_path_factory):
 
 def test_voronoi_has_the_same_bits_on_two_ranks(voronoi):
     """Every trial of the reduction, to its last verdict."""
-    compare = load(ROOT / "examples/guilhofrei_voronoi/compare.py")
     assert compare.same_bits(voronoi, Results(voronoi / "1"), "1") is True
     trials = [[(t["value"], t["outcome"], t["cycles"]) for t in Results(voronoi / name).stage_summary("reduction")["strength_reduction"]["trials"]]
               for name in ("1", "one_rank/1")]  # fmt: skip

@@ -11,8 +11,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import blockmesh, export, files, plot_mesh  # noqa: E402
-from quoin_tools.meshing import rectangle  # noqa: E402
+from quoin_tools.base import files  # noqa: E402
+from quoin_tools.mesh import blockmesh  # noqa: E402
+from quoin_tools.mesh.meshing import rectangle  # noqa: E402
+from quoin_tools.show import export, plot_mesh  # noqa: E402
 
 
 def picture(path):
@@ -54,7 +56,7 @@ def test_a_full_disk(tmp_path):
     """A file that may not grow beyond 1 kB: half of it is written, and thrown away."""
     code = f"""import resource, signal, sys; sys.path.insert(0, {str(ROOT / "tools")!r})
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))
-from quoin_tools.command import command; from quoin_tools.files import write_file
+from quoin_tools.base.command import command; from quoin_tools.base.files import write_file
 sys.exit(command(lambda: write_file("file", b"x" * 10000)))"""
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and "file: File too large" in done.stderr, done.stderr

@@ -9,9 +9,11 @@ import pytest
 HERE = os.path.dirname(__file__)
 sys.path.insert(0, os.path.join(HERE, "..", "..", "tools"))
 
-from quoin_tools import blockmesh, dam, fig6, meshing, plot_mesh, reference_mesh, stacks
-from quoin_tools.blockmesh import MeshError, areas, check, face_ends, macroblocks, outer_faces, read
-from quoin_tools.reference_mesh import from_reference
+import triangle_dam as fig6
+from quoin_tools.mesh import blockmesh, dam, meshing, stacks
+from quoin_tools.mesh.blockmesh import MeshError, areas, check, face_ends, macroblocks, outer_faces, read
+from quoin_tools.show import plot_mesh
+from reference_mesh import from_reference
 
 REFERENCE = os.path.join(HERE, "..", "data", "reference")
 
@@ -297,12 +299,12 @@ def test_face_sets_and_vertices_by_place():
 
 # ---- references and pictures -----------------------------------------------------------------------------
 
-def test_reference_command_line(tmp_path, capsys):
+def test_kind_of_reference_mesh():
     source = os.path.join(REFERENCE, "mesh_fig6_G_n8.json")
-    assert reference_mesh.main([source, "-o", str(tmp_path / "m.h5")]) == 0
-    assert "44 blocks, 63 vertices" in capsys.readouterr().out
-    assert reference_mesh.main([source, "-o", str(tmp_path / "n.h5"), "--kind", "guilhofrei"]) == 2
-    assert "is this a guilhofrei mesh?" in capsys.readouterr().err
+    mesh = from_reference(source)
+    assert (len(mesh.blocks), len(mesh.vertices)) == (44, 63)
+    with pytest.raises(MeshError, match=r"is this a guilhofrei mesh\?"):
+        from_reference(source, "guilhofrei")
 
 
 @pytest.mark.parametrize("mesh, joints", [

@@ -13,9 +13,9 @@ import pytest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "tools"))
 
-from quoin_tools import blockmesh, gmsh_import
-from quoin_tools.blockmesh import MeshError, areas, check, face_ends, macroblocks, read
-from quoin_tools.gmsh_import import import_msh
+from quoin_tools.mesh import blockmesh, gmsh_import
+from quoin_tools.mesh.blockmesh import MeshError, areas, check, face_ends, macroblocks, read
+from quoin_tools.mesh.gmsh_import import import_msh
 
 FORMATS = [(2.2, 0), (2.2, 1), (4.1, 0), (4.1, 1)]
 

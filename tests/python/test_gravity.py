@@ -13,13 +13,14 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import cut, dam, uplift  # noqa: E402
-from quoin_tools.blockmesh import BlockMesh  # noqa: E402
-from quoin_tools.cut import GravityError  # noqa: E402
-from quoin_tools.gravity import Base, Hand, Uplift, hand_method, triangle_crack  # noqa: E402
-from quoin_tools.joint_uplift import chord_of, uplift_loads  # noqa: E402
-from quoin_tools.scene import SceneError, parse  # noqa: E402
-from quoin_tools.uplift import Heads, UpliftError, head_line, pressure, resultant  # noqa: E402
+from quoin_tools.assess import cut, uplift  # noqa: E402
+from quoin_tools.assess.cut import GravityError  # noqa: E402
+from quoin_tools.assess.gravity import Base, Hand, Uplift, hand_method, triangle_crack  # noqa: E402
+from quoin_tools.assess.joint_uplift import chord_of, uplift_loads  # noqa: E402
+from quoin_tools.assess.uplift import Heads, UpliftError, head_line, pressure, resultant  # noqa: E402
+from quoin_tools.base.scene import SceneError, parse  # noqa: E402
+from quoin_tools.mesh import dam  # noqa: E402
+from quoin_tools.mesh.blockmesh import BlockMesh  # noqa: E402
 
 G = 9.81
 DRAIN = 4.70 * np.hypot(1.0, 0.1)  # along the plane of G1 [m]

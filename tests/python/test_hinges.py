@@ -10,8 +10,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import blockmesh, hinges  # noqa: E402
-from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.assess import hinges  # noqa: E402
+from quoin_tools.mesh import blockmesh  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 SCENE = """model: model.h5

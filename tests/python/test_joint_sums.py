@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from quoin_tools import blockmesh, meshing
-from quoin_tools.blockmesh import BlockMesh
-from quoin_tools.meshing import face_set_on, join
-from quoin_tools.results import Results
+from quoin_tools.base.results import Results
+from quoin_tools.mesh import blockmesh, meshing
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import face_set_on, join
 
 QUOIN = os.environ.get("QUOIN", "build/quoin")
 pytestmark = pytest.mark.skipif(not Path(QUOIN).exists(), reason="the solver is not built")

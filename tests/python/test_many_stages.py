@@ -10,9 +10,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
-from quoin_tools.whole import check_folder  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.base.whole import check_folder  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from scenes import stages  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))

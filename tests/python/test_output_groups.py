@@ -15,9 +15,11 @@ import pytest
 ROOT = os.path.join(os.path.dirname(__file__), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
-from quoin_tools import blockmesh, export, plots, results  # noqa: E402
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed, split_triangles  # noqa: E402
-from quoin_tools.results import CONTACT_FIELDS, SOME_STAGES, STAGE_FIELDS, VERTEX_FACE, Results  # noqa: E402
+from quoin_tools.base import results  # noqa: E402
+from quoin_tools.base.results import CONTACT_FIELDS, SOME_STAGES, STAGE_FIELDS, VERTEX_FACE, Results  # noqa: E402
+from quoin_tools.mesh import blockmesh  # noqa: E402
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split_triangles  # noqa: E402
+from quoin_tools.show import export, plots  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")

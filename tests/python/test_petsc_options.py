@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from scenes import static  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))

@@ -16,11 +16,11 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from quoin_tools import blockmesh
-from quoin_tools.blockmesh import BlockMesh
-from quoin_tools.meshing import split_triangles
-from quoin_tools.results import Results
-from quoin_tools.walls import wall
+from quoin_tools.base.results import Results
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import split_triangles
+from quoin_tools.mesh.walls import wall
 
 QUOIN = os.environ.get("QUOIN", "build/quoin")
 pytestmark = pytest.mark.skipif(not Path(QUOIN).exists(), reason="the solver is not built")

@@ -7,7 +7,8 @@ import pytest
 h5py = pytest.importorskip("h5py")
 np = pytest.importorskip("numpy")
 sys.path.insert(0, __file__.rpartition("/")[0])
-from quoin_tools import blockmesh, results, scene, whole  # noqa: E402
+from quoin_tools.base import results, scene, whole  # noqa: E402
+from quoin_tools.mesh import blockmesh  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
 
 BOMB = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 40))

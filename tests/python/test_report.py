@@ -18,23 +18,12 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools import (  # noqa: E402
-    assessment,
-    blockmesh,
-    browser,
-    compare,
-    cut,
-    dam,
-    export,
-    guidelines,
-    meshing,
-    report,
-    results,
-    scene,
-    verify,
-)
-from quoin_tools.assessment_options import options_from, parser  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.assess import assessment, cut, guidelines  # noqa: E402
+from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
+from quoin_tools.base import results, scene  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh import blockmesh, dam, meshing  # noqa: E402
+from quoin_tools.show import browser, compare, export, report, verify  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))

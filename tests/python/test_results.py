@@ -14,10 +14,12 @@ import pytest
 ROOT = os.path.join(os.path.dirname(__file__), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
-from quoin_tools import blockmesh, plots, results, stacks  # noqa: E402
-from quoin_tools.meshing import split_triangles  # noqa: E402
-from quoin_tools.results import Results, ResultsError  # noqa: E402
-from quoin_tools.whole import HEADER  # noqa: E402
+from quoin_tools.base import results  # noqa: E402
+from quoin_tools.base.results import Results, ResultsError  # noqa: E402
+from quoin_tools.base.whole import HEADER  # noqa: E402
+from quoin_tools.mesh import blockmesh, stacks  # noqa: E402
+from quoin_tools.mesh.meshing import split_triangles  # noqa: E402
+from quoin_tools.show import plots, style  # noqa: E402
 from sealed import history_member, seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))
@@ -208,12 +210,12 @@ def test_pictures(folder, capsys):
 
 def test_view_leaves_the_rock_out(folder):
     mesh = Results(folder).mesh
-    box, groups = plots.view(mesh)
+    box, groups = style.view(mesh)
     assert groups.tolist() == [0] and -1 < box[0] < 0 and 2 < box[1] < 3
-    box, groups = plots.view(mesh, whole=True)
+    box, groups = style.view(mesh, whole=True)
     assert groups.tolist() == [0, 1] and box[0] < -4
     mesh.group_rigid[0] = 1  # a picture of a body without stress would be empty
-    assert plots.view(mesh)[1].tolist() == [0, 1]
+    assert style.view(mesh)[1].tolist() == [0, 1]
 
 
 def test_table_says_how_stages_were_solved(folder, capsys):
@@ -233,8 +235,8 @@ def test_table_says_how_stages_were_solved(folder, capsys):
 
 def test_blocks_that_move_far_stand_where_they_are(folder):
     mesh = Results(folder).mesh
-    box, _ = plots.view(mesh)  # of the body: 2 m wide, round (1, 1)
-    seen, size = plots.inside(mesh.vertices, box), box[1] - box[0]
+    box, _ = style.view(mesh)  # of the body: 2 m wide, round (1, 1)
+    seen, size = style.inside(mesh.vertices, box), box[1] - box[0]
     moved = np.zeros_like(mesh.vertices)
     moved[seen] = 1e-3, 0.0
     assert plots.magnification(mesh, moved, box) == (100.0, box)  # of 0.06 * 2.64 m / 1e-3 m
@@ -263,7 +265,7 @@ def test_contours_do_not_smear_across_joints(folder):
     "value, expected", [(1.0, 1), (1.99, 1), (2.0, 2), (4999, 2000), (0.05, 0.05), (0.049, 0.02)]
 )
 def test_nice_numbers(value, expected):
-    assert plots.nice(value) == pytest.approx(expected)
+    assert style.nice(value) == pytest.approx(expected)
 
 
 def test_faults_are_named_in_one_line(folder, tmp_path, capsys):

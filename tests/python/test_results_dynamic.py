@@ -15,9 +15,11 @@ import pytest
 ROOT = os.path.join(os.path.dirname(__file__), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
-from quoin_tools import blockmesh, plots, results, stacks  # noqa: E402
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed  # noqa: E402
-from quoin_tools.results import ENERGIES, VERTEX_FACE, Results  # noqa: E402
+from quoin_tools.base import results  # noqa: E402
+from quoin_tools.base.results import ENERGIES, VERTEX_FACE, Results  # noqa: E402
+from quoin_tools.mesh import blockmesh, stacks  # noqa: E402
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed  # noqa: E402
+from quoin_tools.show import plots  # noqa: E402
 from sealed import seal_results  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 import yaml
 from matplotlib import image
-from quoin_tools import blockmesh, plot_mesh
-from quoin_tools.meshing import face_set_on, join, rectangle, renamed
-from quoin_tools.results import Results
-from quoin_tools.walls import wall
+from quoin_tools.base.results import Results
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.meshing import face_set_on, join, rectangle, renamed
+from quoin_tools.mesh.walls import wall
+from quoin_tools.show import plot_mesh
 
 QUOIN = os.environ.get("QUOIN", "build/quoin")
 pytestmark = pytest.mark.skipif(not Path(QUOIN).exists(), reason="the solver is not built")

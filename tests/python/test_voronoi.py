@@ -9,10 +9,10 @@ import pytest
 HERE = os.path.dirname(__file__)
 sys.path.insert(0, os.path.join(HERE, "..", "..", "tools"))
 
-from quoin_tools import polygons, voronoi
-from quoin_tools.blockmesh import all_faces, areas, check, face_ends, outer_faces, quality, read
-from quoin_tools.dam import G1
-from quoin_tools.voronoi import Options, voronoi_mesh
+from quoin_tools.mesh import polygons, voronoi
+from quoin_tools.mesh.blockmesh import all_faces, areas, check, face_ends, outer_faces, quality, read
+from quoin_tools.mesh.dam import G1
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 
 TRIANGLE = [(0, 0), (80, 0), (0, 100)]
 WALL = [(0, 0), (12, 0), (12, 9), (0, 9)]

@@ -14,9 +14,9 @@ HERE = os.path.dirname(__file__)
 ROOT = os.path.join(HERE, "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
-from quoin_tools import walls
-from quoin_tools.blockmesh import areas, check, face_ends, outer_faces, read, write
-from quoin_tools.plot_mesh import is_joint
+from quoin_tools.mesh import walls
+from quoin_tools.mesh.blockmesh import areas, check, face_ends, outer_faces, read, write
+from quoin_tools.show.plot_mesh import is_joint
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))
 

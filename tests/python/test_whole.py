@@ -14,9 +14,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.plot_mesh import plot  # noqa: E402
-from quoin_tools.verify import signed  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.show.plot_mesh import plot  # noqa: E402
+from quoin_tools.show.verify import signed  # noqa: E402
 from scenes import static  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))
@@ -44,13 +44,13 @@ def tool(name, *arguments, pipe=""):
 
 
 def test_whole(run):
-    from quoin_tools.whole import check_folder
+    from quoin_tools.base.whole import check_folder
     assert len(check_folder(run)) == len(FILES)
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_every_flip_is_found(run, tmp_path, name):
-    from quoin_tools.whole import ResultsError, check_folder
+    from quoin_tools.base.whole import ResultsError, check_folder
     rng = random.Random(name)  # noqa: S311
     copy = tmp_path / "copy"
     shutil.copytree(run, copy)
@@ -70,7 +70,8 @@ def test_every_flip_is_found(run, tmp_path, name):
 
 
 def test_tools_refuse_in_one_line(run, tmp_path):
-    from quoin_tools import compare, export, report, results
+    from quoin_tools.base import results
+    from quoin_tools.show import compare, export, report
     copy = tmp_path / "copy"
     shutil.copytree(run, copy)
     for name in ("results.h5", "summary.json"):
@@ -101,7 +102,7 @@ def test_a_reader_that_has_seen_enough(run):
 
 def test_a_folder_of_two_runs(run, tmp_path):
     """results.h5 of one run and summary.json of another."""
-    from quoin_tools.results import Results, ResultsError
+    from quoin_tools.base.results import Results, ResultsError
     copy = tmp_path / "copy"
     shutil.copytree(run, copy)
     subprocess.run([QUOIN, "-options_file", "scene.yaml", "-materials_dam_young", "11e9", "-output", str(tmp_path / "other")],

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import h5py
 import scenes  # noqa: F401 (finds the tools)
-from quoin_tools.blockmesh import write
-from quoin_tools.dam import G1, dam_mesh
+from quoin_tools.mesh.blockmesh import write
+from quoin_tools.mesh.dam import G1, dam_mesh
 
 # exit codes of include/quoin.h
 OK, DIVERGED, INTERRUPTED, OUTPUT, LOCKED, RESTART, MEMORY = 0, 3, 5, 8, 9, 10, 11

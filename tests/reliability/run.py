@@ -30,7 +30,7 @@ sys.path.insert(0, str(HERE))
 
 import faults  # noqa: E402
 import scenes  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",

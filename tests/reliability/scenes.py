@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.dam import G1, dam_mesh  # noqa: E402
-from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
-from quoin_tools.stacks import block_grid, one_contact  # noqa: E402
+from quoin_tools.mesh.dam import G1, dam_mesh  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.mesh.stacks import block_grid, one_contact  # noqa: E402
 
 MATERIALS = {"dam": {"density": 2400, "young": 10e9, "poisson": 0.2}, "rock": {"density": 2500, "young": 10e9, "poisson": 0.2}}
 BASE = {"stress_model": "tptm", "k_n": 10e9, "k_s": 3e9}

@@ -34,9 +34,10 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 REFERENCE = ROOT / "tests" / "data" / "reference"
 sys.path.insert(0, str(ROOT / "tools"))
+sys.path.append(str(ROOT / "examples" / "fig6"))  # triangle_dam; last, for it has a mesh.py too
 
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",

@@ -26,12 +26,12 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 from driver import ENVIRONMENT, HUNT, MODELS, ROOT, VERDICTS  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
-from quoin_tools.dam import dam_mesh, gravity_section  # noqa: E402
-from quoin_tools.meshing import join, rectangle, renamed  # noqa: E402
-from quoin_tools.results import Results  # noqa: E402
-from quoin_tools.stacks import block_on_plane  # noqa: E402
-from quoin_tools.walls import wall  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.dam import dam_mesh, gravity_section  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.mesh.stacks import block_on_plane  # noqa: E402
+from quoin_tools.mesh.walls import wall  # noqa: E402
 
 AGREE = 5e-3  # displacements, forces and limits
 UNDECIDED = "undecided"

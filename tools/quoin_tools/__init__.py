@@ -1,13 +1,29 @@
 """Python tools of Quoin; run with PYTHONPATH=tools.
 
-blockmesh       the block mesh `model.h5`: write, read, check (the only Python module that knows the format)
-meshing         pieces for generators: patches, grading, joining, splitting in triangles, doubling vertices
-dam             gravity dam on rock, default section G1 of the Guilhofrei dam
-fig6            the triangle dam of the paper's Fig. 6 on rigid ground
-stacks          columns, patches, cantilevers and grids of macroblocks for tests and benchmarks
-reference_mesh  the meshes of tests/data/reference as block meshes
-gmsh_import     Gmsh .msh 2.2 and 4.1 to a block mesh, joints at named curves
-plot_mesh       picture of a block mesh
+Commands, `python -m quoin_tools.NAME --help`; each is a file here of a few lines that calls the main() of its room:
+
+results      table of stages, probes, joints and extreme stresses of a run
+whole        are the files of a run what it wrote?
+blockmesh    check a block mesh, or say what is in it
+dam          mesh of a gravity dam on rock
+voronoi      mesh of a dam of random polygons
+walls        meshes of walls, arches and slopes
+gmsh_import  block mesh from a Gmsh file
+assessment   the gravity method beside a run, in the terminal
+hinges       how a limit moves with the stiffness of the joints
+plot_mesh    picture of a block mesh
+plots        pictures of a run
+report       the sheet of a run, HTML and PDF
+verify       is a sheet as written, and about these files?
+export       a run as CSV
+compare      two runs: what differs, by how much
+
+Rooms, from bottom to top; a room imports only what stands above it in this list:
+
+base         reads scenes and the files of runs, writes files, ends a command
+mesh         makes, reads and checks block meshes
+assess       the gravity method, guidelines and limits beside the block model
+show         pictures, the sheet, CSV, the comparison of runs
 """
 
 __version__ = "0.1.0"

@@ -1,6 +1,6 @@
 """The dam of Fig. 6 as every peer gets it: nodes, elements, nodal loads, the joint, and what is compared.
 
-Family M of quoin_tools.fig6, n by n: quadrilaterals, a row of triangles at the apex. Loads are consistent nodal forces of
+Family M of examples/fig6/triangle_dam.py, n by n: quadrilaterals, a row of triangles at the apex. Loads are consistent nodal forces of
 self-weight and 100 m of water, equal for all. Compared are the crest's u_x and the normal stress at the toe, the mean over
 the last eighth of the base (at the corner itself it grows with the logarithm of the mesh). There the joint is closed, so
 that the stress is k_n u_y in every peer."""
@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "tools"))
+ROOT = Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "examples" / "fig6")]
 
-from quoin_tools.fig6 import BASE, HEIGHT, mapped_dam  # noqa: E402
+from triangle_dam import BASE, HEIGHT, mapped_dam  # noqa: E402
 
 YOUNG, POISSON, DENSITY = 30e9, 0.2, 2400.0  # [Pa], [-], [kg/m3]
 K_N, K_S, FRICTION = 30e9, 10e9, 1.0  # [Pa/m], [Pa/m], tan 45 degrees

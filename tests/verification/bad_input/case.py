@@ -10,7 +10,7 @@ from unittest.mock import patch
 import h5py
 import numpy as np
 from driver import changed
-from quoin_tools.stacks import column, two_bodies
+from quoin_tools.mesh.stacks import column, two_bodies
 
 WHAT = "bad input: one line on stderr, exit code 2, results of an older run untouched"
 SOURCE = "docs/scene.md, docs/mesh_format.md"

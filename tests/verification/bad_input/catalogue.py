@@ -24,7 +24,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from driver import ENVIRONMENT, ROOT, write
-from quoin_tools.meshing import face_set_on, join, rectangle
+from quoin_tools.mesh.meshing import face_set_on, join, rectangle
 
 DOCUMENT = ROOT / "docs" / "bad_input.md"
 UNIT = ROOT / "tests" / "unit"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 from driver import changed, load
-from quoin_tools.fig6 import triangle_dam
-from quoin_tools.stacks import cantilever
+from quoin_tools.mesh.stacks import cantilever
+from triangle_dam import triangle_dam
 
 sys.path.insert(0, str(Path(__file__).parent))
 import qm6  # noqa: E402

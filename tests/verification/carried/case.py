@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "what nothing holds is not told converged, however little it is loaded (explicit and by Newton's method)"
 SOURCE = "statics: W = 0 along frictionless joints; a block on a plane slides where tan(friction) < tan(slope)"

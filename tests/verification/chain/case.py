@@ -2,7 +2,7 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.stacks import column
+from quoin_tools.mesh.stacks import column
 
 WHAT = "relaxation of a chain of springs: cycles near those of the optimum damping, no overshoot (V11)"
 SOURCE = ("lowest mode w0 dt = 2 safety sin(pi / 4n) of a chain fixed below; the optimum damping 2 w0 needs about "

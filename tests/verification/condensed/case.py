@@ -8,9 +8,9 @@ import re
 
 import numpy as np
 from driver import REFERENCE, changed, load
-from quoin_tools.meshing import join, rectangle, renamed
-from quoin_tools.reference_mesh import from_reference
-from quoin_tools.stacks import block_grid, cantilever, column
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.stacks import block_grid, cantilever, column
+from reference_mesh import from_reference
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 

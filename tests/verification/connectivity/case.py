@@ -8,7 +8,7 @@ import json
 
 import numpy as np
 from driver import MODELS, changed
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "variable = fixed while nothing slides off; corners at flush faces; symmetry; cracks wider than the tolerance"
 SOURCE = "fixed connectivity; rho g h / k_n + rho g h^2 / 2 E; T / k_s L; contact length 3 (b/2 - e); a base that holds a residual tension"

@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import MODELS, changed, load
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "n contacts under an eccentric force converge to the exact diagram (V06)"
 SOURCE = "closed part x = 3 (L/2 - e), edge stress 2 N/x; order: slope of log(error) over log(n)"

@@ -2,8 +2,8 @@
 
 import numpy as np
 from driver import MODELS, changed
-from quoin_tools.blockmesh import BlockMesh
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "cracked base of a rigid triangular dam, without uplift (V15) and with uplift that follows the crack"
 SOURCE = "gravity method: ligament 3 x_r, toe stress 2 N / ligament; crack and uplift by iteration of the same"

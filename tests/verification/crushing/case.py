@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.stacks import one_contact
+from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "a joint pressed past its compressive strength: closure kept, contact pressed at the edge and then in the middle, block dropped"
 SOURCE = "closed form (below); a mass on an elastic-plastic spring"

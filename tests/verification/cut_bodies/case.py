@@ -5,9 +5,9 @@ import json
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
-from quoin_tools.results import VERTEX_FACE
-from quoin_tools.stacks import column
+from quoin_tools.base.results import VERTEX_FACE
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.stacks import column
 
 WHAT = "bodies cut by the ranks choose the same faces; what is not upgradeable stays as it is"
 SOURCE = "the run on one rank; the run with fixed connectivity"

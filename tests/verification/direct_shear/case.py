@@ -6,8 +6,8 @@ relaxation overshoots by about 1/ramp: a peak may be approached no closer than t
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
-from quoin_tools.stacks import one_contact
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "direct shear: peak, residual, tension, memory of the gap, eccentric normal force, false slip (V07, V10)"
 SOURCE = "Mohr-Coulomb with tension cut-off; the machine is a spring in parallel"

@@ -5,7 +5,7 @@ The force acts as two point forces on the ends of the contact itself, so that it
 
 import numpy as np
 from driver import MODELS, changed
-from quoin_tools.stacks import one_contact
+from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "one contact under an eccentric force: edge stress, rotation, and where a model has no equilibrium (V06)"
 SOURCE = "equilibrium of the control points of section 2.5 of the paper; tptm: linear diagram without tension"

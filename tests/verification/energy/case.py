@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import MODELS, changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "energy of a free elastic block, of a sliding one, and of rocking ones by the six stress models (V25)"
 SOURCE = ("E = 1/2 v-.M v+ + strain + joints is constant without damping; work in = stored + lost in friction; "

@@ -4,7 +4,7 @@ from the last equilibrium is a force that depends on place alone, with a curl; o
 slip that is kept as it comes chatter: the stage ends."""
 
 from driver import changed
-from quoin_tools.voronoi import Options, voronoi_mesh
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 
 WHAT = "stones that slide, steep friction: explicit relaxation makes no energy, and its ramp leaves nothing behind"
 SOURCE = "work of the weight"

@@ -13,9 +13,10 @@ import math
 from pathlib import Path
 
 from driver import changed, load
-from quoin_tools import export, report, results
-from quoin_tools.blockmesh import BlockMesh
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.base import results
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.show import export, report
 
 WHAT = "factors of a reduction of friction: dam 100 x 80 m with a default row, two planes, planes that slide together; collapse without factors"
 SOURCE = "statics: tan(phi) N / T on the base, tan(45) / tan(slope); where two angles slide there is no single factor"

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "restitution by dashpots; a column of ten falls and comes to rest; a block slides off an edge, falls and lands"
 SOURCE = "at rest: closure = weight above / k_n; energy: none gained, what is lost went into joints; the run on one rank"

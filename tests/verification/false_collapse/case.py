@@ -3,8 +3,8 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
-from quoin_tools.stacks import block_on_plane
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "what is no collapse, and what is: slow bending, gaps, earlier motion, nothing that moves; what falls off"
 SOURCE = "Timoshenko's cantilever on an elastic joint, q H^4/8EI + q H^2/2GA' + M H/k_n I; overturning q H^2/2 = W B/2; closure weight/k_n; arch thickness 0.1075 of its radius"

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 from driver import MODELS, REFERENCE, changed, load
-from quoin_tools.fig6 import triangle_dam
-from quoin_tools.reference_mesh import from_reference
+from reference_mesh import from_reference
+from triangle_dam import triangle_dam
 
 WHAT = "no false slip: explicit relaxation of joints that slip, whatever the ramp, against references and Newton's method"
 SOURCE = "fig6_elastic_and_no_tension.json (implicit finite elements); Newton's method of the case preconditioned"

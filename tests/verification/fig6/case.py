@@ -4,7 +4,7 @@
 import json
 
 from driver import MODELS, REFERENCE, changed
-from quoin_tools.reference_mesh import from_reference
+from reference_mesh import from_reference
 
 WHAT = "dam of the paper's Fig. 6: joint stress at toe and heel, crest displacement (V14)"
 SOURCE = "fig6_stress_models.json (implicit finite elements with joint segments), meshes of tests/data/reference"

@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import rectangle
+from quoin_tools.mesh.meshing import rectangle
 
 WHAT = "heave and roll of a floating block, in time"
 SOURCE = "heave w^2 = rho_w g b / m; small roll w^2 = rho_w g V GM / I, GM = b^3/12/V - BG; energy as that of springs"

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 from driver import REFERENCE, changed, load
-from quoin_tools.dam import G1
-from quoin_tools.reference_mesh import from_reference
+from quoin_tools.mesh.dam import G1
+from reference_mesh import from_reference
 
 WHAT = "flood on G1 (S4): crack length and toe compression against the level, limit level"
 SOURCE = "hand values and finite elements of the plan (part C); gravity method without tension"

@@ -9,8 +9,8 @@ import json
 
 import numpy as np
 from driver import REFERENCE, changed
-from quoin_tools.dam import G1
-from quoin_tools.reference_mesh import from_reference
+from quoin_tools.mesh.dam import G1
+from reference_mesh import from_reference
 
 WHAT = "Guilhofrei section G1 on rock: crest, joint stress, resultants (V28, V29 without uplift)"
 SOURCE = "guilhofrei_g1.json (implicit finite elements), meshes of tests/data/reference; statics of the polygon"

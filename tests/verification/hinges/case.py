@@ -2,9 +2,9 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.blockmesh import BlockMesh
-from quoin_tools.meshing import join, rectangle, renamed
-from quoin_tools.stacks import block_on_plane
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "hinges of rigid blocks: compressed length, and limits of columns and arches as k_n goes"
 SOURCE = "a = (12 W h / k_n)^(1/3): a column of weight W, its centre h above the base, tips at 1 - a/b of the rigid limit; Milankovitch: t/R = 0.1075"

@@ -2,7 +2,7 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.stacks import block_on_plane
+from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "block on an incline of 30 degrees: stays above, slides below (V05, static part)"
 SOURCE = "N = W cos(30), T = W sin(30); slides when the friction angle is less than 30 degrees"

@@ -3,8 +3,8 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
-from quoin_tools.results import report
+from quoin_tools.base.results import report
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "bodies in motion: overturned, fallen, slid out of their place, when; bodies that pass through each other"
 SOURCE = "free fall: 0.5 h after sqrt(h/g); sliding: 0.1 b after (v - sqrt(v^2 - 0.2 b mu g))/(mu g); balance of a block: atan(b/h)"

@@ -3,8 +3,8 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
-from quoin_tools.stacks import block_on_plane, column
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.stacks import block_on_plane, column
 
 WHAT = "where the method fails, what is told"
 SOURCE = "the messages"

@@ -8,7 +8,7 @@ stiffness goes to nothing at the limit: at h = 0.999 a thousandth of the force i
 import math
 
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "sliding displacement from 30 to 99.9 % of the limit: explicit, variable, Newton's method; what is off is told"
 SOURCE = "elastic-plastic spring of a joint under a triangle of pressure, u = 2 P tan(phi)/(L k_s) (1 - sqrt(1 - h))"

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 from driver import changed, load
-from quoin_tools.stacks import block_on_plane
-from quoin_tools.voronoi import Options, voronoi_mesh
+from quoin_tools.mesh.stacks import block_on_plane
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 
 WHAT = "friction reduction of one mesh in four numberings; bisection behind trials without a verdict; two methods, one rest"
 SOURCE = "the same dam with vertices and blocks in another order; tan(friction) = tan(slope); a residual of 1e-10"

@@ -5,7 +5,7 @@ the four sides, and three dofs at two corners hold the rigid motions: the field 
 
 import numpy as np
 from driver import changed
-from quoin_tools.stacks import patch_test
+from quoin_tools.mesh.stacks import patch_test
 
 WHAT = "patch test of one body: uniform stress under tractions (V01)"
 SOURCE = "Hooke's law; MacNeal's patch, E = 1 MPa, nu = 0.25, strains 1e-3, 1e-3, shear 1e-3"

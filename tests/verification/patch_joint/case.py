@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import MODELS, changed
-from quoin_tools.stacks import two_bodies
+from quoin_tools.mesh.stacks import two_bodies
 
 WHAT = "patch test across a joint with non-matching faces, six stress models (V02)"
 SOURCE = "uniform stress: sigma = -1 MPa, closure sigma/k_n; tau = 0.2 MPa, sliding tau/k_s"

@@ -5,8 +5,8 @@ the explicit loop: opening and slip, stress models, rigid bodies, history, stren
 import json
 
 from driver import MODELS, REFERENCE, changed, load
-from quoin_tools.reference_mesh import from_reference
-from quoin_tools.stacks import block_grid, block_on_plane, patch_test
+from quoin_tools.mesh.stacks import block_grid, block_on_plane, patch_test
+from reference_mesh import from_reference
 
 WHAT = "preconditioned relaxation: references, explicit relaxation, history of friction, reduction, fallback (V14 with a crack)"
 SOURCE = "fig6_elastic_and_no_tension.json and guilhofrei_g1.json (implicit finite elements); the explicit loop"

@@ -6,9 +6,9 @@ through a stage that finds contacts, a collapse with its mechanism, and a restar
 import json
 
 from driver import REFERENCE, changed, load
-from quoin_tools.fig6 import triangle_dam
-from quoin_tools.reference_mesh import from_reference
-from quoin_tools.stacks import block_grid, column
+from quoin_tools.mesh.stacks import block_grid, column
+from reference_mesh import from_reference
+from triangle_dam import triangle_dam
 
 WHAT = "checksum of the state on 1, 2, 3 and 4 ranks and with every instruction set"
 SOURCE = "the run on one rank"

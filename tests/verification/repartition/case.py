@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "a run that is dealt out to the ranks anew goes on with the same bits, and with less to exchange"
 SOURCE = "the run on one rank; without re-partition"

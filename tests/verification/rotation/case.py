@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 from scipy.special import ellipk
 
 WHAT = "blocks turn in free flight: no false stress, momentum kept (V26), rigid shapes exact over 1000 turns, loads off the centre"

@@ -3,8 +3,8 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.dam import G1, dam_mesh
-from quoin_tools.meshing import rectangle, separated
+from quoin_tools.mesh.dam import G1, dam_mesh
+from quoin_tools.mesh.meshing import rectangle, separated
 
 WHAT = "continuum and blocks on one mesh: macroblocks: false"
 SOURCE = "u = p h/E + n p/k for n joints across the column; joints of 10 k_n add a tenth; the dam as one body"

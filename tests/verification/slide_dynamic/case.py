@@ -3,8 +3,8 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import vertex_at
-from quoin_tools.stacks import block_on_plane
+from quoin_tools.mesh.meshing import vertex_at
+from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "a block slides in time: down an incline (V05), on a base that is shaken (V12)"
 SOURCE = "a = g (sin a - cos a tan phi); Newmark: s = (A - a_c) A t0^2 / 2 a_c, a_c = g cos a (tan phi - tan a)"

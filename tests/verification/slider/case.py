@@ -5,7 +5,7 @@ On two ranks, cut in stripes, the two fixed blocks belong to different ranks: th
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "a slider crosses from one block to the next: no jump in its forces (V24)"
 SOURCE = "N = sigma L = 1 MN and T = N tan(phi) all the way; the lengths of the contacts add up to 1 m"

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 from driver import REFERENCE, changed
-from quoin_tools.dam import G1
-from quoin_tools.reference_mesh import from_reference
+from quoin_tools.mesh.dam import G1
+from reference_mesh import from_reference
 
 WHAT = "strength reduction on G1: friction alone (S1), all strengths with a key (S3), mechanism, ranks"
 SOURCE = "equilibrium on the plane of the base: W = 9699 kN, H = 5342 kN, uplift 1014 + 977 kN, no key"

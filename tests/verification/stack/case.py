@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import MODELS, changed
-from quoin_tools.stacks import column
+from quoin_tools.mesh.stacks import column
 
 WHAT = "columns of rigid and of deformable blocks with joints (V04, V21)"
 SOURCE = "closure = load above / k_n; settlement = sum of closures + rho g H^2 / 2E; 1/E_eff = 1/E + 1/(k_n s)"

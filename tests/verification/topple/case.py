@@ -3,9 +3,9 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, rectangle, renamed
-from quoin_tools.results import VERTEX_FACE
-from quoin_tools.stacks import block_on_plane
+from quoin_tools.base.results import VERTEX_FACE
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "a block on a slope stays, slides or topples (V13); a rocking block comes down as Housner's"
 SOURCE = "slides when phi < slope, topples when width / height < tan(slope); Housner: theta'' = -p^2 sin(alpha - theta), p^2 = 3 g / 4 R"

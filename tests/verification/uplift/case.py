@@ -8,12 +8,12 @@ import json
 
 import numpy as np
 from driver import REFERENCE, changed
-from quoin_tools.dam import G1
-from quoin_tools.reference_mesh import from_reference
-from quoin_tools.uplift import Heads, head_line
+from quoin_tools.assess.uplift import Heads, head_line
+from quoin_tools.mesh.dam import G1
+from reference_mesh import from_reference
 
 WHAT = "uplift in the base joint: diagrams of the rules, resultants (V29)"
-SOURCE = "integrals of the diagram; quoin_tools.uplift for the rules"
+SOURCE = "integrals of the diagram; quoin_tools.assess.uplift for the rules"
 
 RHO_G = 9810.0
 SLOPE = np.arctan2(G1.toe[1], G1.toe[0])
@@ -30,7 +30,7 @@ SCENE = {
     "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "vertical": NPB | {"component": "vertical"}, "both": NPB},
     "stages": [{"dry": {"loads": ["weight"]}}, {"up": {"loads": ["weight", "vertical"]}}, {"full": {"loads": ["weight", "both"]}}],
 }
-# rule, keys of the load, what quoin_tools.uplift knows them as; base of 22.91 m, 33 m of head: 0.05 H1 = 1.65 m
+# rule, keys of the load, what quoin_tools.assess.uplift knows them as; base of 22.91 m, 33 m of head: 0.05 H1 = 1.65 m
 RULES = [
     ("linear", {"tailwater": 6.28}, {"toe": 4.0}),
     ("npb", {"drain": 4.7, "tailwater": 6.28}, {"drain": 4.7, "toe": 4.0}),

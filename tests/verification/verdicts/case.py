@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 from driver import REFERENCE, changed, load
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
-from quoin_tools.reference_mesh import from_reference
-from quoin_tools.stacks import block_on_plane
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.stacks import block_on_plane
+from reference_mesh import from_reference
 
 WHAT = "trials just above and just below the limit: verdicts, and the cycles they take"
 SOURCE = "statics: W tan(phi) on a plane, overturning about the toe, (N above + N below) tan(phi), biplanar wedge, S1 = atan(T/N)"

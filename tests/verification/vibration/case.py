@@ -6,7 +6,7 @@ the frequency: r = w dt/2 is proportional to the safety of the step."""
 
 import numpy as np
 from driver import changed
-from quoin_tools.stacks import one_contact
+from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "one dof swings: period, constant amplitude, decay with damping (V08)"
 SOURCE = "T_num/T = r / asin(r), r = w dt/2; damped: u+ (1 + a/2) = (2 - 4 r^2) u - (1 - a/2) u-, a = alpha dt"

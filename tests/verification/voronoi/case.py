@@ -8,11 +8,11 @@ import json
 
 import numpy as np
 from driver import changed
-from quoin_tools import polygons
-from quoin_tools.blockmesh import areas
-from quoin_tools.dam import G1, dam_part
-from quoin_tools.meshing import face_set_on, vertex_at
-from quoin_tools.voronoi import Options, checked_section, tessellate, voronoi_mesh
+from quoin_tools.mesh import polygons
+from quoin_tools.mesh.blockmesh import areas
+from quoin_tools.mesh.dam import G1, dam_part
+from quoin_tools.mesh.meshing import face_set_on, vertex_at
+from quoin_tools.mesh.voronoi import Options, checked_section, tessellate, voronoi_mesh
 
 WHAT = "a dam of Voronoi polygons: areas, contacts, weight, the continuum in the limit, friction at failure (V27)"
 SOURCE = "area of the section; edges of the tessellation; one macroblock of the same blocks; regular mesh; paper, section 4.3"

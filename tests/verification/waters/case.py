@@ -7,8 +7,8 @@ N and T of every trial, and the level at which T = N tan(phi), by hand."""
 import math
 
 from driver import changed
-from quoin_tools import scene as scenes
-from quoin_tools.meshing import join, rectangle, renamed
+from quoin_tools.base import scene as scenes
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "flood with silt and tailwater: what rises, uplift with it, N and T of each trial, limit level"
 SOURCE = "statics: T = rho g (h^2 - t^2) / 2 + silt, N = W - rho g (h + t) B / 2; slides at T = N tan(phi)"

@@ -3,7 +3,7 @@
 
 import numpy as np
 from driver import changed
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "limit thrust of a block that pushes a wedge up a plane of 25 degrees (V23)"
 SOURCE = "H = 1000 tan 30 + 300 tan (25 + 30) = 1005.8 kN"

@@ -1,19 +1,12 @@
-"""The meshes of tests/data/reference as block meshes: same vertices, same blocks, same order.
+"""The meshes of tests/data/reference as block meshes: same vertices, same blocks, same order."""
 
-    python -m quoin_tools.reference_mesh mesh_guilhofrei_g1_n12.json -o model.h5
-"""
-
-import argparse
 import json
 import os
-import sys
 
 import numpy as np
-
-from quoin_tools import fig6
-from quoin_tools.blockmesh import BlockMesh, MeshError, check, face_ends, outer_faces, write
-from quoin_tools.command import command
-from quoin_tools.meshing import faces_on_edges
+from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, face_ends, outer_faces
+from quoin_tools.mesh.meshing import faces_on_edges
+from triangle_dam import assemble
 
 
 def from_reference(json_path, kind=None):
@@ -36,7 +29,7 @@ def from_fig6(data):
     dam_nodes = len(nodes) - len(ground)
     if ground != list(range(dam_nodes, len(nodes))):
         raise MeshError("fig6 reference: the fixed ground nodes are not the last ones")
-    return fig6.assemble(nodes[:dam_nodes], data["quads"], data["triangles"], nodes[ground, 0])
+    return assemble(nodes[:dam_nodes], data["quads"], data["triangles"], nodes[ground, 0])
 
 
 def from_guilhofrei(data):
@@ -83,25 +76,3 @@ def name_free_faces(mesh):
 
 
 KINDS = {"fig6": from_fig6, "guilhofrei": from_guilhofrei}
-
-
-def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.reference_mesh",
-                                     description="Block mesh of a reference mesh.")
-    parser.add_argument("reference")
-    parser.add_argument("-o", "--output", required=True, help="block mesh to write")
-    parser.add_argument("--kind", choices=list(KINDS), help="by default from the name of the file")
-    options = parser.parse_args(arguments)
-    try:
-        mesh = from_reference(options.reference, options.kind)
-        check(mesh)
-    except (MeshError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    write(options.output, mesh)
-    print(f"wrote {options.output}: {len(mesh.blocks)} blocks, {len(mesh.vertices)} vertices")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(command(main))

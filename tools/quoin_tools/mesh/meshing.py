@@ -5,7 +5,7 @@ from scipy.optimize import brentq
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from quoin_tools.blockmesh import BlockMesh, MeshError, all_faces, closed_rings, edge_keys, face_ends, outer_faces
+from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, all_faces, closed_rings, edge_keys, face_ends, outer_faces
 
 # ---- spacing and patches ---------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 import argparse
 from dataclasses import dataclass, field
 
-from quoin_tools import guidelines, uplift
+from quoin_tools.assess import guidelines, uplift
 
 
 @dataclass

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from quoin_tools.cut import GravityError
-from quoin_tools.results import OPEN
+from quoin_tools.assess.cut import GravityError
+from quoin_tools.base.results import OPEN
 
 IN_LINE = 0.01  # [m] between the end of a joint and the start of the next one
 NONE = {"peak": None, "residual": None, "friction_only": None}

@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from quoin_tools.files import write_file
+from quoin_tools.base.files import write_file
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",

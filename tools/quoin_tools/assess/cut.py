@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString
 
-from quoin_tools.blockmesh import closed_rings, face_ends
+from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
 SAMPLES = 33  # places per piece of the path where its two sides are looked at
 GAP = 0.005  # [m] joints of the mesh no wider than this hold the body together

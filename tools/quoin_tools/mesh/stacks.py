@@ -5,8 +5,8 @@ a rigid group below the bodies; with a base, bottom is the underside of the base
 
 import numpy as np
 
-from quoin_tools.blockmesh import BlockMesh, face_ends, outer_faces
-from quoin_tools.meshing import join, quad_patch, rectangle, renamed, split_triangles
+from quoin_tools.mesh.blockmesh import BlockMesh, face_ends, outer_faces
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split_triangles
 
 CORNERS = ("bottom_left", "bottom_right", "top_left", "top_right")
 

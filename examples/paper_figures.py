@@ -4,35 +4,23 @@ Each figure's function takes runs (Results), writes one picture and returns what
 figures show beside the paper's numbers says how near it comes, and no more.
 """
 
-import csv
 import math
-import os
 
-import matplotlib
 import numpy as np
-
-from quoin_tools.files import save_figure
-from quoin_tools.mechanism import draw_mechanism
-from quoin_tools.plots import FILLS, GREY, LINES, STYLE, cross_panel, set_view, thinned, triangles, view
-
-matplotlib.use("Agg")
-from matplotlib import pyplot  # noqa: E402
-from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
-from matplotlib.colors import BoundaryNorm  # noqa: E402
-from matplotlib.lines import Line2D  # noqa: E402
-from matplotlib.ticker import MaxNLocator  # noqa: E402
-from matplotlib.tri import Triangulation  # noqa: E402
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import BoundaryNorm
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+from quoin_tools.base.files import save_figure
+from quoin_tools.show.mechanism import draw_mechanism
+from quoin_tools.show.plots import cross_panel, thinned, triangles
+from quoin_tools.show.style import FILLS, GREY, LINES, STYLE, set_view, view
 
 FACTORS = (1, 1.5, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20)  # steps of colour in Fig. 13
 MODES = {1: "t", 2: "c", 3: "s"}  # safety_mode of results.h5; letters as in Fig. 13
 NOTE = "section G1, a reconstruction"
-
-
-def references(script, *columns):
-    """Rows of reference.csv beside an example's script, as dicts; these columns as numbers, None where empty."""
-    with open(os.path.join(os.path.dirname(script), "reference.csv"), encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    return [row | {name: float(row[name]) if row[name] else None for name in columns} for row in rows]
 
 
 def save(figure, path):

@@ -11,7 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from quoin_tools.blockmesh import MeshError, cross
+from quoin_tools.mesh.blockmesh import MeshError, cross
 
 INNER, LINE, FIXED = 0, 1, 2  # ranks of nodes: free, on the outline, stays where it is
 GOOD = 35.0  # degrees: corners of blocks beyond are as good as any

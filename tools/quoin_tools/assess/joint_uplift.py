@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from quoin_tools import uplift
-from quoin_tools.blockmesh import face_ends
-from quoin_tools.cut import GAP, GravityError, force_at
-from quoin_tools.gravity import Base, Uplift
+from quoin_tools.assess import uplift
+from quoin_tools.assess.cut import GAP, GravityError, force_at
+from quoin_tools.assess.gravity import Base, Uplift
+from quoin_tools.mesh.blockmesh import face_ends
 
 ALIKE = 0.01  # ends of a chord and of a base no farther apart than this part of its length are the same
 

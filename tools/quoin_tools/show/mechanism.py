@@ -3,8 +3,10 @@
 import os
 
 import numpy as np
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection, PolyCollection
 
-from quoin_tools.plots import STYLE, LineCollection, PolyCollection, figure_size, inside, pyplot, save, set_view, view
+from quoin_tools.show.style import STYLE, figure_size, inside, save, set_view, view
 
 
 def draw_mechanism(axes, results, stage, share=0.05):

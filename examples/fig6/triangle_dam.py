@@ -4,9 +4,8 @@ Family G: squares of a grid, a triangle at the end of each row on the slope. Fam
 triangle, the top row triangles. Vertices and blocks come in the order of tests/data/reference."""
 
 import numpy as np
-
-from quoin_tools.blockmesh import BlockMesh, MeshError
-from quoin_tools.meshing import face_set_on
+from quoin_tools.mesh.blockmesh import BlockMesh, MeshError
+from quoin_tools.mesh.meshing import face_set_on
 
 BASE, HEIGHT, GROUND_DEPTH = 80.0, 100.0, 10.0
 

@@ -3,10 +3,13 @@
 import io
 
 import numpy as np
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection, PolyCollection
 
-from quoin_tools import blockmesh, cut, plots
-from quoin_tools.plots import LineCollection, PolyCollection, pyplot
-from quoin_tools.uplift import head_line
+from quoin_tools.assess import cut
+from quoin_tools.assess.uplift import head_line
+from quoin_tools.mesh import blockmesh
+from quoin_tools.show import style
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
 REACH = 0.15  # largest pressure, drawn, over the size of the view
@@ -21,7 +24,7 @@ def arrow(axes, tail, head, colour):
 
 def force_text(name, force):
     size = np.hypot(*force[:2]) / 1e3
-    return f"{name}  {plots.plain(size)} kN"
+    return f"{name}  {style.plain(size)} kN"
 
 
 def draw_pressure(axes, segments, pressures, scale, fill, edge):
@@ -40,7 +43,7 @@ def draw_water(axes, case, name, load, force, box):
     segments = cut.wet_segments(case.mesh, load)
     level = float(load["level"])
     pressures = np.maximum(level - segments[..., 1], 0.0)
-    shown = (pressures.max(axis=1) > 0) & plots.inside(segments.mean(axis=1), box)
+    shown = (pressures.max(axis=1) > 0) & style.inside(segments.mean(axis=1), box)
     if not shown.any():
         return
     segments, pressures = segments[shown], pressures[shown]
@@ -93,7 +96,7 @@ def draw_uplift(axes, found, size):
         segments = np.stack([points[:-1], points[1:]], axis=1)
         tips = draw_pressure(axes, segments, np.stack([head[:-1], head[1:]], axis=1), 0.12 * size / head.max(), "#e7d6f2", UPLIFT)
         axes.text(*(tips[len(tips) // 2].mean(axis=0) - [0, 0.035 * size]),
-                  f"uplift ({found.water.rule})  {plots.plain(hand.uplift / 1e3)} kN", color=UPLIFT, ha="center", va="top", zorder=7,
+                  f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", color=UPLIFT, ha="center", va="top", zorder=7,
                   **LABEL)  # fmt: skip
 
 
@@ -116,13 +119,13 @@ def draw_bases(axes, assessed, size):
 def section_svg(case, stage, assessed):
     """SVG text. assessed: of this stage."""
     mesh = case.results.mesh
-    box, _ = plots.view(mesh)
+    box, _ = style.view(mesh)
     size = max(box[1] - box[0], box[3] - box[2])
     box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, box[3] + 0.04 * size)
-    with pyplot.rc_context(plots.STYLE | {"svg.fonttype": "path"}):
+    with pyplot.rc_context(style.STYLE | {"svg.fonttype": "path"}):
         figure, axes = pyplot.subplots(figsize=(8.2, min(8.2, max(4.0, 7.2 * (box[3] - box[2]) / (box[1] - box[0])))))
         for row in np.unique(mesh.block_group):
-            fill = plots.FILLS[row % len(plots.FILLS)]
+            fill = style.FILLS[row % len(style.FILLS)]
             axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.4))
         axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.8))
         forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
@@ -138,7 +141,7 @@ def section_svg(case, stage, assessed):
             if found.water is not None:
                 draw_uplift(axes, found, size)
         draw_bases(axes, assessed, size)
-        plots.set_view(axes, box)
+        style.set_view(axes, box)
         axes.set_ylabel("y [m]")
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.08, metadata={"Date": None})

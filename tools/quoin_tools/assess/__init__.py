@@ -1,0 +1,13 @@
+"""Statics and rules beside the block model. It imports mesh and base.
+
+cut                 a path through the mesh: its base, what stands on it, the forces on that
+uplift              uplift by the rules of the guidelines
+gravity             the gravity method on one base
+joint_uplift        uplift in other joints than the base, as loads of a cut
+wedge               the passive wedge at the toe
+strength            strength of a path from its joints and blocks
+guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
+assessment_options  options that the tables and the sheet share
+assessment          every joint that is a line, and any path, in every stage
+hinges              limits of rigid hinges from runs with two stiffnesses
+"""

@@ -1,0 +1,497 @@
+"""The gravity method beside the block model: every joint that is a line, and any path, in every stage of a run.
+
+    python -m quoin_tools.assessment FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
+        [--uplift npb --drain 4.72] ...        tables in the terminal; --help lists all; docs/safety.md explains
+
+Both get the same loads: those of the scene on the mesh of the run.
+"""
+
+import sys
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from quoin_tools.assess import cut, guidelines, uplift, wedge
+from quoin_tools.assess.assessment_options import Options, options_from, parser
+from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
+from quoin_tools.assess.joint_uplift import uplift_loads
+from quoin_tools.assess.strength import closed_stretches, factors, neighbours, rows_of, strength_of
+from quoin_tools.base import scene
+from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account, table
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.meshing import separated
+
+ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
+WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
+ALIKE = 0.01  # applied forces of run and scene may differ by this
+SLIDES = "sliding factor, {}, c on the closed length"
+WHOLE_WAY = "; --path names a way through several joints"
+ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
+          guidelines.GuidelineError)  # fmt: skip
+
+
+@dataclass
+class Line:
+    """What stands in a row: quantity, unit, numbers to print (None: there is none)."""
+
+    quantity: str
+    unit: str
+    digits: int
+    block: float | None
+    hand: float | None
+    with_uplift: float | None = None
+
+    @property
+    def difference(self):
+        return None if self.block is None or self.hand is None else self.block - self.hand
+
+
+@dataclass
+class Assessment:
+    """A base in a stage."""
+
+    stage: str
+    name: str
+    kind: str  # joint or path
+    base: Base
+    path: np.ndarray  # [m] corners, from base.start to base.end
+    block: dict | None
+    hand: Hand
+    strength: dict
+    with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
+    water: Uplift | None = None  # what governs: of the options, else of the scene
+    other_water: bool = False  # uplift of the scene elsewhere on the part, such as along a bent path
+    notes: list = field(default_factory=list)
+    condition: str | None = None
+    limits: list = field(default_factory=list)
+    complete: bool = True
+
+    @property
+    def governing(self):
+        return self.with_uplift or self.hand
+
+
+@dataclass
+class Case:
+    """A run with what belongs to it."""
+
+    results: Results
+    scene: scene.Scene
+    mesh: blockmesh.BlockMesh
+    mesh_path: str
+    options: Options
+    body: object = None
+    parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
+
+    @property
+    def conditions(self):
+        """Stages that are judged, and as what: those named with --condition, else the last static one as usual.
+
+        The stages of trials end at the brink, with strengths or water that are not those of the dam."""
+        kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
+        static = [name for name, kind in kinds.items() if kind == "static"]
+        return self.options.conditions or {(static or self.results.stages)[-1]: "usual"}
+
+    def part(self, name, path):
+        if name not in self.parts:
+            self.body = cut.body(self.mesh) if self.body is None else self.body
+            self.parts[name] = cut.cut(self.mesh, path, self.body)
+        return self.parts[name]
+
+
+def load_case(folder, options):
+    results = Results(folder)
+    summary = results.summary
+    used = scene.of_run(folder, summary)
+    path = scene.find(folder, summary.get("model"), ("model.h5",))
+    if path is None:
+        raise ResultsError(f"{folder}: the mesh of the run, '{summary.get('model')}', is not there")
+    single = [name for name, keys in used.materials.items() if keys.get("macroblocks", True) in (False, 0)]
+    mesh = separated(blockmesh.read(path), single)
+    rows = results.mesh.vertex_file
+    if rows.max(initial=-1) >= len(mesh.vertices) or not np.array_equal(mesh.vertices[rows], results.mesh.vertices):
+        raise ResultsError(f"{path}: not the mesh of this run, its vertices differ from those of results.h5")
+    return Case(results, used, mesh, path, options)
+
+
+# ---- the block model ------------------------------------------------------------------------------------------
+
+def block_of_joint(summary, length):
+    """Numbers of a joint in summary.json."""
+    N, M = summary["N"], summary["M"]
+    return {
+        "N": N, "T": summary["T"], "M": M, "resultant": 0.5 * length - M / N if N > 0 else None,
+        "start": summary["sigma_linear_start"], "end": summary["sigma_linear_end"], "crack": summary["open_length"],
+        "compression": -summary["sigma_min"]["sigma"], "friction": summary["friction_needed"],
+        "peak": summary["sliding_factor_peak"], "residual": summary["sliding_factor_residual"],
+    }  # fmt: skip
+
+
+def contacts_on(path, contacts):
+    """Which contacts lie on a path, both ends."""
+    near = np.zeros(contacts.point.shape[:2], dtype=bool)
+    for a, b in zip(path[:-1], path[1:]):
+        along = (b - a) / np.hypot(*(b - a))
+        off = contacts.point - a
+        s, across = off @ along, np.abs(off @ np.array([-along[1], along[0]]))
+        near |= (across <= ON_PATH) & (s >= -ON_PATH) & (s <= np.hypot(*(b - a)) + ON_PATH)
+    return near.all(axis=1)
+
+
+def block_on_path(case, stage, path, base, strength):
+    """Sums of the contact forces along a path; None where the path leaves the joints of the model."""
+    contacts = case.results.stage(stage).contacts
+    mine = contacts_on(path, contacts)
+    middles = 0.5 * (path[1:] + path[:-1])
+    inside = cut.LineString(path).intersection(case.body.buffer(ON_PATH)).length
+    if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
+        return None
+    sigma = contacts.sigma * case.results.mesh.control(contacts)[:, None]
+    normal, on_b, point = contacts.normal[mine], contacts.on_b()[mine], contacts.point[mine]
+    pieces = np.diff(path, axis=0)
+    nearest = np.argmin(np.linalg.norm(point.mean(axis=1)[:, None] - middles, axis=2), axis=1)
+    up = np.stack([-pieces[nearest, 1], pieces[nearest, 0]], axis=1)[:, None]
+    below = (normal * up).sum(axis=2, keepdims=True) > 0  # the normal leads from b, the lower side then
+    forces = np.where(below, on_b, -on_b)
+    system = sum((cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
+    N, T, M = base.resultants(system)
+    hand = Hand(base, N, T, M)
+    bearing = mine & contacts_on(base.ends(), contacts)  # of a bent path the plane that it slides on
+    closed, opened = closed_stretches(base, contacts, bearing)
+    values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
+              "end": hand.linear[1], "crack": opened, "compression": float(-sigma[mine].min()),
+              "friction": hand.friction_needed}  # fmt: skip
+    return values | factors(hand, strength, closed)
+
+
+# ---- the hand method ------------------------------------------------------------------------------------------
+
+def water_levels(case, stage, base):
+    """Levels of the water at the start and at the end of a base: reservoirs by the side on which their faces lie."""
+    levels = {"start": None, "end": None}
+    for load in case.scene.stage_loads(stage).values():
+        if load.get("type") != "reservoir":
+            continue
+        middle = cut.wet_segments(case.mesh, load).reshape(-1, 2).mean(axis=0)
+        side = "start" if (middle - base.middle) @ base.along < 0 else "end"
+        levels[side] = max(float(load["level"]), -np.inf if levels[side] is None else levels[side])
+    return levels["start"], levels["end"]
+
+
+def uplift_under(case, stage, name, base):
+    """Uplift of the options under a base; None when there is none."""
+    o = case.options
+    if not o.uplift or (o.uplift_on and name not in o.uplift_on):
+        return None
+    head, tail = water_levels(case, stage, base)
+    tail = o.tailwater if o.tailwater is not None else tail
+    if head is None or head <= base.start[1]:
+        return None
+    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
+    gallery = None
+    if o.gallery is not None:
+        gallery = max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
+    heads = uplift.Heads(base.length, head - base.start[1], toe, o.drain, o.efficiency, gallery, o.drain_head)
+    return Uplift(o.uplift, heads, o.direction, o.in_crack, water_density(case, stage) * case.scene.gravity)
+
+
+def water_density(case, stage):
+    loads = case.scene.stage_loads(stage).values()
+    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") == "reservoir"), default=1000.0)
+
+
+def assess_base(case, stage, name, path, kind, strength):
+    """Hand method and block model of one base in one stage; of a bent path on the plane that the part above slides on."""
+    part = case.part(name, path)
+    path = path if kind == "joint" else cut.trimmed(path, case.body)
+    base = Base(path[0], path[-1], case.scene.thickness)
+    forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
+    dry = cut.total(forces)
+    bent = wedge.is_bent(path)
+    if bent:
+        water, others = None, block_uplift(case, stage, part)
+        base = wedge.sliding_plane(path, dry + others, case.scene.thickness)
+    else:
+        water, others = scene_uplift(case, stage, part, base)
+    hand = hand_method(base, dry, water, others)
+    if bent and hand.refused:
+        raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand "
+                           f"({hand.refused}): {wedge.WAY_OUT}")  # fmt: skip
+    if kind == "joint" and not bent:
+        block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
+    else:
+        block = block_on_path(case, stage, path, base, strength)
+    if block:
+        block["uplift"] = float(np.hypot(*block_uplift(case, stage, part)[:2])) or None
+    found = Assessment(stage, name, kind, base, path, block, hand, strength)
+    asked = uplift_under(case, stage, name, base)
+    if asked and bent:
+        asked, found.complete = None, False
+        found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
+    if asked:
+        found.with_uplift = hand_method(base, dry, asked)
+    found.water, found.other_water = asked or water, bool(others.any()) and not asked
+    if found.water:
+        rest = dry if asked else dry + others
+        found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest)
+    for which, answer in (("", hand), (" with uplift", found.with_uplift)):
+        if answer and answer.refused:
+            found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
+        found.notes += [f"Gravity method{which}: {note}." for note in answer.notes] if answer else []
+    if bent:
+        found.notes.insert(0, f"The path is bent. The part above slides on {wedge.words(base)}: all numbers are those of this plane; what lies on the "
+                              "rest of the path parts and bears nothing.")  # fmt: skip
+    if left_out:
+        found.complete = False
+        found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
+    return found
+
+
+def block_uplift(case, stage, part):
+    """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
+    ran = case.results.stage_summary(stage).get("uplift", {})
+    loads = uplift_loads(case.mesh, case.scene, stage, part)
+    return case.scene.thickness * sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
+
+
+def dry_stretches(facts):
+    """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
+    return [f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head: "
+            f"{d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
+            for name, load in facts.get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
+
+
+def scene_uplift(case, stage, part, base):
+    """The scene's uplift under a base, which may follow its crack, or None; and the force of all other uplift on the part."""
+    loads = uplift_loads(case.mesh, case.scene, stage, part)
+    under = next((load for load in loads if load.is_under(base)), None)
+    return under, sum((load.forces(base, 0.0) for load in loads if load is not under), np.zeros(3))
+
+
+def full_head(found, forces):
+    """What would become of a crack that this uplift ignores, as a note."""
+    if not found.governing.crack or found.governing.crack_at != "start" or found.water.follows_crack():
+        return []
+    hand = hand_method(found.base, forces, replace(found.water, in_crack="full"))
+    if hand.crack is None:
+        return [f"If the full head followed the crack, there would be no equilibrium: {hand.refused}."]
+    factor = factors(hand, found.strength)["peak"]
+    words = "" if factor is None else f", sliding factor {factor:.2f}"
+    return [f"If the full head followed the crack, it would be {hand.crack:.2f} m long{words}" + "".join(f"; {n}" for n in hand.notes) + "."]
+
+
+def joint_path(case, stage, name):
+    """Corners of a joint that is a line: its contacts' ends in order, straight runs merged."""
+    facts = case.results.stage_summary(stage)["joints"][name]
+    start, end = (np.array([facts[at]["x"], facts[at]["y"]]) for at in ("start", "end"))
+    contacts = case.results.stage(stage).contacts
+    points = contacts.point[contacts.joint == case.results.mesh.joint_names.index(name)].reshape(-1, 2)
+    along = (end - start) / np.hypot(*(end - start))
+    points = points[np.argsort((points - start) @ along, kind="stable")]
+    kept = [start]
+    for point in points:
+        if (point - kept[-1]) @ along > ON_PATH:
+            kept.append(point)
+    kept[max(1, len(kept) - 1) :] = [end]  # a joint between blocks that are not written has its two ends only
+    return cut.straightened(np.array(kept))
+
+
+# ---- all of a run ---------------------------------------------------------------------------------------------
+
+ACCOUNT_OUT = 0.01  # of the energy moved, as the program's own warning
+
+
+def account_complaints(facts):
+    """What the energy account of a dynamic stage says against its numbers; none: it holds to a hundredth."""
+    account = energy_account(facts)
+    if account is None:
+        return ["There is no energy account: nothing says that its motion is that of the model."]
+    made, lost, moved = account
+    parts = [f"{part / moved:.2g} of it {words}" for part, words in ((made, "made from nothing"), (lost, "lost as contacts were found anew"))
+             if part > ACCOUNT_OUT * moved]
+    return [f"The energy account is out: of {moved:.3g} J moved, {' and '.join(parts)}. Its motion is not that of the model; forces and "
+            "displacements of this stage are no basis for a judgement."] if parts else []
+
+
+def stage_complaints(case, stage):
+    """Why numbers of a stage are no basis for a verdict."""
+    facts, found = case.results.stage_summary(stage), []
+    if facts["verdict"] != "converged":
+        found.append(f"The stage ended {facts['verdict']}: the block model's numbers are not those of an equilibrium.")
+    kind = case.scene.stages.get(stage, {}).get("type", "static")
+    if kind == "strength_reduction" and stage in case.conditions:
+        found.append("The stage is a strength reduction: joints have the lowered strengths of its last stable trial.")
+    if kind == "dynamic":
+        found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
+        found += account_complaints(facts)
+    found += dry_stretches(facts)
+    forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
+    ours = cut.total(forces)[:2]
+    run = np.array([facts["applied"]["x"], facts["applied"]["y"]])
+    size = max(np.hypot(*ours), np.hypot(*run))
+    if np.hypot(*(ours - run)) > ALIKE * size > 0:
+        found.append(f"Loads of the scene file give ({ours[0] / 1e3:.1f}, {ours[1] / 1e3:.1f}) kN, the run applied "
+                     f"({run[0] / 1e3:.1f}, {run[1] / 1e3:.1f}) kN: the file is not what was run.")  # fmt: skip
+    return found
+
+
+def local_factor(facts):
+    """Least local failure factor (39)-(41) of a stage's summary; None where no material has strengths."""
+    values = [group["value"] for group in (facts.get("safety") or {}).values() if group["value"] is not None]
+    return min(values, default=None)
+
+
+def least_favourable(found, strength, facts):
+    """Quantity of guidelines.py to the worse of the block model's number and the gravity method's. facts: summary of the stage."""
+    hand, length = found.governing, found.base.length
+    own = factors(hand, found.strength)
+    refused = hand.crack is None
+    both = {
+        "sliding_peak": (min, [0.0 if refused else own["peak"], (found.block or {}).get("peak")]),
+        "sliding_residual": (min, [0.0 if refused else own["residual"], (found.block or {}).get("residual")]),
+        "friction_only": (min, [0.0 if refused else own["friction_only"]]),
+        "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf]),
+        "crack": (max, [1.0 if refused else hand.crack / length]),
+        "tension": (max, [max(*hand.linear, 0.0)]),
+        "local_factor": (min, [local_factor(facts)]),
+        "strength": (max, [hand.compression / strength if strength and not refused else None]),
+    }
+    if found.block and found.with_uplift is None:
+        both["crack"][1].append(found.block["crack"] / length)
+    if own["peak"] is None:
+        both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
+    numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
+    return {name: both[name][0](values) if values else None for name, values in numbers.items()}
+
+
+def one_sided_uplift(found):
+    """Numbers with uplift in one column and without in the other are no basis for a pass."""
+    block, hand = ((found.block or {}).get("uplift") or 0.0), found.governing.uplift
+    least = 1e-6 * max(abs(found.hand.N), 1.0)
+    if found.block and (block > least) != (hand > least):
+        found.complete = False
+        which, other = ("block model", "gravity method") if block > least else ("gravity method", "block model")
+        found.notes.append(f"Uplift ({max(block, hand) / 1e3:.1f} kN) acts in the {which} only: what is judged of the {other} is without it.")
+
+
+def judge(case, found):
+    """Limits of the guideline of the options, in the stages that are to be judged."""
+    o, stage = case.options, found.stage
+    found.condition = case.conditions.get(stage)
+    if not o.guideline or not found.condition:
+        return
+    if water_levels(case, stage, found.base)[0] is not None and found.water is None and not found.other_water:
+        found.complete = False
+        found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
+    one_sided_uplift(found)
+    guideline = guidelines.read()
+    if o.guideline not in guideline:
+        raise guidelines.GuidelineError(f"no guideline '{o.guideline}', there are: {', '.join(guideline)}")
+    rule = guideline[o.guideline].get("uplift")
+    if found.water is not None and rule and rule != found.water.rule:
+        found.complete = False
+        found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
+    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength, case.results.stage_summary(stage)))
+
+
+def assess(case):
+    """Assessments of all stages, joints and paths; and lines about what could not be done, by stage."""
+    all_found, complaints = [], {}
+    for stage in case.results.stages:
+        said = complaints[stage] = stage_complaints(case, stage)
+        flawed = bool(said)
+        joints = case.results.stage_summary(stage)["joints"]
+        failed = {}
+        rows = rows_of({name: facts for name, facts in joints.items() if facts["line"]}, case.options.merged)
+        bases = [("+".join(names), "joint" if len(names) == 1 else "joints", names) for names in rows]
+        said += [f"Joint {name} is no line: the gravity method needs a plane." for name in joints if not joints[name]["line"]]
+        for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
+            try:
+                if kind == "path":
+                    path = cut.checked_path(case.options.paths[name])
+                else:
+                    path = cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
+                strength = case.options.strengths.get(name) or strength_of(case.scene, stage, names, joints)
+                found = assess_base(case, stage, name, path, kind, strength)
+            except GravityError as error:
+                mates = neighbours(name, joints) if kind == "joint" else []
+                hint = f" (in one line with {', '.join(mates)}: --merge takes them as one)" if mates else ""
+                failed.setdefault((kind, str(error)), []).append(name + hint)
+                continue
+            found.complete &= not flawed
+            judge(case, found)
+            all_found.append(found)
+        said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind == 'joint' else ''}." for (kind, why), names in failed.items()]
+    return all_found, complaints
+
+
+def gathered(complaints):
+    """Lines (stages, text) about what could not be done: what is said of several stages, once."""
+    stages = {}
+    for stage, said in complaints.items():
+        for line in said:
+            stages.setdefault(line, []).append(stage)
+    return [("Stage" + "s" * (len(names) > 1) + " " + ", ".join(names), line) for line, names in stages.items()]
+
+
+def lines(found):
+    """Rows of the table: block model, gravity method, and the latter with uplift."""
+    def numbers(hand):
+        if hand is None:
+            return {}
+        values = {"N": hand.N, "T": hand.T, "M": hand.M, "resultant": hand.resultant if hand.N > 0 else None,
+                  "start": hand.linear[0], "end": hand.linear[1], "crack": hand.crack, "compression": hand.compression,
+                  "friction": hand.friction_needed if hand.N > 0 else None, "uplift": hand.uplift or None}  # fmt: skip
+        return values | (factors(hand, found.strength) if hand.crack is not None else {})
+
+    rows = (("N, normal force", "kN", "N", 1e-3, 1), ("T, shear force", "kN", "T", 1e-3, 1),
+            ("M about the middle", "kN m", "M", 1e-3, 1), ("U, uplift force", "kN", "uplift", 1e-3, 1),
+            ("resultant from the start", "m", "resultant", 1, 3), ("straight-line stress at the start", "kPa", "start", 1e-3, 1),
+            ("straight-line stress at the end", "kPa", "end", 1e-3, 1), ("crack length, no tension", "m", "crack", 1, 3),
+            ("largest compression", "kPa", "compression", 1e-3, 1), ("atan |T| / N", "deg", "friction", 1, 2),
+            (SLIDES.format("peak"), "", "peak", 1, 3), (SLIDES.format("residual"), "", "residual", 1, 3))  # fmt: skip
+    sources = found.block or {}, numbers(found.hand), numbers(found.with_uplift)
+    result = []
+    for words, unit, key, factor, digits in rows:
+        values = [None if s.get(key) is None else factor * s[key] for s in sources]
+        if key in ("peak", "residual"):
+            values = [np.inf if value is not None and value > NO_SHEAR else value for value in values]
+        if any(value is not None for value in values):
+            result.append(Line(words, unit, digits, *values))
+    return result
+
+
+def cell(value, digits, sign=""):
+    """A number for people: minus zero is zero."""
+    if value is None or not np.isfinite(value):
+        return "-" if value is None or np.isnan(value) else "∞"
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
+
+
+def text_of(found):
+    """A table for the terminal."""
+    rows = [(r.quantity + (f" [{r.unit}]" if r.unit else ""), cell(r.block, r.digits), cell(r.hand, r.digits),
+             cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits)) for r in lines(found)]  # fmt: skip
+    out = ["", f"Stage {found.stage}, {found.kind} {found.name}: ({found.base.start[0]:.2f}, {found.base.start[1]:.2f}) to "
+               f"({found.base.end[0]:.2f}, {found.base.end[1]:.2f}) m, length {found.base.length:.3f} m"]  # fmt: skip
+    shown = 5 if found.with_uplift else 4
+    header = ["quantity", "block model", "gravity", "difference", "with uplift"]
+    out += table(header[:shown], [row[:shown] for row in rows])
+    out += [f"  {j.text}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source}{'; check' if j.check else ''})"
+            for j in found.limits]  # fmt: skip
+    return out + [f"  {note}" for note in found.notes]
+
+
+def main(arguments=None):
+    given = parser("assessment", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
+    try:
+        case = load_case(given.folder, options_from(given))
+        found, complaints = assess(case)
+    except ERRORS as error:
+        print(f"assessment: {error}", file=sys.stderr)
+        return 2
+    for assessment in found:
+        print("\n".join(text_of(assessment)))
+    for stages, line in gathered(complaints):
+        print(f"  {stages}: {line}")
+    return 0

@@ -1,0 +1,481 @@
+"""Results of a run (docs/results_format.md): the only Python module that knows the files of an output folder.
+
+python -m quoin_tools.results FOLDER    table of stages, probes, joints and extreme stresses
+
+results = Results("out")
+results.stages                     # names, in order
+stage = results.stage("water")     # .displacement, .s1, .contacts.sigma, ...
+results.frames("quake")            # names of the frames of a dynamic stage: results.stage("quake_3").time
+results.summary, results.history   # dict of summary.json; dict of the columns of history.csv
+"""
+
+import argparse
+import csv
+import os
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+
+from quoin_tools.base.files import reading
+from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
+
+FORMAT = "quoin-results"
+OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
+VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
+NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
+ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
+STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism")  # fields that not every stage has: None there
+CONTACT_FIELDS = (
+    "face",
+    "joint",
+    "class",
+    "length",
+    "point",
+    "displacement",
+    "normal",
+    "opening",
+    "sliding",
+    "slip",
+    "broken",
+    "sigma",
+    "tau",
+    "force",
+    "state",
+)
+
+
+@dataclass
+class Mesh:
+    """Blocks that are written, as they were at the start; see docs/results_format.md."""
+
+    vertices: np.ndarray
+    blocks: np.ndarray
+    block_group: np.ndarray
+    macroblock: np.ndarray
+    group_names: list
+    group_rigid: np.ndarray
+    joint_names: list
+    block_file: np.ndarray  # number in model.h5 of each block and vertex: others than their rows when a
+    vertex_file: np.ndarray  # group has output: false
+    rank: np.ndarray  # process that had the block when the run started
+
+    def check(self):
+        """Raises ValueError where the arrays do not belong together."""
+        vertices, blocks = self.vertices, self.blocks
+        if vertices.shape[1:] != (2,) or blocks.shape[1:] != (4,) or vertices.dtype.kind != "f" or blocks.dtype.kind != "i":
+            raise ValueError("mesh: expected vertices (n, 2) and blocks (n, 4)")
+        if blocks.size and (blocks.max() >= len(vertices) or blocks.min() < -1 or blocks[:, :3].min() < 0):
+            raise ValueError("mesh: a block has a vertex that is not there")
+        if any(len(rows) != len(blocks) for rows in (self.block_group, self.macroblock, self.block_file, self.rank)):
+            raise ValueError("mesh: expected a group, a macroblock, a number and a rank for each block")
+
+    def rings(self, vertices=None):
+        """Corners (n_blocks, 4, 2), here or with vertices elsewhere; triangles repeat the first."""
+        ring = np.where(self.blocks < 0, self.blocks[:, :1], self.blocks)
+        return (self.vertices if vertices is None else vertices)[ring]
+
+    def areas(self):
+        """[m2] (n_blocks,)"""
+        x, y = np.moveaxis(self.rings(), 2, 0)
+        return 0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
+
+    def centres(self):
+        """[m] (n_blocks, 2), mean of the vertices."""
+        used = (self.blocks >= 0)[:, :, None]
+        return (self.vertices[self.blocks] * used).sum(axis=1) / used.sum(axis=1)
+
+    def control(self, contacts):
+        """Of a tenth of the shorter face, at most 1, that each contact has: what stresses of shorter ones count for in a joint."""
+        shorter = np.full(len(contacts), np.inf)
+        for block, k in (contacts.face[:, :2].T, contacts.face[:, 2:].T):
+            on_face = block >= 0
+            ring = self.rings()[block[on_face]]
+            n = np.where(self.blocks[block[on_face], 3] < 0, 3, 4)
+            rows, start = np.arange(len(n)), k[on_face]
+            length = np.linalg.norm(ring[rows, (start + 1) % n] - ring[rows, start], axis=1)
+            shorter[on_face] = np.minimum(shorter[on_face], length)
+        known = np.isfinite(shorter)
+        return np.where(known, np.minimum(1.0, contacts.length / (0.1 * np.where(known, shorter, 1.0))), 1.0)
+
+    def outline(self):
+        """Vertices (n, 2) of the outer faces of all macroblocks."""
+        following = np.where(
+            np.roll(self.blocks, -1, axis=1) < 0, self.blocks[:, :1], np.roll(self.blocks, -1, axis=1)
+        )
+        edges = np.stack([self.blocks, following], axis=2).reshape(-1, 2)
+        edges = edges[edges[:, 0] >= 0]
+        _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+        return edges[np.sort(first[count == 1])]
+
+
+class Contacts:
+    """Contacts of a stage: an array per name of CONTACT_FIELDS (`class` as klass)."""
+
+    def __init__(self, group):
+        for name in CONTACT_FIELDS:
+            setattr(self, "klass" if name == "class" else name, array(group[name]))
+        self.closure = array(group["closure"]) if "closure" in group else np.zeros_like(self.opening)
+        self.macroblock = array(group["macroblock"]) if "macroblock" in group else None  # None: written by an older program
+
+    def on_b(self):
+        """Force [N] (n, 2, 2) in x and y on side b of each contact, at both of its ends; side a has the opposite one."""
+        along = np.stack([-self.normal[..., 1], self.normal[..., 0]], axis=-1)
+        return self.force[..., :1] * self.normal + self.force[..., 1:] * along
+
+    def on_body(self, number, joint=None):
+        """(X, Y, M about the origin) of all contacts, or those of a row of joint_names, on a macroblock."""
+        chosen = np.ones(len(self), dtype=bool) if joint is None else self.joint == joint
+        side = (self.macroblock[:, 1] == number).astype(float) - (self.macroblock[:, 0] == number)
+        forces = self.on_b() * (side * chosen)[:, None, None]
+        at = self.point + self.displacement
+        moments = at[..., 0] * forces[..., 1] - at[..., 1] * forces[..., 0]
+        return np.array([*forces.sum(axis=(0, 1)), moments.sum()])
+
+    def __len__(self):
+        return len(self.length)
+
+
+class Stage:
+    """Fields at the end of a stage, or in a frame of it; arrays are read when they are asked for."""
+
+    def __init__(self, path, name):
+        self.path, self.name = path, name
+        with expecting(path, "a complete results file"), reading(path) as file:
+            group = file["stages"][name]
+            self.index, self.cycles = int(group.attrs["index"]), int(group.attrs["cycles"])
+            self.frame, self.time = int(group.attrs.get("frame", 0)), float(group.attrs.get("time", 0.0))
+            self.ratio = float(group.attrs["ratio"])
+            self.verdict, self.evidence = text(group.attrs["verdict"]), text(group.attrs["evidence"])
+
+    def __getattr__(self, name):
+        if name not in STAGE_FIELDS + SOME_STAGES and name != "contacts":
+            raise AttributeError(name)
+        with expecting(self.path, "a complete results file"), reading(self.path) as file:
+            item = file["stages"][self.name].get(name)
+            value = Contacts(item) if name == "contacts" else None if item is None and name in SOME_STAGES else array(item)
+        setattr(self, name, value)
+        return value
+
+
+class Results:
+    """An output folder."""
+
+    def __init__(self, folder):
+        self.folder = os.fspath(folder)
+        self.path = os.path.join(self.folder, "results.h5")
+        if not os.path.isfile(self.path):
+            raise ResultsError(
+                f"{self.folder}: no results.h5 (a run writes it at the end of its first stage)"
+            )
+        with expecting(self.path, "a complete results file"):
+            check_results(self.path)
+            with reading(self.path) as file:
+                self._read(file)
+        self._summary = self._history = None
+
+    def _read(self, file):
+        if text(file.attrs.get("format", b"")) != FORMAT:
+            raise ResultsError(f"{self.path}: not a results file of Quoin")
+        if file.attrs["version"] != VERSION:
+            raise ResultsError(f"{self.path}: version {file.attrs['version']}, this program reads {VERSION}")
+        self.title, self.scene, self.model = (text(file.attrs[name]) for name in ("title", "scene", "model"))
+        self.run = f"{int(file.attrs['run']):016x}"
+        self.thickness = float(file.attrs["thickness"])
+        mesh = file["mesh"]
+        arrays = {
+            name: array(mesh[name])
+            for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")
+        }
+        arrays["rank"] = array(mesh["rank"]) if "rank" in mesh else np.zeros(len(arrays["blocks"]), dtype=int)
+        for name, rows in (("block_file", "blocks"), ("vertex_file", "vertices")):
+            arrays[name] = array(mesh[name]) if name in mesh else np.arange(len(arrays[rows]))
+        names = {name: [text(word) for word in array(mesh[name])] for name in ("group_names", "joint_names")}
+        self.mesh = Mesh(**arrays, **names)
+        self.mesh.check()
+        stages = file["stages"]
+        order = {name: (item.attrs["index"], item.attrs.get("frame", 0)) for name, item in stages.items()}
+        names = sorted(order, key=order.get)
+        self.stages = [name for name in names if order[name][1] == 0]
+        self._frames = {s: [n for n in names if order[n][0] == order[s][0] and n != s] for s in self.stages}
+
+    def frames(self, stage):
+        """Names of what a dynamic stage wrote on the way, in order; none for another stage."""
+        return self._frames[self.stage(stage).name]
+
+    def stage(self, name=None):
+        """A stage, or a frame of one, by name; the last stage by default."""
+        if not self.stages:
+            raise ResultsError(f"{self.path}: holds no stage")
+        name = self.stages[-1] if name is None else name
+        if name not in self.stages and not any(name in frames for frames in self._frames.values()):
+            raise ResultsError(f"{self.path}: no stage '{name}', there are: {', '.join(self.stages)}")
+        return Stage(self.path, name)
+
+    @property
+    def summary(self):
+        """summary.json; null becomes None."""
+        if self._summary is None:
+            path = os.path.join(self.folder, "summary.json")
+            try:
+                summary = read_summary(path)
+            except OSError as error:
+                raise ResultsError(f"{path}: {error.strerror}") from error
+            if summary["run"] != self.run:
+                raise ResultsError(f"{path}: of another run than {self.path}: a run is on its way, or was ended between the two")
+            self._summary = summary
+        return self._summary
+
+    def stage_summary(self, name):
+        """The member of summary["stages"] with this name."""
+        for stage in self.summary["stages"]:
+            if stage["name"] == name:
+                return stage
+        raise ResultsError(f"{self.folder}: summary.json has no stage '{name}'")
+
+    @property
+    def history(self):
+        """Columns of history.csv: arrays of numbers, `stage` an array of names."""
+        if self._history is None:
+            path = os.path.join(self.folder, "history.csv")
+            try:
+                check_history(path, self.summary)
+            except OSError as error:
+                raise ResultsError(f"{path}: {error.strerror}") from error
+            self._history = read_history(path)
+        return self._history
+
+    def joint_profile(self, stage, joint):
+        """Distance from the start of the joint [m], sigma, tau [Pa]: each (n, 2), a row per contact in order.
+
+        None for a joint that is no line, and for one between blocks that are not written. tau is positive when the upper side pushes the lower one to the end.
+        """
+        line = self.stage_summary(stage)["joints"].get(joint)
+        if line is None or not line["line"]:
+            return None
+        contacts = self.stage(stage).contacts
+        mine = contacts.joint == self.mesh.joint_names.index(joint)
+        if not mine.any():
+            return None
+        start, end = (np.array([line[name]["x"], line[name]["y"]]) for name in ("start", "end"))
+        distance = (contacts.point[mine] - start) @ (end - start) / line["chord"]
+        order = np.argsort(distance, axis=1, kind="stable")
+        columns = [
+            np.take_along_axis(array, order, axis=1)
+            for array in (distance, contacts.sigma[mine], -contacts.tau[mine])
+        ]
+        rows = np.argsort(columns[0].sum(axis=1), kind="stable")
+        return tuple(array[rows] for array in columns)
+
+
+def text(value):
+    """HDF5 hands out bytes or str."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def array(item):
+    """A dataset; what it says to have must be in the file before memory is taken for it."""
+    if item.nbytes != item.id.get_storage_size():
+        raise ValueError(f"{item.name}: its data are not in the file")
+    return np.array(item)
+
+
+def read_history(path):
+    with expecting(path, "a history"):
+        return columns_of(path)
+
+
+def columns_of(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.reader(file) if row]
+    header = rows[0] if rows else []
+    rows = [
+        row for row in rows[1:] if len(row) == len(header)
+    ]  # the last one may be cut off in a run that goes on
+    columns = zip(*rows) if rows else [()] * len(header)
+    return {
+        name: np.array(column, dtype=str if name == "stage" else float)
+        for name, column in zip(header, columns)
+    }
+
+
+# ---- table for the terminal
+
+
+def table(header, rows):
+    """Lines of text: words to the left, numbers to the right."""
+    cells = [header] + [[str(cell) for cell in row] for row in rows]
+    columns = []
+    for column in zip(*cells):
+        width = max(map(len, column))
+        is_number = all(cell[-1].isdigit() or cell in ("-", "nan", "inf") for cell in column[1:])
+        lines = [cell.rjust(width) if is_number else cell.ljust(width) for cell in column]
+        columns.append([lines[0], "-" * width, *lines[1:]])
+    return ["  " + "  ".join(line).rstrip() for line in zip(*columns)]
+
+
+def fixed(value, scale=1.0, digits=3):
+    return "-" if value is None else f"{round(value * scale, digits) + 0.0:.{digits}f}"
+
+
+def sliding(value, digits=3):
+    """A sliding factor for people."""
+    return f"> {NO_SHEAR:.0f}" if value is not None and value > NO_SHEAR else fixed(value, 1.0, digits)
+
+
+def place(end):
+    return "-" if end is None else f"({end['x']:.2f}, {end['y']:.2f})"
+
+
+def stage_rows(s):
+    ratio = "-" if s["ratio"] is None or energy_rows(s) else f"{s['ratio']:.2e}"
+    forces = [fixed(s[force][x], 1e-3, 1) for force in ("applied", "reaction") for x in "xy"]
+    return [(s["verdict"], s["cycles"], fixed(s["wall_s"], 1, 2), ratio, *forces)]
+
+
+def effort_rows(s):
+    """How the stage was solved; none for results of before the summary had it."""
+    return [(s["method"], s["force_evaluations"], s["solves"], s["factorisations"])] if "method" in s else []
+
+
+def condensed_words(summary):
+    """None without condensed bodies."""
+    c = summary.get("condensed")
+    return c and f"{c['bodies']} condensed bod{'ies' if c['bodies'] != 1 else 'y'} in small strain, {c['inner_dofs']} inner dofs left out"
+
+
+def probe_rows(s):
+    return [(name, fixed(p["u_x"], 1e3), fixed(p["u_y"], 1e3)) for name, p in s["probes"].items()]
+
+
+def support_rows(s):
+    """Where there are several: the sum stands with the stage."""
+    rows = [(name, fixed(force["x"], 1e-3, 1), fixed(force["y"], 1e-3, 1)) for name, force in s.get("supports", {}).items()]
+    return rows if len(rows) > 1 else []
+
+
+def joint_rows(s):
+    rows = []
+    for name, j in s["joints"].items():
+        ends = [fixed(j[end]["sigma"] if j["line"] else None, 1e-6) for end in ("start", "end")]
+        forces = (fixed(j["N"], 1e-3, 1), fixed(j["T"], 1e-3, 1), fixed(j["friction_needed"], 1, 2))
+        factors = (sliding(j["sliding_factor_peak"]), sliding(j["sliding_factor_residual"]))
+        lengths = (fixed(j["length"]), fixed(j["open_length"]), fixed(j["length"] - j["open_length"]), fixed(j["slipping_length"]))
+        rows.append((name, *forces, *factors, *lengths, *ends))
+    return rows
+
+
+def trials_of(s):
+    """What the trials of a stage came to; None: it has none."""
+    return s.get("strength_reduction") or s.get("flood")
+
+
+def no_single_factor(found):
+    """Whether joints of different angles slid: their factors are not one number."""
+    return bool(found.get("factors")) and found["failing"] is not None and found["safety_factor_failing"] is None
+
+
+def bracket_rows(s):
+    found = trials_of(s)
+    if not found:
+        return []
+    what = {"m": "level m", "degree": "friction deg"}.get(found["unit"], "strengths")
+    ends = [fixed(found[end], digits=4) for end in ("stable", "failing")]
+    factors = ["none: use strengths"] * 2 if no_single_factor(found) else [fixed(found.get(f"safety_factor_{end}")) for end in ("stable", "failing")]
+    return [(what, *ends, *factors, fixed(found.get("moved"), 1e3))]
+
+
+def factor_rows(s):
+    """Of each joint that a reduction of friction lowers, and whether it slides in the mechanism."""
+    found, moves = trials_of(s) or {}, s.get("mechanism") or {}
+    return [(name, fixed(f["friction"], digits=2), fixed(f["factor_stable"]), fixed(f["factor_failing"]), moves.get(name, {}).get("moves", "-"))
+            for name, f in found.get("factors", {}).items()]  # fmt: skip
+
+
+def mechanism_rows(s):
+    """Joints of the mechanism; speeds are parts of that of the fastest vertex."""
+    return [(name, m["moves"], fixed(m["slides"]), fixed(m["opens"])) for name, m in (s.get("mechanism") or {}).items()]
+
+
+def extreme_rows(s):
+    rows = []
+    for name, group in s["stress_by_group"].items():
+        high, low = group["s1_max"], group["s2_min"]
+        if high is not None:
+            ends = [(fixed(end["value"], 1e-6), place(end)) for end in (high, low)]
+            rows.append((name, *ends[0], *ends[1]))
+    return rows
+
+
+def energy_account(s):
+    """Of a dynamic stage's summary: energy [J] from nothing, lost as contacts were found anew, and moved in all; None: no account.
+    Moved is the work done from outside and what was there at the start, which follows from the account itself."""
+    e = s.get("energy", {})
+    if "balance" not in e or None in e.values():
+        return None
+    came = e["outside"] + e["supports"]
+    start = e["kinetic"] + e["strain"] + e["joints"] + e["friction"] - e["detection"] + e["damping"] + e["balance"] - came
+    made = abs(e["balance"]) + max(0.0, e["detection"]) + max(0.0, -e["friction"])
+    return made, max(0.0, -e["detection"]), abs(e["outside"]) + abs(e["supports"]) + start
+
+
+def energy_rows(s):
+    """The account of a dynamic stage."""
+    energy = s.get("energy", {})
+    if "balance" not in energy:
+        return []
+    return [(fixed(s["time"]), *("-" if energy[name] is None else f"{energy[name]:.4g}" for name in ENERGIES))]
+
+
+def body_rows(s):
+    """Bodies of a dynamic stage that have left their place, in the order of time; times [s] as they happened first."""
+    fates = ("overturned", "fallen", "slid")
+    bodies = sorted(s.get("bodies", []), key=lambda b: min(b[fate] for fate in fates if b[fate] is not None))
+    return [(b["macroblock"], b["group"], place(b), *("-" if b[fate] is None else fixed(b[fate]) for fate in fates),
+             fixed(b["moved_x"]), fixed(b["moved_y"]), fixed(b["turned"], 180 / np.pi, 1)) for b in bodies]  # fmt: skip
+
+
+SECTIONS = (  # title, columns after the stage, rows of one stage
+    ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
+    ("How they were solved", "method|force evaluations|solves|factorisations", effort_rows),
+    ("What each support adds", "support|x kN|y kN", support_rows),
+    ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
+    ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak, c on closed|residual|length m|open m|closed m|slipping m|"
+               "sigma start MPa|sigma end MPa", joint_rows),
+    ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing|moved mm", bracket_rows),
+    ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
+    ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),
+    ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),
+    ("Bodies that left their place", "macroblock|group|at m|overturned s|fallen s|slid s|moved x m|moved y m|turned deg", body_rows),
+    ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),
+)  # fmt: skip
+
+
+def report(summary):
+    """Text of the whole table."""
+    stages, ranks = summary["stages"], summary["ranks"]
+    names = ("blocks", "vertices", "macroblocks", "contacts", "dofs")
+    sizes = [f"{summary['n_' + name]} {name}" for name in names]
+    lines = [summary["title"] or summary["model"], ", ".join(sizes + [f"{ranks} rank{'s' * (ranks != 1)}"])]
+    lines += filter(None, [condensed_words(summary)])
+    for title, header, rows_of in SECTIONS:
+        rows = [(s["name"], *row) for s in stages for row in rows_of(s)]
+        if rows:
+            lines += ["", title, *table(["stage", *header.split("|")], rows)]
+    lines += ["", "Why"] + [f"  {s['name']}: {s['evidence']}" for s in stages]
+    return "\n".join(lines)
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m quoin_tools.results", description="Table of the results of a run."
+    )
+    parser.add_argument("folder", help="output folder of a run")
+    options = parser.parse_args(arguments)
+    try:
+        print(report(Results(options.folder).summary))
+    except ResultsError as error:
+        print(f"results: {error}", file=sys.stderr)
+        return 2
+    return 0

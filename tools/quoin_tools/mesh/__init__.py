@@ -1,0 +1,11 @@
+"""Block meshes: the format, pieces for generators, generators. It imports base.
+
+blockmesh    `model.h5`: write, read, check; the only Python module that knows the format
+meshing      pieces for generators: patches, grading, joining, splitting in triangles, doubling vertices
+polygons     Voronoi polygons cut to a section, without short edges
+stacks       columns, patches, cantilevers and grids of macroblocks
+dam          gravity dam on rock; default: section G1 of the Guilhofrei dam
+voronoi      dam of random polygons between facing courses
+walls        walls in running bond, arches of voussoirs, slopes of stepped blocks
+gmsh_import  Gmsh .msh 2.2 and 4.1 to a block mesh, joints at named curves
+"""

@@ -1,0 +1,13 @@
+"""What people look at: pictures, the sheet, tables for other programs. It imports assess, mesh and base.
+
+style      what all pictures share: colours, fonts, the part of the section they show
+plot_mesh  picture of a block mesh
+plots      pictures of a run
+mechanism  how a stage fails
+section    the section and its bases, for the sheet
+browser    HTML to PDF
+report     the sheet: HTML and PDF
+verify     a sheet held against the files it is about
+export     a run as CSV
+compare    two runs side by side
+"""

@@ -1,0 +1,151 @@
+"""Two runs side by side, stage by stage: what differs, by how much.
+
+    python -m quoin_tools.compare A B [--tolerance 1e-3] [--all]
+
+Prints the numbers of summary.json that differ and the fields of results.h5 (--all: every one). Exit code 0: the same stages and verdicts, and
+every number within the tolerance (relative to the largest of its kind in the stage; factors and brackets of trials to themselves; fields by
+their largest difference over their largest value); 1: not; 2: a folder cannot be read.
+"""
+
+import argparse
+import re
+import sys
+
+import numpy as np
+
+from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, table
+
+KINDS = (  # words, unit, factor, pattern of the path of the number
+    ("displacement", "mm", 1e3, r"\.u_[xy]$"),
+    ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$"),
+    ("moment", "kN m", 1e-3, r"\.M$"),
+    ("stress", "MPa", 1e-6, r"\.sigma_linear_(start|end)$|\bs[12]_(max|min)\.value$|\.sigma$"),
+    ("length", "m", 1.0, r"[._]length$"),
+    ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$"),
+    ("angle", "deg", 1.0, r"\.friction_needed$"),
+    ("bracket", "", 1.0, r"^(strength_reduction|flood)\.(stable|failing)$"),
+)
+ALONE = ("factor", "bracket")  # kinds of which each number is held against itself: one large one would hide the others
+TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6, "bracket": 1e-9}
+
+
+def kind_of(path):
+    """Words, unit and factor; None for a number that is not compared."""
+    return next((kind[:3] for kind in KINDS if re.search(kind[3], path)), None)
+
+
+def numbers(stage, path=""):
+    """Every number of a stage that has a kind: path to value; null is left out."""
+    found = {}
+    for key, value in stage.items():
+        here = f"{path}.{key}" if path else key
+        if isinstance(value, dict):
+            found |= numbers(value, here)
+        elif isinstance(value, (int, float)) and not isinstance(value, bool) and kind_of(here):
+            found[here] = min(float(value), NO_SHEAR) if "sliding_factor" in key else float(value)
+    return found
+
+
+def fields(stage):
+    """Arrays of a stage of results.h5: path to (array, kind)."""
+    kinds = {kind[0]: kind[:3] for kind in KINDS}
+    found = {"displacement": (stage.displacement, kinds["displacement"]), "stress": (stage.stress, kinds["stress"])}
+    contacts = stage.contacts
+    for name, kind in (("opening", "length"), ("sliding", "length"), ("sigma", "stress"), ("tau", "stress"), ("force", "force")):
+        found[f"contacts.{name}"] = (getattr(contacts, name), kinds[kind])
+    return {f"field {path}": value for path, value in found.items()}
+
+
+def compare_fields(a, b):
+    """Rows as those of compare_stage, of arrays that do not have the same bits: their largest size in each run. None where the runs have other
+    blocks or contacts."""
+    left, right = fields(a), fields(b)
+    if any(left[path][0].shape != right[path][0].shape for path in left):
+        return None
+    rows = []
+    for path, (x, kind) in left.items():
+        y = right[path][0]
+        if x.tobytes() == y.tobytes():
+            continue
+        sizes = [float(np.nanmax(np.abs(array), initial=0.0)) for array in (x, y)]
+        apart = float(np.nanmax(np.abs(x - y), initial=0.0)) if np.array_equal(np.isnan(x), np.isnan(y)) else float("inf")
+        rows.append((path, *sizes, apart / max(*sizes, TINY[kind[0]]), kind))
+    return rows
+
+
+def compare_stage(a, b):
+    """Rows (path, a, b, difference over the size of its kind, kind); a or b None where one run has no such number."""
+    left, right = numbers(a), numbers(b)
+    sizes = dict(TINY)
+    for path, value in [*left.items(), *right.items()]:
+        kind = kind_of(path)[0]
+        sizes[kind] = max(sizes[kind], abs(value))
+    rows = []
+    for path in dict.fromkeys([*left, *right]):
+        pair, kind = (left.get(path), right.get(path)), kind_of(path)
+        size = max(TINY[kind[0]], *(abs(x) for x in pair if x is not None)) if kind[0] in ALONE else sizes[kind[0]]
+        relative = float("inf") if None in pair else abs(pair[1] - pair[0]) / size
+        rows.append((path, *pair, relative, kind))
+    return rows
+
+
+def compare(a, b):
+    """Rows by stage of two runs, lines about what is not a number and differs, and lines about what was not compared."""
+    stages = [{s["name"]: s for s in run.summary["stages"]} for run in (a, b)]
+    said = [f"stage {name}: only in {'A' if name in stages[0] else 'B'}" for name in dict.fromkeys([*stages[0], *stages[1]])
+            if not (name in stages[0] and name in stages[1])]  # fmt: skip
+    rows, left_out = {}, []
+    for name, s in stages[0].items():
+        if name not in stages[1]:
+            continue
+        other = stages[1][name]
+        if s["verdict"] != other["verdict"]:
+            said.append(f"stage {name}: verdict {s['verdict']} in A, {other['verdict']} in B")
+        found = compare_fields(a.stage(name), b.stage(name))
+        if found is None:
+            left_out.append(f"stage {name}: other blocks or contacts are written: fields are not compared")
+        same = s["checksum"] == other["checksum"] and not found
+        rows[name] = [] if same else compare_stage(s, other) + (found or [])
+    return rows, said, left_out
+
+
+def printed(value, factor):
+    return "-" if value is None else f"{value * factor:.6g}"
+
+
+def text_of(rows, tolerance, everything):
+    """Lines of the terminal, and whether all numbers are within the tolerance."""
+    out, good = [], True
+    for stage, all_rows in rows.items():
+        beyond = [row for row in all_rows if row[3] > tolerance]
+        good &= not beyond
+        shown = all_rows if everything else beyond
+        worst = max((row[3] for row in all_rows), default=0.0)
+        what = "the same bits" if not all_rows else f"{len(beyond)} of {len(all_rows)} numbers beyond {tolerance:g}, largest {worst:.2e}"
+        out += ["", f"Stage {stage}: {what}"]
+        if shown:
+            cells = [(path + (f" [{kind[1]}]" if kind[1] else ""), printed(a, kind[2]), printed(b, kind[2]),
+                      printed(None if a is None or b is None else b - a, kind[2]), f"{relative:.2e}")
+                     for path, a, b, relative, kind in shown]  # fmt: skip
+            out += table(["number", "A", "B", "B - A", "relative"], cells)
+    return out, good
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.compare", description="Two runs side by side.")
+    parser.add_argument("a", help="output folder of a run")
+    parser.add_argument("b", help="output folder of another run")
+    parser.add_argument("--tolerance", type=float, default=1e-3, help="relative, %(default)g by default")
+    parser.add_argument("--all", action="store_true", help="print numbers within the tolerance too")
+    options = parser.parse_args(arguments)
+    try:
+        runs = [Results(folder) for folder in (options.a, options.b)]
+        rows, said, left_out = compare(*runs)
+    except ResultsError as error:
+        print(f"compare: {error}", file=sys.stderr)
+        return 2
+    for letter, folder, summary in zip("AB", (options.a, options.b), (run.summary for run in runs)):
+        print(f"{letter}: {folder}: {summary['title'] or summary['model']}, Quoin {summary['quoin']}")
+    lines, good = text_of(rows, options.tolerance, options.all)
+    print("\n".join(lines + [f"  {line}" for line in said + left_out]))
+    return 0 if good and not said else 1

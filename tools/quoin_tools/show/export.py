@@ -1,0 +1,149 @@
+"""Results as CSV for spreadsheets and other programs.
+
+    python -m quoin_tools.export FOLDER [--stage NAME]... [--to FOLDER]
+
+writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends); of all stages joints.csv, supports.csv,
+and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint).
+SI units, signs of docs/results_format.md; the first row names columns with their units.
+"""
+
+import argparse
+import csv
+import io
+import os
+import sys
+
+import numpy as np
+
+from quoin_tools.base.files import write_file
+from quoin_tools.base.results import Results, ResultsError, trials_of
+
+JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
+         "sliding_factor_residual", "chord", "sigma_linear_start", "sigma_linear_end")  # fmt: skip
+UNITS = {"length": "m", "chord": "m", "N": "N", "T": "N", "M": "N m", "friction_needed": "deg", "sigma_linear_start": "Pa",
+         "sigma_linear_end": "Pa", "open_length": "m", "closed_length": "m", "slipping_length": "m", "crushing_length": "m"}  # fmt: skip
+
+
+def plain(value):
+    """Shortest text that reads back as the same number; nothing for what is not defined."""
+    if value is None or (isinstance(value, (float, np.floating)) and np.isnan(value)):
+        return ""
+    return repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
+
+
+def write(path, header, rows):
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(header)
+    writer.writerows([plain(value) for value in row] for row in rows)
+    write_file(path, text.getvalue())
+    return path
+
+
+def vertices(results, stage):
+    header = ("vertex", "x [m]", "y [m]", "u_x [m]", "u_y [m]")
+    mesh = results.mesh
+    return header, ((i, *at, *u) for i, at, u in zip(mesh.vertex_file, mesh.vertices, stage.displacement))
+
+
+def blocks(results, stage):
+    header = ("block", "group", "macroblock", "x [m]", "y [m]", "s_xx [Pa]", "s_yy [Pa]", "s_xy [Pa]", "s1 [Pa]", "s2 [Pa]", "angle [rad]",
+              "rotation [rad]")  # fmt: skip
+    mesh = results.mesh
+    columns = zip(mesh.block_file, mesh.block_group, mesh.macroblock, mesh.centres(), stage.stress, stage.s1, stage.s2, stage.angle,
+                  stage.rotation)  # fmt: skip
+    return header, ((i, mesh.group_names[group], macroblock, *at, *stress, s1, s2, angle, rotation)
+                    for i, group, macroblock, at, stress, s1, s2, angle, rotation in columns)  # fmt: skip
+
+
+def numbered(mesh, face):
+    """Faces of contacts (n, 4) with the numbers of model.h5."""
+    face = face.copy()
+    for block, place in ((0, 1), (2, 3)):
+        vertex = face[:, block] == -1
+        face[vertex, place] = mesh.vertex_file[face[vertex, place]]
+        face[face[:, block] >= 0, block] = mesh.block_file[face[face[:, block] >= 0, block]]
+    return face
+
+
+def contacts(results, stage):
+    header = ("contact", "end", "joint", "class", "block a", "face a", "block b", "face b", "length [m]", "x [m]", "y [m]", "normal x",
+              "normal y", "opening [m]", "sliding [m]", "slip [m]", "broken", "sigma [Pa]", "tau [Pa]", "force normal [N]", "force along [N]",
+              "state", "macroblock a", "macroblock b", "force on b x [N]", "force on b y [N]")  # fmt: skip
+    c, names = stage.contacts, results.mesh.joint_names
+    face, on_b = numbered(results.mesh, c.face), c.on_b()
+    body = c.macroblock if c.macroblock is not None else np.full((len(c), 2), np.nan)
+    rows = ((i, end, names[c.joint[i]], c.klass[i], *face[i], c.length[i], *c.point[i, end], *c.normal[i, end], c.opening[i, end],
+             c.sliding[i, end], c.slip[i, end], c.broken[i, end], c.sigma[i, end], c.tau[i, end], *c.force[i, end], c.state[i, end],
+             *body[i], *on_b[i, end])
+            for i in range(len(c)) for end in (0, 1))  # fmt: skip
+    return header, rows
+
+
+def joints(results, stages):
+    header = ("stage", "joint", *(f"{key} [{UNITS[key]}]" if key in UNITS else key for key in JOINT))
+    rows = ((stage, name, *(facts.get(key) for key in JOINT)) for stage in stages
+            for name, facts in results.stage_summary(stage)["joints"].items())  # fmt: skip
+    return header, rows
+
+
+def supports(results, stages):
+    rows = ((stage, name, force["x"], force["y"]) for stage in stages
+            for name, force in results.stage_summary(stage).get("supports", {}).items())  # fmt: skip
+    return ("stage", "support", "x [N]", "y [N]"), rows
+
+
+def factors(results, stages):
+    """Of trials and collapses: a row for the stage, then one for each joint that has a factor or moves in the mechanism."""
+    rows = []
+    for name in stages:
+        s = results.stage_summary(name)
+        found, moves = trials_of(s) or {}, s.get("mechanism") or {}
+        if not found and not moves:
+            continue
+        ends = [found.get(key) for key in ("friction", "safety_factor_stable", "safety_factor_failing")]
+        rows.append((name, None, found.get("unit"), found.get("stable"), found.get("failing"), *ends, None, None))
+        for joint in dict.fromkeys([*found.get("factors", {}), *moves]):
+            own, motion = found.get("factors", {}).get(joint, {}), moves.get(joint, {})
+            numbers = [own.get(key) for key in ("friction", "factor_stable", "factor_failing")]
+            rows.append((name, joint, None, None, None, *numbers, motion.get("slides"), motion.get("opens")))
+    header = ("stage", "joint", "unit", "stable", "failing", "friction [deg]", "factor stable", "factor failing", "slides", "opens")
+    return header, rows
+
+
+def trials(results, stages):
+    header = ("stage", "value", "outcome", "cycles", "moved [m]", "max displacement [m]")
+    rows = [(name, t["value"], t["outcome"], t["cycles"], t.get("moved"), t["max_displacement"]) for name in stages
+            for t in (trials_of(results.stage_summary(name)) or {}).get("trials", ())]  # fmt: skip
+    return header, rows
+
+
+def export(results, stages=None, folder=None):
+    """Paths of the files written."""
+    folder = folder or results.folder
+    os.makedirs(folder, exist_ok=True)
+    stages, written = stages or results.stages, []
+    for name in stages:
+        stage = results.stage(name)
+        for words, of in (("vertices", vertices), ("blocks", blocks), ("contacts", contacts)):
+            written.append(write(os.path.join(folder, f"{name}_{words}.csv"), *of(results, stage)))
+    for of in (joints, supports, factors, trials):
+        header, rows = of(results, stages)
+        rows = list(rows)
+        if rows or of in (joints, supports):
+            written.append(write(os.path.join(folder, f"{of.__name__}.csv"), header, rows))
+    return written
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.export", description="Results of a run as CSV.")
+    parser.add_argument("folder", help="output folder of a run")
+    parser.add_argument("--stage", action="append", metavar="NAME", help="this stage only (again for more); default: all")
+    parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the output folder")
+    options = parser.parse_args(arguments)
+    try:
+        print("\n".join(export(Results(options.folder), options.stage, options.to)))
+    except (ResultsError, OSError) as error:
+        print(f"export: {error}", file=sys.stderr)
+        return 2
+    return 0

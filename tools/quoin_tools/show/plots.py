@@ -1,0 +1,442 @@
+"""Pictures of the results of a run, written into its output folder.
+
+    python -m quoin_tools.plots FOLDER [--whole]
+
+mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
+stress_<stage>.png          principal stresses as contours, and as crosses
+joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
+history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
+energy_<stage>.png          where the energy of a dynamic stage is, came from and went, over time
+
+Where one group is much larger than the rest (the rock under a dam), pictures show the rest with a margin;
+--whole shows all.
+"""
+
+import argparse
+import os
+import sys
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+
+from quoin_tools.base.results import Results, ResultsError, sliding
+from quoin_tools.show.plot_mesh import outline_width, silhouette
+from quoin_tools.show.style import (
+    COMPRESSION,
+    FILLS,
+    GREY,
+    LINES,
+    STYLE,
+    TENSION,
+    figure_size,
+    inside,
+    nice,
+    plain,
+    save,
+    set_view,
+    view,
+)
+
+FAR = 2.0  # views; blocks that have moved farther are drawn short, or they would leave nothing of the rest to see
+NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
+CROSSES = 26  # along the longer side of the view
+
+
+# ---- deformed mesh
+
+
+def magnification(mesh, displacement, box):
+    """Factor of the displacements, and the view [m] for it.
+
+    The largest displacement in view becomes about a twentieth of it. Blocks that move farther than that stand where they are, in a
+    view that holds them: on the way there they would overlap. Only what has flown off by more than FAR views is drawn short."""
+    seen = inside(mesh.vertices, box)
+    largest = np.hypot(*displacement[seen].T).max(initial=0.0)
+    size = max(box[1] - box[0], box[3] - box[2])
+    factor = nice(0.06 * size / largest) if np.isfinite(largest) and largest > 0 else 1.0
+    if factor >= 1.0 or largest > FAR * size:
+        return factor, box
+    moved, margin = (mesh.vertices + displacement)[seen], 0.04 * size
+    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
+    return 1.0, (min(box[0], low[0]), max(box[1], high[0]), min(box[2], low[1]), max(box[3], high[1]))
+
+
+def drawn_outlines(mesh, moved, box, inches):
+    """Outlines (n, 2, 2) of the bodies where they were and where they have moved; of bodies so small that their outlines
+    would cover them, that of all together."""
+    outline = mesh.outline()
+    here, there = mesh.vertices[outline], moved[outline]
+    if outline_width(here, 0.7, box, inches) == 0.7:
+        return here, there
+    alone = silhouette(here)
+    return here[alone], there[alone]
+
+
+def plot_mesh(results, path, whole=False):
+    mesh, stage = results.mesh, results.stage()
+    factor, box = magnification(mesh, stage.displacement, view(mesh, whole)[0])
+    moved = mesh.vertices + factor * stage.displacement
+    figure, axes = pyplot.subplots(figsize=figure_size(box, height=6.5, extra=1.0))
+    ring = mesh.rings(moved)
+    width = outline_width(ring[:, [0, 1]], 0.3, box, 5.1)
+    edges = {"edgecolors": "#8a8a8a", "linewidths": width} if width else {}
+    handles = []
+    for row in np.unique(mesh.block_group):
+        fill = FILLS[row % len(FILLS)]
+        axes.add_collection(PolyCollection(ring[mesh.block_group == row], facecolors=fill, **edges))
+        name = mesh.group_names[row] + (" (rigid)" if mesh.group_rigid[row] else "")
+        handles.append(Patch(facecolor=fill, edgecolor="#8a8a8a", label=name))
+    here, there = drawn_outlines(mesh, moved, box, 5.1)
+    axes.add_collection(LineCollection(there, colors="black", linewidths=outline_width(there, 0.7, box, 5.1)))
+    axes.add_collection(LineCollection(here, colors=COMPRESSION, linewidths=0.9, linestyles="--"))
+    handles += [
+        Line2D([], [], color="black", lw=0.9, label="deformed"),
+        Line2D([], [], color=COMPRESSION, lw=0.9, ls="--", label="undeformed"),
+    ]
+    set_view(axes, box)
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"Stage {stage.name} ({stage.verdict}): displacements × {plain(factor)}")
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(4, len(handles)), frameon=False)
+    save(figure, path)
+
+
+# ---- stress
+
+
+def triangles(mesh, chosen):
+    """Triangles (n, 3) of chosen blocks; a quadrilateral gives two."""
+    blocks = mesh.blocks[chosen]
+    four = blocks[blocks[:, 3] >= 0]
+    return np.concatenate([blocks[:, :3], four[:, [0, 2, 3]]])
+
+
+def at_vertices(mesh, values, chosen):
+    """Mean over the chosen blocks round each vertex; joints have two vertices: nothing smears across."""
+    blocks = mesh.blocks[chosen]
+    used = blocks >= 0
+    area = np.repeat(mesh.areas()[chosen][:, None], 4, axis=1)[used]
+    weighted = np.repeat(values[chosen][:, None], 4, axis=1)[used] * area
+    n = len(mesh.vertices)
+    total = np.bincount(blocks[used], area, minlength=n)
+    return np.bincount(blocks[used], weighted, minlength=n) / np.where(total > 0, total, 1.0)
+
+
+def levels_of(values):
+    """Contour levels over all but the most extreme values, with one at zero if zero is among them or near."""
+    low, high = np.percentile(values, [0.5, 99.5])
+    if not high - low > 1e-9 * max(abs(low), abs(high), 1e-9):
+        low, high = low - 1e-3, high + 1e-3
+    return MaxNLocator(12).tick_values(low, high)
+
+
+def contour_panel(axes, mesh, values, chosen, box, kind):
+    """Filled contours [MPa] of a field at block centres; s1 in two hues that meet at zero."""
+    deformable = chosen & np.isfinite(values)
+    field = at_vertices(mesh, np.nan_to_num(values), deformable) / 1e6
+    corners = triangles(mesh, deformable)
+    seen = np.unique(corners)
+    levels = levels_of(field[seen[inside(mesh.vertices[seen], box)]])
+    largest = np.abs(levels).max()
+    norm = Normalize(-largest, largest) if kind == "s1" else Normalize(levels[0], levels[-1])
+    colours = pyplot.get_cmap("RdYlBu_r" if kind == "s1" else "viridis")
+    colours = colours.with_extremes(under=colours(norm(levels[0])), over=colours(norm(levels[-1])))
+    grid = Triangulation(*mesh.vertices.T, corners)
+    filled = axes.tricontourf(grid, field, levels=levels, norm=norm, extend="both", cmap=colours)
+    bar = axes.figure.colorbar(filled, ax=axes, shrink=0.85, aspect=28, pad=0.02)
+    bar.ax.set_title("MPa", fontsize=9, pad=10)
+    extreme_mark(axes, mesh, values, deformable, box, kind)
+
+
+def extreme_mark(axes, mesh, values, chosen, box, kind):
+    """Ring at the block with the largest s1 or the least s2 in view; the number stands in the title."""
+    centres = mesh.centres()
+    candidates = np.flatnonzero(chosen & inside(centres, box))
+    word, best = ("largest", np.argmax) if kind == "s1" else ("least", np.argmin)
+    block = candidates[best(values[candidates])]
+    for colour, width in (("white", 3.0), ("black", 1.4)):
+        axes.plot(*centres[block], "o", ms=9, mfc="none", mec=colour, mew=width, clip_on=False, zorder=5)
+    axes.set_title(f"{kind}: {word} {values[block] / 1e6:+.3f} MPa (ring)".replace("-", "−"))
+
+
+def thinned(points, chosen, box):
+    """At most one chosen point per cell of a grid over the view: the nearest to the middle of its cell."""
+    size = max(box[1] - box[0], box[3] - box[2]) / CROSSES
+    rows = np.flatnonzero(chosen & inside(points, box))
+    at = (points[rows] - [box[0], box[2]]) / size
+    cell = np.floor(at).astype(int)
+    order = np.argsort(((at - cell - 0.5) ** 2).sum(axis=1), kind="stable")
+    _, first = np.unique(cell[order], axis=0, return_index=True)
+    return rows[order[first]], size
+
+
+def cross_panel(axes, mesh, stage, chosen, box):
+    """Principal stresses as crosses: length by size, colour by sign."""
+    centres = mesh.centres()
+    rows, size = thinned(centres, chosen & np.isfinite(stage.s1), box)
+    largest = np.percentile(np.abs(np.concatenate([stage.s1[rows], stage.s2[rows]])), 98)
+    scale = size / largest if largest > 0 else 0.0
+    for values, turn in ((stage.s1[rows], 0.0), (stage.s2[rows], np.pi / 2)):
+        angle = stage.angle[rows] + turn
+        arm = (
+            0.5
+            * scale
+            * np.clip(np.abs(values), 0, 1.3 * largest)[:, None]
+            * np.c_[np.cos(angle), np.sin(angle)]
+        )
+        lines = np.stack([centres[rows] - arm, centres[rows] + arm], axis=1)
+        colours = np.where(values > 0, TENSION, COMPRESSION)
+        axes.add_collection(LineCollection(lines, colors=colours, linewidths=1.1))
+    handles = [
+        Line2D([], [], color=TENSION, label="tension"),
+        Line2D([], [], color=COMPRESSION, label="compression"),
+    ]
+    axes.legend(handles=handles, loc="upper right", frameon=True, framealpha=0.9, handlelength=1.2)
+    axes.set_title(f"Principal directions, longest {largest / 1e6:.2f} MPa")
+
+
+def plot_stress(results, name, path, whole=False):
+    mesh, stage = results.mesh, results.stage(name)
+    box, groups = view(mesh, whole)
+    chosen = np.ones(len(mesh.blocks), dtype=bool) if whole else np.isin(mesh.block_group, groups)
+    if not np.isfinite(stage.s1[chosen]).any():
+        return False
+    figure, panels = pyplot.subplots(1, 3, figsize=figure_size(box, 3, height=5.6, extra=0.95), sharey=True)
+    for axes, kind in zip(panels, ("s1", "s2")):
+        contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
+    cross_panel(panels[2], mesh, stage, chosen, box)
+    outline, _ = drawn_outlines(mesh, mesh.vertices, box, 4.2)
+    for axes in panels:
+        axes.add_collection(LineCollection(outline, colors="black", linewidths=0.6))
+        set_view(axes, box)
+    panels[0].set_ylabel("y [m]")
+    figure.suptitle(f"Stage {stage.name} ({stage.verdict}): principal stresses, tension positive")
+    save(figure, path)
+    return True
+
+
+# ---- joints
+
+
+def plot_joint(results, stage, joint, path):
+    """False when the joint is no line of several contacts."""
+    profile = results.joint_profile(stage, joint)
+    if profile is None or len(profile[0]) < 2:
+        return False
+    facts = results.stage_summary(stage)["joints"][joint]
+    distance, sigma, tau = profile
+    figure, (above, below) = pyplot.subplots(2, 1, figsize=(8.0, 6.4), sharex=True)
+    for axes, values, colour in ((above, sigma, LINES[0]), (below, tau, LINES[2])):
+        axes.add_collection(
+            LineCollection(np.stack([distance, values / 1e3], axis=2), colors=colour, linewidths=1.8)
+        )
+        axes.plot(
+            distance.ravel(), values.ravel() / 1e3, ".", ms=4, color=colour, label="Quoin, ends of contacts"
+        )
+        axes.axhline(0.0, color=GREY, lw=0.7)
+        axes.grid(alpha=0.3)
+    length, depth = facts["chord"], results.thickness
+    linear = np.array([facts["sigma_linear_start"], facts["sigma_linear_end"]]) / 1e3
+    above.plot([0, length], linear, "--", lw=1.5, color=LINES[1], label="gravity method, −N/L ± 6M/L²")
+    mean = facts["T"] / (length * depth) / 1e3
+    below.plot([0, length], [mean, mean], "--", lw=1.5, color=LINES[1], label="mean, T/L")
+    above.set_ylabel("normal stress σ [kPa]\n(tension positive)")
+    below.set_ylabel("shear stress τ [kPa]\n(+ towards the end)")
+    below.set_xlabel(
+        f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m "
+        f"to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
+    )
+    for axes, values in ((above, sigma), (below, tau)):
+        if np.abs(values).max() < NOTHING:
+            axes.set_ylim(-1.0, 1.0)  # an open joint: no scale of rounding
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
+    figure.suptitle(f"Joint {joint}, stage {stage}: {joint_facts(facts)}", fontsize=11)
+    save(figure, path)
+    return True
+
+
+def joint_facts(facts):
+    words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
+    if facts["sliding_factor_peak"] is not None:
+        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)} (c on {facts['length'] - facts['open_length']:.2f} m closed)")
+    words += [
+        f"{word} {facts[word + '_length']:.2f} m"
+        for word in ("open", "slipping")
+        if facts[word + "_length"] > 0
+    ]
+    return ", ".join(words)
+
+
+# ---- history
+
+
+def stage_spans(history):
+    """(name, first row, row after the last) of each stretch of one stage."""
+    names = history["stage"]
+    cuts = np.flatnonzero(names[1:] != names[:-1]) + 1
+    starts = np.concatenate([[0], cuts])
+    return [(names[a], a, b) for a, b in zip(starts, np.append(cuts, len(names)))]
+
+
+def mark_stages(panels, history):
+    """A line where a stage ends, its name above the picture."""
+    cycle, spans = history["cycle"], stage_spans(history)
+    whole = cycle[-1] - cycle[0]
+    for number, (name, first, after) in enumerate(spans):
+        start = cycle[first - 1] if number else cycle[0]
+        if number:
+            for axes in panels:
+                axes.axvline(start, color=GREY, lw=0.9, ls=":")
+        if cycle[after - 1] - start >= 0.011 * len(name) * whole or len(spans) == 1:
+            panels[0].text(
+                0.5 * (start + cycle[after - 1]),
+                1.03,
+                name,
+                ha="center",
+                va="bottom",
+                transform=panels[0].get_xaxis_transform(),
+            )
+
+
+def moving_points(history):
+    """Named points, in the order of the file; no more than there are colours: those that move most."""
+    points = [column[:-5] for column in history if column.endswith("_ux_m")]
+    reach = [np.hypot(history[f"{p}_ux_m"], history[f"{p}_uy_m"]).max() for p in points]
+    kept = np.argsort(reach, kind="stable")[::-1][: len(LINES)]
+    return [points[i] for i in sorted(kept)]
+
+
+def cut_runaway(axes, results):
+    """A body that slides away would flatten the rest: then the axis ends just beyond what held."""
+    history = results.history
+    moving = [f"{p}_{x}_m" for p in moving_points(history) for x in ("ux", "uy")] or ["u_max_m"]
+    values = 1e3 * np.array([history[column] for column in moving])
+    held = [name for name in results.stages if results.stage(name).verdict in ("converged", "completed")]
+    kept = values[:, np.isin(history["stage"], held)]
+    kept = kept[np.isfinite(kept)]
+    finite = values[np.isfinite(values)]
+    if not len(kept) or np.ptp(finite) < 4 * np.ptp(kept):
+        return
+    room = 0.35 * np.ptp(kept)
+    axes.set_ylim(kept.min() - room, kept.max() + room)
+    axes.text(
+        0.99,
+        0.95,
+        f"cut off: goes on to {plain(finite[np.abs(finite).argmax()])} mm",
+        ha="right",
+        va="top",
+        transform=axes.transAxes,
+        bbox={"fc": "white", "ec": "none", "alpha": 0.8},
+    )
+
+
+def plot_history(results, path):
+    history = results.history
+    if not len(history.get("cycle", ())):
+        return False
+    points = moving_points(history)
+    figure, panels = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
+    cycle = history["cycle"]
+    ratio = np.where(history["ratio"] > 0, history["ratio"], np.nan)
+    panels[0].semilogy(cycle, ratio, color=LINES[0], lw=1.3)
+    panels[0].set_ylabel("unbalanced ratio [-]")
+    for number, point in enumerate(points):
+        colour = LINES[number % len(LINES)]
+        panels[1].plot(cycle, 1e3 * history[f"{point}_ux_m"], color=colour, lw=1.4, label=f"{point} u_x")
+        panels[1].plot(
+            cycle, 1e3 * history[f"{point}_uy_m"], color=colour, lw=1.1, ls="--", label=f"{point} u_y"
+        )
+    if not points:
+        panels[1].plot(cycle, 1e3 * history["u_max_m"], color=LINES[0], lw=1.4, label="largest")
+    panels[1].set_ylabel("displacement [mm]")
+    panels[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    left_out = sum(column.endswith("_ux_m") for column in history) - len(points)
+    if left_out:
+        panels[1].get_legend().set_title(f"{len(points)} points, {left_out} more that\nmove less left out")
+    cut_runaway(panels[1], results)
+    panels[2].plot(cycle, history["alpha_dt"], color=LINES[1], lw=1.2)
+    panels[2].set_ylabel("damping α Δt [-]")
+    panels[2].set_ylim(bottom=0)
+    panels[2].set_xlabel("cycle [-]")
+    for axes in panels:
+        axes.grid(alpha=0.3)
+        axes.margins(x=0.01)
+    mark_stages(panels, history)
+    figure.align_ylabels(panels)
+    save(figure, path)
+    return True
+
+
+# ---- energy of a dynamic stage
+
+
+def plot_energy(results, stage, path):
+    """False for a stage that has no account: one that is not dynamic."""
+    history = results.history
+    rows = history.get("stage") == stage if "balance_J" in history else np.zeros(0, dtype=bool)
+    if not rows.any() or not np.isfinite(history["balance_J"][rows]).any():
+        return False
+    time = history["time_s"][rows]
+    present = {"kinetic": "kinetic", "strain": "strain of blocks", "joints": "stored in joints"}
+    flows = {"outside": "work of loads", "supports": "work of moving supports", "friction": "lost in joints",
+             "damping": "lost to damping", "detection": "changed by verification", "balance": "not accounted for"}
+    figure, panels = pyplot.subplots(2, 1, figsize=(8.5, 6.4), sharex=True)
+    for axes, names, title in zip(panels, (present, flows), ("energy now [J]", "since the start [J]")):
+        for colour, (name, words) in zip(LINES, names.items()):
+            axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=words)
+        axes.set_ylabel(title)
+        axes.grid(alpha=0.3)
+        axes.margins(x=0.01)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    panels[1].set_xlabel("time [s]")
+    figure.suptitle(f"Stage {stage}: energy")
+    figure.align_ylabels(panels)
+    save(figure, path)
+    return True
+
+
+# ---- command line
+
+
+def plot_all(results, whole=False):
+    """Writes every picture; returns their paths."""
+
+    def path(name):
+        return os.path.join(results.folder, name + ".png")
+
+    written = [path("mesh")]
+    with pyplot.rc_context(STYLE):
+        plot_mesh(results, path("mesh"), whole)
+        for stage in results.stages:
+            if plot_stress(results, stage, path(f"stress_{stage}"), whole):
+                written.append(path(f"stress_{stage}"))
+            for joint in results.stage_summary(stage)["joints"]:
+                if plot_joint(results, stage, joint, path(f"joint_{joint}_{stage}")):
+                    written.append(path(f"joint_{joint}_{stage}"))
+            if plot_energy(results, stage, path(f"energy_{stage}")):
+                written.append(path(f"energy_{stage}"))
+        if plot_history(results, path("history")):
+            written.append(path("history"))
+    return written
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m quoin_tools.plots", description="Pictures of the results of a run."
+    )
+    parser.add_argument("folder", help="output folder of a run; pictures go there too")
+    parser.add_argument(
+        "--whole", action="store_true", help="show the whole model, also the large group (rock)"
+    )
+    options = parser.parse_args(arguments)
+    try:
+        print("\n".join(plot_all(Results(options.folder), options.whole)))
+    except ResultsError as error:
+        print(f"plots: {error}", file=sys.stderr)
+        return 2
+    return 0

@@ -1,0 +1,84 @@
+"""What all pictures share: colours, fonts, the part of the section that they show, numbers as words."""
+
+import matplotlib
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.ticker import MaxNLocator
+
+from quoin_tools.base.files import save_figure
+
+matplotlib.use("Agg")  # pictures go to files, there may be no screen
+
+FILLS = ("#d9c8a9", "#b5c4cf", "#cfdcb4", "#e3c3c3", "#cfc4e0", "#c2ddd6")
+LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: colour-blind safe
+TENSION, COMPRESSION, GREY = "#d55e00", "#0072b2", "#5a5a5a"
+DOMINANT = 2.0  # a group this many times larger than all others together is left out of the view
+STYLE = {
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.labelsize": 10,
+    "legend.fontsize": 9,
+    "figure.dpi": 130,
+    "figure.constrained_layout.use": True,
+}
+
+
+def view(mesh, whole=False):
+    """x_min, x_max, y_min, y_max [m], and the groups the picture is about.
+
+    The largest group is left out when it dwarfs the others, they are together in one place, and deform.
+    """
+    groups = np.unique(mesh.block_group)
+    area = np.bincount(mesh.block_group, mesh.areas(), minlength=len(mesh.group_names))
+    rest = groups[groups != area.argmax()]
+    low, high = corners_of(mesh, groups)
+    margin = 0.08
+    dwarfed = len(rest) and area.max() > DOMINANT * area[rest].sum()
+    if not whole and dwarfed and not mesh.group_rigid[rest].all():
+        part_low, part_high = corners_of(mesh, rest)
+        if np.prod(part_high - part_low) < 0.5 * np.prod(high - low):
+            low, high, groups, margin = part_low, part_high, rest, 0.16
+    margin *= (high - low).max()
+    return (low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin), groups
+
+
+def corners_of(mesh, groups):
+    """Lower left and upper right corner [m] of the box round some groups."""
+    points = mesh.rings()[np.isin(mesh.block_group, groups)].reshape(-1, 2)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def inside(points, box):
+    return (
+        (points[:, 0] > box[0]) & (points[:, 0] < box[1]) & (points[:, 1] > box[2]) & (points[:, 1] < box[3])
+    )
+
+
+def set_view(axes, box):
+    axes.set_xlim(box[0], box[1])
+    axes.set_ylim(box[2], box[3])
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.xaxis.set_major_locator(MaxNLocator(6))
+
+
+def figure_size(box, panels=1, height=6.0, extra=0.0):
+    """[inch] for panels of the shape of the view, side by side, each with room `extra` beside it."""
+    width = (height - 1.4) * (box[1] - box[0]) / (box[3] - box[2]) + extra
+    return min(18.0, max(5.5, panels * width + 0.6)), height
+
+
+def nice(value):
+    """The largest of 1, 2, 5, 10, 20, ... not above a value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-12))
+
+
+def plain(value):
+    """Thousands apart; four figures at least."""
+    return f"{value:,.0f}".replace(",", "\u202f") if abs(value) >= 1000 else f"{value:.4g}"
+
+
+def save(figure, path):
+    save_figure(figure, path, bbox_inches="tight", pad_inches=0.12)
+    pyplot.close(figure)

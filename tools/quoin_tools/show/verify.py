@@ -1,0 +1,78 @@
+"""Whether a sheet is as it was written, and about these files: its SHA-256 are held against them.
+
+    python -m quoin_tools.verify out/report.html out [--program build/quoin]
+
+One line for each file. Exit code 0: all are those of the sheet; 1: one is not, or is missing; 2: the sheet or the folder cannot be read.
+"""
+
+import argparse
+import hashlib
+import os
+import re
+
+from quoin_tools.assess import guidelines
+from quoin_tools.base import scene
+from quoin_tools.base.results import Results, ResultsError
+from quoin_tools.base.whole import crc32, sheet_is_whole
+
+ROW = re.compile(r"<td>([\w. ]+)</td><td>([^<]*)</td><td>([0-9a-f]{64}|CRC-32 [0-9a-f]{8})</td>")
+
+
+def digest(path):
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def signed(text):
+    """The sheet with its own SHA-256 behind it."""
+    return text + f"<!-- sha256 of all before: {hashlib.sha256(text.encode('utf-8')).hexdigest()} -->\n"
+
+
+def rows_of(results, scene_path, mesh_path):
+    """(what, name, hash) of everything a sheet says its numbers are of."""
+    summary = results.summary
+    files = [("results.h5", results.path), ("summary.json", os.path.join(results.folder, "summary.json")), ("scene", scene_path),
+             ("mesh", mesh_path), ("guidelines", guidelines.PATH)]  # fmt: skip
+    rows = [(what, os.path.basename(path), digest(path)) for what, path in files]
+    return [*rows, ("program", f"Quoin {summary['quoin']}", f"CRC-32 {summary['program']}")]
+
+
+def rows_there(folder):
+    """The same of what is there now."""
+    results = Results(folder)
+    summary = results.summary
+    used = scene.of_run(folder, summary)
+    mesh = scene.find(folder, summary.get("model"), ("model.h5",))
+    if mesh is None:
+        raise ResultsError(f"{folder}: the mesh of the run, '{summary.get('model')}', is not there")
+    return rows_of(results, used.path, mesh)
+
+
+def verify(sheet, folder, program=None):
+    """Lines, and whether all is as it was."""
+    with open(sheet, "rb") as file:
+        data = file.read()
+    good = sheet_is_whole(data)
+    lines = [f"sheet {os.path.basename(sheet)}: {'as it was written' if good else 'CHANGED since it was written, or cut off'}"]
+    wanted = {what: (name, value) for what, name, value in ROW.findall(data.decode("utf-8", "replace"))}
+    for what, name, value in rows_there(folder):
+        same = wanted.get(what, ("", ""))[1] == value
+        good &= same
+        lines.append(f"{what} {name}: {'that of the sheet' if same else 'ANOTHER than that of the sheet'}")
+    if program:
+        with open(program, "rb") as file:
+            same = wanted.get("program", ("", ""))[1] == f"CRC-32 {crc32(file)[0]:08x}"
+        good &= same
+        lines.append(f"program {program}: {'that of the run' if same else 'ANOTHER than that of the run'}")
+    return lines, good
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.verify", description="Is a sheet as it was written, and about these files?")
+    parser.add_argument("sheet", help="report.html")
+    parser.add_argument("folder", help="output folder of the run")
+    parser.add_argument("--program", help="the solver, to be held against the one that ran")
+    given = parser.parse_args(arguments)
+    lines, good = verify(given.sheet, given.folder, given.program)
+    print("\n".join(lines))
+    return 0 if good else 1
