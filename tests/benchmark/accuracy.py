@@ -9,7 +9,7 @@ at the toe, which is the mean over the last eighth of the base: at the corner it
 mesh (Fig. 6: 0.519, 0.517, 0.513, 0.509 MPa with 32 to 256 blocks along the base). Reference: tptm, extrapolated.
 Time: seconds that the summary of a run on one rank says its stages took, and the factors of condensed bodies; reading, set-up
 and writing do not count; the least of at least three runs, more where they are short. Nothing else may run meanwhile.
-Writes docs/img/accuracy.png, docs/data/accuracy.csv and the tables of docs/performance.md between its marks."""
+Writes docs/img/accuracy.png, docs/data/accuracy.csv and the tables of docs/generated/benchmarks.md between its marks."""
 
 import argparse
 import csv
@@ -190,7 +190,7 @@ def draw(rows, path):
 
 
 def advice(rows):
-    """For each case and accuracy, the fastest way there: table of docs/performance.md."""
+    """For each case and accuracy, the fastest way there: table of docs/generated/benchmarks.md."""
     lines = []
     for case in dict.fromkeys(row["case"] for row in rows):
         mine = [row for row in rows if row["case"] == case]

@@ -4,7 +4,7 @@ three more scenes; cycles, on the examples.
 
     PYTHONPATH=tools python tests/benchmark/advise.py --quoin build/quoin
 
-Writes the tables of docs/performance.md between their marks and prints the largest factor between the two."""
+Writes the tables of docs/generated/benchmarks.md between their marks and prints the largest factor between the two."""
 
 import argparse
 import os

@@ -6,7 +6,7 @@ User CPU seconds of whole runs on one rank, least of `--repeat` (of plain relaxa
 dam and rock condensed, explicit and with Newton's method; a sparse Cholesky solution of the same mesh under its weight
 (one stage with relaxation.method preconditioned, less a run that does not relax); and the study by plain relaxation, when
 it is asked for. Last stable and first failing angle and the crest must agree; exit code 1 when they do not. Writes
-docs/data/condensed.json, where runs that are not asked for stay, and the table of docs/performance.md."""
+docs/data/condensed.json, where runs that are not asked for stay, and the table of docs/generated/benchmarks.md."""
 
 import argparse
 import json
@@ -21,10 +21,9 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / path) for path in ("tests/verification", "tests/benchmark", "tools", "examples/guilhofrei_sliding")]
 
 from driver import ENVIRONMENT  # noqa: E402
+from mesh import key_mesh  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from record import keep, replace_between, table  # noqa: E402
-
-from mesh import key_mesh  # noqa: E402
 
 CONDENSED = ["-materials_dam_condensed", "true", "-materials_rock_condensed", "true"]
 STUDY = ["-stages", "sw,swhp,swhpu,s1", "-stages_s1_bracket", "0.05"]
@@ -68,7 +67,7 @@ def row_of(quoin, folder, name, repeat):
 
 
 def cells_of(rows):
-    """Of docs/performance.md: seconds in solves of the same mesh, and how much less than by plain relaxation."""
+    """Of the table: seconds in solves of the same mesh, and how much less than by plain relaxation."""
     at, cells = {(row["blocks"], row["run"]): row["seconds"] for row in rows}, []
     for row in sorted(rows, key=lambda row: (row["blocks"], row["seconds"])):
         solve, plain = at.get((row["blocks"], SOLVE)), at.get((row["blocks"], PLAIN))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The tables of a cycle in docs/performance.md: what run.py measures, kept in docs/data/cycle.json.
+"""The tables of a cycle in docs/generated/benchmarks.md: what run.py measures, kept in docs/data/cycle.json.
 
     PYTHONPATH=tools python tests/benchmark/cycle.py                     # some minutes, on a quiet machine
     PYTHONPATH=tools python tests/benchmark/cycle.py --scenes tptm --sides 32    # these anew, the others stay

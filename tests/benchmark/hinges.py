@@ -122,7 +122,7 @@ def main():
     quoin = os.path.abspath(parser.parse_args().quoin)
     found = {name: [limit(quoin, name, k) for k in STIFFNESSES] for name in CASES}
     chart(found, ROOT / "docs" / "img" / "hinges.png")
-    replace_between("hinges", "\n".join(lines(found)) + "\n", "rigid_blocks.md")
+    replace_between("hinges", "\n".join(lines(found)) + "\n")
     print("\n".join(lines(found)))
 
 

@@ -15,7 +15,7 @@ What each peer models stands at the top of its file in peer_runs/. Processor sec
 wall seconds beside them. Of Quoin and CalculiX the whole process counts, reading and writing included; "solution" is Quoin's
 less the same run stopped after a cycle. OpenSees, Kratos and LMGC90 build their model in Python, which does not count.
 A peer that is not installed is left out with a line. QUOIN_PEERS=1 tools/setup.sh installs them. Writes docs/data/peers.json
-after each size (other sizes and parts stay), docs/img/peers.png and the tables of docs/performance.md, or into --folder."""
+after each size (other sizes and parts stay), docs/img/peers.png and the tables of docs/generated/benchmarks.md, or into --folder."""
 
 import argparse
 import json

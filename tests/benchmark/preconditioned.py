@@ -7,7 +7,7 @@ one rank, the least of three runs, less those of the same run stopped after one 
 assembly, one factor and a few solves, the honest bar. "paper" is (35)-(38) alone with its default ramp, stopped when it has
 taken --cap times the seconds of Newton's method, up to the size --paper; error is of crest displacement and toe stress
 against Newton's state. Memory is the largest of the process, less that of the stopped run, per block.
-Writes docs/data/preconditioned.json, where other sizes stay, and the table of docs/performance.md."""
+Writes docs/data/preconditioned.json, where other sizes stay, and the table of docs/generated/benchmarks.md."""
 
 import argparse
 import os
@@ -94,7 +94,7 @@ def measure(quoin, folder, n, paper, cap):
 
 
 def row_of_table(row):
-    """Cells of docs/performance.md."""
+    """Cells of the table."""
     paper = ""
     if "paper_s" in row:
         what = "error still" if row["paper_verdict"] != "converged" else "converged, error"

@@ -1,10 +1,11 @@
-"""Where benchmarks leave what they found: rows in docs/data/<name>.json, tables between marks of docs/performance.md."""
+"""Where benchmarks leave what they found: rows in docs/data/<name>.json, tables between marks of docs/generated/benchmarks.md."""
 
 import json
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
 DATA = DOCS / "data"
+TABLES = Path("generated", "benchmarks.md")
 
 
 def keep(name, rows, identity):
@@ -24,8 +25,8 @@ def table(header, rows):
     return head + "|" + "---|" * len(header) + "\n" + "".join(lines)
 
 
-def replace_between(mark, text, document="performance.md"):
-    """The text between <!-- mark --> and <!-- end mark --> of a document."""
-    path, start, end = DOCS / document, f"<!-- {mark} -->\n", f"<!-- end {mark} -->"
+def replace_between(mark, text):
+    """The text between <!-- mark --> and <!-- end mark --> of docs/generated/benchmarks.md."""
+    path, start, end = DOCS / TABLES, f"<!-- {mark} -->\n", f"<!-- end {mark} -->"
     head, rest = path.read_text(encoding="utf-8").split(start)
     path.write_text(head + start + text + end + rest.split(end)[1], encoding="utf-8")

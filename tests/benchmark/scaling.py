@@ -11,7 +11,7 @@ bench_cycle's least processor time (run.py); its parts: shares that quoin prints
 its median over turns of a cycle together and a cycle of the whole scene on the slower one of the two processors. Memory: resident pages of all ranks,
 largest, and the median between set-up and the end of the cycles. With --same-bits the two smallest sizes run on 1, 2 and 4 ranks, and the checksums of the
 state are compared. Writes docs/data/scaling.csv, docs/img/scaling_size.png, docs/img/scaling_ranks.png and the table of
-docs/performance.md."""
+docs/generated/benchmarks.md."""
 
 import argparse
 import csv
@@ -33,11 +33,10 @@ from matplotlib import pyplot
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "benchmark"), str(ROOT / "tools")]
 
+import run  # noqa: E402
 from quoin_tools.base.files import save_figure  # noqa: E402
 from record import DATA as FOLDER  # noqa: E402
 from record import DOCS, replace_between, table  # noqa: E402
-
-import run  # noqa: E402
 
 DATA, IMAGES = FOLDER / "scaling.csv", DOCS / "img"
 SCENES = {"block": "block", "wall": "tptm"}  # here: in run.py

@@ -8,7 +8,7 @@ Voronoi dams (seed 5) of 100, 150, 598 and 2070 stones under their own weight, E
 most: friction, k_s/k_n, stress model and strain, all of friction with k_s on the two small ones, one at a time on the others. Kinetic energy: the
 largest of the history over the work of the weight, half of weight times settlement of the crest. Newton's method has an effort of 1e7
 and its answer is left out where it found none; --before program: rows of an older program beside.
-Writes docs/data/stones.csv (rows of a size that has run replace those before) and the table of docs/performance.md."""
+Writes docs/data/stones.csv (rows of a size that has run replace those before) and the table of docs/generated/benchmarks.md."""
 
 import argparse
 import csv

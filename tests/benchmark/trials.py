@@ -4,7 +4,7 @@
 
 The strength reductions and the flood of the examples guilhofrei_sliding and guilhofrei_voronoi (three seeds). Effort is of the
 study's stage alone, seconds are user CPU of the whole run on one rank, output included. Exit code 1 when the two disagree on a
-bracket. Writes docs/data/trials.json, where other studies stay, and the table of docs/performance.md."""
+bracket. Writes docs/data/trials.json, where other studies stay, and the table of docs/generated/benchmarks.md."""
 
 import argparse
 import os

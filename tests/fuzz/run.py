@@ -11,7 +11,7 @@ It starts from tests/fuzz/corpus and from what earlier runs have left in build-f
 executions, executions a second, findings. A finding is an input that a sanitizer, a time of 10 s, memory of 3 GB or an error other
 than "bad input" has stopped; it is kept in build-fuzz/findings, and the target goes on. Where the HDF5 library reads what is not its own, or
 writes into its own memory beyond an end, the fault is that library's: kept in build-fuzz/library, and told by the function it happened in. Exit code 1 when there is a
-finding. build-fuzz/figures.json adds up the executions of all runs; --table writes them into docs/reliability.md. --ship packs the
+finding. build-fuzz/figures.json adds up the executions of all runs; --table writes them into docs/generated/fuzzing.md. --ship packs the
 minimised corpora into tests/fuzz/corpus.
 """
 
@@ -211,7 +211,7 @@ def add_up(path, results, covered):
 
 
 def table(path, known):
-    """Into the document, between its marks."""
+    """docs/generated/fuzzing.md."""
     rows = ["| target | executions | a second | findings | ends inside the HDF5 library |", "|---|---|---|---|---|"]
     for name, total in known["targets"].items():
         ends = ", ".join(f"{where} {times}" for where, times in sorted(total["library"].items())) or "-"
@@ -220,9 +220,8 @@ def table(path, known):
         some, every = (sum(counts[i] for counts in known["lines"].values()) for i in (0, 1))
         parts = ", ".join(f"{name} {100 * a / b:.0f} %" for name, (a, b) in sorted(known["lines"].items()))
         rows += ["", f"Lines of the readers that the inputs reach: {100 * some / every:.1f} % of {every} ({parts})."]
-    head, rest = path.read_text(encoding="utf-8").split("<!-- fuzzing -->\n")
-    tail = rest.split("<!-- end of fuzzing -->\n")[1]
-    path.write_text(f"{head}<!-- fuzzing -->\n" + "\n".join(rows) + f"\n<!-- end of fuzzing -->\n{tail}", encoding="utf-8")
+    head = ["# Fuzzing", "", "Written by `tests/fuzz/run.py`; [reliability](../reliability.md#fuzzing) says how.", ""]
+    path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
 
 
 def arguments():

@@ -66,10 +66,34 @@ def test_file_is_in_design(path):
     assert f"`{path.name}`" in text("docs/design.md"), f"docs/design.md does not mention src/{path.name}"
 
 
-@pytest.mark.parametrize("document", sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*/*.md")]),
+@pytest.mark.parametrize("document", sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/*/*.md")]),
                          ids=lambda path: str(path.relative_to(ROOT)))
 def test_links_lead_somewhere(document):
-    """Relative links and pictures of the documents."""
-    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", document.read_text(encoding="utf-8")):
+    """Relative links and pictures of the documents; #place is a heading there."""
+    for target, place in re.findall(r"\]\(([^)#]*)(?:#([^)]*))?\)", document.read_text(encoding="utf-8")):
         if not re.match(r"[a-z]+://", target):
-            assert (document.parent / target).exists(), f"{document.name}: {target} does not exist"
+            path = document.parent / target if target else document
+            assert path.exists(), f"{document.name}: {target} does not exist"
+            assert not place or place in places(path), f"{document.name}: {path.name} has no heading #{place}"
+
+
+def places(path):
+    """What headings of a document are linked by: small letters, hyphens for spaces."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), flags=re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("table", sorted((ROOT / "docs" / "generated").glob("*.md")), ids=lambda path: path.name)
+def test_generated_tables(table):
+    """They name their programs and are linked from pages written by hand; a file of many tables, each of them."""
+    programs = re.findall(r"[Ww]ritten by (?:the programs of )?`([\w/.]+)`", table.read_text(encoding="utf-8"))
+    assert programs and (ROOT / programs[0]).exists()
+    pages = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("docs/*.md"))
+    assert f"(generated/{table.name}" in pages
+    if table.name == "benchmarks.md":
+        assert places(table) - {"tables-of-the-benchmarks"} == set(re.findall(rf"\(generated/{table.name}#([^)]*)\)", pages))
+
+
+def test_pages_by_hand_have_no_tables_of_programs():
+    for path in ROOT.glob("docs/*.md"):
+        assert not re.search(r"^<!-- (end )?[\w ]+ -->$", path.read_text(encoding="utf-8"), flags=re.M), path.name

@@ -14,9 +14,8 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
-from scenes import dynamic  # noqa: E402
-
 from run import ENVIRONMENT  # noqa: E402
+from scenes import dynamic  # noqa: E402
 
 NEVER = "-repartition_when", "never"  # after a restart blocks may be dealt out anew: the same sums in another order
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))

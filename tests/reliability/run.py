@@ -1,7 +1,7 @@
-"""Kill runs and restart them, try faults, soak; write the table of docs/reliability.md.
+"""Kill runs and restart them, try faults, soak; write docs/generated/faults.md.
 
     python tests/reliability/run.py --quoin build/quoin                        # 5 kills and the faults
-    python tests/reliability/run.py --quoin build/quoin --kills 100 --soak 1000000 --table docs/reliability.md
+    python tests/reliability/run.py --quoin build/quoin --kills 100 --soak 1000000 --table docs/generated/faults.md
 
 With --table the catalogue of bad input is tried too, on 1 and 2 ranks. Exit code 0: nothing was lost; 1: something was. Faults that need a small
 disk of their own are left out where tmpfs cannot be mounted."""
@@ -320,16 +320,14 @@ def calls(quoin, sample):
 
 
 def table(path, rows, lists):
-    """Between the marks of the document; lists: {title: lines}."""
-    text = path.read_text(encoding="utf-8")
-    head, rest = text.split("<!-- table -->\n")
-    tail = rest.split("<!-- end of table -->\n")[1]
-    body = "| fault | times | exit code | what was lost |\n|---|---|---|---|\n"
+    """docs/generated/faults.md; lists: {title: lines}."""
+    body = "# Kills and faults\n\nWritten by `tests/reliability/run.py`; [reliability](../reliability.md) says how.\n\n"
+    body += "| fault | times | exit code | what was lost |\n|---|---|---|---|\n"
     body += "".join(f"| {what} | {times} | {code} | {lost} |\n" for what, times, code, lost in rows)
     for title, lines in lists.items():
         if lines:
             body += f"\n{title}:\n\n" + "".join(f"- {line}\n" for line in lines)
-    path.write_text(f"{head}<!-- table -->\n{body}<!-- end of table -->\n{tail}", encoding="utf-8")
+    path.write_text(body, encoding="utf-8")
 
 
 def main():

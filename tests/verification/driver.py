@@ -1,7 +1,7 @@
 """Run verification cases: tests/verification/<case>/case.py compares the solver with closed forms and references.
 
     python tests/verification/driver.py patch stack --quoin build/quoin
-    python tests/verification/driver.py --all --table docs/verification.md
+    python tests/verification/driver.py --all --table docs/generated/verification.md
     python tests/verification/driver.py bending --keep out/        # leave folders of the runs there
     python tests/verification/driver.py --all --same-bits          # every run of every case on 1, 2, 3 and 4 ranks
 
@@ -274,31 +274,14 @@ def show(record):
           f"{record['runs']} runs, {record['seconds']:.1f} s\n", flush=True)
 
 
-HUNT = "<!-- hunt -->\n", "<!-- end of hunt -->\n"  # hunt.py writes between them
-
-
-def hunt_part(path):
-    """Lines of the table that hunt.py has written."""
-    text = Path(path).read_text(encoding="utf-8") if Path(path).exists() else ""
-    table = text.split(HUNT[0])[1].split(HUNT[1])[0] if HUNT[0] in text else ""
-    return ["## The hunt", "",
-            "Random dams, walls, slopes and columns, each solved by the explicit method with fixed connectivity and in other ways: on two ranks (the",
-            "same bits), by Newton's method, with condensed bodies, with variable connectivity, by hand. Displacements, joint forces and limits of",
-            "trials must agree within 0.5 %, or a run must say why not. `python tests/verification/hunt.py --minutes 60 --table docs/verification.md`:",
-            "", HUNT[0] + table + HUNT[1]]  # fmt: skip
-
-
 def write_table(path, records):
-    """docs/verification.md."""
+    """docs/generated/verification.md."""
     judged = [check for record in records for check in record["checks"] if check["kind"] != "reported"]
     checks, passed = len(judged), sum(check["passed"] for check in judged)
-    lines = ["# Verification", "",
+    lines = ["# Verification: every case", "",
              f"{passed} of {checks} checks hold ({len(records)} cases, {sum(r['runs'] for r in records)} runs, "
-             f"{sum(r['seconds'] for r in records):.0f} s). Written by",
-             "`python tests/verification/driver.py --all --table docs/verification.md`; a case is",
-             "`tests/verification/<case>/case.py`, its closed forms stand beside its checks. Errors are relative to the expected",
-             "number unless marked abs.; of several numbers the worst is shown. Rows without a tolerance are reported, not judged.",
-             "Times are of the runs for a row and those below it [s].", "", *hunt_part(path)]
+             f"{sum(r['seconds'] for r in records):.0f} s). Written by `tests/verification/driver.py`; "
+             "[verification](../verification.md) says how to read it.", ""]
     for record in records:
         lines += [f"## {record['case']}: {record['what']}", "", f"Source: {record['source']}", "",
                   "| check | expected | ours | error | tolerance | ranks | s | |", "|---|---|---|---|---|---|---|---|"]

@@ -1,7 +1,7 @@
 """Hunt for silent differences: random dams, walls, slopes and columns, each solved in several ways that must agree.
 
     python tests/verification/hunt.py --seeds 1-8                            # minutes
-    python tests/verification/hunt.py --minutes 60 --table docs/verification.md
+    python tests/verification/hunt.py --minutes 60 --table docs/generated/hunt.md
     python tests/verification/hunt.py --seeds 17 --keep /tmp/17              # one scene, its folders stay for a look
 
 The explicit method on one rank with fixed connectivity is held against two ranks (the same bits), Newton's method, condensed bodies and
@@ -25,7 +25,7 @@ import yaml
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from driver import ENVIRONMENT, HUNT, MODELS, ROOT, VERDICTS  # noqa: E402
+from driver import ENVIRONMENT, MODELS, ROOT, VERDICTS  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.dam import dam_mesh, gravity_section  # noqa: E402
@@ -259,12 +259,6 @@ def table(counts):
     return lines
 
 
-def into_document(path, lines):
-    text = path.read_text(encoding="utf-8")
-    head, rest = text.split(HUNT[0])
-    path.write_text(head + HUNT[0] + "\n".join(lines) + "\n" + HUNT[1] + rest.split(HUNT[1])[1], encoding="utf-8")
-
-
 def seeds_of(text):
     first, _, last = text.partition("-")
     return range(int(first), int(last or first) + 1)
@@ -276,7 +270,7 @@ def main():
     parser.add_argument("--seeds", type=seeds_of, help="such as 1-8")
     parser.add_argument("--minutes", type=float, help="as many seeds as fit in, from 1 on")
     parser.add_argument("--keep", type=Path, help="folder for the runs, which stay there")
-    parser.add_argument("--table", type=Path, help="document that gets the table between its marks")
+    parser.add_argument("--table", type=Path, help="document to write (Markdown)")
     given = parser.parse_args()
     start, counts, silent, broken = time.monotonic(), defaultdict(Count), [], []
     seeds = given.seeds or range(1, 10**9 if given.minutes else 9)
@@ -297,7 +291,8 @@ def main():
     lines = [f"{n} scenes, {sum(count.runs for count in counts.values())} comparisons, {minutes:.0f} min.", "", *table(counts)]
     print("\n".join(lines))
     if given.table:
-        into_document(given.table, lines)
+        head = ["# The hunt", "", "Written by `tests/verification/hunt.py`; [verification](../verification.md#the-hunt) says what it is.", ""]
+        given.table.write_text("\n".join([*head, *lines, ""]), encoding="utf-8")
     return 2 if broken else int(bool(silent))
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The catalogue of bad input: every wrong scene and block mesh of the tests, the message it gets and the exit code.
 
-    tests/verification/bad_input/catalogue.py --quoin build/quoin                      check docs/bad_input.md on 1 rank
+    tests/verification/bad_input/catalogue.py --quoin build/quoin                      check docs/generated/bad_input.md on 1 rank
     tests/verification/bad_input/catalogue.py --quoin build/quoin --ranks 1 2          on 1 and 2
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from driver import ENVIRONMENT, ROOT, write
 from quoin_tools.mesh.meshing import face_set_on, join, rectangle
 
-DOCUMENT = ROOT / "docs" / "bad_input.md"
+DOCUMENT = ROOT / "docs" / "generated" / "bad_input.md"
 UNIT = ROOT / "tests" / "unit"
 STRING = r'(?:"(?:[^"\\]|\\.)*"\s*)+'
 
@@ -278,7 +278,7 @@ def document(entries, messages):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", type=Path, default=ROOT / "build" / "quoin")
-    parser.add_argument("--write", action="store_true", help="write docs/bad_input.md, tried on 1 and 2 ranks")
+    parser.add_argument("--write", action="store_true", help="write docs/generated/bad_input.md, tried on 1 and 2 ranks")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1])
     arguments = parser.parse_args()
     ranks_tried = (1, 2) if arguments.write else arguments.ranks
