@@ -25,7 +25,7 @@ static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL}
 static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
-static const char *const Methods[] = {"explicit", "preconditioned", "MethodKind", "METHOD_", NULL};
+static const char *const Methods[] = {"explicit", "preconditioned", "auto", "MethodKind", "METHOD_", NULL};
 static const char *const Dampings[] = {"adaptive", "paper",       "fixed",    "local",
                                        "none",     "DampingKind", "DAMPING_", NULL};
 
@@ -86,8 +86,8 @@ static const Key Keys[] = {
   KEY(CONTACT, "vertex_length", REAL, Scene, vertex_length, "0.05", "> 0, <= 1", "-",
       "least influence length of a vertex on a face, over the shorter face"),
 
-  KEY(RELAXATION, "method", CHOICE, Scene, method, "explicit", NULL, "",
-      "of static stages. explicit: damped motion; preconditioned: Newton's method with one factor, fixed connectivity only",
+  KEY(RELAXATION, "method", CHOICE, Scene, method, "auto", NULL, "",
+      "explicit: damped motion; preconditioned: Newton's method with one factor, fixed connectivity only; auto: that for large static stages of elastic joints, else explicit",
       .choices = Methods),
   KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
       "preconditioned: steps in which the loads of a stage with a ramp are applied"),

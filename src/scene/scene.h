@@ -28,7 +28,7 @@ typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
 typedef enum { HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
 typedef enum { REACHES_HEEL, REACHES_ANY } UpliftReach;
-typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED } MethodKind;
+typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED, METHOD_AUTO } MethodKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_LOCAL, DAMPING_NONE } DampingKind;
 typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;

@@ -105,11 +105,12 @@ PetscErrorCode StageReport(const Problem *p)
                         p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
                         r->evidence));
   if (r->effort.preconditioned)
-    PetscCall(PetscPrintf(comm,
-                          "  %s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT
-                          " solves, %" PetscInt64_FMT " factorisation%s\n",
-                          EffortMethod(&r->effort), r->effort.evaluations, r->effort.solves,
-                          r->effort.factorisations, Plural(r->effort.factorisations)));
+    PetscCall(PetscPrintf(
+        comm,
+        "  %s%s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT " solves, %" PetscInt64_FMT
+        " factorisation%s\n",
+        EffortMethod(&r->effort), p->scene->method == METHOD_AUTO ? " (auto: large, all joints elastic)" : "",
+        r->effort.evaluations, r->effort.solves, r->effort.factorisations, Plural(r->effort.factorisations)));
   PetscCall(PartReport(comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -246,8 +247,10 @@ static PetscErrorCode begin(const Problem *p)
 static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
+  MethodKind method;
   PetscFunctionBeginUser;
-  if (p->scene->method == METHOD_PRECONDITIONED && !p->stage->variable) PetscCall(precondition(p));
+  PetscCall(StageMethod(p->scene, p->m, p->contacts, p->stage, &method));
+  if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
   if (p->result->verdict == VERDICT_NONE) {
     p->relax->effort.explicit = PETSC_TRUE;
     PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));

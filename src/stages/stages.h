@@ -255,6 +255,12 @@ PetscErrorCode UpliftCrack(const Problem *p, PetscBool *again);
    are now; tell: warns of them. */
 PetscErrorCode UpliftSurvey(const Problem *p, PetscBool tell);
 
+/* ---- method.c */
+/* Collective. How a static stage or a trial goes to its equilibrium: explicit, or preconditioned first. The
+   same on any number of ranks. */
+PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contacts *contacts,
+                           const Stage *stage, MethodKind *method);
+
 /* ---- stages.c */
 /* Collective. The undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);

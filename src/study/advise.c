@@ -290,11 +290,19 @@ static PetscErrorCode print_row(const Advisor *a, const char *what, const Attemp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether all stages that are not dynamic take this way already, as far as they can. */
+static PetscBool has_method(const Advisor *a, MethodKind how)
+{
+  if (a->method != METHOD_AUTO) return (PetscBool)(a->method == how);
+  for (PetscInt s = 0; s < a->base.n_stages; s++)
+    if (a->scene->stages[s].kind != STAGE_DYNAMIC && a->base.method[s] != how) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 /* The cheapest way among the scene and its variants whose first `answers` stay within the accuracy. */
 static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBool displacements)
 {
-  const double now = a->method == METHOD_EXPLICIT ? AttemptExplicit(a->scene, &a->base)
-                                                  : AttemptPreconditioned(a->scene, &a->base);
+  const double now = AttemptAsItIs(a->scene, &a->base);
   const Variant *best = NULL;
   double least = PETSC_MAX_REAL;
   MethodKind how = METHOD_EXPLICIT;
@@ -322,7 +330,7 @@ static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBo
       PetscCall(PetscPrintf(a->comm, " %.*s", (int)(c - line), line));
       line = c + 1;
     }
-  if (how != a->method)
+  if (!has_method(a, how))
     PetscCall(PetscPrintf(a->comm, " -relaxation_method %s",
                           how == METHOD_EXPLICIT ? "explicit" : "preconditioned"));
   PetscCall(PetscPrintf(a->comm, "\n"));

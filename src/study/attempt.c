@@ -266,6 +266,15 @@ double AttemptPreconditioned(const Scene *scene, const Attempt *a)
   return sum;
 }
 
+double AttemptAsItIs(const Scene *scene, const Attempt *a)
+{
+  double sum = a->condensed;
+  for (PetscInt s = 0; s < a->n_stages; s++)
+    if (scene->stages[s].kind != STAGE_DYNAMIC)
+      sum += a->method[s] == METHOD_EXPLICIT ? a->cost[s].cycles * a->cycle : a->cost[s].seconds;
+  return sum;
+}
+
 /* ---- answers */
 
 /* Sum of the end forces of a contact. */
@@ -332,6 +341,9 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   p.scene = scene;
   Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = scene}; // catches no signal
   PetscCall(NewtonFits(p.m, memory, &fits));
+  PetscCall(PetscMalloc2(scene->n_stages, &a->cost, scene->n_stages, &a->method));
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    PetscCall(StageMethod(scene, p.m, p.contacts, scene->stages + s, a->method + s));
   scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
   scene->checkpoint_minutes = scene->wall_limit = 0.; // is never due
   scene->checkpoint_every = 0;
@@ -343,7 +355,6 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   while (a->n_static < a->n_stages && scene->stages[a->n_static].kind == STAGE_STATIC) a->n_static++;
   a->n_solved = a->n_static;
   if (!a->n_static && scene->stages[0].kind != STAGE_DYNAMIC) a->n_solved = 1;
-  PetscCall(PetscMalloc1(a->n_stages, &a->cost));
   for (PetscInt s = 0; s < a->n_stages; s++) a->cost[s] = UNKNOWN;
   PetscCall(solve_stages(&p, a));
   const Stage *last = scene->stages + PetscMax(0, a->n_solved - 1);
@@ -384,6 +395,6 @@ PetscErrorCode AttemptDestroy(Attempt *a)
   PetscFunctionBeginUser;
   PetscCall(GatherStageDestroy(&a->fields));
   PetscCall(GatherMeshDestroy(&a->mesh));
-  PetscCall(PetscFree(a->cost));
+  PetscCall(PetscFree2(a->cost, a->method));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

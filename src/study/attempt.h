@@ -27,6 +27,7 @@ typedef struct {
   PetscReal moved;    /* [-] way of the blocks over that after which contacts are found again */
   double search;      /* [s] of finding them; both for scenes of variable connectivity, else 0 */
   Cost *cost;         /* (n_stages,) */
+  MethodKind *method; /* (n_stages,) as the scene has it, with its first contacts */
   MeshFields mesh;    /* rank 0 */
   StageFields fields; /* rank 0: at the end of the last static stage */
 } Attempt;
@@ -44,7 +45,8 @@ PetscErrorCode AttemptContacts(const Model *model, const Contacts *contacts, Pet
    difference of displacement over largest displacement, [1] sum of |difference| over sum of the forces of the
    contacts. NaN: one of them has none. */
 void AttemptDifference(const Attempt *a, const Attempt *b, PetscReal difference[2]);
-/* [s] All stages that are not dynamic, factors of condensed bodies included, by the explicit loop and
-   preconditioned. NaN: not known. */
+/* [s] All stages that are not dynamic, factors of condensed bodies included, by the explicit loop,
+   preconditioned, and each as the scene has it. NaN: not known. */
 double AttemptExplicit(const Scene *scene, const Attempt *a);
 double AttemptPreconditioned(const Scene *scene, const Attempt *a);
+double AttemptAsItIs(const Scene *scene, const Attempt *a);

@@ -78,8 +78,8 @@ def row_of(options, scene, side, ranks):
     with tempfile.TemporaryDirectory() as folder:
         run.prepared(folder, SCENES[scene], side_of(scene, side))
         cycles = max(50, min(10000, 20_000_000 // side**2))
-        command = [options.quoin, "-options_file", "scene.yaml", "-output", "out", "-stages_all_ramp", "0",
-                   "-stages_all_max_cycles", str(cycles)]
+        command = [options.quoin, "-options_file", "scene.yaml", "-output", "out", "-relaxation_method", "explicit", "-stages_all_ramp",
+                   "0", "-stages_all_max_cycles", str(cycles)]  # fmt: skip
         if ranks > 1:
             command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", *command]
         environment = dict(os.environ) | run.ENVIRONMENT | {"OMPI_MCA_mpi_yield_when_idle": str(int(ranks > 2))}

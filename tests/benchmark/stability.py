@@ -78,7 +78,7 @@ class Maps:
     def run(self, scene, mesh, options, number):
         """Verdict in words, crest displacement, normal forces of the contacts."""
         out = os.path.join(self.folder, f"out{number}")
-        command = [self.quoin, "-options_file", scene, "-model", mesh, "-output", out, "-checkpoint_minutes", "0", *options]
+        command = [self.quoin, "-options_file", scene, "-model", mesh, "-output", out, "-checkpoint_minutes", "0", "-relaxation_method", "explicit", *options]
         done = subprocess.run(command, cwd=ROOT, env=ENVIRONMENT | dict(os.environ), capture_output=True, text=True)
         verdict = VERDICTS.get(done.returncode, "failed")
         if verdict != "converged":

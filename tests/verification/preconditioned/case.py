@@ -6,6 +6,7 @@ import json
 
 from driver import MODELS, REFERENCE, changed, load
 from quoin_tools.mesh.stacks import block_grid, block_on_plane, patch_test
+from quoin_tools.mesh.walls import wall
 from reference_mesh import from_reference
 
 WHAT = "preconditioned relaxation: references, explicit relaxation, history of friction, reduction, fallback (V14 with a crack)"
@@ -23,6 +24,7 @@ def run(case):
     history(case)
     reduction(case)
     guards(case)
+    automatic(case)
 
 
 def fig6_references(case):
@@ -127,3 +129,66 @@ def guards(case):
     result = case.run(patch_test(), scene)
     case.check("a floating patch: method", result.stage_summary("pull")["method"], "preconditioned, then explicit")
     case.check("... stress [Pa]", result.stage("pull").stress[:, 0], 400.0, relative=1e-6)
+
+
+WALL = {
+    "relaxation": {}, "contact": {},
+    "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}, "base": {"density": 0}},
+    "joints": {name: {"law": "elastic", "k_n": 10e9, "k_s": 3e9} for name in ("default", "joint_head")},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["block"]}, "push": {"type": "traction", "faces": "top", "value": [1e4, -1e4]}},
+    "stages": [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}],
+}
+LAST = "(auto: large, all joints elastic): "
+
+
+def automatic(case):
+    """relaxation.method: auto: Newton's method where nothing can fail and the model is large, the bits of explicit cycles elsewhere."""
+    large = wall(26, 26, rigid=False)
+    explicit_too(case, "elastic wall, 7851 degrees of freedom", wall(26, 25, rigid=False), WALL)
+    auto, two, asked, cycles = (case.run(large, changed(WALL, ("relaxation.method", method)), ranks=ranks)
+                                for method, ranks in (("auto", 1), ("auto", 2), ("preconditioned", 1), ("explicit", 1)))
+    case.check("elastic wall, degrees of freedom", auto.summary["n_dofs"], 8167)
+    case.check("... methods on 1 and 2 ranks", json.dumps([ways(auto), ways(two)]), json.dumps([[["preconditioned", "to the tolerance"]] * 2] * 2))
+    case.check("... told by a line of each stage", [run.stdout.count(LAST) for run in (auto, asked, cycles)], [2, 0, 0])
+    case.check("... the bits of method: preconditioned", sums(auto), sums(asked))
+    size = abs(cycles.stage("push").displacement).max()
+    case.check("... displacements, auto on 1 and 2 ranks and explicit [m]", [run.stage("push").displacement for run in (auto, two)],
+               [cycles.stage("push").displacement] * 2, absolute=1e-4 * size)  # fmt: skip
+    short = changed(WALL, ("relaxation.max_cycles", 50), ("relaxation.ramp", 0))
+    friction = {"law": "mohr_coulomb", "k_n": 10e9, "k_s": 3e9, "friction": 45}
+    for why, *changes in (("friction in one joint set", ("joints.joint_head", friction)), ("variable connectivity", ("contact.connectivity", "variable")),
+                          ("damping: paper", ("relaxation.damping", "paper"))):  # fmt: skip
+        explicit_too(case, f"... {why}, 50 cycles", large, changed(short, *changes))
+    stages = [WALL["stages"][0], {"push": {"loads": ["weight", "push"], "joints": {"joint_head": friction}}}]
+    slips = case.run(large, changed(WALL, ("stages", stages)))
+    case.check("... friction from the second stage on: methods", json.dumps(ways(slips)),
+               json.dumps([["preconditioned", "to the tolerance"], ["explicit", "to the tolerance"]]))  # fmt: skip
+    restarts(case, large)
+
+
+def ways(run):
+    return [[stage["method"], stage["ranks_agree"]] for stage in run.summary["stages"]]
+
+
+def sums(run):
+    return [stage["checksum"] for stage in run.summary["stages"]]
+
+
+
+def explicit_too(case, what, mesh, scene):
+    auto, cycles = case.run_all([(mesh, scene), (mesh, changed(scene, ("relaxation.method", "explicit")))])
+    case.check(f"{what}: methods", json.dumps(ways(auto)), json.dumps([["explicit", "bit for bit"]] * len(ways(auto))))
+    case.check("... the bits of method: explicit", sums(auto), sums(cycles))
+
+
+def restarts(case, mesh):
+    """From within the first stage, which a factor is made for anew, and from behind it: the same way, and who comes later still says so."""
+    folder = case.prepare(mesh, changed(WALL, ("relaxation.increments", 3)))
+    straight = sums(case.again(folder))
+    case.again(folder, "-checkpoint_every", "1", "-checkpoint_keep", "99", "-output", "kept")
+    files = sorted((folder / "kept" / "checkpoints").iterdir())
+    for file in (files[0], files[len(files) // 2], files[-1]):
+        again = case.again(folder, "-restart", file)
+        case.check(f"... again from {file.name} of {len(files)}: methods", json.dumps(ways(again)), json.dumps([["preconditioned", "to the tolerance"]] * 2))
+        case.check("... the same bits", sums(again), straight)

@@ -1,0 +1,33 @@
+/* method.c: which way a stage goes to its equilibrium (relaxation.method). */
+#include "stages/stages.h"
+
+/* Degrees of freedom from which Newton's method pays where all joints are elastic: the dam of Fig. 6 takes a
+   second of explicit cycles there, others less (docs/performance.md, tests/benchmark/method.py). With fewer,
+   explicit cycles are as good, and their bits do not depend on the number of ranks. */
+enum { MANY_DOFS = 8000 };
+
+/* Whether a contact of this rank can slip or open: its joint has a limit, or it met in motion and keeps
+   nothing together. */
+static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
+{
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0) continue;
+    if (joints[c->joint[i]].law != LAW_ELASTIC || c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.)
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
+                           MethodKind *method)
+{
+  PetscInt64 sum[2] = {m->n_dof, any_can_fail(contacts, stage->joints)};
+  PetscFunctionBeginUser;
+  *method = stage->variable ? METHOD_EXPLICIT : scene->method;
+  if (*method != METHOD_AUTO) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
+  const PetscBool newton = (PetscBool)(stage->kind == STAGE_STATIC && scene->damping == DAMPING_ADAPTIVE &&
+                                       !sum[1] && sum[0] >= MANY_DOFS);
+  *method = newton ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
