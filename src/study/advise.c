@@ -216,17 +216,19 @@ static PetscErrorCode print_unknown(const Advisor *a)
   if (any)
     PetscCall(PetscPrintf(
         a->comm, "-: not known. Cycles have no upper end where no equilibrium was found, and where many "
-                 "of more than a thousand bodies slip; >: no fewer, elastic motions decay so; stones that "
-                 "slide took 2 to 15 times as many\n"));
+                 "of more than a thousand bodies slip or are open; >: the least, for stones that slide took "
+                 "2 to 15 times what elastic motions take\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cycles, or the seconds they take, of a stage; marked where they are only a lower bound. */
-static const char *likely(const Cost *c, double value, const char *format, char text[40])
+/* Cycles of a stage, or seconds of `each`: the likely number, or, marked, the least where there may be any
+   number of them. */
+static const char *likely(const Cost *c, double each, const char *format, char text[40])
 {
   char plain[32];
-  const PetscBool at_least = (PetscBool)(isfinite(value) && !isfinite((double)c->most));
-  snprintf(text, 40, "%s%s", at_least ? ">" : "", number(value, format, plain));
+  const PetscBool open = (PetscBool)(isfinite((double)c->cycles) && !isfinite((double)c->most));
+  snprintf(text, 40, "%s%s", open ? ">" : "",
+           number((double)(open ? c->least : c->cycles) * each, format, plain));
   return text;
 }
 
@@ -249,11 +251,10 @@ static PetscErrorCode print_stages(const Advisor *a)
     const Stage *stage = a->scene->stages + s;
     const Cost *c = b->cost + s;
     const double each = stage->kind == STAGE_DYNAMIC ? b->step : b->cycle;
-    PetscCall(PetscPrintf(
-        a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
-        number((double)c->trials, "%.0f", text[5]), likely(c, (double)c->cycles, "%.0f", bound[0]),
-        number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
-        likely(c, (double)c->cycles * each, "%.3g", bound[1]), number(c->seconds, "%.3g", text[4])));
+    PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
+                          number((double)c->trials, "%.0f", text[5]), likely(c, 1., "%.0f", bound[0]),
+                          number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
+                          likely(c, each, "%.3g", bound[1]), number(c->seconds, "%.3g", text[4])));
   }
   PetscCall(PetscPrintf(a->comm, "%-16s %12s %23s %12s %23s\n", "preconditioned", "evaluations", "range",
                         "solves", "range"));

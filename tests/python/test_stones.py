@@ -139,3 +139,25 @@ def test_advise_says_what_it_does_not_know(tmp_path):
     one, two = (line.split() for line in lines[head + 1:head + 3])
     assert one[2] == "-" and float(one[3]) > 0 and one[4:] == ["-", "-", "-"] and two[2:] == ["-"] * 5
     assert "-: not known" in done.stdout
+
+
+def test_advise_marks_what_is_only_a_lower_bound(tmp_path):
+    """More than a thousand stones, a fifth of their joints open: cycles may be any number from the lower end of the range on, which stands
+    marked where the likely number would; the run takes no fewer."""
+    joints = {"default": {"k_n": 10e9, "k_s": 4e9, "friction": 35}}
+    mesh, scene = wall(36, 28), WALL | {"materials": {"block": {"density": 2400}, "base": {"density": 0}}, "joints": joints}
+    done = quoin(tmp_path, mesh, scene)
+    assert done.returncode == 0, done.stderr
+    stage = Results(str(tmp_path / "out")).stage_summary("weight")
+    command = [str(Path(QUOIN).resolve()), "-options_file", "scene.yaml", "-advise", "0.01"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
+        said = []
+        for line in process.stdout:
+            said.append(line)
+            if line.startswith("-: not known"):
+                break
+        process.terminate()  # before it tries what could be left out
+    name, trials, cycles, least, most, seconds, _ = next(line for line in said if line.startswith("weight ")).split()
+    assert (name, trials, cycles, most) == ("weight", "1", f">{least}", "-") and seconds.startswith(">")
+    assert stage["method"] == "explicit" and 0 < int(least) <= stage["cycles"]
+    assert ">: the least" in said[-1]
