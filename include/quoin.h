@@ -26,8 +26,7 @@ PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q);
 PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv);
 /* Reads, checks and distributes the block mesh; finds contacts; allocates the state. */
 PetscErrorCode QuoinSetUp(Quoin q);
-/* Runs all stages and writes results into the output folder; or, with the key `advise`, prints what that
-   would cost. The arguments of QuoinSetFromOptions must still be there. */
+/* Runs all stages and writes results into the output folder. */
 PetscErrorCode QuoinRun(Quoin q);
 /* Prints what the model holds (blocks, contacts, dofs, ranks) on stdout of rank 0. */
 PetscErrorCode QuoinView(Quoin q);

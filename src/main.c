@@ -1,5 +1,5 @@
 /* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
-#include "archive/checkpoint.h"
+#include "study/study.h"
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,12 +89,14 @@ static PetscBool hangup_is_ignored(void)
 static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
 {
   Quoin q;
+  PetscBool advised;
   PetscFunctionBeginUser;
   PetscCall(QuoinCreate(PETSC_COMM_WORLD, &q));
   PetscCall(QuoinSetFromOptions(q, scene_file, argc, argv));
   PetscCall(QuoinSetUp(q));
   PetscCall(QuoinView(q));
-  PetscCall(QuoinRun(q));
+  PetscCall(Advise(q, scene_file, argc, argv, &advised));
+  if (!advised) PetscCall(QuoinRun(q));
   *exit_code = QuoinExitCode(q);
   PetscCall(QuoinDestroy(&q));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,4 @@
 /* archive.c: named arrays on rank 0, gathered from all ranks and scattered to them; see archive.h. */
-#include "output/output.h"
 #include "archive/archive.h"
 
 PetscErrorCode ArchiveCreate(MPI_Comm comm, Archive *a)

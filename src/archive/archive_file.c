@@ -3,7 +3,6 @@
    before HDF5 looks at it. The image is made in memory and written by plain calls whose errors are all seen:
    a full disk is a message, and no library is left with half a file. Rank 0 only. */
 #include "archive/archive.h"
-#include "output/output.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <hdf5.h>

@@ -3,8 +3,7 @@
    Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same
    on any number of ranks, and it can be checked, verified and renamed as a whole
    (docs/reliability.md has what it costs). */
-#include "output/output.h"
-#include "archive/checkpoint.h"
+#include "archive/archive.h"
 #include <dirent.h>
 #include <errno.h>
 #include <signal.h>

@@ -1,6 +1,6 @@
 /* files.c: whole files in the output folder: written as <name>.part and renamed when they are on the disk;
    and the lock that keeps a second run out of it. Rank 0 only. */
-#include "output/output.h"
+#include "base/base.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <sys/file.h>

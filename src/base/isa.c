@@ -1,6 +1,6 @@
 /* isa.c: which instruction set the hot loops use (lanes.h: VARIANTS). All of them give the same bits; the
    choice is for measuring, and rules the processor out when two machines differ. */
-#include "internal.h"
+#include "base/base.h"
 #include "base/lanes.h"
 
 InstructionSet instruction_set = ISA_BASE;
@@ -25,14 +25,14 @@ const char *IsaName(void)
   return InstructionSets[instruction_set];
 }
 
-PetscErrorCode IsaSelect(MPI_Comm comm, const Scene *scene)
+PetscErrorCode IsaSelect(MPI_Comm comm, InstructionSet asked, const char *file)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  instruction_set = scene->isa == ISA_WIDEST ? widest() : scene->isa;
+  instruction_set = asked == ISA_WIDEST ? widest() : asked;
   if (instruction_set > widest())
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: isa: %s: this processor has no more than %s",
-                            scene->file, InstructionSets[instruction_set], InstructionSets[widest()]));
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: isa: %s: this processor has no more than %s", file,
+                            InstructionSets[instruction_set], InstructionSets[widest()]));
   PetscCall(CheckMessage(comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,7 +6,7 @@
    (-ffp-contract=off), so an element has the same bits in every lane, in every batch and with every
    instruction set: + - * / and the square root are rounded by IEEE 754 on all of them. */
 #pragma once
-#include "model/types.h"
+#include "base/base.h"
 
 /* Vectors are passed by value between functions that are always inlined: there is no ABI to warn about. */
 #pragma GCC diagnostic ignored "-Wpsabi"

@@ -1,4 +1,5 @@
 /* memory.c: whether a model fits into the memory of this machine, asked before it is read. Linux. */
+#include "base/base.h"
 #include "base/memory.h"
 #include <malloc.h>
 #include <math.h>

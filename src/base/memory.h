@@ -1,6 +1,6 @@
 /* memory.h: what runs, factors and condensed bodies take of memory, and what there is (memory.c). */
 #pragma once
-#include "internal.h"
+#include "base/base.h"
 #include <petscmat.h>
 
 /* [byte] What this process may still take, by the machine, the limits of the process and of its group. */

@@ -5,6 +5,7 @@
    matter and a plain MPI_SUM keeps the bits. Two bins keep 54 bits below the bound. Needs -ffp-contract=off
    and no reassociation. */
 #pragma once
+#include "base/base.h"
 #include <petscsys.h>
 #include <math.h>
 

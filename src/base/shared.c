@@ -1,4 +1,5 @@
 /* shared.c: windows of MPI's shared memory, and waiting in them. */
+#include "base/base.h"
 #include "base/shared.h"
 #include <sched.h>
 #include <sys/statvfs.h>

@@ -5,7 +5,7 @@
    must have seen the counters of those who read it at the next exchange, and these they set when they have
    read. So nobody waits before writing. */
 #pragma once
-#include "model/types.h"
+#include "base/base.h"
 #include <stdatomic.h>
 #include <stdint.h>
 

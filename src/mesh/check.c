@@ -1,7 +1,7 @@
 /* check.c: does the content of a block mesh make sense? Every refusal of docs/mesh_format.md, in an
    order in which each check may rely on the ones before it. Messages use the numbers of the file, before or
    after MeshReorder. */
-#include "internal.h"
+#include "mesh/mesh.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>

@@ -8,7 +8,7 @@
    ones in one cell.) Cells without boxes take no memory: cells are found by hashing. Copies of the boxes
    stand in the order of the hash, which keeps tiles of 8 x 8 cells together: a look at the next cell rarely
    leaves the cache. */
-#include "internal.h"
+#include "mesh/mesh.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

@@ -3,6 +3,7 @@
    Type and shape of everything are looked at before anything is allocated, only what is stored in
    this file is followed (hard links, no external or virtual data), and the first fault ends the
    reading with one message. */
+#include "mesh/mesh.h"
 #include "mesh/hdf5.h"
 #include <stdarg.h>
 #include <stdio.h>

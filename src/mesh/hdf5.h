@@ -3,7 +3,7 @@
    A FileReader keeps the first fault as one line of text; after it none of these functions does anything, so
    that a caller may ask for one thing after the other and look once at the end. */
 #pragma once
-#include "model/types.h"
+#include "mesh/mesh.h"
 #include <hdf5.h>
 
 typedef struct {

@@ -1,5 +1,6 @@
 /* mesh_file.c: reads model.h5 (docs/mesh_format.md). The only C file that knows the format. What stands in the
    file is read by mesh_hdf5.c, which trusts nothing; whether it makes sense is for mesh_check.c. */
+#include "mesh/mesh.h"
 #include "base/memory.h"
 #include "mesh/hdf5.h"
 #include "base/shared.h"

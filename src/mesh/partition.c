@@ -1,6 +1,6 @@
 /* partition.c: which rank owns which block. METIS cuts the graph of blocks: an edge for every shared vertex
    and for every pair of outer faces that lie near each other across a joint. Works on rank 0. */
-#include "internal.h"
+#include "mesh/mesh.h"
 #include <metis.h>
 
 _Static_assert(sizeof(idx_t) == sizeof(PetscInt), "METIS and PETSc must use integers of the same width");
@@ -16,26 +16,6 @@ static PetscInt root_of(PetscInt *parent, PetscInt i)
   return i;
 }
 
-/* Blocks that share a vertex: (n_vertices + 1) offsets and block lists, by ascending block. */
-PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks)
-{
-  PetscInt *s, *b, *fill;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(mesh->n_vertices + 1, &s));
-  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
-    if (mesh->blocks[i] >= 0) s[mesh->blocks[i] + 1]++;
-  for (PetscInt v = 0; v < mesh->n_vertices; v++) s[v + 1] += s[v];
-  PetscCall(PetscMalloc1(s[mesh->n_vertices], &b));
-  PetscCall(PetscMalloc1(mesh->n_vertices, &fill));
-  PetscCall(PetscArraycpy(fill, s, mesh->n_vertices));
-  for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
-    if (mesh->blocks[i] >= 0) b[fill[mesh->blocks[i]]++] = i / 4;
-  PetscCall(PetscFree(fill));
-  *start = s;
-  *blocks = b;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 typedef struct {
   const BlockMesh *mesh;
   const PetscInt *faces; /* (n,2) block, k */
@@ -45,20 +25,6 @@ static PetscBool different_bodies(PetscInt f, PetscInt g, const void *context)
 {
   const NearContext *near = context;
   return (PetscBool)(near->mesh->body[near->faces[2 * f]] != near->mesh->body[near->faces[2 * g]]);
-}
-
-PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
-                              PetscReal **box)
-{
-  PetscFunctionBeginUser;
-  PetscCall(MeshOuterFaces(mesh, n, faces));
-  PetscCall(PetscMalloc1(4 * *n, box));
-  for (PetscInt f = 0; f < *n; f++) {
-    const PetscInt *block = mesh->blocks + 4 * (*faces)[2 * f], k = (*faces)[2 * f + 1],
-                   nk = block[3] < 0 ? 3 : 4;
-    FaceBox(mesh->X + 2 * block[k], mesh->X + 2 * block[(k + 1) % nk], margin, *box + 4 * f);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within

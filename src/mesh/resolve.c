@@ -1,7 +1,6 @@
 /* resolve.c: the names in a scene against those in the mesh. Every rank has all names and
    comes to the same end. */
-#include "scene/entries.h"
-#include "internal.h"
+#include "mesh/mesh.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

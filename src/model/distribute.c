@@ -2,7 +2,7 @@
    that touch a vertex it owns, and what each point of it is (PointRecord). Rank 0 knows the whole mesh, so it
    says which points go where, the layer of overlap included, and the Plex travels once. After this file and
    model.c nobody asks the Plex. */
-#include "internal.h"
+#include "model/model.h"
 #include "base/shared.h"
 #include <petscdmplex.h>
 

@@ -5,7 +5,7 @@
    and 1.5 by PetscSF, where a rank with 500 blocks computes for 6. A rank writes each vertex that
    anyone reads once, into a slot; the others know the slots of theirs. Elsewhere by PetscSF, which
    also knows who reads what. */
-#include "internal.h"
+#include "model/model.h"
 #include "base/shared.h"
 
 /* Start of the memory of a rank; behind it two copies, that take turns, of the displacements of its slots. */

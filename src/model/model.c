@@ -1,7 +1,7 @@
 /* model.c: from the Plex of a rank to the flat arrays of types.h. Order of work: owned vertices get their
    numbers; then the other vertices and outer faces of blocks; then the arrays. What contacts need from other
    ranks comes from neighbours.c. */
-#include "internal.h"
+#include "model/model.h"
 #include <petscdmplex.h>
 
 typedef struct {
@@ -292,52 +292,7 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
     m->lame[g].mu = E / (2. * (1. + nu));
     m->lame[g].lambda = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
                                                      : E * nu / (1. - nu * nu);
-    if (material->element != ELEMENT_FULL && !m->hourglass)
-      PetscCall(PetscCalloc1(3 * m->n_groups, &m->hourglass));
-    if (material->element != ELEMENT_FULL)
-      ElementHourglass(material->element, m->lame[g], material->hourglass, m->hourglass + 3 * g);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Marks the dofs of the groups that enter the Rayleigh quotient (all when none is named). */
-static PetscErrorCode damping_groups(const Scene *scene, Model *m)
-{
-  const PetscInt at = 3 * m->n_bodies;
-  Elements *list[2 * KINDS];
-  PetscFunctionBeginUser;
-  if (!scene->n_damping_groups) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(m->n_dof, &m->in_quotient));
-  element_lists(m, list);
-  for (PetscInt g = 0; g < scene->n_damping_groups; g++)
-    for (int l = 0; l < 2 * KINDS; l++)
-      for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
-        if (strcmp(m->group_names[list[l]->group[e]], scene->damping_groups[g])) continue;
-        for (PetscInt k = 0; k < n_nodes; k++) {
-          const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
-          if (v < m->n_deformable) m->in_quotient[at + 2 * v] = m->in_quotient[at + 2 * v + 1] = 1.;
-          if (v < m->n_deformable || v >= m->n_moving) continue;
-          for (int i = 0; i < 3; i++) m->in_quotient[3 * RigidOfVertex(m, v) + i] = 1.;
-        }
-      }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* True masses and share in the damping quotient; supports come later (loads.c). */
-static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
-{
-  const PetscInt at = 3 * m->n_bodies;
-  PetscReal *vertex_mass;
-  PetscFunctionBeginUser;
-  m->n_dof = at + 2 * m->n_deformable;
-  const PetscInt n_held = at + 2 * m->n_owned;
-  PetscCall(PetscMalloc2(m->n_deformable, &m->vertex_mass, n_held, &m->support));
-  for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
-  PetscCall(ElementMasses(m, vertex_mass));
-  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->n_deformable));
-  PetscCall(PetscFree(vertex_mass));
-  PetscCall(damping_groups(scene, m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -368,9 +323,6 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(PetscFree(b.d.record));
   PetscCall(PetscFree(b.index));
   PetscCall(NeighboursUpdate(m, NULL));
-  PetscCall(RigidBodiesCreate(m));
-  PetscCall(fill_dofs(scene, m));
-  PetscCall(ElementChunksDone(m));
   PetscCall(PartEnd(PART_MODEL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -402,4 +354,17 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree2(m->point_names, m->point_vertex));
   PetscCall(GhostDestroy(m));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt RigidOfVertex(const Model *m, PetscInt v)
+{
+  PetscInt low = 0, high = m->n_bodies; // body_start[low] <= v < body_start[high]
+  while (high - low > 1) {
+    const PetscInt middle = (low + high) / 2;
+    if (m->body_start[middle] <= v)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
 }

@@ -1,8 +1,7 @@
 /* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read.
    Called at set-up and whenever contacts are looked for again; faces of other bodies within the contact
    margin are neighbours. */
-#include "internal.h"
-#include "forces/contacts/find.h"
+#include "model/model.h"
 
 /* ---- order */
 
@@ -389,17 +388,6 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
 
 /* ---- room for vertices */
 
-static PetscErrorCode grow(size_t size, PetscInt old, PetscInt new, void *array)
-{
-  void **a = array, *grown;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(size * new, (char **)&grown));
-  if (*a) PetscCall(PetscMemcpy(grown, *a, size * old));
-  PetscCall(PetscFree(*a));
-  *a = grown;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode VerticesResize(Model *m)
 {
   const PetscInt old = m->vertex_capacity, need = m->n_owned + m->n_ghosts + DUMMY_VERTICES;
@@ -407,11 +395,11 @@ PetscErrorCode VerticesResize(Model *m)
   m->n_vertices = m->n_owned + m->n_ghosts;
   if (need <= old) PetscFunctionReturn(PETSC_SUCCESS);
   const PetscInt new = old ? need + need / 4 : need; // room to grow when blocks move
-  PetscCall(grow(2 * sizeof(PetscReal), old, new, &m->X));
-  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_gid));
-  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_file));
-  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_body));
-  PetscCall(grow(sizeof(PetscInt), old, new, &m->vertex_rigid));
+  PetscCall(ArrayGrow(2 * sizeof(PetscReal), old, new, &m->X));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_gid));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_file));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_body));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_rigid));
   m->vertex_capacity = new;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -427,18 +415,24 @@ PetscErrorCode VerticesFree(Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StateResize(const Model *m, State *s)
+/* Place of a value in an ascending list, -1: it is not there. */
+static PetscInt place_of(PetscInt value, PetscInt n, const PetscInt *list)
 {
-  const PetscInt old = s->capacity, new = 3 * m->n_bodies + 2 * m->vertex_capacity;
-  PetscFunctionBeginUser;
-  if (new <= old) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
-  for (int i = 0; i < 6; i++) PetscCall(grow(sizeof(PetscReal), old, new, array[i]));
-  s->capacity = new;
-  // this rank's arrays may grow when another's do not: nothing collective here
-  if (s->u_vec) {
-    PetscCall(VecResetArray(s->u_vec));
-    PetscCall(VecPlaceArray(s->u_vec, s->u));
+  PetscInt low = 0, high = n;
+  while (low < high) {
+    const PetscInt middle = low + (high - low) / 2;
+    if (list[middle] < value)
+      low = middle + 1;
+    else
+      high = middle;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return low < n && list[low] == value ? low : -1;
+}
+
+PetscInt FaceRow(const Model *m, PetscInt gid)
+{
+  const PetscInt n = m->n_faces_local, near = place_of(gid, n, m->faces.gid);
+  if (near >= 0) return near;
+  const PetscInt far = place_of(gid, m->faces.n - n, m->faces.gid + n);
+  return far < 0 ? -1 : n + far;
 }

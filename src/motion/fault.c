@@ -1,5 +1,5 @@
 /* fault.c: where numbers have stopped being numbers. */
-#include "internal.h"
+#include "motion/motion.h"
 
 enum { GROUP_BITS = 16, FILE_BITS = 40 };
 

@@ -1,7 +1,7 @@
 /* integrate.c: the central difference (11)-(20). One loop over degrees of freedom: displacements of
    deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one
    form); LANES at once. */
-#include "internal.h"
+#include "motion/motion.h"
 #include "base/lanes.h"
 #include "base/reproducible.h"
 

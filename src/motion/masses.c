@@ -1,34 +1,12 @@
 /* masses.c: bounds of the stiffness and the masses that go with them (sections 3.1-3.2).
 
-   Contacts. The paper's (29), (k_n + k_s) L_i, counts one side of the spring only and is no bound. Here the
-   springs of a sub-contact act through b = (P: 1, A: -(1-t), B: -t), sum |b| = 2: its stiffness is bb' (x) C,
-   C = k_n nn' + k_s ss', and bb' <= 2 diag|b| (0 <= t <= 1), C <= max(k_n, k_s) in every direction, so that
-   vertex i is bounded by 2 max(k_n, k_s) L_i |b_i|. The coupling of the two ends is inside, because the rows
-   of every stress model sum to L_i.
+   Contacts add theirs (bound.c).
 
    Rigid bodies. With D = diag(k_i) a bound of the vertex stiffness, T'D T bounds that of the body:
      [ K 0 -c_y; 0 K c_x; . . K_rot ],  K = sum k_i, K_rot = sum k_i r_i^2 (31), c = sum k_i r_i,
    whose eigenvalues, with rotation in units of l = sqrt(K_rot / K), are K and K +- |c|/l: K + |c|/l bounds
    the translations, K_rot + |c| l the rotation. */
-#include "internal.h"
-
-PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscReal thickness, PetscReal *k)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    const Joint *j = joints + c->joint[i];
-    const PetscReal k_max = PetscMax(j->k_n, j->k_s);
-    for (int s = 0; s < ContactEnds(c, i); s++) {
-      PetscInt v[3];
-      ContactEndVertices(c, i, s, v);
-      const PetscReal row = 2. * k_max * 0.5 * c->length[i] * thickness, t = c->t[SUB(i, s)];
-      k[v[0]] += row;
-      k[v[1]] += row * PetscAbsReal(1. - t);
-      k[v[2]] += row * PetscAbsReal(t);
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+#include "motion/motion.h"
 
 /* Row bounds of the three dofs of body b; k: (vertices,). */
 static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, PetscReal row[3])
@@ -49,26 +27,6 @@ static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, Petsc
   row[2] = K_rot + c * l;
 }
 
-/* A vertex may come to stand on, or carry, contacts along all of its faces: the bound of the stiffest joint
-   over their half lengths, once as the vertex of a contact and once as an end of the face under another. */
-static PetscErrorCode contact_stiffness_anywhere(const Scene *scene, const Model *m, const Joint *joints,
-                                                 PetscReal *k)
-{
-  PetscReal stiffest = 0.;
-  PetscFunctionBeginUser;
-  for (PetscInt j = 0; j < scene->n_joints; j++) {
-    const Joint *joint = joints + j;
-    stiffest = PetscMax(stiffest, PetscMax(joint->k_n, joint->k_s));
-  }
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
-    const PetscInt *v = m->faces.vertex + 2 * f;
-    const PetscReal length = PetscHypotReal(m->X[2 * v[1]] - m->X[2 * v[0]],
-                                            m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1]);
-    for (int i = 0; i < 2; i++) k[v[i]] += 2. * 2. * stiffest * 0.5 * length * m->thickness;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The bodies that touch nothing now have the masses of contacts that may come: with true ones, in steps of
    1 s, they would fall by 10 m a cycle, and through everything. */
 static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joint *joints, PetscReal factor,
@@ -77,7 +35,7 @@ static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joi
   PetscReal *k;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
-  PetscCall(contact_stiffness_anywhere(scene, m, joints, k));
+  PetscCall(ContactStiffnessAnywhere(scene, m, joints, k));
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     PetscReal row[3];
     if (mass[3 * b] > 0.) continue;
@@ -132,7 +90,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
-  PetscCall(contact_stiffness_anywhere(scene, m, stage->joints, k));
+  PetscCall(ContactStiffnessAnywhere(scene, m, stage->joints, k));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};
     if (d < at) body_stiffness(m, d / 3, k, row);

@@ -5,7 +5,7 @@
    differs in bit k tell each other what they have so far. With two ranks that is one cache line each way,
    0.06 us against 0.3 to 0.45 of MPI_Allreduce; with n ranks log2(n) times as much. Ranks beyond the largest
    power of two give theirs away first and hear the result at the end. */
-#include "stages/stages.h"
+#include "motion/motion.h"
 #include "base/shared.h"
 
 /* What a rank tells in one round; two copies take turns. */

@@ -1,58 +1,8 @@
 /* fields.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order).
    Everything that is written or summed for people goes through here, so that it has the same bits on any
    number of ranks. */
-#include "forces/contacts/geometry.h"
 #include "output/output.h"
 #include <stdlib.h>
-
-PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
-                           void **all)
-{
-  PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
-  MPI_Datatype row;
-  PetscInt total = 0;
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PetscMPIIntCast(n, &mine));
-  if (!rank) PetscCall(PetscMalloc2(size, &counts, size, &starts));
-  PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts, 1, MPI_INT, 0, comm));
-  for (PetscMPIInt r = 0; !rank && r < size; r++) {
-    PetscCall(PetscMPIIntCast(total, &starts[r]));
-    total += counts[r];
-  }
-  *all = NULL;
-  if (!rank) PetscCall(PetscMalloc((size_t)PetscMax(total, 1) * unit, all));
-  PetscCallMPI(MPI_Type_contiguous((int)unit, MPI_BYTE, &row));
-  PetscCallMPI(MPI_Type_commit(&row));
-  PetscCallMPI(MPI_Gatherv(rows, mine, row, *all, counts, starts, row, 0, comm));
-  PetscCallMPI(MPI_Type_free(&row));
-  if (!rank) PetscCall(PetscFree2(counts, starts));
-  *n_all = total;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
-                            PetscInt n_all, PetscReal **all)
-{
-  PetscInt n_places, n_rows, *places;
-  PetscReal *gathered;
-  PetscMPIInt rank;
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(GatherBytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
-  PetscCall(GatherBytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
-  *all = NULL;
-  if (!rank) PetscCall(PetscCalloc1(1 + (size_t)n_all * width, all));
-  for (PetscInt i = 0; i < n_rows; i++) {
-    for (PetscInt j = 0; j < width; j++) (*all)[places[i] * width + j] = gathered[i * width + j];
-  }
-  PetscCall(PetscFree(places));
-  PetscCall(PetscFree(gathered));
-  PetscCall(PetscFree(place));
-  PetscCall(PetscFree(rows));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 enum { BLOCK_ROW = 9 };
 
@@ -283,12 +233,6 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
   }
 }
 
-/* Which side the vertex P of end k is on, 0: a, 1: b; its destination in contact_force.c is the other one. */
-static int side_of_vertex(const Contacts *c, PetscInt i, int k)
-{
-  return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
-}
-
 /* Where end k of contact i stands, and the normal from side b to side a. The outward normal of the
    destination leads from it to the vertex; turned round it leaves F_n and F_s as they are, for they act on
    the other side. */
@@ -306,7 +250,7 @@ static void contact_end_place(const Model *model, const PetscReal *u, const Cont
     along[x] = model->X[2 * B + x] - model->X[2 * A + x] + moving * (u[2 * B + x] - u[2 * A + x]);
   }
   const PetscReal length = PetscSqrtReal(along[0] * along[0] + along[1] * along[1]);
-  const PetscReal from_b = side_of_vertex(c, i, k) ? -1 : 1;
+  const PetscReal from_b = ContactSideOfVertex(c, i, k) ? -1 : 1;
   end->normal[0] = from_b * along[1] / length;
   end->normal[1] = -from_b * along[0] / length;
 }

@@ -6,6 +6,7 @@
    complete, whatever a signal or a short write of the system leaves over.
 
    The first 512 bytes, which HDF5 leaves to its users, are text: length and CRC-32 of the rest. */
+#include "output/output.h"
 #include "output/hdf5_disk.h"
 #include <errno.h>
 #include <fcntl.h>

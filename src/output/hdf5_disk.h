@@ -1,5 +1,6 @@
 /* hdf5_disk.h: HDF5 files that are written, on a disk that may fail. */
 #pragma once
+#include "output/output.h"
 #include <hdf5.h>
 
 /* A new file, or an existing one to be changed; negative: no such file, or no right to. One at a time. */

@@ -1,7 +1,7 @@
 /* hdf5_write.h: datasets and attributes of an HDF5 file, each in one call; numbers little endian. Each
    returns 0, or -1 on failure. */
 #pragma once
-#include "model/types.h"
+#include "output/output.h"
 #include <hdf5.h>
 
 int Hdf5WriteReals(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *data);

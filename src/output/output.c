@@ -1,7 +1,6 @@
 /* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json
    at the end of each stage. Files are written as <name>.part and take their name when they are whole. */
 #include "output/output.h"
-#include "archive/checkpoint.h"
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -395,7 +394,8 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
-  PetscCall(UpliftSurvey(p, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
+  PetscCall(UpliftSurvey(p->scene, p->stage, p->m, p->contacts, p->state,
+                         (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
   if (!p->m->rank) {
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));

@@ -1,9 +1,9 @@
-/* output.h: prototypes of what is written for people: a stage gathered to rank 0, its safety factors,
-   results.h5, results.xdmf, summary.json, history.csv, what trials leave. Conventions as in internal.h. */
+/* output.h: what is written for people: a stage gathered to rank 0, its safety factors, results.h5, results.xdmf,
+   summary.json, history.csv, what trials leave, lines on the terminal. */
 #pragma once
-#include "stages/stages.h"
+#include "motion/motion.h"
 
-/* ---- gather.c: what is written for people, on rank 0 (arrays NULL elsewhere), in file order */
+/* ---- fields.c */
 typedef struct {
   PetscInt n_vertices, n_blocks;
   PetscReal *X;         /* [m] (n_vertices,2) */
@@ -13,7 +13,6 @@ typedef struct {
   PetscInt *rank;       /* (n_blocks,) that writes the block, when the run starts */
   PetscInt *file;       /* (n_blocks,) file id of each block gid */
 } MeshFields;
-
 enum {
   VERTEX_WIDTH = 8, /* u x,y [m]; reaction x,y [N], 0 where free; applied force x,y [N]; forces of rigid
                        vertices: 0; row of the support that holds x, y, -1: none */
@@ -22,7 +21,6 @@ enum {
   BLOCK_WIDTH = 20 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
                       (4,3) [Pa]; NaN where the kind of block has none */
 };
-
 typedef struct {
   PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
   PetscReal normal[2];                 /* [-] from side b to side a; force acts along it on side b */
@@ -33,9 +31,7 @@ typedef struct {
   PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
   PetscInt state;                      /* ContactState bits */
 } ContactEnd;
-
 enum { FACE_NOT_WRITTEN = -1 }; /* in ContactRow.face: see WrittenStage */
-
 typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
@@ -46,7 +42,6 @@ typedef struct {
   PetscReal open, crushing; /* [m] of it */
   ContactEnd end[2];        /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;
-
 typedef struct {
   PetscReal time;                       /* [s] of dynamic stages */
   PetscInt n_contacts, n_bodies, n_dof; /* of the whole model */
@@ -58,14 +53,6 @@ typedef struct {
   PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
   PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
 } StageFields;
-
-/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
-PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
-                           void **all);
-/* Collective. place: (n,) row of the result for each of the n rows; frees place and rows. all: (n_all, width)
-   on rank 0, from PetscMalloc. */
-PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
-                            PetscInt n_all, PetscReal **all);
 /* All collective. */
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
 PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
@@ -78,7 +65,7 @@ PetscErrorCode GatherStageDestroy(StageFields *fields);
 /* The mechanism of the trials: (n_owned,2) on each rank, NULL on all: nothing happens. */
 PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
 
-/* ---- safety.c: rank 0 only */
+/* ---- safety.c */
 typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
 /* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite
    when nothing can fail. */
@@ -88,7 +75,7 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
 /* The "safety" member of a stage's object. */
 void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
-/* ---- written.c: rank 0 only; what of mesh and fields goes into results.h5 */
+/* ---- written.c */
 typedef struct {
   PetscBool partly;         /* false: everything does; then mesh is *all, and the lists are NULL */
   MeshFields mesh;          /* rows that are written, in the order of model.h5; file: NULL when partly */
@@ -104,8 +91,7 @@ PetscErrorCode WrittenStageDestroy(const Written *written, StageFields *some);
 /* The same for the same choice of blocks; 0: everything. */
 uint64_t WrittenChecksum(const Written *written);
 
-/* ---- results_file.c: rank 0 only; results.h5 and results.xdmf. message receives the first fault,
-   "" when there is none. */
+/* ---- results_file.c */
 typedef struct {
   const char *folder;
   const Scene *scene;
@@ -140,7 +126,8 @@ PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
    with a warning; grids of stages and frames that are not in the folder are forgotten. */
 PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
-/* ---- xdmf.c: rank 0 only */
+
+/* ---- xdmf.c */
 /* Entries of the mixed topology: the cell type before the vertices of each block. */
 PetscInt XdmfTopologySize(const MeshFields *mesh);
 /* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name:
@@ -151,35 +138,8 @@ PetscBool XdmfHas(const ResultsFile *results, const char *name);
 void XdmfDrop(ResultsFile *results, const char *name);
 /* results.xdmf from all grids so far, replaced in one go. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
-/* ---- files.c: rank 0 only */
-/* mkdir -p; 0, or -1 and a message. */
-int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
-/* Keeps other runs out of a folder until FolderUnlock or the end of the process. With a message: FOLDER_TAKEN
-   when another run is there, -1 when the folder cannot be written. */
-enum { FOLDER_TAKEN = -2 };
-int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
-void FolderUnlock(const char *folder, int lock);
-/* folder/name.part, opened for writing. */
-FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Closes it; when all of it is on the disk it becomes folder/name, unless there is a message. */
-void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* folder/name with this text, and behind it its CRC-32 between `before` and `after`. */
-void PartText(const char *folder, const char *name, const char *text, size_t size, const char *before,
-              const char *after, char message[MESSAGE_LENGTH]);
-/* What PartFinish does, for a .part that is on the disk already. */
-void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Makes the renaming of a file outlast a loss of power; 0 or errno. */
-int FolderSync(const char *path);
-/* 0 or -1 */
-int FileCopy(const char *from, const char *to);
-/* CRC-32 (that of zlib) of the first bytes of a file; 0, or -1: it has fewer, or cannot be read (errno). */
-int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
 
-#ifndef QUOIN_VERSION
-#define QUOIN_VERSION "0.1.0"
-#endif
-
-/* ---- trials.c: what the trials of a strength reduction or a flood leave */
+/* ---- trials.c */
 typedef struct {
   PetscReal friction;        /* [degree] before it was reduced */
   PetscReal stable, failing; /* [-] tan(friction) over that of the last stable, the first failing trial */
@@ -209,28 +169,21 @@ PetscErrorCode TrialsReset(Trials *trials);
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
 void SummaryUplift(FILE *f, const Problem *p);
 
-/* ---- mechanism.c: how it fails */
+/* ---- mechanism.c */
 enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
-/* Collective. Takes the present motion as the mechanism of p->output->trials; from: not NULL: the way from
-   these displacements (ModelApplied,) instead. */
-PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
 /* Whether a joint slides, or opens, in it. */
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
 
-/* ---- summary.c: summary.json, rank 0 only; see docs/results_format.md */
+/* ---- json.c */
+/* Text as a string of JSON. */
+void JsonString(FILE *f, const char *text);
 /* "name": value, and what follows; null for what is not finite. */
 void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
 void JsonText(FILE *f, const char *name, const char *value, const char *tail);
 void JsonCount(FILE *f, const char *name, long long value, const char *tail);
-/* One JSON object of a stage, to be freed with free(); the mesh, probes and trials of p->output. */
-PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
-/* The whole file from the objects of the stages so far, replaced in one go. */
-struct _p_Output;
-PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
-                            char message[MESSAGE_LENGTH]);
 
-/* ---- hinges.c: rank 0 only */
+/* ---- hinges.c */
 /* Joints between two bodies that are closed over less than half of their face, with tptm. */
 typedef struct {
   PetscInt n;
@@ -241,11 +194,7 @@ Hinges HingesOf(const Problem *p, const StageFields *fields);
 /* The "hinges" member of a stage or trial, where there are some. */
 void SummaryHinges(FILE *f, const Hinges *hinges);
 
-/* ---- summary_joints.c: rank 0 only */
-/* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
-PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);
-
-/* ---- body_motion.c: what becomes of each macroblock in a dynamic stage */
+/* ---- body_motion.c */
 typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
 /* Numbers of all macroblocks, the same on all ranks. */
 typedef struct {
@@ -278,7 +227,18 @@ void SummaryBodies(FILE *f, const Model *model, const BodyMotion *bodies);
    in the mesh. */
 PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *centre);
 
-/* ---- output.c: the output folder. All collective. */
+/* ---- terminal.c */
+/* Rank 0: whether it is time for a line about where the stage is: every ten seconds, on a terminal twice a
+   second; and that line. */
+PetscBool StageShows(const Problem *p);
+void StageShow(const Problem *p, const char *what);
+/* Lines on stdout about how a stage ended. */
+PetscErrorCode StageReport(const Problem *p);
+
+/* ---- output.c */
+#ifndef QUOIN_VERSION
+#define QUOIN_VERSION "0.1.0"
+#endif
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
   PetscInt n_stages;         /* that are over */
@@ -319,3 +279,13 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
 PetscErrorCode OutputStage(const Problem *p);
 /* message: what could not be written at the last moment, "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
+
+/* ---- summary.c */
+/* One JSON object of a stage, to be freed with free(); the mesh, probes and trials of p->output. */
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
+PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
+                            char message[MESSAGE_LENGTH]);
+
+/* ---- summary_joints.c */
+/* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
+PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);

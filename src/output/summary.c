@@ -6,42 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- JSON: text is a line of its own; a name, a value, and what follows */
-
-static void put_text(FILE *f, const char *text)
-{
-  fputc('"', f);
-  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-    if (*c == '"' || *c == '\\')
-      fprintf(f, "\\%c", *c);
-    else if (*c < 0x20)
-      fprintf(f, "\\u%04x", *c);
-    else
-      fputc(*c, f);
-  }
-  fputc('"', f);
-}
-
-void JsonText(FILE *f, const char *name, const char *value, const char *tail)
-{
-  fprintf(f, "\"%s\": ", name);
-  put_text(f, value);
-  fputs(tail, f);
-}
-
-void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail)
-{
-  if (isfinite(value))
-    fprintf(f, "\"%s\": %.17g%s", name, value, tail);
-  else
-    fprintf(f, "\"%s\": null%s", name, tail);
-}
-
-void JsonCount(FILE *f, const char *name, long long value, const char *tail)
-{
-  fprintf(f, "\"%s\": %lld%s", name, value, tail);
-}
-
 /* ---- blocks: energies, forces, extremes */
 
 static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
@@ -76,7 +40,7 @@ static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields
   fprintf(f, "      \"supports\": {");
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     fprintf(f, "%s\n        ", i ? "," : "");
-    put_text(f, scene->supports[i].name);
+    JsonString(f, scene->supports[i].name);
     fprintf(f, ": {");
     JsonNumber(f, "x", sum[2 * i], ", ");
     JsonNumber(f, "y", sum[2 * i + 1], "}");
@@ -159,7 +123,7 @@ static void put_extremes(FILE *f, const Model *model, const MeshFields *mesh, co
   put_extreme(f, "s2_min", mesh, s, -1, -1, "},\n      \"stress_by_group\": {");
   for (PetscInt g = 0; g < model->n_groups; g++) {
     fprintf(f, "%s\n        ", g ? "," : "");
-    put_text(f, model->group_names[g]);
+    JsonString(f, model->group_names[g]);
     fprintf(f, ": {");
     put_extreme(f, "s1_max", mesh, s, g, 1, ", ");
     put_extreme(f, "s2_min", mesh, s, g, -1, "}");
@@ -187,7 +151,7 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
   fprintf(f, "      \"probes\": {");
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, "%s\n        ", p ? "," : "");
-    put_text(f, model->point_names[p]);
+    JsonString(f, model->point_names[p]);
     fprintf(f, ": {");
     JsonNumber(f, "x", probes[4 * p], ", ");
     JsonNumber(f, "y", probes[4 * p + 1], ", ");

@@ -92,7 +92,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
   PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
   PetscCall(GatherMeshDestroy(&mesh));
-  PetscCall(UpliftSurvey(p, PETSC_FALSE));
+  PetscCall(UpliftSurvey(p->scene, p->stage, p->m, p->contacts, p->state, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     hinges = HingesOf(p, &fields);

@@ -1,7 +1,6 @@
 /* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
+#include "run/run.h"
 #include "base/memory.h"
-#include "output/output.h"
-#include "stages/repartition.h"
 
 struct _p_Quoin {
   MPI_Comm comm;
@@ -17,82 +16,7 @@ struct _p_Quoin {
   PetscInt stage; /* that runs, or is next */
   StageResult last;
   PetscBool has_model, has_output;
-  const char *scene_file; /* as the scene was asked for: advise.c reads it again */
-  int argc;
-  char **argv;
 };
-
-const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",
-                                    "undecided", "interrupted", "completed"};
-
-/* ---- errors */
-
-/* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
-static PetscErrorCode refused = PETSC_SUCCESS;
-
-/* PETSc 3.18 gives the line of the call in place of the code, and its function in place of the message. */
-static PetscBool is_of_malloc(const char *function)
-{
-  return (PetscBool)(function &&
-                     (!strcmp(function, "PetscMallocAlign") || !strcmp(function, "PetscReallocAlign")));
-}
-
-/* What is refused is one line on stderr of rank 0, want of memory one of the rank it meets; everything else
-   is a fault of the program and keeps PETSc's trace. */
-static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
-                               PetscErrorCode code, PetscErrorType type, const char *message, void *context)
-{
-  PetscMPIInt rank = 0;
-  if (type == PETSC_ERROR_INITIAL && is_of_malloc(function)) code = ERROR_MEMORY;
-  if (code == ERROR_MEMORY && code != refused) {
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    if (type == PETSC_ERROR_INITIAL)
-      fprintf(stderr,
-              "quoin: error: rank %d has no memory left in %s: %s; take more machines or a smaller mesh\n",
-              rank, function, message);
-    return code;
-  }
-  if (code != refused)
-    return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
-  if (type == PETSC_ERROR_INITIAL) {
-    MPI_Comm_rank(comm, &rank);
-    if (rank == 0) {
-      fprintf(stderr, "quoin: error: %s\n", message);
-      fflush(stderr);
-    }
-  }
-  return code;
-}
-
-PetscErrorCode QuoinErrorHandlerPush(void)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscPushErrorHandler(on_error, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
-{
-  char text[MESSAGE_LENGTH];
-  PetscMPIInt rank, size, first;
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  first = message[0] ? rank : size;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
-  if (first == size) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrncpy(text, message, sizeof(text)));
-  PetscCallMPI(MPI_Bcast(text, MESSAGE_LENGTH, MPI_CHAR, first, comm));
-  refused = code;
-  SETERRQ(comm, code, "%s", text);
-}
-
-PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
-{
-  PetscFunctionBeginUser;
-  PetscCall(Refuse(comm, PETSC_ERR_USER_INPUT, message));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 int QuoinErrorExitCode(PetscErrorCode error)
 {
@@ -106,13 +30,8 @@ int QuoinErrorExitCode(PetscErrorCode error)
   if (!error) return QUOIN_OK;
   if (error == ERROR_MEMORY) return QUOIN_MEMORY;
   for (size_t i = 0; i < sizeof(table) / sizeof(table[0]); i++)
-    if (error == refused && error == table[i].error) return table[i].code;
+    if (QuoinErrorIsShared(error) && error == table[i].error) return table[i].code;
   return QUOIN_INTERNAL;
-}
-
-PetscBool QuoinErrorIsShared(PetscErrorCode error)
-{
-  return (PetscBool)(error == refused);
 }
 
 /* ---- life */
@@ -129,68 +48,10 @@ PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q)
 PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv)
 {
   PetscFunctionBeginUser;
-  q->scene_file = scene_file, q->argc = argc, q->argv = argv;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
   PetscCall(SolverOptionsTake(&q->scene));
   MemorySetLimit(1e9 * (double)q->scene.memory_limit);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Slender blocks are allowed, and told: they set the time step and are stiff in bending. */
-static void warn_slender(const BlockMesh *mesh)
-{
-  static PetscBool told = PETSC_FALSE; // advise.c sets up the same mesh many times
-  PetscInt n, worst;
-  PetscReal ratio;
-  MeshSlender(mesh, &n, &worst, &ratio);
-  if (!n || told) return;
-  told = PETSC_TRUE;
-  fprintf(stderr,
-          "quoin: warning: %" PetscInt_FMT
-          " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
-          ", %.3g: expect many cycles and stresses of little worth there\n",
-          n, Plural(n), worst, (double)ratio);
-  fflush(stderr);
-}
-
-/* Poisson's ratios from which full blocks lock: a cantilever of 20 by 4 of them is 10 % too stiff in bending
-   at 0.2, 19 % at 0.45, 49 % at 0.49 (bending blocks: 0, 2 and 3 %). Plane stress never does. */
-static const PetscReal LOCKS_FROM = 0.45;
-
-static void warn_locking(const Scene *scene)
-{
-  static PetscBool told = PETSC_FALSE;
-  if (told || scene->plane != PLANE_STRAIN) return;
-  told = PETSC_TRUE;
-  for (PetscInt g = 0; g < scene->n_materials; g++) {
-    const Material *material = scene->materials + g;
-    if (material->rigid || material->element != ELEMENT_FULL || material->poisson < LOCKS_FROM) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: materials.%s: at Poisson's ratio %.4g blocks of element: full are much too stiff "
-        "in bending: take element: bending, and blocks of 4 vertices\n",
-        material->name, (double)material->poisson);
-  }
-  fflush(stderr);
-}
-
-/* Newton's method keeps its contacts. */
-static void warn_explicit(const Scene *scene)
-{
-  static PetscBool told = PETSC_FALSE;
-  PetscBool any = PETSC_FALSE;
-  if (told || scene->method != METHOD_PRECONDITIONED) return;
-  told = PETSC_TRUE;
-  for (PetscInt s = 0; s < scene->n_stages; s++) {
-    const Stage *stage = scene->stages + s;
-    if (stage->kind == STAGE_DYNAMIC || !stage->variable) continue;
-    fprintf(stderr, "%s %s",
-            any ? "," : "quoin: warning: preconditioned needs fixed connectivity; by explicit cycles:",
-            stage->name);
-    any = PETSC_TRUE;
-  }
-  if (any) fprintf(stderr, "\n");
-  fflush(stderr);
 }
 
 /* What only shows when mesh, scene and ranks are seen together. */
@@ -213,7 +74,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
                               q->scene.model, size, mesh->n_blocks));
   }
   PetscCall(CheckMessage(q->comm, message));
-  if (rank == 0) warn_slender(mesh), warn_locking(&q->scene), warn_explicit(&q->scene);
+  if (rank == 0) WarnSlender(mesh), WarnLocking(&q->scene), WarnExplicit(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,6 +83,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 {
   PetscFunctionBeginUser;
   PetscCall(ModelCreate(q->comm, &q->scene, mesh, &q->model));
+  PetscCall(BlocksCreate(&q->scene, &q->model));
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
@@ -239,6 +101,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 static PetscErrorCode take_down(Quoin q)
 {
   PetscFunctionBeginUser;
+  PetscCall(NewtonDestroy(&q->relax.newton));
   PetscCall(RelaxationDestroy(&q->relax));
   PetscCall(UpliftDestroy(&q->scene, &q->state));
   PetscCall(StateDestroy(&q->state));
@@ -265,7 +128,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
-  PetscCall(IsaSelect(q->comm, &q->scene));
+  PetscCall(IsaSelect(q->comm, q->scene.isa, q->scene.file));
   PetscCall(PartBegin(PART_READING));
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(PartEnd(PART_READING));
@@ -407,10 +270,6 @@ static PetscErrorCode begin(Quoin q)
 PetscErrorCode QuoinRun(Quoin q)
 {
   PetscFunctionBeginUser;
-  if (q->scene.advise > 0.) {
-    PetscCall(Advise(q, q->scene_file, q->argc, q->argv));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(begin(q));
   while (q->stage < q->scene.n_stages) {
     const Stage *stage = q->scene.stages + q->stage;

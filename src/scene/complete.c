@@ -1,5 +1,5 @@
 /* complete.c: keys of strengths, uplift, strength reduction and flood that only make sense together. */
-#include "stages/stages.h"
+#include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,7 @@
 /* echo.c: the scene as it was read, every key in force with its value, as text that is a scene again:
    scene_echo.yaml in the output folder. Values are copied as they were written, so they read back to the same
    bits; what the table of keys says in words ("= none") stands as a comment. Local to the rank. */
+#include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
 #include <stdarg.h>

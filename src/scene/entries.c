@@ -1,4 +1,5 @@
 /* entries.c: YAML text and command line -> Entries. See entries.h. Local to the rank. */
+#include "scene/scene.h"
 #include "scene/entries.h"
 #include <ctype.h>
 #include <stdarg.h>

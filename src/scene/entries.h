@@ -2,9 +2,7 @@
    `materials: {dam: {density: 2400}}` gives the entries "materials", "materials.dam" (sections) and
    "materials.dam.density" = "2400". On the command line a key is written with _ for every dot. */
 #pragma once
-#include "model/types.h"
-
-enum { LABEL_LENGTH = 6 * NAME_LENGTH }; /* of a dotted key */
+#include "scene/scene.h"
 
 typedef enum { ENTRY_VALUE, ENTRY_LIST, ENTRY_SECTION } EntryKind; /* a list is joined by commas */
 
@@ -45,7 +43,3 @@ PetscBool NameIsValid(const char *name);
 /* Copies the next item of a comma list into `item`, without blanks around it; returns the
    rest, NULL after the last. */
 const char *NextItem(const char *list, char item[LABEL_LENGTH]);
-/* Writes "file:line: key: text" in one line, unless message already holds an earlier fault.
-   line 0: "command line: -key_with_underscores: text"; -1: the file as a whole. */
-void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
-    PETSC_ATTRIBUTE_FORMAT(5, 6);

@@ -1,7 +1,7 @@
 /* petsc_options.c: options of PETSc's solvers. They are no keys of the scene, but they change what its
    solvers return: -mat_no_inode the order of their sums, -pc_type the preconditioner. So a run that has some
    says so, keeps them with its own options (a restart tells when they change) and with its results. */
-#include "internal.h"
+#include "scene/scene.h"
 #include <ctype.h>
 #include <stdlib.h>
 

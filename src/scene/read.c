@@ -1,9 +1,8 @@
 /* read.c: YAML scene and command line -> Scene. What the keys are stands in scene_keys.h; names are
    checked against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so
    comes to the same Scene. */
+#include "scene/scene.h"
 #include "scene/keys.h"
-#include "forces/contacts/law/joint_law.h"
-#include "output/output.h"
 #include <inttypes.h>
 #include <sys/stat.h>
 #include <errno.h>

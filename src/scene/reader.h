@@ -1,7 +1,7 @@
 /* reader.h: what scene.c and scene_value.c share: what a key is, and the reader that asks for keys. */
 #pragma once
+#include "scene/scene.h"
 #include "scene/entries.h"
-#include "internal.h"
 
 typedef enum {
   SECTION_TOP,

@@ -1,13 +1,9 @@
 /* scene.h: what the user asked for: read by scene.c from the YAML scene and the command line, constant
    afterwards. Units and signs as in types.h. */
 #pragma once
-#include <petscsys.h>
-#include <stdbool.h>
+#include "base/base.h"
 
-enum {
-  NAME_LENGTH = 64, /* of groups, sets, points, joints, loads, stages; 63 characters and the closing zero */
-  MESSAGE_LENGTH = 1024 /* of one error line */
-};
+enum { LABEL_LENGTH = 6 * NAME_LENGTH }; /* of a dotted key */
 
 typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
 typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
@@ -37,7 +33,6 @@ typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
 typedef enum { EXCHANGE_AUTO, EXCHANGE_MESSAGES } ExchangeKind;
 typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
-typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
 
 typedef struct {
   char name[NAME_LENGTH];   /* group of the mesh it belongs to */
@@ -65,7 +60,7 @@ typedef struct {
   StressModelKind stress_model;
   PetscReal k_n, k_s;    /* [Pa/m] */
   PetscReal friction[2]; /* [degree] */
-  PetscReal tan_phi[2];  /* [-] of friction; JointPrepare in joint_law.h writes it */
+  PetscReal tan_phi[2];  /* [-] of friction; JointPrepare writes it */
   PetscReal cohesion[2]; /* [Pa] */
   PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
   PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
@@ -196,3 +191,37 @@ typedef struct {
   char *echo;    /* every key in force, as YAML: scene_echo.yaml */
   char *solvers; /* PETSc's options for its solvers, NULL: none; petsc_options.c */
 } Scene;
+
+/* ---- petsc_options.c */
+/* Into scene->solvers and, where there are any, as a line of scene->options. */
+PetscErrorCode SolverOptionsTake(Scene *scene);
+/* Those that nobody has asked for are misspelt, or of a solver that did not run. */
+PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
+
+/* ---- read.c */
+/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Fails on unknown keys. */
+PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
+/* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
+PetscErrorCode SceneHelp(MPI_Comm comm);
+PetscErrorCode SceneDestroy(Scene *scene);
+
+/* ---- joints.c */
+extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,
+                                            "StressModelKind", "STRESS_" , NULL */
+/* The elastic row of a model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
+void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
+/* [degree] Largest friction among the joints whose strength the stage reduces, of those only that `has`
+   (n_joints,) marks; NULL: of all. NaN: it reduces none. */
+PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has);
+/* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm, "StressModelKind", "STRESS_", NULL */
+extern const char *const StressModels[];
+/* tan_phi from friction. */
+void JointPrepare(Joint *joint);
+/* Whether a strength reduction reduces this joint. */
+PetscBool JointIsReduced(const Stage *stage, const Joint *joint);
+
+/* ---- entries.c */
+/* Writes "file:line: key: text" in one line, unless message already holds an earlier fault.
+   line 0: "command line: -key_with_underscores: text"; -1: the file as a whole. */
+void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
+    PETSC_ATTRIBUTE_FORMAT(5, 6);

@@ -1,5 +1,6 @@
 /* value.c: asking for keys and turning text into checked values; every complaint names
    the key and its line. */
+#include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
 #include <math.h>

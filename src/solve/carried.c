@@ -15,7 +15,7 @@
    w must be small against the body's own loads. Bodies that stick to each other along a whole contact are
    asked as one part as well. A contact whose ends slip in opposite directions sticks in between. Lengths of
    rotations are radii of gyration of vertices. No stiffness comes in: what little there is holds. */
-#include "stages/stages.h"
+#include "solve/solve.h"
 #include "base/reproducible.h"
 
 static const PetscReal NOISE = 1e-11;        /* of all forces on it are rounding, and so is */

@@ -25,7 +25,6 @@
    A mechanism has no stiffness but that of bodies and faces that turn under their forces: the tangent has it
    here (stiffness.c). Loads that follow the motion are those of where the step began. */
 #include "solve/newton.h"
-#include "archive/checkpoint.h"
 
 enum {
   MOST_STEPS = 200,
@@ -79,11 +78,11 @@ static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *it
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Motion since the step began, kept in relax->du_chunk, and the state it led to. */
+/* Motion since the step began, kept in relax->evidence.du_chunk, and the state it led to. */
 static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
 {
   const Newton *n = p->relax->newton;
-  PetscReal *before = p->relax->du_chunk, sum[3] = {0., 0., 0.}, place[2];
+  PetscReal *before = p->relax->evidence.du_chunk, sum[3] = {0., 0., 0.}, place[2];
   PetscFunctionBeginUser;
   now->way = 0.;
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
@@ -117,7 +116,7 @@ static PetscErrorCode collapsed(const Problem *p, const Course *c)
   const Sight *now = c->last, *from = p->result->verdict == VERDICT_NONE ? now + 2 : &c->seen;
   char *told = p->result->evidence;
   PetscFunctionBeginUser;
-  p->relax->chunk_start = p->state->cycle;
+  p->relax->evidence.chunk_start = p->state->cycle;
   if (p->result->verdict == VERDICT_NONE)
     PetscCall(PetscSNPrintf(told, sizeof(p->result->evidence),
                             "a mechanism that has moved faces by %.3g of their length, cosine %.4f",
@@ -189,7 +188,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     PetscInt iterations = 0;
     PetscBool good = PETSC_FALSE, again = PETSC_FALSE;
     PetscCall(PetscArraycpy(n->u_creep, p->state->u, p->m->n_dof));
-    PetscCall(StageLoads(p));
+    PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
     n->drag = 0.;
     PetscCall(NewtonEvaluate(p, 0., NULL, &force));
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
@@ -224,7 +223,7 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
   PetscFunctionBeginUser;
   *found = *stop = PETSC_FALSE;
   PetscCall(NewtonFresh(p));
-  PetscCall(PetscArrayzero(p->relax->du_chunk, p->m->n_dof));
+  PetscCall(PetscArrayzero(p->relax->evidence.du_chunk, p->m->n_dof));
   PetscCall(NewtonEvaluate(p, 0., NULL, &force));
   PetscCall(NewtonElasticFrequency(p, &omega_2));
   PetscCall(ContactsParted(p, &c.parted, place));

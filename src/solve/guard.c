@@ -10,7 +10,7 @@
    would have done at full size on the way there, about twice what is stored. Twice all of it is allowed. An
    account is opened where a stage starts, and where the water in a crack changes. W is only asked for when
    the kinetic energy has doubled since it was last found in order, so that a check costs nothing. */
-#include "stages/stages.h"
+#include "solve/solve.h"
 #include "base/reproducible.h"
 
 static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1; /* PULL: of what it was */
@@ -107,7 +107,7 @@ PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (r->made_energy++) { // what they come to is judged with this in mind
+  if (r->account.made_energy++) { // what they come to is judged with this in mind
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -162,7 +162,7 @@ PetscErrorCode EnergyVeto(const Problem *p)
   const PetscBool against = (PetscBool)(done + there < 0.); // K + E <= W + K_0 + E_0: nothing to move with
   if (may_make_energy(p->scene)) {
     if (against) doubt_models(p, done, there);
-  } else if (against || p->relax->made_energy >= 2) {
+  } else if (against || p->relax->account.made_energy >= 2) {
     result->verdict = VERDICT_DIVERGED;
     snprintf(result->evidence, sizeof(result->evidence),
              against

@@ -1,5 +1,5 @@
 /* method.c: which way a stage goes to its equilibrium (relaxation.method). */
-#include "stages/stages.h"
+#include "solve/solve.h"
 
 /* Degrees of freedom from which Newton's method pays where all joints are elastic: the dam of Fig. 6 takes a
    second of explicit cycles there, others less (docs/performance.md, tests/benchmark/method.py). With fewer,

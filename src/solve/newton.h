@@ -1,6 +1,6 @@
 /* newton.h: what newton.c and creep.c share: the state of Newton's method and one iteration of it. */
 #pragma once
-#include "output/output.h"
+#include "solve/solve.h"
 #include "solve/stiffness.h"
 
 struct _p_Newton {

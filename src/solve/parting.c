@@ -5,7 +5,7 @@
    each of them has slid far. A contact across a gap is counted from where it first bears: until then it says
    nothing, however far its faces part. Joints of `law: elastic`
    cannot fail; they are never counted. */
-#include "stages/stages.h"
+#include "solve/solve.h"
 #include "base/reproducible.h"
 #include <float.h>
 
@@ -193,7 +193,7 @@ static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
     for (int i = 0; i < FALLS; i++) bins[i] = BinsFor(PetscMax(top[i], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {
       const PetscInt rigid = 3 * m->n_bodies, along = d < rigid ? d % 3 : (d - rigid) % 2;
-      const PetscReal f = s->f_ext[d], term[FALLS] = {f * (s->u[d] - p->relax->u_0[d]), f * s->v[d],
+      const PetscReal f = s->f_ext[d], term[FALLS] = {f * (s->u[d] - p->relax->evidence.u_0[d]), f * s->v[d],
                                                       along == 0 ? f : 0., along == 1 ? f : 0.};
       if (along == 2) continue;
       for (int i = 0; i < FALLS && pass; i++)
@@ -225,7 +225,7 @@ PetscErrorCode JudgeLoose(const Problem *p)
     PetscReal f[FALLS];
     for (int i = 0; i < FALLS; i++) f[i] = sum[2 * (FALLS * b + i)] + sum[2 * (FALLS * b + i) + 1];
     const PetscReal fallen = f[0] / PetscMax(PetscHypotReal(f[2], f[3]), DBL_MIN);
-    if (tied[b] || !(fallen > OUTGROWN * p->relax->longest) || !(f[1] > 0.)) continue;
+    if (tied[b] || !(fallen > OUTGROWN * p->relax->evidence.longest) || !(f[1] > 0.)) continue;
     p->result->verdict = VERDICT_COLLAPSED;
     PetscCall(
         PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),

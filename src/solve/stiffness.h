@@ -1,6 +1,6 @@
 /* stiffness.h: the assembled stiffness of the model and what is solved with it. */
 #pragma once
-#include "internal.h"
+#include "solve/solve.h"
 #include <petscksp.h>
 
 /* Rows of the matrix are the dofs of State in PETSc's parallel numbering. A vertex acts through up to three

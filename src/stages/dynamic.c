@@ -1,7 +1,6 @@
 /* dynamic.c: a stage in time. True masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
-#include "output/output.h"
-#include "stages/repartition.h"
+#include "stages/stages.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
@@ -414,7 +413,7 @@ PetscErrorCode StageRunDynamic(const Problem *p)
     PetscCall(EnergyContactsChanged(p->contacts, &loop.energy));
   }
   PetscCall(warn_models(p));
-  if (!resumed) PetscCall(SupportMotionsWarn(p, motions));
+  if (!resumed) PetscCall(SupportMotionsWarn(p->scene, p->stage, p->m->comm, p->state->time, motions));
   if (!resumed && !p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(run(&loop, motions));
   PetscCall(CheckpointDetach(p->output->checkpoint));

@@ -1,8 +1,7 @@
 /* repartition.c: a run is dealt out to the ranks anew when blocks have moved so far that the old partition
    has become bad: all memory of the run is written into an archive, which knows no ranks, the model is built
    from the mesh with another partition, and the archive is read back. As a restart, but without a file. */
-#include "output/output.h"
-#include "stages/repartition.h"
+#include "stages/stages.h"
 
 PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *mesh, Repartition *r)
 {

@@ -5,9 +5,7 @@
    Trials go by steps from the start towards the limit; without a step the limit itself is tried. Between the
    last stable and the first failing value bisection narrows the bracket. The stage ends in the last stable
    state: collapse is a result. */
-#include "output/output.h"
-#include "archive/checkpoint.h"
-#include "forces/contacts/law/joint_law.h"
+#include "stages/stages.h"
 #include <float.h>
 
 /* What a trial starts from. */
@@ -65,7 +63,7 @@ static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
   PetscCall(ContactsDestroy(&s->contacts));
   PetscCall(ContactsCopy(p->contacts, &s->contacts));
   for (PetscInt l = 0; l < p->scene->n_loads; l++) s->crack[l] = p->state->uplift[l].crack;
-  s->alpha = p->state->alpha, s->q_ray = p->relax->q_ray;
+  s->alpha = p->state->alpha, s->q_ray = p->relax->damping.q_ray;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,7 +82,7 @@ static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
   PetscCall(ContactsDestroy(p->contacts));
   PetscCall(ContactsCopy(&s->contacts, p->contacts));
   for (PetscInt l = 0; l < p->scene->n_loads; l++) p->state->uplift[l].crack = s->crack[l];
-  p->state->alpha = s->alpha, p->relax->q_ray = s->q_ray;
+  p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
   PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
   PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -92,30 +90,13 @@ static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
 
 /* ---- what a value means */
 
-static PetscBool is_reduced(const Stage *stage, const Joint *joint)
-{
-  if (!joint->defined || joint->law == LAW_ELASTIC) return PETSC_FALSE;
-  for (PetscInt i = 0; i < stage->n_reduce; i++)
-    if (!strcmp(stage->reduce[i], joint->name)) return PETSC_TRUE;
-  return (PetscBool)(stage->n_reduce == 0);
-}
-
-PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has)
-{
-  PetscReal most = NAN;
-  for (PetscInt j = 0; j < scene->n_joints; j++)
-    if (is_reduced(stage, stage->joints + j) && (!has || has[j]) && !(most >= stage->joints[j].friction[0]))
-      most = stage->joints[j].friction[0];
-  return most;
-}
-
 /* Collective. Adds to `has` the joints that the stage reduces and that have contacts now. */
 static PetscErrorCode reduced_joints(const Problem *p, PetscInt *has)
 {
   const Contacts *c = p->contacts;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++)
-    if (c->key[2 * i] >= 0 && is_reduced(p->stage, p->stage->joints + c->joint[i])) has[c->joint[i]] = 1;
+    if (c->key[2 * i] >= 0 && JointIsReduced(p->stage, p->stage->joints + c->joint[i])) has[c->joint[i]] = 1;
   PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, has, (PetscMPIInt)p->scene->n_joints, MPIU_INT, MPI_MAX, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -128,7 +109,7 @@ static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *f
     Joint *joint = stage->joints + j;
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there is always the default joint
     *joint = full[j];
-    if (!is_reduced(stage, joint)) continue;
+    if (!JointIsReduced(stage, joint)) continue;
     for (int i = 0; i < 2; i++) {
       if (stage->what == REDUCE_FRICTION) {
         joint->friction[i] = PetscMin(joint->friction[i], value);

@@ -1,8 +1,7 @@
 /* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene as it is, and
    then with one thing changed at a time, is tried (attempt.h); what a change saves and what it alters in the
    answers is measured against the scene as it is, on the same mesh. */
-#include "study/attempt.h"
-#include "archive/checkpoint.h"
+#include "study/study.h"
 #include "base/memory.h"
 
 enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH, TAKEN = 80 };
@@ -371,7 +370,7 @@ static PetscErrorCode print_connectivity(const Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
+PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *advised)
 {
   static const PetscReal none[2] = {0., 0.};
   Scene *scene;
@@ -380,8 +379,10 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv)
   Contacts *contacts;
   Relaxation *relax;
   PetscFunctionBeginUser;
-  SignalsLetGo();
   PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
+  *advised = (PetscBool)(scene->advise > 0.);
+  if (!*advised) PetscFunctionReturn(PETSC_SUCCESS);
+  SignalsLetGo();
   Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
   a.most_options = 2 * scene->n_materials + scene->n_joints + 1;
   PetscCall(print_memory(&a, contacts));

@@ -3,12 +3,11 @@
 
    Cycles. With scaled masses and damping (38) that is critical at the lowest frequency omega, all motions
    decay as exp(-omega t): a stage takes its ramp and ln(1/tolerance)/omega cycles. Where contacts slip or
-   open the frequency is less than that with elastic joints, and alpha strays: more by LOOSE times their part,
+   open the frequency is less than that with elastic joints, and alpha strays: more by PART_LOOSE times their part,
    which fits the examples (docs/performance.md) to RANGE. */
-#include "study/attempt.h"
-#include "archive/checkpoint.h"
+#include "study/study.h"
 
-static const PetscReal LOOSE = 4., RANGE = 2.5;
+static const PetscReal PART_LOOSE = 4., RANGE = 2.5;
 /* What that was fitted to: with more bodies, and more than some contacts that slip, the upper end is not
    known (20 000 stones took 13 times as many cycles). */
 static const PetscReal MOST_BODIES = 1000., FEW_LOOSE = 0.02;
@@ -42,12 +41,12 @@ static PetscErrorCode time_cycles(const Problem *p, const Stage *stage, double *
   PetscFunctionBeginUser;
   PetscCall(ScaledMasses(p->scene, p->m, stage->joints, p->contacts, p->state));
   PetscCall(Forces(p->m, stage->joints, p->contacts, p->state, NULL));
-  PetscCall(SecantStart(p->m, p->contacts, p->state, p->relax));
+  PetscCall(RelaxationStart(p->m, p->contacts, p->state, p->relax));
   *seconds = PETSC_MAX_REAL;
   for (int repeat = 0; repeat < REPEATS;) {
     const double start = MPI_Wtime();
     for (PetscInt i = 0; i < n; i++)
-      PetscCall(Step(p->scene, p->m, stage->joints, p->contacts, p->state, p->relax, NULL));
+      PetscCall(Step(p->scene, p->m, stage->joints, p->contacts, p->state, &p->relax->damping, NULL));
     const double taken = slowest(p->m->comm, MPI_Wtime() - start);
     if (taken < TIMED) {
       n *= 2;
@@ -77,7 +76,7 @@ static const Cost UNKNOWN = {NAN, NAN, NAN, {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, 
 static Cost relaxations(const Attempt *a, const Stage *stage, PetscReal ramp, const PetscReal times[3])
 {
   const PetscReal decay = a->omega > 0.
-                              ? (1. + LOOSE * a->loose) * PetscLogReal(1. / stage->tolerance) / a->omega
+                              ? (1. + PART_LOOSE * a->loose) * PetscLogReal(1. / stage->tolerance) / a->omega
                               : NAN;
   const PetscBool fits = (PetscBool)(a->bodies <= MOST_BODIES || a->loose <= FEW_LOOSE);
   return (Cost){.cycles = times[0] * (ramp + decay),

@@ -19,7 +19,7 @@
    valgrind --tool=callgrind with --toggle-collect (run.py does that). On several ranks every rank also has
    the whole scene to itself, and "speed_up" is the median of what a cycle takes the slower one of them
    alone over what it takes them together, one directly after the other. */
-#include "stages/stages.h"
+#include "run/run.h"
 #include <time.h>
 
 typedef struct _Bench Bench;
@@ -141,7 +141,7 @@ __attribute__((noinline)) static PetscErrorCode MeasureMotion(Bench *b)
   QuotientSums sums;
   PetscFunctionBeginUser;
   own.u = b->moved, own.v = b->v, own.f = b->trash, own.f_old = b->f_old;
-  Integrate(b->model, &own, &b->relax->sums, &sums);
+  Integrate(b->model, &own, &b->relax->damping.sums, &sums);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,7 +180,7 @@ __attribute__((noinline)) static PetscErrorCode MeasureCondensed(Bench *b)
 __attribute__((noinline)) static PetscErrorCode MeasureCycle(Bench *b)
 {
   PetscFunctionBeginUser;
-  PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, b->relax, NULL));
+  PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, &b->relax->damping, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,8 +197,8 @@ __attribute__((noinline)) static PetscErrorCode MeasureSums(Bench *b)
 {
   QuotientSums sums = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
-  SumsBegin(b->model, b->relax->over_ranks, &sums);
-  PetscCall(SumsEnd(b->model, b->relax->over_ranks, &sums));
+  SumsBegin(b->model, b->relax->damping.over_ranks, &sums);
+  PetscCall(SumsEnd(b->model, b->relax->damping.over_ranks, &sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -383,7 +383,7 @@ static PetscErrorCode prepare(MPI_Comm comm, const char *scene, double shake, in
   PetscCall(PetscCalloc1(3 * b->model->n_bodies + 2 * (b->model->n_vertices + DUMMY_VERTICES), &b->trash));
   PetscCall(PetscCalloc3(b->model->n_dof, &b->v, b->model->n_dof, &b->moved, b->model->n_dof, &b->f_old));
   for (int i = 0; i < WARM_UP; i++)
-    PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, b->relax, NULL));
+    PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, &b->relax->damping, NULL));
   if (b->stage->kind == STAGE_DYNAMIC) b->contacts->rate = 1. / b->state->dt;
   shake_vertices(b, shake);
   PetscCall(GhostBegin(b->model, b->u));

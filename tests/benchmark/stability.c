@@ -6,7 +6,7 @@
    the largest eigenvalue of M^-1 K. Prints omega dt / 2 for dt = 1 (safety 1) with the masses of timestep.c,
    and with the paper's, which count (29) (k_n + k_s) L_i at each end of a contact: above 1 the run blows up.
    Power iteration with the program's own forces. One rank. */
-#include "stages/stages.h"
+#include "run/run.h"
 
 enum { SWEEPS = 600 };
 static const PetscReal SMALL = 1e-9; /* of the model's diameter: displacements of the iteration */

@@ -2,7 +2,7 @@
    fit, as nobody but a forger would. It is read, its options are held against those of the scene, and a run
    takes back what the part "run" has: names of joints and stages, and what the last stage has come to. */
 #include "fuzz.h"
-#include "archive/checkpoint.h"
+#include "archive/archive.h"
 
 static Scene scene = {.options = "model model.h5\nrelaxation.ramp 10\n"};
 

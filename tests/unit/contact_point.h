@@ -1,7 +1,7 @@
 /* contact_point.h: what test_joint_law.c and test_stress_models.c share. */
 #pragma once
 #include "check.h"
-#include "internal.h"
+#include "motion/motion.h"
 #include "forces/contacts/law/joint_law.h"
 
 /* a joint with equal peak and residual strength; friction in degrees */

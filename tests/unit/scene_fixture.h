@@ -3,7 +3,7 @@
    on PETSC_COMM_SELF is the serial twin of a parallel model. */
 #pragma once
 #include "check.h"
-#include "stages/stages.h"
+#include "run/run.h"
 #include <hdf5.h>
 #include <stdarg.h>
 #include <unistd.h>
@@ -289,7 +289,7 @@ static inline PetscErrorCode StageCycles(Fixture *f, PetscInt number, PetscInt n
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n; i++) {
     if (f->state->ramp < 1.) LoadsApply(f->model, f->state, PetscMin(1., f->state->ramp + 1. / stage->ramp));
-    PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, f->relax, NULL));
+    PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, &f->relax->damping, NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

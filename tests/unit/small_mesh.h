@@ -6,7 +6,7 @@
       |  0  | | 2 |     vertices 1 and 5, 2 and 8 are at the same places
       0-----1 5---6 */
 #pragma once
-#include "internal.h"
+#include "motion/motion.h"
 #include <string.h>
 
 enum { SMALL_VERTICES = 9, SMALL_BLOCKS = 3, SMALL_GROUPS = 2, SMALL_SETS = 2, SMALL_POINTS = 2 };

@@ -38,9 +38,9 @@ static PetscErrorCode cycles(Fixture *f, int n)
   const Stage *stage = f->scene->stages;
   for (int i = 0; i < n; i++) {
     LoadsApply(f->model, f->state, PetscMin(1., (PetscReal)(f->state->cycle + 1) / stage->ramp));
-    PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, f->relax, NULL));
+    PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, &f->relax->damping, NULL));
     if (f->state->cycle % 40) continue; // contacts change while the wall slides
-    PetscCall(Secant(f->model, f->state, 1., f->relax));
+    PetscCall(Secant(f->model, f->state, 1., PETSC_FALSE, &f->relax->damping));
     PetscCall(Forces(f->model, stage->joints, f->contacts, f->state, NULL));
     PetscCall(ContactsVerify(f->scene, stage->joints, f->model, f->state, f->contacts, &result));
     PetscCall(ScaledMasses(f->scene, f->model, stage->joints, f->contacts, f->state));
@@ -53,7 +53,7 @@ static PetscErrorCode start(Fixture *f)
   PetscFunctionBeginUser;
   PetscCall(LoadsTarget(f->scene, f->model, f->scene->stages, f->state));
   PetscCall(ScaledMasses(f->scene, f->model, f->scene->stages->joints, f->contacts, f->state));
-  PetscCall(SecantStart(f->model, f->contacts, f->state, f->relax));
+  PetscCall(RelaxationStart(f->model, f->contacts, f->state, f->relax));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -143,7 +143,7 @@ static PetscErrorCode UndampedMotionDoesNotGrow(void)
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy + 1, 1, MPIU_REAL, MPI_SUM, f.model->comm));
       if (!step) energy[0] = energy[1];
       stays = (PetscBool)(energy[1] <= energy[0] * (1 + 1e-3) / (1 - f.scene->safety * f.scene->safety));
-      PetscCall(Step(f.scene, f.model, f.scene->joints, f.contacts, s, f.relax, NULL));
+      PetscCall(Step(f.scene, f.model, f.scene->joints, f.contacts, s, &f.relax->damping, NULL));
     }
     ENSURE(stays);
   }

@@ -102,7 +102,7 @@ static PetscErrorCode ResistingForceDrivesTheBlockBack(void)
     PetscCall(OpenTwo(rigid, "law: elastic", &f));
     PetscCall(ScaledMasses(f.scene, f.model, f.scene->joints, f.contacts, f.state));
     PetscCall(MoveBlock(&f, 0, 1e-3));
-    PetscCall(Step(f.scene, f.model, f.scene->joints, f.contacts, f.state, f.relax, NULL));
+    PetscCall(Step(f.scene, f.model, f.scene->joints, f.contacts, f.state, &f.relax->damping, NULL));
     ENSURE(OnBlock(&f, f.state->v, 1) < 0);
     PetscCall(FixtureClose(&f));
   }

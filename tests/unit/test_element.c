@@ -1,6 +1,6 @@
 /* Deformable blocks: patch test (V01), objectivity, force as derivative of the energy, row sums and limits of
    the time step (V-A2), masses, and the same bits in every lane. Models are built by hand. */
-#include "internal.h"
+#include "motion/motion.h"
 #include "forces/blocks/element_kernels.h"
 #include "../check.h"
 

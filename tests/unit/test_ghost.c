@@ -1,7 +1,7 @@
 /* The exchange of a cycle, through shared memory and by messages: whoever reads whose vertices, and however
    late a rank comes, ghosts have what their owner held when it called.
    ranks: 1 2 3 4 */
-#include "internal.h"
+#include "motion/motion.h"
 #include "base/shared.h"
 #include "check.h"
 #include <unistd.h>

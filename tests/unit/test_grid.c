@@ -1,5 +1,5 @@
 /* GridRows against brute force on boxes of all kinds, and its cost on many. */
-#include "internal.h"
+#include "motion/motion.h"
 #include "check.h"
 #include <stdlib.h>
 #include <string.h>

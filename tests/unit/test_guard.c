@@ -31,7 +31,7 @@ static PetscErrorCode Open(const char *model, Fixture *f, StageResult *result, P
   ContactsHold(f->contacts);
   PetscCall(Forces(f->model, p->stage->joints, f->contacts, f->state, NULL));
   f->contacts->pull = FOLLOW_CLOSELY;
-  f->relax->made_energy = 0;
+  f->relax->account.made_energy = 0;
   PetscCall(EnergyAccountOpen(p));
   result->finite = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -58,7 +58,7 @@ static PetscErrorCode WhatLoadsDidIsAllowed(void)
   PetscFunctionBeginUser;
   PetscCall(Open("tptm", &f, &result, &p));
   PetscCall(Look(&f, &p, 0.01, 1.99 * 0.01 * WEIGHT, &anew));
-  ENSURE(!anew && f.relax->made_energy == 0);
+  ENSURE(!anew && f.relax->account.made_energy == 0);
   ENSURE_NEAR(f.relax->account.most, 1.99 * 0.01 * WEIGHT, 1e-9);
   PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew)); // has not doubled: nothing is asked
   ENSURE(!anew);
@@ -83,7 +83,7 @@ static PetscErrorCode MoreBeginsAnewOnce(void)
   const PetscReal mass = f.state->m[y];
   f.state->v[y] = 3.;
   PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew));
-  ENSURE(anew && f.relax->made_energy == 1);
+  ENSURE(anew && f.relax->account.made_energy == 1);
   ENSURE(f.state->u[y] == 0. && f.state->v[y] == 0. && result.kinetic == 0. && f.state->ramp == 0.);
   ENSURE_NEAR(f.contacts->pull, 0.1 * FOLLOW_CLOSELY, 1e-15);
   ENSURE_NEAR(f.state->beta, 0.5, 1e-15);
@@ -92,7 +92,7 @@ static PetscErrorCode MoreBeginsAnewOnce(void)
   LoadsApply(f.model, f.state, 1.);
   PetscCall(
       Look(&f, &p, -0.01, 1., &anew)); // against the weight: not a joule; the second time is only counted
-  ENSURE(!anew && f.relax->made_energy == 2);
+  ENSURE(!anew && f.relax->account.made_energy == 2);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -114,7 +114,7 @@ static PetscErrorCode WhatMakesEnergyIsNoCollapse(void)
     StageResult result;
     Problem p;
     PetscCall(Open(table[i].model, &f, &result, &p));
-    result.verdict = VERDICT_COLLAPSED, f.relax->made_energy = table[i].times;
+    result.verdict = VERDICT_COLLAPSED, f.relax->account.made_energy = table[i].times;
     PetscCall(EnergyVeto(&p));
     ENSURE(result.verdict == table[i].verdict);
     ENSURE((strstr(result.evidence, "make energy") != NULL) == (table[i].verdict == VERDICT_DIVERGED));

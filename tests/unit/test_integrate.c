@@ -32,7 +32,7 @@ static PetscErrorCode OpenOneDof(double r, Fixture *f)
 static PetscErrorCode OneStep(Fixture *f)
 {
   PetscFunctionBeginUser;
-  PetscCall(Step(f->scene, f->model, f->scene->joints, f->contacts, f->state, f->relax, NULL));
+  PetscCall(Step(f->scene, f->model, f->scene->joints, f->contacts, f->state, &f->relax->damping, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

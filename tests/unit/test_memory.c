@@ -2,9 +2,9 @@
    out on the way (CHOLMOD on one rank, MUMPS on several), left for explicit cycles with a line that says so;
    condensed bodies, which are nothing without their factors, are refused. Only small allocations are refused
    here, by the solvers' own settings, or where nothing was asked for yet: nothing can hang. ranks: 1 2 */
-#include "archive/checkpoint.h"
+#include "archive/archive.h"
 #include "base/memory.h"
-#include "output/output.h"
+#include "run/run.h"
 #include "scene_fixture.h"
 #include <dlfcn.h>
 #include <errno.h>

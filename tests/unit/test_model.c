@@ -144,7 +144,7 @@ static PetscErrorCode GhostsHoldWhatTheirOwnersHoldAfterACycle(void)
     PetscCall(ScaledMasses(f.scene, m, f.scene->joints, f.contacts, f.state));
     LoadsApply(m, f.state, 1.);
     for (int cycle = 0; cycle < 50; cycle++)
-      PetscCall(Step(f.scene, m, f.scene->joints, f.contacts, f.state, f.relax, NULL));
+      PetscCall(Step(f.scene, m, f.scene->joints, f.contacts, f.state, &f.relax->damping, NULL));
     PetscCall(PetscArraycpy(held, f.u_vertex, 2 * m->n_vertices));
     PetscCall(GhostBegin(m, f.u_vertex));
     PetscCall(GhostEnd(m, f.u_vertex));

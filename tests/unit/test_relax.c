@@ -168,8 +168,8 @@ static PetscErrorCode LoadInOneStepMakesFalseSlip(void)
 static PetscErrorCode DampingOf(Fixture *f, const QuotientSums *sums)
 {
   PetscFunctionBeginUser;
-  DampingBegin(f->scene, f->model, f->relax, sums);
-  PetscCall(DampingEnd(f->scene, f->model, f->state, f->relax));
+  DampingBegin(f->scene, f->model, &f->relax->damping, sums);
+  PetscCall(DampingEnd(f->scene, f->model, f->state, &f->relax->damping));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

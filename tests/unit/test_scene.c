@@ -2,7 +2,7 @@
    names against a mesh, and docs/scene.md against -help.
 
    ranks: 1 2 */
-#include "internal.h"
+#include "motion/motion.h"
 #include "check.h"
 #include "scene_faults.h"
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* condense_limits.c: where the assumptions of condensed bodies (condense.c) end: contacts on faces that are
    not kept, and large rotation. */
-#include "internal.h"
+#include "forces/blocks/blocks.h"
 
 /* Of an error of stress by linear rotation over the stress in the body: told above the first,
    refused above the second. */

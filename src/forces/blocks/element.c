@@ -1,7 +1,7 @@
 /* element.c: deformable blocks: gather, kernel of element_kernels.h, scatter. Quadrilaterals first, then
    triangles, each in ascending order, within an element vertex 0 to the last: every vertex sums in the same
    order on any number of ranks. */
-#include "internal.h"
+#include "forces/blocks/blocks.h"
 #include "forces/blocks/element_kernels.h"
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};

@@ -9,6 +9,7 @@
    so that x,xi = a + eta h and x,eta = b + xi h. On the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on
    xi, eta >= 0, xi + eta <= 1. The mean moves the block as a whole and enters nothing. */
 #pragma once
+#include "forces/blocks/blocks.h"
 #include "base/lanes.h"
 
 typedef struct { /* a symmetric tensor */

@@ -2,53 +2,7 @@
    forces go to the centroid, vertex positions come from centroid and angle (never by adding
    velocities: the shape would drift). In small strain both are linear: u + theta x r, arms of the
    reference state. */
-#include "internal.h"
-
-PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
-                             PetscInt **body)
-{
-  PetscInt *start, *blocks, *stack, *id;
-  PetscFunctionBeginUser;
-  PetscCall(MeshVertexBlocks(mesh, &start, &blocks));
-  PetscCall(PetscMalloc1(mesh->n_blocks, &stack));
-  PetscCall(PetscMalloc1(mesh->n_blocks, &id));
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) id[b] = -1;
-  *n_bodies = 0;
-  for (PetscInt first = 0; first < mesh->n_blocks; first++) {
-    PetscInt depth = 0;
-    if (id[first] >= 0 || !chosen[mesh->block_group[first]]) continue;
-    stack[depth++] = first;
-    id[first] = (*n_bodies)++;
-    while (depth) { // all chosen blocks that hang together by vertices
-      const PetscInt *ring = mesh->blocks + 4 * stack[--depth];
-      for (int k = 0; k < 4 && ring[k] >= 0; k++)
-        for (PetscInt i = start[ring[k]]; i < start[ring[k] + 1]; i++) {
-          const PetscInt other = blocks[i];
-          if (id[other] >= 0 || !chosen[mesh->block_group[other]]) continue;
-          id[other] = id[first];
-          stack[depth++] = other;
-        }
-    }
-  }
-  PetscCall(PetscFree(start));
-  PetscCall(PetscFree(blocks));
-  PetscCall(PetscFree(stack));
-  *body = id;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscInt RigidOfVertex(const Model *m, PetscInt v)
-{
-  PetscInt low = 0, high = m->n_bodies; // body_start[low] <= v < body_start[high]
-  while (high - low > 1) {
-    const PetscInt middle = (low + high) / 2;
-    if (m->body_start[middle] <= v)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
+#include "forces/blocks/blocks.h"
 
 /* Sums over the blocks of a body, moments about `about` (n_bodies,2), NULL: the origin. */
 typedef struct {

@@ -1,5 +1,5 @@
 /* support_motion.c: supports that move in time by a file of velocities or accelerations. */
-#include "stages/stages.h"
+#include "forces/boundary/boundary.h"
 #include <ctype.h>
 
 /* 1: a row; 0: the end; -1: neither. may_name: a line of names ("t, x, y") may come before the first row. The
@@ -151,10 +151,10 @@ PetscErrorCode SupportMotionsDestroy(const Scene *scene, SupportMotion **motions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SupportMotionsWarn(const Problem *p, const SupportMotion *motions)
+PetscErrorCode SupportMotionsWarn(const Scene *scene, const Stage *stage, MPI_Comm comm, PetscReal t,
+                                  const SupportMotion *motions)
 {
-  const Scene *scene = p->scene;
-  const PetscReal t = p->state->time, t_end = t + p->stage->duration;
+  const PetscReal t_end = t + stage->duration;
   const PetscReal rounding = 1e-9 * t_end, negligible = 0.01; // of the largest velocity
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
@@ -170,7 +170,7 @@ PetscErrorCode SupportMotionsWarn(const Problem *p, const SupportMotion *motions
         most = PetscMax(most, v);
       }
     if (last > negligible * most)
-      PetscCall(PetscPrintf(p->m->comm,
+      PetscCall(PetscPrintf(comm,
                             "warning: supports.%s.motion: %s ends at %.6g s with %.3g m/s: the support stops "
                             "there at once; end it at rest, or let it go on past the stage\n",
                             scene->supports[i].name, scene->supports[i].motion,

@@ -9,7 +9,7 @@
 
    Whose vertex it is decides: that rank is sure to know all faces at the corner, all faces near it, and what
    they were in contact with. It tells all. */
-#include "internal.h"
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 /* How much of a face is looked at, from the corner on: steps and kinks farther away are not at it. */

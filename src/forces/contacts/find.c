@@ -1,7 +1,7 @@
 /* find.c: finding face-to-face contacts (sections 2.1-2.2), at set-up and again when blocks have
    moved: envelopes and grid, near faces, candidates and their order. All local to the rank and linear in its
    faces. */
-#include "internal.h"
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 /* ---- faces as they stand */
@@ -70,28 +70,6 @@ PetscErrorCode FaceTableDestroy(FaceTable *table)
   PetscCall(PetscFree(table->vertex_start));
   PetscCall(PetscFree(table->vertex_row));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Place of a value in an ascending list, -1: it is not there. */
-static PetscInt place_of(PetscInt value, PetscInt n, const PetscInt *list)
-{
-  PetscInt low = 0, high = n;
-  while (low < high) {
-    const PetscInt middle = low + (high - low) / 2;
-    if (list[middle] < value)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < n && list[low] == value ? low : -1;
-}
-
-PetscInt FaceRow(const Model *m, PetscInt gid)
-{
-  const PetscInt n = m->n_faces_local, near = place_of(gid, n, m->faces.gid);
-  if (near >= 0) return near;
-  const PetscInt far = place_of(gid, m->faces.n - n, m->faces.gid + n);
-  return far < 0 ? -1 : n + far;
 }
 
 /* ---- the contacts that were */

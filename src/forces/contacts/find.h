@@ -1,16 +1,8 @@
 /* find.h: what contact.c, contact_vertices.c, contact_verify.c and contact_history.c share: faces as
    they stand now, contacts before they have their places, the contacts that were. */
 #pragma once
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/geometry.h"
-
-/* Ends of a face: present with u (vertex array), reference when u is NULL. */
-static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
-{
-  for (int i = 0; i < 4; i++) {
-    const PetscInt at = 2 * m->faces.vertex[2 * f + i / 2] + i % 2;
-    x[i] = u ? m->X[at] + u[at] : m->X[at];
-  }
-}
 
 static const PetscReal FLUSH = 0.1; /* of the contact tolerance: lower steps are not seen */
 
@@ -31,8 +23,6 @@ typedef struct {
  */
 PetscErrorCode FaceTableCreate(const Model *m, const PetscReal *u, PetscBool verifying, FaceTable *table);
 PetscErrorCode FaceTableDestroy(FaceTable *table);
-/* Row of the face with this gid, -1: not known here. */
-PetscInt FaceRow(const Model *m, PetscInt gid);
 
 /* A contact before it has its place in the batches. */
 typedef struct {

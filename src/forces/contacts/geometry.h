@@ -1,6 +1,6 @@
 /* geometry.h: pure geometry of two faces that may touch (sections 2.1-2.2, Fig. 3-4). No plumbing. */
 #pragma once
-#include "model/types.h"
+#include "forces/contacts/contacts.h"
 
 /* Two faces that touch: which vertex of which face stands opposite the other face at each end. Ends 0 and 1
    are taken along the direction of face a. */
@@ -13,10 +13,6 @@ typedef struct {
   PetscReal length; /* [m] L = L_i,0 + L_i,1 */
 } FacePair;
 
-/* By class: the face of the vertex at each end (0: a, 1: b), and which vertex of it; as FacePairClassify sets
- * them. */
-static const int END_SOURCE[4][2] = {{1, 1}, {0, 0}, {0, 1}, {1, 0}};
-static const int END_CORNER[4][2] = {{1, 0}, {0, 1}, {0, 0}, {1, 1}};
 
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */

@@ -12,9 +12,8 @@
    degenerated, a vertex that has gone on to the next face, a face contact that a vertex has landed flat. A
    rank may know the new contact but not the old one, so ranks tell each other what they inherit; of several
    sources the first by kind and key is taken on all. */
-#include "internal.h"
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
-#include "forces/contacts/law/joint_law.h"
 
 /* The present history and the one held (contact_force.c: ContactsHold) go the same way. */
 enum { NOW, HELD, HISTORIES };

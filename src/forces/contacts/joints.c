@@ -1,6 +1,6 @@
 /* joints.c: which row of joints a contact has. */
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
-#include "internal.h"
 
 /* The row of a pair of groups, 0: there is none. */
 static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)

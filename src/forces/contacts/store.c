@@ -1,6 +1,6 @@
 /* store.c: storing contacts, and what hangs on nothing. Every rank keeps the contacts that touch a vertex
    it owns, in ascending (stress model, face, face). */
-#include "internal.h"
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 /* A contact whose joint has no properties is an error of the scene. */

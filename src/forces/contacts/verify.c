@@ -1,7 +1,7 @@
 /* verify.c: variable connectivity (sections 2.3-2.4). When blocks have moved, contacts are found anew
    in the present state; what was a contact before keeps its history. Every step is linear in the faces and
    contacts of the rank. */
-#include "internal.h"
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 /* ---- contacts that stay as they are: between groups that are not upgradeable */

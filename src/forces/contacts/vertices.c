@@ -10,7 +10,7 @@
 
    Who owns the vertex decides: it alone is sure to know all faces of the vertex, all faces near it, and what
    they were in contact with. It tells the owners of the face's ends. */
-#include "internal.h"
+#include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 enum { MOST_NEAR = 64 }; /* faces near one vertex; more would be a heap of slivers in one place */

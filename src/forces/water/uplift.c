@@ -16,7 +16,7 @@
 
    npb is the paper's; what the user must compare with the guideline in force: usbr (written for X <= 0.05
    H1), usace and ferc, and the crack in all of them (docs/scene.md). */
-#include "stages/stages.h"
+#include "forces/water/profile.h"
 
 /* ---- the diagram */
 
@@ -90,7 +90,7 @@ void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal 
 }
 
 /* Place along the chord of a point in the reference state. */
-static PetscReal place(const Uplift *u, const PetscReal X[2])
+PetscReal UpliftPlace(const Uplift *u, const PetscReal X[2])
 {
   return ((X[0] - u->heel[0]) * (u->toe[0] - u->heel[0]) + (X[1] - u->heel[1]) * (u->toe[1] - u->heel[1])) /
          u->length;
@@ -105,7 +105,7 @@ void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, co
   for (PetscInt i = 0; i < uplift->n_faces; i++) {
     const PetscInt *v = m->faces.vertex + 2 * uplift->faces[i];
     PetscReal s[2], x[4], f_face[4];
-    for (int k = 0; k < 2; k++) s[k] = place(uplift, m->X + 2 * v[k]);
+    for (int k = 0; k < 2; k++) s[k] = UpliftPlace(uplift, m->X + 2 * v[k]);
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
     UpliftOnFace(&diagram, s, x, m->thickness, f_face);
     for (int k = load->component == UPLIFT_VERTICAL ? 1 : 0; k < 4; k++) {
@@ -117,81 +117,6 @@ void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, co
 
 /* ---- the joint line, the same on all ranks */
 
-/* A contact of the joint. */
-typedef struct {
-  PetscInt key[2];
-  PetscReal point[2][2]; /* [m] reference place of its ends */
-  PetscReal u_n[2];      /* [m] */
-  PetscInt open[2];
-} ProfileRow;
-
-static int row_order(const void *a, const void *b)
-{
-  const ProfileRow *p = a, *q = b;
-  for (int i = 0; i < 2; i++)
-    if (p->key[i] != q->key[i]) return p->key[i] < q->key[i] ? -1 : 1;
-  return 0;
-}
-
-/* Collective. All ranks' rows one after the other, on all ranks; free with PetscFree. */
-static PetscErrorCode gather_all(MPI_Comm comm, PetscInt n, size_t unit, const void *mine, PetscInt *n_all,
-                                 void *all)
-{
-  PetscMPIInt size, bytes, *counts, *starts;
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PetscMalloc2(size, &counts, size + 1, &starts));
-  PetscCall(PetscMPIIntCast(n * (PetscInt)unit, &bytes));
-  PetscCallMPI(MPI_Allgather(&bytes, 1, MPI_INT, counts, 1, MPI_INT, comm));
-  starts[0] = 0;
-  for (PetscMPIInt r = 0; r < size; r++) starts[r + 1] = starts[r] + counts[r];
-  PetscCall(PetscMalloc((size_t)PetscMax(starts[size], 1), (char **)all));
-  PetscCallMPI(MPI_Allgatherv(mine, bytes, MPI_BYTE, *(char **)all, counts, starts, MPI_BYTE, comm));
-  *n_all = starts[size] / (PetscInt)unit;
-  PetscCall(PetscFree2(counts, starts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscBool has_gid(PetscInt n, const PetscInt *sorted, PetscInt gid)
-{
-  PetscInt low = 0, high = n;
-  while (low < high) {
-    const PetscInt middle = (low + high) / 2;
-    if (sorted[middle] < gid)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return (PetscBool)(low < n && sorted[low] == gid);
-}
-
-/* Contacts with a face in the list of gids, by their faces. */
-static PetscErrorCode gather_profile(const Model *m, const Contacts *c, PetscInt n_gids, const PetscInt *gids,
-                                     PetscInt *n, ProfileRow **rows)
-{
-  PetscInt n_mine = 0;
-  ProfileRow *mine;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(c->n, &mine));
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0 || !c->owned[i]) continue;
-    if (!has_gid(n_gids, gids, c->key[2 * i]) && !has_gid(n_gids, gids, c->key[2 * i + 1])) continue;
-    ProfileRow *row = mine + n_mine++;
-    for (int k = 0; k < 2; k++) {
-      PetscInt v[3];
-      ContactEndVertices(c, i, k, v);
-      row->key[k] = c->key[2 * i + k];
-      row->u_n[k] = c->u_n[SUB(i, k)];
-      row->open[k] = !!(c->state[SUB(i, k)] & CONTACT_OPEN);
-      for (int x = 0; x < 2; x++) row->point[k][x] = m->X[2 * v[0] + x];
-    }
-  }
-  PetscCall(gather_all(m->comm, n_mine, sizeof(ProfileRow), mine, n, rows));
-  qsort(*rows, *n, sizeof(ProfileRow), row_order);
-  PetscCall(PetscFree(mine));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Faces of the named set on all ranks: ascending gids. */
 static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n, PetscInt **gids)
 {
@@ -201,7 +126,7 @@ static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n
   n_mine = m->face_set_start[s + 1] - m->face_set_start[s];
   PetscCall(PetscMalloc1(n_mine, &mine));
   for (PetscInt i = 0; i < n_mine; i++) mine[i] = m->faces.gid[m->face_set_faces[m->face_set_start[s] + i]];
-  PetscCall(gather_all(m->comm, n_mine, sizeof(PetscInt), mine, n, gids));
+  PetscCall(GatherAll(m->comm, n_mine, sizeof(PetscInt), mine, n, gids));
   PetscCall(PetscSortRemoveDupsInt(n, *gids));
   PetscCall(PetscFree(mine));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -217,7 +142,7 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   PetscCall(PetscSortRemoveDupsInt(&u->n_gids, u->gids));
   PetscCall(PetscMalloc1(m->n_faces_local, &u->faces));
   for (PetscInt f = 0; f < m->n_faces_local; f++)
-    if (has_gid(u->n_gids, u->gids, m->faces.gid[f])) u->faces[u->n_faces++] = f;
+    if (ProfileHas(u->n_gids, u->gids, m->faces.gid[f])) u->faces[u->n_faces++] = f;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -266,7 +191,7 @@ static PetscErrorCode create_one(const Scene *scene, const Load *load, const Mod
   PetscFunctionBeginUser;
   if (load->line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", load->line));
   PetscCall(faces_of_set(m, load->target, &n_gids, &gids));
-  PetscCall(gather_profile(m, c, n_gids, gids, &n, &rows));
+  PetscCall(GatherProfile(m, c, n_gids, gids, &n, &rows));
   if (!n) {
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s%s: loads.%s.faces: '%s' is not a joint: none of its faces is in contact",
@@ -310,204 +235,5 @@ PetscErrorCode UpliftDestroy(const Scene *scene, State *state)
     PetscCall(PetscFree(state->uplift[l].faces));
   }
   PetscCall(PetscFree(state->uplift));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- the cracked base: open length -> pressure -> equilibrium -> open length */
-
-/* A contact along the joint: its ends in the order of s. */
-typedef struct {
-  PetscReal s[2], u_n[2];
-  PetscInt open[2];
-} Span;
-
-static int span_order(const void *a, const void *b)
-{
-  const Span *p = a, *q = b;
-  return (p->s[0] > q->s[0]) - (p->s[0] < q->s[0]);
-}
-
-/* Contacts in the order of s. */
-static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow *rows, Span **spans)
-{
-  Span *span;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(PetscMax(1, n), &span));
-  for (PetscInt i = 0; i < n; i++) {
-    const int turned = place(u, rows[i].point[1]) < place(u, rows[i].point[0]);
-    for (int k = 0; k < 2; k++) {
-      const int from = turned ? 1 - k : k;
-      span[i].s[k] = place(u, rows[i].point[from]);
-      span[i].u_n[k] = rows[i].u_n[from], span[i].open[k] = rows[i].open[from];
-    }
-  }
-  qsort(span, n, sizeof(Span), span_order);
-  *spans = span;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A stretch that is open; closure: of the joint at most [m] between the one before, or the heel, and it. */
-typedef struct {
-  PetscReal from, to, closure;
-} Stretch;
-
-static void add_open(PetscReal tie, PetscReal from, PetscReal to, PetscReal *closure, PetscInt *n,
-                     Stretch *open)
-{
-  if (*n && from <= open[*n - 1].to + tie) {
-    open[*n - 1].to = PetscMax(open[*n - 1].to, to);
-  } else {
-    open[(*n)++] = (Stretch){from, to, *closure};
-    *closure = 0.;
-  }
-}
-
-static PetscReal tie_of(const Uplift *u)
-{
-  return 1e-6 * u->length;
-}
-
-/* Where the joint is open, from heel to toe; where there is no contact, faces have parted. open: (3 n + 1) */
-static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileRow *rows, PetscInt *n_open,
-                                     Stretch *open)
-{
-  PetscReal reached = 0., closure = 0.;
-  Span *span;
-  PetscFunctionBeginUser;
-  PetscCall(spans_along(u, n, rows, &span));
-  *n_open = 0;
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal *s = span[i].s, *u_n = span[i].u_n;
-    if (s[0] > reached + tie_of(u)) add_open(tie_of(u), reached, s[0], &closure, n_open, open);
-    reached = PetscMax(reached, s[1]);
-    const int first = !!span[i].open[0], last = !!span[i].open[1];
-    const PetscReal out = u_n[!first], in = u_n[first],
-                    part = first == last         ? first
-                           : out > 0. && in < 0. ? out / (out - in)
-                                                 : 0.5;
-    if (first) add_open(tie_of(u), s[0], s[0] + part * (s[1] - s[0]), &closure, n_open, open);
-    for (int k = 0; k < 2; k++)
-      if (!span[i].open[k]) closure = PetscMax(closure, -u_n[k]);
-    if (last && !first) add_open(tie_of(u), s[1] - part * (s[1] - s[0]), s[1], &closure, n_open, open);
-  }
-  if (reached < u->length - tie_of(u)) add_open(tie_of(u), reached, u->length, &closure, n_open, open);
-  PetscCall(PetscFree(span));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* How far the full head reaches: as far as the joint is open from the heel; with reaches: any, to the end of
-   the last stretch that does not run out at the toe, where it has the tailwater. */
-static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const Stretch *open)
-{
-  PetscReal wet = 0.;
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscBool from_heel = (PetscBool)(open[i].from <= tie_of(u)),
-                    inside = (PetscBool)(open[i].to < u->length - tie_of(u) &&
-                                         open[i].to - open[i].from > load->crack_tolerance);
-    if (from_heel || (inside && load->reaches == REACHES_ANY)) wet = open[i].to;
-  }
-  return wet > u->length - tie_of(u) ? u->length : wet;
-}
-
-/* Open stretches that the full head does not reach. */
-static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch *open, Uplift *u)
-{
-  u->n_dry = 0;
-  for (PetscInt i = 0; i < n && u->n_dry < UPLIFT_MOST_DRY; i++) {
-    if (open[i].from < wet || open[i].to - open[i].from <= load->crack_tolerance || open[i].from <= tie_of(u))
-      continue;
-    u->dry[u->n_dry++] = (UpliftDry){.from = open[i].from,
-                                     .to = open[i].to,
-                                     .closed_from = i ? open[i - 1].to : 0.,
-                                     .closure = open[i].closure,
-                                     .at_toe = (PetscBool)(open[i].to >= u->length - tie_of(u))};
-  }
-}
-
-/* Collective. Measures the joint of a cracked load as it is now; wet: how far the full head should reach. */
-static PetscErrorCode measure(const Problem *p, const Load *load, Uplift *u, PetscReal *wet)
-{
-  PetscInt n, n_open = 0;
-  ProfileRow *rows;
-  Stretch *open;
-  PetscFunctionBeginUser;
-  PetscCall(gather_profile(p->m, p->contacts, u->n_gids, u->gids, &n, &rows));
-  PetscCall(PetscMalloc1(3 * n + 1, &open));
-  PetscCall(open_stretches(u, n, rows, &n_open, open));
-  *wet = wet_length(load, u, n_open, open);
-  note_dry(load, *wet, n_open, open, u);
-  PetscCall(PetscFree(open));
-  PetscCall(PetscFree(rows));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode UpliftSurvey(const Problem *p, PetscBool tell)
-{
-  PetscReal wet;
-  PetscFunctionBeginUser;
-  for (PetscInt l = 0; l < p->stage->n_loads; l++) {
-    const Load *load = p->scene->loads + p->stage->loads[l];
-    Uplift *u = p->state->uplift + p->stage->loads[l];
-    if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
-    PetscCall(measure(p, load, u, &wet));
-    for (PetscInt i = 0; i < u->n_dry && tell && !p->m->rank; i++) {
-      const UpliftDry *d = u->dry + i;
-      if (d->at_toe) continue; // the tailwater stands there
-      fprintf(
-          stderr,
-          "quoin: warning: stage %s: %s: the joint is open over %.4g m, from %.4g to %.4g m from the heel, "
-          "and "
-          "has no full head there: %.3g m before it are closed, by %.3g m at most; reaches: any lets it in\n",
-          p->stage->name, load->name, (double)(d->to - d->from), (double)d->from, (double)d->to,
-          (double)(d->from - d->closed_from), (double)d->closure);
-    }
-  }
-  fflush(stderr);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt l = 0; l < scene->n_loads; l++) {
-    PetscBool acts = PETSC_FALSE;
-    for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);
-    state->uplift[l].rounds = 0;
-    if (!acts) state->uplift[l].crack = 0.;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode UpliftCrack(const Problem *p, PetscBool *again)
-{
-  StageResult *result = p->result;
-  enum { MOST_ROUNDS = 200 };
-  const PetscReal through = 0.99; // of the joint: what is left is crushed before it holds
-  const PetscBool at_rest = (PetscBool)(result->verdict == VERDICT_CONVERGED);
-  PetscReal crack = 0.;
-  PetscFunctionBeginUser;
-  *again = PETSC_FALSE;
-  for (PetscInt l = 0; l < p->stage->n_loads; l++) {
-    const Load *load = p->scene->loads + p->stage->loads[l];
-    Uplift *u = p->state->uplift + p->stage->loads[l];
-    if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
-    PetscCall(measure(p, load, u, &crack));
-    const PetscBool runs = (PetscBool)(crack > through * u->length);
-    // on the way only growth counts: at rest it may shrink again
-    const PetscReal change = at_rest ? PetscAbsReal(crack - u->crack) : crack - u->crack;
-    if (!runs && change <= load->crack_tolerance) continue;
-    if (runs || u->rounds >= MOST_ROUNDS) {
-      result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
-      PetscCall(
-          PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                        "cracked base of %s runs away: open over %.4g m of %.4g m, %.4g m before, after "
-                        "%" PetscInt_FMT " rounds",
-                        load->name, (double)crack, (double)u->length, (double)u->crack, u->rounds));
-      *again = PETSC_FALSE;
-      break;
-    }
-    u->crack = crack, u->rounds++;
-    *again = PETSC_TRUE;
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

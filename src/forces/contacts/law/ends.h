@@ -29,6 +29,7 @@
    Dashpots act where the spring is pressed, and spring and dashpot together neither pull nor pass C: that is
    the normal stress that limits shear. Functions that know of them have `damped`, a constant. */
 #pragma once
+#include "forces/contacts/law/law.h"
 #include "forces/contacts/law/joint_law.h"
 
 typedef struct {

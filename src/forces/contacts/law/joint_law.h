@@ -16,13 +16,10 @@
    A NaN passes through all of this (comparisons, not fmin), so that divergence is seen. */
 #pragma once
 #include <math.h>
+#include "forces/contacts/law/law.h"
 #include "base/lanes.h"
 
 /* Call after any change of friction: once when the scene is read and for every stage that changes a joint. */
-static inline void JointPrepare(Joint *joint)
-{
-  for (int i = 0; i < 2; i++) joint->tan_phi[i] = tan(joint->friction[i] * (PETSC_PI / 180));
-}
 
 typedef struct {
   Lanes tension, cohesion, tan_phi;
@@ -60,10 +57,6 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J
                (J->peak.tension != J->residual.tension);
 }
 
-/* `broken` of a contact that has met in motion in a joint that holds together, elastic or with a residual
-   tension: it carries none. In shear an elastic joint has no limit where it is pressed; others have their
-   residual strength. */
-static const PetscReal LOOSE = 2.;
 static const PetscReal LOOSE_TAN = 1e6; /* stands for no limit */
 
 KERNEL LanesStrength LooseStrength(const LanesJoint *J, Mask loose, const LanesStrength *whole)

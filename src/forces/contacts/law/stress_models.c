@@ -1,10 +1,7 @@
 /* stress_models.c: the table of the six stress models, and one contact on its own; the models themselves are
    in stress_models.h and tptm.h, for a batch of contacts. */
-#include "internal.h"
+#include "forces/contacts/law/law.h"
 #include "forces/contacts/law/stress_models.h"
-
-const char *const StressModels[] = {"pt",      "r2pt", "r3pt", "t2pt", "t3pt", "tptm", "StressModelKind",
-                                    "STRESS_", NULL};
 
 /* Share of end 0 in a stress s0, sm, s1: c1, cm, c2.
    pt:   forces s L/2 at the ends themselves.

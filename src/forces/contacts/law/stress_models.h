@@ -6,6 +6,7 @@
    derives from a potential; r2pt, r3pt, t2pt, t3pt make or lose energy on a partly open contact. tptm:
    control points where the law is violated; the piecewise linear diagram is integrated exactly. */
 #pragma once
+#include "forces/contacts/law/law.h"
 #include "forces/contacts/law/ends.h"
 #include "forces/contacts/law/tptm.h"
 

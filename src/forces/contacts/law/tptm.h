@@ -1,6 +1,7 @@
 /* tptm.h: the stress model whose control points are where the law is violated: the piecewise linear diagram,
    integrated exactly. What it shares with the others is in contact_law.h. */
 #pragma once
+#include "forces/contacts/law/law.h"
 #include "forces/contacts/law/ends.h"
 
 /* Moving points: a contact that slips in part keeps its slip; the diagram is cut where it exceeds the limit.

@@ -1,7 +1,6 @@
-/* attempt.h: a scene tried for what it costs and what it answers, nothing written; used by advise.c. */
+/* study.h: many runs: a scene tried for what it costs and what it answers, nothing written. */
 #pragma once
-#include "output/output.h"
-#include "stages/stages.h"
+#include "run/run.h"
 
 /* What a stage takes. */
 typedef struct {
@@ -32,6 +31,12 @@ typedef struct {
   StageFields fields; /* rank 0: at the end of the last static stage */
 } Attempt;
 
+/* ---- advise.c */
+/* Collective. What a Quoin that is set up will cost, with the key `advise`; it is of no use afterwards. advised: the scene
+   asks for it. The arguments are those of QuoinSetFromOptions. */
+PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *advised);
+
+/* ---- attempt.c */
 /* Collective. Solves the static stages of a Quoin that is set up and times its cycles; it is of no use
    afterwards. */
 PetscErrorCode AttemptMeasure(Quoin q, Attempt *attempt);

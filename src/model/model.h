@@ -1,76 +1,7 @@
-/* types.h: the data dictionary of Quoin. Every array with its meaning, [unit], (shape) and who writes it.
-
-   Conventions, stated once (tests/unit/test_conventions.c holds them):
-   - SI units: m, N, Pa, kg, s; two dimensions, loads per metre of thickness times `thickness`.
-   - Stress: tension positive. Contact opening u_n: positive when the faces part; sigma = k_n u_n.
-   - Blocks run counter-clockwise; face k of a block runs from its vertex k to vertex k+1; its outward normal
-     is to the right of that direction.
-   - f is the RESISTING nodal force (what the model pushes back with: f = +int B'sigma dA for blocks), so the
-     unbalanced force is r = f_ext - f. The paper's (8) and (10) use opposite signs; this is ours everywhere.
-   - gid: number of a vertex, block or face in Quoin's own global order (bandwidth-reducing, the same for
-     every number of ranks). Every sum over elements, contacts and bodies runs in ascending gid, so that
-     results have the same bits on any number of ranks. "file id": the number in model.h5. */
+/* model.h: the data dictionary of one rank: its model, its state, what a stage comes to. Every array with its meaning,
+   [unit], (shape) and who writes it. Conventions: base.h. */
 #pragma once
-#include "scene/scene.h"
-#include <petscvec.h>
-#include <petscsf.h>
-#include <stdbool.h>
-#include <stdint.h>
-
-#if defined(PETSC_USE_COMPLEX) || !defined(PETSC_USE_REAL_DOUBLE)
-#error "Quoin needs a PETSc with real double-precision scalars"
-#endif
-/* PETSc 3.18 and what has changed since */
-#if !defined(PETSC_SUCCESS) && PETSC_VERSION_LT(3, 19, 0)
-#define PETSC_SUCCESS 0
-#endif
-#if PETSC_VERSION_LT(3, 22, 0)
-typedef size_t SegmentCount; /* of a PetscSegBuffer */
-#else
-typedef PetscCount SegmentCount;
-#endif
-#if PETSC_VERSION_LT(3, 24, 0)
-#define MPI_PETSC_BOOL MPIU_BOOL
-#else
-#define MPI_PETSC_BOOL MPI_C_BOOL
-#endif
-
-enum { BATCH = 8 }; /* elements and contacts are padded to whole batches of this many */
-
-/* ------------------------------------------------------------------------------------------ BlockMesh
-   model.h5 as it is, on rank 0 only (elsewhere only names and their counts are set, n_vertices and n_blocks
-   are 0); written by MeshRead, renumbered by MeshReorder. */
-
-typedef struct {
-  char name[NAME_LENGTH];
-  PetscInt n;
-  PetscInt *faces; /* (n,2) block, k */
-} FaceSet;
-
-typedef struct {
-  PetscInt n_vertices, n_blocks, n_groups, n_face_sets, n_points;
-  PetscReal *X;          /* [m] (n_vertices,2) */
-  PetscInt *blocks;      /* (n_blocks,4) ccw, -1 in the last column of a triangle */
-  PetscInt *block_group; /* (n_blocks,) */
-  PetscInt *body;        /* (n_blocks,) macroblock = connected component of blocks over shared vertices */
-  PetscInt n_bodies;     /* number of macroblocks */
-  PetscInt *part;        /* (n_blocks,) rank of each block, NULL: not dealt out yet */
-  PetscInt *block_file, *vertex_file; /* file id of each block and vertex (identity until MeshReorder) */
-  char (*group_names)[NAME_LENGTH];   /* on all ranks */
-  PetscInt *group_rigid;              /* (n_groups,) on all ranks; the scene's override applied */
-  FaceSet *face_sets;
-  char (*point_names)[NAME_LENGTH];    /* on all ranks */
-  PetscInt *point_vertex;              /* (n_points,) */
-  char (*face_set_names)[NAME_LENGTH]; /* (n_face_sets) on all ranks */
-} BlockMesh;
-
-/* Which body a block belongs to, on rank 0: bodies of connected rigid blocks (MeshConnected), and of
-   connected condensed ones (MeshCondensed). Either kind stays whole on one rank. */
-typedef struct {
-  PetscInt n_rigid, n_condensed;
-  PetscInt *rigid, *condensed; /* (n_blocks,) number of the body, -1: none */
-  PetscBool *inner;            /* (n_vertices,) of a condensed body, and not kept */
-} BodyNumbers;
+#include "mesh/mesh.h"
 
 /* An outer face as it travels between ranks. */
 typedef struct {
@@ -211,92 +142,6 @@ typedef struct {
   struct _p_Ghost *ghost; /* the exchange of a cycle, NULL: one rank; ghost.c */
 } Model;
 
-/* ------------------------------------------------------------------------------------------- Contacts
-   Face-to-face contacts that touch an owned vertex, ascending (stress model, lower face gid, higher face
-   gid), padded per stress model to whole batches. Sub-contact k = 0,1 of contact c stands at index SUB(c,k)
-   of every (.., 2, BATCH) array. A sub-contact is a vertex P of one face opposite the edge A-B of the other
-   (its destination); sub-contacts 0 and 1 are the two ends of the contact, and stress runs linearly between
-   them. Two faces have four vertices: P A B of sub-contact 0 and Q, the other vertex of P's face; which of
-   them are P A B of sub-contact 1 follows from the class (ContactEndVertices). A vertex on a face has no end
-   1: Q is A, and t = 0 there, so that nothing opens or slides. With tptm both ends stand at the vertex:
-   Q is P, and `rest` makes of the two the diagram of a face. */
-
-#define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
-enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
-#define CONTACT_ROW(c, row) (((c) / BATCH) * CONTACT_ROWS * BATCH + (row)*BATCH + (c) % BATCH)
-
-typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
-typedef enum {
-  CONTACT_ELASTIC = 0,
-  CONTACT_OPEN = 1,
-  CONTACT_SLIPPING = 2,
-  CONTACT_CRUSHING = 4
-} ContactState; /* bits, per sub-contact */
-
-typedef struct {
-  PetscInt n;                              /* real contacts: padding lanes are not counted */
-  PetscInt n_padded;                       /* size of the arrays in contacts */
-  PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
-  /* identity, written by contact.c */
-  PetscInt *key;  /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
-                     gid of the vertex; -1 -1: padding */
-  uint8_t *klass; /* (n_padded,) ContactClass */
-  PetscInt *joint; /* (n_padded,) row of the joints table */
-  bool *owned;     /* (n_padded,) this rank writes it */
-  /* geometry, hot */
-  PetscInt *vertex;  /* (n_padded/BATCH, 4, BATCH) local vertices: rows P A B Q */
-  PetscReal *t;      /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
-  PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so that a
-                        contact starts stress-free */
-  PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
-  uint16_t *traits;  /* what few contacts at a time have in common; contact_force.c */
-  /* history, written by contact_force.c */
-  PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
-  PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
-                        strength there; LOOSE: has met in motion and never held together */
-  PetscReal *closure;     /* [m] (.., 2, BATCH) plastic part of u_n, <= 0: what was crushed, as it is at this
-                             end: the lower envelope of 0 and two lines, one by each end */
-  PetscReal *closure_far; /* [m] (.., 2, BATCH) where the line by this end is at the other one */
-  PetscBool held;         /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the
-                             last one ended */
-  PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
-  PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
-                     to what the history held gives; 0: friction is that at once. relax.c */
-  PetscBool
-      springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in time */
-  PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
-                               contact first bore, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
-  PetscReal
-      *moved; /* [-] (as u_n) parted or slid by since then, over the length, when the last chunk began */
-  PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
-  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
-  PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
-  /* last evaluation, written by contact_force.c */
-  PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
-  PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
-  PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
-  PetscReal *F_n, *F_s;   /* [N/m] (.., 2, BATCH) end forces per metre of thickness, signs of sigma and tau */
-  uint8_t *state;         /* (.., 2, BATCH) ContactState bits */
-} Contacts;
-
-/* Ends of contact i: one of a vertex on a face. */
-static inline int ContactEnds(const Contacts *c, PetscInt i)
-{
-  return c->klass[i] == VERTEX_FACE ? 1 : 2;
-}
-
-/* Local vertices P A B of end k of contact i. */
-static inline void ContactEndVertices(const Contacts *c, PetscInt i, int k, PetscInt vertex[3])
-{
-  static const int first[3] = {ROW_P, ROW_A, ROW_B}, second[][3] = {[FF1_21] = {ROW_Q, ROW_A, ROW_B},
-                                                                    [FF1_12] = {ROW_Q, ROW_A, ROW_B},
-                                                                    [FF2_I] = {ROW_A, ROW_P, ROW_Q},
-                                                                    [FF2_F] = {ROW_B, ROW_Q, ROW_P},
-                                                                    [VERTEX_FACE] = {ROW_Q, ROW_A, ROW_B}};
-  const int *row = k ? second[c->klass[i]] : first;
-  for (int v = 0; v < 3; v++) vertex[v] = c->vertex[CONTACT_ROW(i, row[v])];
-}
-
 /* ---------------------------------------------------------------------------------------------- State
    What a step changes. u, v, f, f_old, f_ext share one layout (see Model): n_dof entries of this rank's dofs,
    then the other vertices (u only). Vecs share the memory of the first n_dof entries. */
@@ -386,3 +231,116 @@ typedef struct {
   PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, at the last verification */
   Energies energy;
 } StageResult;
+
+/* ---- result.c */
+extern const char *const VerdictNames[];
+/* "explicit", "preconditioned", or the one and then the other. */
+const char *EffortMethod(const Effort *effort);
+/* [solves] What it amounts to by Newton's method. */
+PetscReal EffortWork(const Effort *effort);
+
+/* ---- model.c */
+/* Row of the owned rigid body that holds the owned rigid vertex v (bisection). */
+PetscInt RigidOfVertex(const Model *model, PetscInt v);
+/* Collective. Builds the flat arrays of this rank (see types.h) and the ghost exchange from the mesh on rank
+   0; finds mesh->part when there is none. */
+PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
+PetscErrorCode ModelDestroy(Model *model);
+
+/* ---- distribute.c */
+/* What a point of the Plex is. */
+typedef struct {
+  PetscInt gid;       /* block, vertex: its number */
+  PetscInt file;      /* file id */
+  PetscInt owner;     /* rank: of a vertex, the one that moves it */
+  PetscInt body;      /* macroblock */
+  PetscInt rigid;     /* rigid body, -1: none */
+  PetscInt condensed; /* condensed body, -1: none */
+  PetscInt group;     /* block */
+  PetscInt outer;     /* block: bit k is set when face k is an outer one */
+  PetscInt inner;     /* vertex: 1: of a condensed body, and not kept */
+  PetscReal X[2];     /* [m] vertex */
+} PointRecord;
+/* What a rank was dealt: the blocks that touch a vertex it owns, and all their vertices. */
+struct _p_DM;
+typedef struct {
+  PetscInt n_blocks, n_points; /* points: blocks, then vertices, by ascending gid each */
+  struct _p_DM *dm;            /* cone of a block: its vertices along the ring */
+  PointRecord *record;         /* (n_points,) */
+  PetscSF migration;           /* from the whole mesh's points on rank 0; NULL: one rank, that has them all */
+} DealtMesh;
+/* Collective. Numbers the bodies, finds mesh->part when there is none, and deals the mesh out. model, with
+   its comm: its ranks and the numbers that describe the whole mesh. */
+PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, DealtMesh *dealt);
+
+/* ---- neighbours.c */
+/* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
+   state), and the ghosts and exchange that follow. Rewrites model->faces, the contact ghosts and
+   model->ghost; grows the state's arrays. */
+PetscErrorCode NeighboursUpdate(Model *model, State *state);
+/* The faces of local blocks, ascending gid; element ghosts must be known. Before the
+   first NeighboursUpdate. */
+PetscErrorCode FacesCreate(Model *model, PetscInt n, const FaceRecord *face);
+PetscErrorCode FacesDestroy(Model *model);
+/* Local number of the vertex with this gid, owner rank and local index there; -1:
+   neither owned nor a ghost. */
+PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
+/* Sorts by gid, drops repetitions, returns how many remain. */
+PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
+/* Makes room for n_owned + n_ghosts vertices and the dummies; keeps what is there. */
+PetscErrorCode VerticesResize(Model *model);
+PetscErrorCode VerticesFree(Model *model);
+
+/* ---- state.c */
+/* Room for `new` entries of `size` bytes in *array (NULL: none so far): the first `old` stay, zeros behind them. */
+PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array);
+/* The state's vertex arrays, likewise. */
+PetscErrorCode StateResize(const Model *model, State *state);
+/* Entries of u, f_ext, support that belong to this rank, those of inner vertices included. */
+static inline PetscBool Held(const Model *m, PetscInt d)
+{
+  return (PetscBool)(m->support[d] >= 0);
+}
+/* Macroblock, and true mass [kg, kg m2], of a degree of freedom < n_dof. */
+static inline PetscInt DofBody(const Model *m, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  return d < at ? m->body_body[d / 3] : m->vertex_body[(d - at) / 2];
+}
+static inline PetscReal DofMass(const Model *m, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  return d < at ? m->body_mass[2 * (d / 3) + (d % 3 == 2)] : m->vertex_mass[(d - at) / 2];
+}
+static inline PetscInt ModelApplied(const Model *m)
+{
+  return 3 * m->n_bodies + 2 * m->n_owned;
+}
+/* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
+   masses of its body; 1 for other dofs. */
+PetscReal DofLength(const Model *model, const State *state, PetscInt d);
+/* Collective. The undeformed state, at rest. */
+PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
+PetscErrorCode StateDestroy(State *state);
+
+/* ---- valid.c */
+/* Collective checks of internal consistency, for tests and debug builds. */
+PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
+
+/* ---- ghost.c */
+/* Prepares the exchange for the present model->ghosts. */
+PetscErrorCode GhostConnect(Model *model);
+PetscErrorCode GhostDestroy(Model *model);
+PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
+PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
+
+/* Row of the face with this gid, -1: not known here. */
+PetscInt FaceRow(const Model *m, PetscInt gid);
+/* Ends of a face: present with u (vertex array), reference when u is NULL. */
+static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
+{
+  for (int i = 0; i < 4; i++) {
+    const PetscInt at = 2 * m->faces.vertex[2 * f + i / 2] + i % 2;
+    x[i] = u ? m->X[at] + u[at] : m->X[at];
+  }
+}

@@ -1,0 +1,74 @@
+/* error.c: one line on stderr for what is refused, PETSc's trace for faults of the program. */
+#include "base/base.h"
+
+/* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
+static PetscErrorCode refused = PETSC_SUCCESS;
+
+/* PETSc 3.18 gives the line of the call in place of the code, and its function in place of the message. */
+static PetscBool is_of_malloc(const char *function)
+{
+  return (PetscBool)(function &&
+                     (!strcmp(function, "PetscMallocAlign") || !strcmp(function, "PetscReallocAlign")));
+}
+
+/* What is refused is one line on stderr of rank 0, want of memory one of the rank it meets; everything else
+   is a fault of the program and keeps PETSc's trace. */
+static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
+                               PetscErrorCode code, PetscErrorType type, const char *message, void *context)
+{
+  PetscMPIInt rank = 0;
+  if (type == PETSC_ERROR_INITIAL && is_of_malloc(function)) code = ERROR_MEMORY;
+  if (code == ERROR_MEMORY && code != refused) {
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (type == PETSC_ERROR_INITIAL)
+      fprintf(stderr,
+              "quoin: error: rank %d has no memory left in %s: %s; take more machines or a smaller mesh\n",
+              rank, function, message);
+    return code;
+  }
+  if (code != refused)
+    return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
+  if (type == PETSC_ERROR_INITIAL) {
+    MPI_Comm_rank(comm, &rank);
+    if (rank == 0) {
+      fprintf(stderr, "quoin: error: %s\n", message);
+      fflush(stderr);
+    }
+  }
+  return code;
+}
+
+PetscErrorCode QuoinErrorHandlerPush(void)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscPushErrorHandler(on_error, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
+{
+  char text[MESSAGE_LENGTH];
+  PetscMPIInt rank, size, first;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  first = message[0] ? rank : size;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
+  if (first == size) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(text, message, sizeof(text)));
+  PetscCallMPI(MPI_Bcast(text, MESSAGE_LENGTH, MPI_CHAR, first, comm));
+  refused = code;
+  SETERRQ(comm, code, "%s", text);
+}
+
+PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Refuse(comm, PETSC_ERR_USER_INPUT, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool QuoinErrorIsShared(PetscErrorCode error)
+{
+  return (PetscBool)(error == refused);
+}

@@ -1,0 +1,51 @@
+/* rows.c: rows of all ranks, brought to rank 0. */
+#include "base/base.h"
+
+PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all)
+{
+  PetscMPIInt rank, size, mine, *counts = NULL, *starts = NULL;
+  MPI_Datatype row;
+  PetscInt total = 0;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMPIIntCast(n, &mine));
+  if (!rank) PetscCall(PetscMalloc2(size, &counts, size, &starts));
+  PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts, 1, MPI_INT, 0, comm));
+  for (PetscMPIInt r = 0; !rank && r < size; r++) {
+    PetscCall(PetscMPIIntCast(total, &starts[r]));
+    total += counts[r];
+  }
+  *all = NULL;
+  if (!rank) PetscCall(PetscMalloc((size_t)PetscMax(total, 1) * unit, all));
+  PetscCallMPI(MPI_Type_contiguous((int)unit, MPI_BYTE, &row));
+  PetscCallMPI(MPI_Type_commit(&row));
+  PetscCallMPI(MPI_Gatherv(rows, mine, row, *all, counts, starts, row, 0, comm));
+  PetscCallMPI(MPI_Type_free(&row));
+  if (!rank) PetscCall(PetscFree2(counts, starts));
+  *n_all = total;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
+                            PetscInt n_all, PetscReal **all)
+{
+  PetscInt n_places, n_rows, *places;
+  PetscReal *gathered;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(GatherBytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
+  PetscCall(GatherBytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
+  *all = NULL;
+  if (!rank) PetscCall(PetscCalloc1(1 + (size_t)n_all * width, all));
+  for (PetscInt i = 0; i < n_rows; i++) {
+    for (PetscInt j = 0; j < width; j++) (*all)[places[i] * width + j] = gathered[i * width + j];
+  }
+  PetscCall(PetscFree(places));
+  PetscCall(PetscFree(gathered));
+  PetscCall(PetscFree(place));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,123 @@
+/* applied.c: the forces applied in a stage: the sum of its loads. f: dof array, f_vertex: its vertex part. */
+#include "forces/forces.h"
+
+static const PetscReal CENTRED = 1e-12; /* moment over force times arm: the loads stand at the mass centre */
+
+PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
+{
+  const PetscReal *f_vertex = f + 3 * m->n_bodies;
+  PetscBool any = PETSC_FALSE;
+  RigidForces(m, u, f);
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    PetscReal across = 0., along = 0., size = 0.; // sums of r x F and r . F in the reference position
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      const PetscReal rx = m->X[2 * v] - m->body_X[2 * b], ry = m->X[2 * v + 1] - m->body_X[2 * b + 1];
+      across += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
+      along += rx * f_vertex[2 * v] + ry * f_vertex[2 * v + 1];
+      size += PetscHypotReal(rx, ry) * PetscHypotReal(f_vertex[2 * v], f_vertex[2 * v + 1]);
+    }
+    if (PetscAbsReal(across) + PetscAbsReal(along) <= CENTRED * size)
+      f[3 * b + 2] = 0.;
+    else if (m->strain == STRAIN_LARGE && !Held(m, 3 * b + 2))
+      any = PETSC_TRUE;
+  }
+  return any;
+}
+
+/* Whether water presses on faces that move. */
+static PetscBool presses(const Scene *scene, const Load *load)
+{
+  return (PetscBool)(scene->strain == STRAIN_LARGE &&
+                     (load->kind == LOAD_RESERVOIR || load->kind == LOAD_UPLIFT));
+}
+
+PetscBool LoadsPress(const Scene *scene, const Stage *stage)
+{
+  for (PetscInt l = 0; l < stage->n_loads; l++)
+    if (presses(scene, scene->loads + stage->loads[l])) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Adds the stage's loads at present displacements to f_vertex: dead ones, pressing ones, or both. */
+static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage *stage, const State *state,
+                                PetscBool dead, PetscBool pressing, PetscReal *f_vertex)
+{
+  const PetscReal *u_vertex = state->u + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < stage->n_loads; l++) {
+    const Load *load = scene->loads + stage->loads[l];
+    if (presses(scene, load) ? !pressing : !dead) continue;
+    switch (load->kind) {
+    case LOAD_SELF_WEIGHT:
+      PetscCall(WeightForces(scene, load, m, f_vertex));
+      break;
+    case LOAD_POINT_FORCE:
+      PointForce(load, m, f_vertex);
+      break;
+    case LOAD_UPLIFT:
+      UpliftForces(scene, load, state->uplift + stage->loads[l], m, u_vertex, f_vertex);
+      break;
+    case LOAD_TRACTION:
+      TractionForces(load, m, f_vertex);
+      break;
+    case LOAD_RESERVOIR:
+      ReservoirForces(scene, load, m, u_vertex, f_vertex);
+      break;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage)
+{
+  PetscBool change = LoadsPress(scene, stage);
+  for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
+    if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) change = PETSC_TRUE;
+  return change;
+}
+
+PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscReal *f = state->f_target;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
+  PetscCall(CondensedLoads(m, f + at));
+  state->loads_turn = LoadsTurn(m, state->u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LoadsDead(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(state->f_start, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_FALSE, state->f_start + at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(state->f_target, state->f_start, ModelApplied(m)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->f_target + 3 * m->n_bodies));
+  state->loads_turn = LoadsTurn(m, state->u, state->f_target);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void LoadsApply(const Model *m, State *state, PetscReal ramp)
+{
+  state->ramp = ramp;
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
+    state->f_ext[d] = (1. - ramp) * state->f_start[d] + ramp * state->f_target[d];
+}
+
+PetscErrorCode LoadsRenew(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
+  PetscFunctionBeginUser;
+  if (!LoadsChange(scene, m, stage)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(LoadsTarget(scene, m, stage, state));
+  LoadsApply(m, state, state->ramp);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,98 @@
+/* blocks.h: deformable, rigid and condensed blocks. */
+#pragma once
+#include "forces/contacts/contacts.h"
+
+/* ---- rigid.c */
+/* Owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
+PetscErrorCode RigidBodiesCreate(Model *model);
+/* Sums the forces at vertices of rigid bodies into force and moment at the mass centre,
+   (14)-(15). u, f: dof arrays. */
+void RigidForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* Displacements of vertices from those of the bodies, (21)-(22) in finite form. u: dof array. */
+void RigidMotion(const Model *model, PetscReal *u);
+
+/* ---- create.c */
+/* Collective. After ModelCreate: rigid bodies, masses, chunks of elements, and with them n_dof. */
+PetscErrorCode BlocksCreate(const Scene *scene, Model *model);
+
+/* ---- element.c */
+/* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N]
+   (n_vertices + dummies, 2). */
+PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* The same of condensed ones, small strain. */
+void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f);
+/* Stiffness [N/m] of four elements from `first` (a multiple of 4) on: entry (i,j) of element first + l is
+   K[l][i * 2 n_nodes + j], rows x, y of vertex 0, x, y of vertex 1, ... u: vertex array [m]: the tangent
+   there in large strain; NULL: that of the reference state. */
+void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, const PetscReal *u,
+                     PetscReal K[][64]);
+/* What is to be in the cache soon. */
+enum { AHEAD_ARRAYS = 5 };
+typedef struct {
+  const PetscReal *array[AHEAD_ARRAYS];
+} Ahead;
+/* The same, one chunk of elements after the other, so that vertices can be moved as soon
+   as model->chunk_done[chunk] says that their forces are complete. ahead: what will be
+   read then, NULL: nothing. */
+PetscInt ElementChunks(const Model *model);
+void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
+                          PetscReal *f);
+/* Set-up: writes model->chunk_done. */
+PetscErrorCode ElementChunksDone(Model *model);
+/* Stiffness [Pa] of a one-point block against its hourglass modes, see element_kernels.h: Q4OnePointForce;
+   zero for ELEMENT_FULL. coefficient: of ELEMENT_REDUCED. */
+void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3]);
+/* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
+PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
+PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
+/* Cauchy stress sxx syy sxy [Pa] (n,3) at the centre of each element of the list. */
+PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *stress);
+/* Cauchy stress at the Gauss points: T3 (n,1,3), Q4 (n,4,3) in the order (-,-), (+,-), (+,+), (-,+). */
+PetscErrorCode ElementStressGauss(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                                  PetscReal *stress);
+/* Strain energy [J] of one element list's owned elements (n,). */
+PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+                             PetscReal *energy);
+/* Principal stresses s1 >= s2 of (sxx,syy,sxy) and angle [rad] of s1 from x. */
+void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *angle);
+/* Exact area [m2], centroid [m] and polar second moment about the centroid [m4] of one block; vertices:
+   (n_nodes,) ccw rows of X (n,2) [m]. */
+void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
+                   PetscReal centroid[2], PetscReal *polar);
+
+/* ---- condense.c */
+/* A condensed body: K of its blocks reduced onto its kept degrees of freedom. */
+typedef struct _p_Condensed {
+  PetscInt number;          /* of all ranks' */
+  PetscInt n_kept, *kept;   /* (n_kept,) entries 2 v + i of a vertex array, ascending */
+  PetscInt n_inner, *inner; /* (n_inner,) likewise, those that no support holds */
+  PetscInt stride;          /* n_kept rounded up to a whole batch */
+  PetscReal *S;             /* [N/m] (stride, stride) Schur complement, symmetric, padded with zeros */
+  PetscReal *u, *f;         /* (stride,) room for a cycle: gathered displacements, forces S u */
+  PetscReal *load, *g;      /* [N] (n_inner,), (n_kept,) loads inside that were last passed on, and as what */
+  struct _p_Mat *factor;    /* of K_II, NULL: no inner ones; rows: inner, then kept */
+  struct _p_Vec *x, *b;     /* of its solves */
+} Condensed;
+/* Collective. Factors the bodies of this rank; supports must be known. Refuses a body
+   that could move alone. */
+PetscErrorCode CondensedCreate(const Scene *scene, Model *model);
+PetscErrorCode CondensedDestroy(Model *model);
+/* Adds S u to f. */
+void CondensedForces(const Model *model, const PetscReal *u, PetscReal *f);
+/* Adds row sums of |S| to k [N/m] (vertices,): larger of the two directions, as ElementStiffness. */
+void CondensedStiffness(const Model *model, PetscReal *k);
+/* f: applied forces at all vertices; those at inner vertices are passed on to the kept ones. */
+PetscErrorCode CondensedLoads(const Model *model, PetscReal *f);
+/* u at inner vertices from u at the kept ones and the loads f at the inner ones (NULL: none). */
+PetscErrorCode CondensedInner(const Model *model, const PetscReal *f, PetscReal *u);
+/* Displacements and resisting forces at inner vertices, and state->passed, from the present state. */
+PetscErrorCode CondensedRecover(const Model *model, State *state);
+
+/* ---- condense_limits.c */
+/* Collective. Refuses contacts at inner vertices. */
+PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *model, const Contacts *contacts);
+/* Collective. After CondensedRecover: warns about bodies that have turned too far for small strain, and
+   refuses those that have turned much too far, unless the whole scene is in small strain. */
+PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, const Stage *stage,
+                                      const State *state);

@@ -1,0 +1,67 @@
+/* create.c: what follows from blocks and materials at set-up: stiffness against hourglass modes, rigid bodies, true
+   masses. */
+#include "forces/blocks/blocks.h"
+
+static PetscErrorCode hourglass(const Scene *scene, Model *m)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt g = 0; g < m->n_groups; g++) {
+    const Material *material = scene->materials + g;
+    if (material->element == ELEMENT_FULL) continue;
+    if (!m->hourglass) PetscCall(PetscCalloc1(3 * m->n_groups, &m->hourglass));
+    ElementHourglass(material->element, m->lame[g], material->hourglass, m->hourglass + 3 * g);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Marks the dofs of the groups that enter the Rayleigh quotient (all when none is named). */
+static PetscErrorCode damping_groups(const Scene *scene, Model *m)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
+  PetscFunctionBeginUser;
+  if (!scene->n_damping_groups) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(m->n_dof, &m->in_quotient));
+  for (PetscInt g = 0; g < scene->n_damping_groups; g++)
+    for (int l = 0; l < 6; l++)
+      for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
+        if (strcmp(m->group_names[list[l]->group[e]], scene->damping_groups[g])) continue;
+        for (PetscInt k = 0; k < n_nodes; k++) {
+          const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+          if (v < m->n_deformable) m->in_quotient[at + 2 * v] = m->in_quotient[at + 2 * v + 1] = 1.;
+          if (v < m->n_deformable || v >= m->n_moving) continue;
+          for (int i = 0; i < 3; i++) m->in_quotient[3 * RigidOfVertex(m, v) + i] = 1.;
+        }
+      }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* True masses and share in the damping quotient; supports come later (supports.c). */
+static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  PetscReal *vertex_mass;
+  PetscFunctionBeginUser;
+  m->n_dof = at + 2 * m->n_deformable;
+  const PetscInt n_held = at + 2 * m->n_owned;
+  PetscCall(PetscMalloc2(m->n_deformable, &m->vertex_mass, n_held, &m->support));
+  for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
+  PetscCall(ElementMasses(m, vertex_mass));
+  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->n_deformable));
+  PetscCall(PetscFree(vertex_mass));
+  PetscCall(damping_groups(scene, m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode BlocksCreate(const Scene *scene, Model *m)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PartBegin(PART_MODEL));
+  PetscCall(hourglass(scene, m));
+  PetscCall(RigidBodiesCreate(m));
+  PetscCall(fill_dofs(scene, m));
+  PetscCall(ElementChunksDone(m));
+  PetscCall(PartEnd(PART_MODEL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,86 @@
+/* supports.c: which degrees of freedom supports hold. */
+#include "forces/boundary/boundary.h"
+
+typedef struct {
+  PetscInt count[2];         /* vertices held in x, in y */
+  PetscReal low[2], high[2]; /* of the coordinate across: y of those held in x, x of those held in y */
+} BodyHold;
+
+static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
+{
+  if (v < 0 || v >= m->n_owned) return;
+  for (int i = 0; i < 2; i++) {
+    if (!s->fix[i]) continue;
+    if (v < m->n_deformable || v >= m->n_moving) {
+      m->support[3 * m->n_bodies + 2 * v + i] = (int16_t)s->row;
+    } else {
+      BodyHold *h = body + RigidOfVertex(m, v);
+      const PetscReal across = m->X[2 * v + 1 - i];
+      h->low[i] = h->count[i] ? PetscMin(h->low[i], across) : across;
+      h->high[i] = h->count[i] ? PetscMax(h->high[i], across) : across;
+      h->count[i]++;
+    }
+  }
+}
+
+static void hold_target(const Support *s, Model *m, BodyHold *body)
+{
+  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target),
+                 point = NameRow(m->n_points, m->point_names, s->target);
+  if (set >= 0) {
+    for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++)
+      for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * m->face_set_faces[i] + k], body);
+  } else if (point >= 0) {
+    hold_vertex(s, m, m->point_vertex[point], body);
+  } else {
+    for (int l = 0; l < 6; l++)
+      for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
+        if (strcmp(m->group_names[list[l]->group[e]], s->target)) continue;
+        for (PetscInt k = 0; k < n_nodes; k++)
+          hold_vertex(s, m, list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH], body);
+      }
+  }
+}
+
+/* A vertex may stand in several faces of a set: only the span of the held places counts. A rigid body whose
+   held vertices lie apart across the direction cannot turn; held at one place it could turn about it, which
+   three dofs at the centroid cannot express, so that is refused. */
+static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m, const BodyHold *body)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    PetscBool turns = PETSC_TRUE, any = PETSC_FALSE;
+    for (int i = 0; i < 2; i++) {
+      if (!body[b].count[i]) continue;
+      any = PETSC_TRUE;
+      m->support[3 * b + i] = (int16_t)s->row;
+      if (body[b].high[i] - body[b].low[i] > 1e-9 * m->diameter) turns = PETSC_FALSE;
+    }
+    if (any && !turns) m->support[3 * b + 2] = (int16_t)s->row;
+    if (any && turns && !message[0])
+      PetscCall(PetscSNPrintf(
+          message, MESSAGE_LENGTH,
+          "%s: supports.%s.target: \"%s\" holds the rigid body with block vertex %" PetscInt_FMT
+          " at one place only, about which it could turn: expected its group, or faces that span it",
+          scene->file, s->name, s->target, m->vertex_file[m->body_start[b]]));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SupportsApply(const Scene *scene, Model *m)
+{
+  BodyHold *body;
+  PetscFunctionBeginUser;
+  PetscCheck(scene->n_supports <= INT16_MAX, m->comm, PETSC_ERR_SUP, "more than %d supports", INT16_MAX);
+  PetscCall(PetscMalloc1(m->n_bodies, &body));
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    PetscCall(PetscArrayzero(body, m->n_bodies));
+    hold_target(scene->supports + i, m, body);
+    PetscCall(hold_bodies(scene, scene->supports + i, m, body));
+  }
+  PetscCall(PetscFree(body));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

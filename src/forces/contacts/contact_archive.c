@@ -1,0 +1,225 @@
+/* contact_archive.c: contacts by key, as rows of two tables; see archive.h. */
+#include "forces/contacts/contacts.h"
+#include "forces/contacts/find.h"
+
+enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CLOSURE_ARRAYS };
+
+/* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
+   end the reals of ContactsEndArrays, those of closure last. Where nothing is crushed they are not written.
+   */
+typedef struct {
+  PetscInt64 count[COUNTS];
+  PetscReal real[REALS];
+} Row;
+
+static int row_order(const void *a, const void *b)
+{
+  const Row *p = a, *q = b;
+  for (int i = 0; i < 3; i++)
+    if (p->count[i] != q->count[i]) return p->count[i] < q->count[i] ? -1 : 1;
+  return 0;
+}
+
+/* Between a row and the place of a contact in its arrays. */
+static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row)
+{
+  PetscReal *array[END_ARRAYS], *x = row->real;
+  ContactsEndArrays(c, array);
+#define MOVE(here, there) (reading ? ((here) = (there)) : ((there) = (here)))
+  const int closure = END_ARRAYS - CLOSURE_ARRAYS;
+  MOVE(c->length[at], *x), x++;
+  for (int k = 0; k < 2; k++)
+    for (int i = 0; i < closure; i++, x++) MOVE(array[i][SUB(at, k)], *x);
+  for (int k = 0; k < 2; k++) {
+    for (int i = closure; i < END_ARRAYS; i++, x++) MOVE(array[i][SUB(at, k)], *x);
+    if (reading)
+      c->state[SUB(at, k)] = (uint8_t)row->count[5 + k];
+    else
+      row->count[5 + k] = c->state[SUB(at, k)];
+  }
+#undef MOVE
+}
+
+/* Collective. The owned contacts of all ranks on rank 0, in the order of contacts. */
+static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n_all, Row **all)
+{
+  PetscInt n = 0;
+  Row *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(c->n, &rows));
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
+      if (!c->owned[at]) continue;
+      Row *row = rows + n++;
+      row->count[0] = s, row->count[1] = c->key[2 * at], row->count[2] = c->key[2 * at + 1];
+      row->count[3] = c->klass[at], row->count[4] = c->joint[at];
+      move_row(c, at, PETSC_FALSE, row);
+    }
+  PetscCall(GatherBytes(m->comm, n, sizeof(Row), rows, n_all, (void **)all));
+  if (*n_all) qsort(*all, (size_t)*n_all, sizeof(Row), row_order);
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- which contacts a rank holds */
+
+/* Vertices of faces: (2 n faces) gid and row, ascending. */
+typedef struct {
+  PetscInt gid, face, corner;
+} VertexOfFace;
+
+static int vertex_order(const void *a, const void *b)
+{
+  const VertexOfFace *p = a, *q = b;
+  if (p->gid != q->gid) return p->gid < q->gid ? -1 : 1;
+  return (p->face > q->face) - (p->face < q->face);
+}
+
+static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * m->faces.n, list));
+  for (PetscInt i = 0; i < 2 * m->faces.n; i++)
+    (*list)[i] = (VertexOfFace){m->vertex_gid[m->faces.vertex[i]], i / 2, i % 2};
+  if (m->faces.n) qsort(*list, 2 * (size_t)m->faces.n, sizeof(VertexOfFace), vertex_order);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool at_owned_vertex(const Model *m, PetscInt f)
+{
+  return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
+}
+
+/* The faces of a contact, when this rank holds it: it knows both and owns a vertex of either. */
+static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Row *row, Candidate *c)
+{
+  const PetscInt key[2] = {(PetscInt)row->count[1], (PetscInt)row->count[2]};
+  const PetscInt g = FaceRow(m, key[0]);
+  if (g < 0) return PETSC_FALSE;
+  if (key[1] >= 0) { // two faces
+    const PetscInt f = FaceRow(m, key[1]);
+    c->face[0] = g, c->face[1] = f;
+    return (PetscBool)(f >= 0 && (at_owned_vertex(m, f) || at_owned_vertex(m, g)));
+  }
+  const VertexOfFace wanted = {-2 - key[1], -1, 0};
+  PetscInt low = 0, high = 2 * m->faces.n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (vertex_order(list + middle, &wanted) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  if (low == 2 * m->faces.n || list[low].gid != wanted.gid) return PETSC_FALSE;
+  c->face[0] = list[low].face, c->face[1] = g;
+  c->vertex = m->faces.vertex[2 * list[low].face + list[low].corner];
+  return (PetscBool)(c->vertex < m->n_owned || at_owned_vertex(m, g));
+}
+
+/* The rows that this rank holds, moved to the front, and the candidates that make contacts of them. */
+static PetscErrorCode keep_rows(const Model *m, PetscInt *n, Row *rows, Candidate **list)
+{
+  VertexOfFace *vertices;
+  PetscInt kept = 0;
+  PetscFunctionBeginUser;
+  PetscCall(vertices_of_faces(m, &vertices));
+  PetscCall(PetscMalloc1(*n, list));
+  for (PetscInt i = 0; i < *n; i++) {
+    const PetscInt64 *count = rows[i].count;
+    Candidate *c = *list + kept;
+    *c = (Candidate){.model = (StressModelKind)count[0],
+                     .key = {(PetscInt)count[1], (PetscInt)count[2]},
+                     .joint = (PetscInt)count[4],
+                     .before = -1};
+    c->pair.klass = (ContactClass)count[3], c->pair.length = rows[i].real[0];
+    if (!faces_of_row(m, vertices, rows + i, c)) continue;
+    for (int k = 0; k < 2 && c->pair.klass != VERTEX_FACE; k++)
+      c->pair.source[k] = END_SOURCE[c->pair.klass][k], c->pair.corner[k] = END_CORNER[c->pair.klass][k];
+    rows[kept++] = rows[i];
+  }
+  *n = kept;
+  PetscCall(PetscFree(vertices));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- both directions */
+
+static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const name[2], const Contacts *c)
+{
+  PetscInt n;
+  size_t columns = UNCRUSHED;
+  PetscInt64 *counts;
+  PetscReal *reals;
+  Row *rows;
+  PetscFunctionBeginUser;
+  PetscCall(gather_rows(m, c, &n, &rows));
+  if (a->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1((size_t)n * COUNTS, &counts));
+  PetscCall(PetscMalloc1((size_t)n * REALS, &reals));
+  for (PetscInt i = 0; i < n && columns < REALS; i++)
+    for (int k = UNCRUSHED; k < REALS; k++)
+      if (rows[i].real[k] != 0.) columns = REALS;
+  for (PetscInt i = 0; i < n; i++) {
+    PetscCall(PetscArraycpy(counts + (size_t)i * COUNTS, rows[i].count, COUNTS));
+    PetscCall(PetscArraycpy(reals + (size_t)i * columns, rows[i].real, columns));
+  }
+  PetscCall(PetscFree(rows));
+  PetscCall(ArchiveAdd(a, name[0], ARCHIVE_COUNT, (size_t)n, COUNTS, counts));
+  PetscCall(ArchiveAdd(a, name[1], ARCHIVE_REAL, (size_t)n, columns, reals));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All rows on all ranks. */
+static PetscErrorCode read_rows(Archive *a, const char *const name[2], PetscInt *n, Row **rows)
+{
+  const ArchiveEntry *e[2] = {a->rank ? NULL : ArchiveFind(a, name[0]),
+                              a->rank ? NULL : ArchiveFind(a, name[1])};
+  PetscMPIInt bytes;
+  PetscFunctionBeginUser;
+  const size_t columns = e[1] ? e[1]->columns : 0;
+  *n = e[0] && e[1] && e[0]->columns == COUNTS && (columns == REALS || columns == UNCRUSHED) &&
+               e[0]->rows == e[1]->rows
+           ? (PetscInt)e[0]->rows
+           : -1;
+  if (!a->rank && *n < 0) snprintf(a->message, MESSAGE_LENGTH, "%s is missing", name[0]);
+  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, a->comm));
+  *n = PetscMax(*n, 0);
+  PetscCall(PetscCalloc1(*n, rows));
+  for (PetscInt i = 0; i < *n && !a->rank; i++) {
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): rows were counted in the entry itself
+    PetscCall(PetscArraycpy((*rows)[i].count, (PetscInt64 *)e[0]->data + (size_t)i * COUNTS, COUNTS));
+    PetscCall(PetscArraycpy((*rows)[i].real, (PetscReal *)e[1]->data + (size_t)i * columns, columns));
+  }
+  enum { CHUNK = 1 << 20 };
+  for (PetscInt i = 0; i < *n; i += CHUNK) {
+    PetscCall(PetscMPIIntCast(PetscMin(CHUNK, *n - i) * (PetscInt)sizeof(Row), &bytes));
+    PetscCallMPI(MPI_Bcast(*rows + i, bytes, MPI_BYTE, 0, a->comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, const char *name, Contacts *c)
+{
+  char label[2][2 * NAME_LENGTH];
+  const char *const names[2] = {label[0], label[1]};
+  PetscInt n;
+  Row *rows;
+  Candidate *list;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(label[0], sizeof(label[0]), "%s/%s_key", a->part, name));
+  PetscCall(PetscSNPrintf(label[1], sizeof(label[1]), "%s/%s", a->part, name));
+  if (!a->reading) {
+    PetscCall(write_rows(a, m, names, c));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(read_rows(a, names, &n, &rows));
+  PetscCall(keep_rows(m, &n, rows, &list));
+  PetscCall(ContactsDestroy(c));
+  PetscCall(ContactsStore(scene, m, &(CandidateList){.n = n, .item = list}, NULL, NULL, c));
+  for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
+    if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++);
+  ContactsSetTraits(m, c);
+  PetscCall(PetscFree(list));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

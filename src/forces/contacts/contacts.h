@@ -1,0 +1,162 @@
+/* contacts.h: contacts between faces: found, kept, inherited, their forces. */
+#pragma once
+#include "archive/archive.h"
+#include "forces/contacts/law/law.h"
+
+/* ------------------------------------------------------------------------------------------- Contacts
+   Face-to-face contacts that touch an owned vertex, ascending (stress model, lower face gid, higher face
+   gid), padded per stress model to whole batches. Sub-contact k = 0,1 of contact c stands at index SUB(c,k)
+   of every (.., 2, BATCH) array. A sub-contact is a vertex P of one face opposite the edge A-B of the other
+   (its destination); sub-contacts 0 and 1 are the two ends of the contact, and stress runs linearly between
+   them. Two faces have four vertices: P A B of sub-contact 0 and Q, the other vertex of P's face; which of
+   them are P A B of sub-contact 1 follows from the class (ContactEndVertices). A vertex on a face has no end
+   1: Q is A, and t = 0 there, so that nothing opens or slides. With tptm both ends stand at the vertex:
+   Q is P, and `rest` makes of the two the diagram of a face. */
+
+#define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
+enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
+#define CONTACT_ROW(c, row) (((c) / BATCH) * CONTACT_ROWS * BATCH + (row)*BATCH + (c) % BATCH)
+
+typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
+
+typedef struct {
+  PetscInt n;                              /* real contacts: padding lanes are not counted */
+  PetscInt n_padded;                       /* size of the arrays in contacts */
+  PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
+  /* identity, written by contact.c */
+  PetscInt *key;  /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
+                     gid of the vertex; -1 -1: padding */
+  uint8_t *klass; /* (n_padded,) ContactClass */
+  PetscInt *joint; /* (n_padded,) row of the joints table */
+  bool *owned;     /* (n_padded,) this rank writes it */
+  /* geometry, hot */
+  PetscInt *vertex;  /* (n_padded/BATCH, 4, BATCH) local vertices: rows P A B Q */
+  PetscReal *t;      /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
+  PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so that a
+                        contact starts stress-free */
+  PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
+  uint16_t *traits;  /* what few contacts at a time have in common; contact_force.c */
+  /* history, written by contact_force.c */
+  PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
+  PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
+                        strength there; LOOSE: has met in motion and never held together */
+  PetscReal *closure;     /* [m] (.., 2, BATCH) plastic part of u_n, <= 0: what was crushed, as it is at this
+                             end: the lower envelope of 0 and two lines, one by each end */
+  PetscReal *closure_far; /* [m] (.., 2, BATCH) where the line by this end is at the other one */
+  PetscBool held;         /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the
+                             last one ended */
+  PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
+  PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
+                     to what the history held gives; 0: friction is that at once. relax.c */
+  PetscBool
+      springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in time */
+  PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
+                               contact first bore, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
+  PetscReal
+      *moved; /* [-] (as u_n) parted or slid by since then, over the length, when the last chunk began */
+  PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
+  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
+  PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
+  /* last evaluation, written by contact_force.c */
+  PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
+  PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
+  PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
+  PetscReal *F_n, *F_s;   /* [N/m] (.., 2, BATCH) end forces per metre of thickness, signs of sigma and tau */
+  uint8_t *state;         /* (.., 2, BATCH) ContactState bits */
+} Contacts;
+
+/* Ends of contact i: one of a vertex on a face. */
+static inline int ContactEnds(const Contacts *c, PetscInt i)
+{
+  return c->klass[i] == VERTEX_FACE ? 1 : 2;
+}
+
+/* Local vertices P A B of end k of contact i. */
+static inline void ContactEndVertices(const Contacts *c, PetscInt i, int k, PetscInt vertex[3])
+{
+  static const int first[3] = {ROW_P, ROW_A, ROW_B}, second[][3] = {[FF1_21] = {ROW_Q, ROW_A, ROW_B},
+                                                                    [FF1_12] = {ROW_Q, ROW_A, ROW_B},
+                                                                    [FF2_I] = {ROW_A, ROW_P, ROW_Q},
+                                                                    [FF2_F] = {ROW_B, ROW_Q, ROW_P},
+                                                                    [VERTEX_FACE] = {ROW_Q, ROW_A, ROW_B}};
+  const int *row = k ? second[c->klass[i]] : first;
+  for (int v = 0; v < 3; v++) vertex[v] = c->vertex[CONTACT_ROW(i, row[v])];
+}
+
+/* By class: the face of the vertex at each end (0: a, 1: b), and which vertex of it; as FacePairClassify (geometry.h) sets
+   them. */
+static const int END_SOURCE[4][2] = {{1, 1}, {0, 0}, {0, 1}, {1, 0}};
+static const int END_CORNER[4][2] = {{1, 0}, {0, 1}, {0, 0}, {1, 1}};
+/* Which side the vertex P of end k is on, 0: the face of the lower gid, 1: the other; its destination is the other one. */
+static inline int ContactSideOfVertex(const Contacts *c, PetscInt i, int k)
+{
+  return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
+}
+
+/* ---- store.c */
+/* Collective. Finds all face-to-face contacts that touch an owned vertex, in the
+   reference state (section 2.2). */
+PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
+PetscErrorCode ContactsDestroy(Contacts *contacts);
+/* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
+PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
+/* The (.., 2, BATCH) arrays of reals; last the four of closure, mostly zero. */
+enum { CLOSURE_ARRAYS = 4, END_ARRAYS = 16 + CLOSURE_ARRAYS };
+void ContactsEndArrays(const Contacts *contacts, PetscReal *array[END_ARRAYS]);
+PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
+/* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
+PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
+
+/* ---- joints.c */
+/* Collective. Variable connectivity without a `default` row: contacts that come later between two groups, on
+   faces without a named joint, have the weakest row of those that the groups have at the start. Refuses
+   groups that have none and may meet. */
+PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model);
+
+/* ---- force.c */
+/* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and
+   the arrays of the last evaluation. joints: the stage's table. u, f: vertex arrays. */
+PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u,
+                             PetscReal *f);
+/* The same forces and history; leaves the arrays of the last evaluation as they are: most cycles of a static
+   stage ask for no more. */
+PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contacts *contacts,
+                                 const PetscReal *u, PetscReal *f);
+
+/* ---- traits.c */
+/* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
+   out what a few contacts at a time do not need. */
+void ContactsSetTraits(const Model *model, Contacts *contacts);
+/* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
+   from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
+void ContactsHold(Contacts *contacts);
+/* The present history is again the one held. */
+void ContactsGoBack(Contacts *contacts);
+
+/* ---- verify.c */
+/* Collective. Finds contacts anew in the present state and gives them the history of those before (variable
+   connectivity). The last evaluation of forces must belong to the present displacements. joints: the stage's
+   table. Counts go to result. */
+PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *model, State *state,
+                              Contacts *contacts, StageResult *result);
+/* Collective. Whether blocks have moved enough since the last verification. */
+PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const State *state, PetscBool *need,
+                                  PetscReal *far);
+
+/* ---- bound.c */
+/* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */
+PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness,
+                                PetscReal *k);
+/* The same where contacts may come: along all faces of every vertex, of the stiffest joint of the table. */
+PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *model, const Joint *joints,
+                                        PetscReal *k);
+
+/* ---- energy.c */
+/* Energy stored in owned contacts [J]. */
+PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
+
+/* ---- contact_archive.c */
+/* Contacts with their history and last evaluation. Reading replaces those there are; model->faces must be
+   those of the displacements where contacts were last verified (StateArchive of motion/ sees to it). */
+PetscErrorCode ArchiveContacts(Archive *archive, const Scene *scene, const Model *model, const char *name,
+                               Contacts *contacts);

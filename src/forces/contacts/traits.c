@@ -1,0 +1,74 @@
+/* traits.c: what LANES contacts have in common, and the history that is held. */
+#include "forces/contacts/contacts.h"
+#include "forces/contacts/traits.h"
+
+/* By their bits: -0 leaves another sign of zero behind. */
+static int are_zero(PetscInt first, const PetscReal *x)
+{
+  uint64_t bits[2 * LANES], any = 0;
+  memcpy(bits, x + SUB(first, 0), LANES * sizeof *x);
+  memcpy(bits + LANES, x + SUB(first, 1), LANES * sizeof *x);
+  for (int i = 0; i < 2 * LANES; i++) any |= bits[i];
+  return !any;
+}
+
+static int same_place(const PetscReal *x, const PetscReal *y)
+{
+  return x[0] == y[0] && x[1] == y[1];
+}
+
+/* Whether the faces of contact i are one line in the reference state. */
+static int faces_match(const PetscReal *X, const Contacts *c, PetscInt i)
+{
+  const PetscReal *x[CONTACT_ROWS];
+  for (int row = 0; row < CONTACT_ROWS; row++) x[row] = X + 2 * c->vertex[CONTACT_ROW(i, row)];
+  return c->klass[i] == FF1_12 && c->t[SUB(i, 0)] == 1. && c->t[SUB(i, 1)] == 0. &&
+         same_place(x[ROW_P], x[ROW_B]) && same_place(x[ROW_Q], x[ROW_A]);
+}
+
+void ContactsSetTraits(const Model *m, Contacts *c)
+{
+  for (PetscInt first = 0; first < c->n_padded; first += LANES) {
+    const PetscInt *joint = c->joint + first;
+    int traits = !first || memcmp(joint - LANES, joint, LANES * sizeof *joint) ? JOINTS : 0;
+    int match = 1;
+    for (int lane = 0; lane < LANES; lane++) {
+      const int klass = c->klass[first + lane];
+      match &= faces_match(m->X, c, first + lane);
+      if (klass == FF2_I || klass == FF2_F) traits |= CROSSED << lane;
+      if (klass == FF2_F) traits |= LAST << lane;
+    }
+    if (match) traits |= MATCH;
+    if (!are_zero(first, c->rest)) traits |= RESTS;
+    if (!are_zero(first, c->slip) || !are_zero(first, c->broken) || !are_zero(first, c->slip_0) ||
+        !are_zero(first, c->broken_0))
+      traits |= HISTORY;
+    if (!are_zero(first, c->closure) || !are_zero(first, c->closure_0)) traits |= HISTORY | CRUSHED;
+    c->traits[first / LANES] = (uint16_t)traits;
+  }
+}
+
+/* Where no history is, both are zero. */
+static void copy_history(const Contacts *c, History from, History to)
+{
+  for (PetscInt first = 0; first < c->n_padded; first += LANES)
+    for (int k = 0; k < 2 && c->traits[first / LANES] & HISTORY; k++) {
+      const PetscInt at = SUB(first, k);
+      memcpy(to.slip + at, from.slip + at, LANES * sizeof *to.slip);
+      memcpy(to.broken + at, from.broken + at, LANES * sizeof *to.broken);
+      if (!(c->traits[first / LANES] & CRUSHED)) continue;
+      memcpy(to.closure + at, from.closure + at, LANES * sizeof *to.closure);
+      memcpy(to.far + at, from.far + at, LANES * sizeof *to.far);
+    }
+}
+
+void ContactsHold(Contacts *c)
+{
+  copy_history(c, HistoryNow(c), HistoryHeld(c));
+  c->held = PETSC_TRUE;
+}
+
+void ContactsGoBack(Contacts *c)
+{
+  copy_history(c, HistoryHeld(c), HistoryNow(c));
+}

@@ -1,0 +1,32 @@
+/* traits.h: what traits.c and force.c share: traits of LANES contacts, and which history an evaluation starts from. */
+#pragma once
+#include "forces/contacts/contacts.h"
+#include "base/lanes.h"
+
+/* Traits of LANES contacts: by lane, whether end 1 stands on the other face than end 0 (FF2), and then
+   whether the ends are the last vertices of both faces (FF2_F); of any lane. */
+enum {
+  CROSSED = 1,      /* << lane */
+  LAST = 1 << 4,    /* << lane */
+  RESTS = 1 << 8,   /* rest is not zero */
+  HISTORY = 1 << 9, /* slip or broken, present or held, is not zero; the force loop adds it */
+  JOINTS = 1 << 10, /* joints are not those of the LANES contacts before */
+  MATCH = 1 << 11,  /* of all lanes: in the reference state P is where B is, Q where A is */
+  CRUSHED = 1 << 12 /* closure, present or held, is not zero; the force loop adds it, with HISTORY */
+};
+static const int IS_CROSSED = CROSSED * 15;
+
+/* History of joints: that of the last evaluation, or the one held. */
+typedef struct {
+  PetscReal *slip, *broken, *closure, *far;
+} History;
+
+static inline History HistoryNow(const Contacts *c)
+{
+  return (History){c->slip, c->broken, c->closure, c->closure_far};
+}
+
+static inline History HistoryHeld(const Contacts *c)
+{
+  return (History){c->slip_0, c->broken_0, c->closure_0, c->closure_far_0};
+}

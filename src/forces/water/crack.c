@@ -1,0 +1,200 @@
+/* crack.c: the cracked base: open length -> pressure -> equilibrium -> open length. */
+#include "forces/water/profile.h"
+
+/* A contact along the joint: its ends in the order of s. */
+typedef struct {
+  PetscReal s[2], u_n[2];
+  PetscInt open[2];
+} Span;
+
+static int span_order(const void *a, const void *b)
+{
+  const Span *p = a, *q = b;
+  return (p->s[0] > q->s[0]) - (p->s[0] < q->s[0]);
+}
+
+/* Contacts in the order of s. */
+static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow *rows, Span **spans)
+{
+  Span *span;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(PetscMax(1, n), &span));
+  for (PetscInt i = 0; i < n; i++) {
+    const int turned = UpliftPlace(u, rows[i].point[1]) < UpliftPlace(u, rows[i].point[0]);
+    for (int k = 0; k < 2; k++) {
+      const int from = turned ? 1 - k : k;
+      span[i].s[k] = UpliftPlace(u, rows[i].point[from]);
+      span[i].u_n[k] = rows[i].u_n[from], span[i].open[k] = rows[i].open[from];
+    }
+  }
+  qsort(span, n, sizeof(Span), span_order);
+  *spans = span;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A stretch that is open; closure: of the joint at most [m] between the one before, or the heel, and it. */
+typedef struct {
+  PetscReal from, to, closure;
+} Stretch;
+
+static void add_open(PetscReal tie, PetscReal from, PetscReal to, PetscReal *closure, PetscInt *n,
+                     Stretch *open)
+{
+  if (*n && from <= open[*n - 1].to + tie) {
+    open[*n - 1].to = PetscMax(open[*n - 1].to, to);
+  } else {
+    open[(*n)++] = (Stretch){from, to, *closure};
+    *closure = 0.;
+  }
+}
+
+static PetscReal tie_of(const Uplift *u)
+{
+  return 1e-6 * u->length;
+}
+
+/* Where the joint is open, from heel to toe; where there is no contact, faces have parted. open: (3 n + 1) */
+static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileRow *rows, PetscInt *n_open,
+                                     Stretch *open)
+{
+  PetscReal reached = 0., closure = 0.;
+  Span *span;
+  PetscFunctionBeginUser;
+  PetscCall(spans_along(u, n, rows, &span));
+  *n_open = 0;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *s = span[i].s, *u_n = span[i].u_n;
+    if (s[0] > reached + tie_of(u)) add_open(tie_of(u), reached, s[0], &closure, n_open, open);
+    reached = PetscMax(reached, s[1]);
+    const int first = !!span[i].open[0], last = !!span[i].open[1];
+    const PetscReal out = u_n[!first], in = u_n[first],
+                    part = first == last         ? first
+                           : out > 0. && in < 0. ? out / (out - in)
+                                                 : 0.5;
+    if (first) add_open(tie_of(u), s[0], s[0] + part * (s[1] - s[0]), &closure, n_open, open);
+    for (int k = 0; k < 2; k++)
+      if (!span[i].open[k]) closure = PetscMax(closure, -u_n[k]);
+    if (last && !first) add_open(tie_of(u), s[1] - part * (s[1] - s[0]), s[1], &closure, n_open, open);
+  }
+  if (reached < u->length - tie_of(u)) add_open(tie_of(u), reached, u->length, &closure, n_open, open);
+  PetscCall(PetscFree(span));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How far the full head reaches: as far as the joint is open from the heel; with reaches: any, to the end of
+   the last stretch that does not run out at the toe, where it has the tailwater. */
+static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const Stretch *open)
+{
+  PetscReal wet = 0.;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscBool from_heel = (PetscBool)(open[i].from <= tie_of(u)),
+                    inside = (PetscBool)(open[i].to < u->length - tie_of(u) &&
+                                         open[i].to - open[i].from > load->crack_tolerance);
+    if (from_heel || (inside && load->reaches == REACHES_ANY)) wet = open[i].to;
+  }
+  return wet > u->length - tie_of(u) ? u->length : wet;
+}
+
+/* Open stretches that the full head does not reach. */
+static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch *open, Uplift *u)
+{
+  u->n_dry = 0;
+  for (PetscInt i = 0; i < n && u->n_dry < UPLIFT_MOST_DRY; i++) {
+    if (open[i].from < wet || open[i].to - open[i].from <= load->crack_tolerance || open[i].from <= tie_of(u))
+      continue;
+    u->dry[u->n_dry++] = (UpliftDry){.from = open[i].from,
+                                     .to = open[i].to,
+                                     .closed_from = i ? open[i - 1].to : 0.,
+                                     .closure = open[i].closure,
+                                     .at_toe = (PetscBool)(open[i].to >= u->length - tie_of(u))};
+  }
+}
+
+/* Collective. Measures the joint of a cracked load as it is now; wet: how far the full head should reach. */
+static PetscErrorCode measure(const Model *m, const Contacts *c, const Load *load, Uplift *u, PetscReal *wet)
+{
+  PetscInt n, n_open = 0;
+  ProfileRow *rows;
+  Stretch *open;
+  PetscFunctionBeginUser;
+  PetscCall(GatherProfile(m, c, u->n_gids, u->gids, &n, &rows));
+  PetscCall(PetscMalloc1(3 * n + 1, &open));
+  PetscCall(open_stretches(u, n, rows, &n_open, open));
+  *wet = wet_length(load, u, n_open, open);
+  note_dry(load, *wet, n_open, open, u);
+  PetscCall(PetscFree(open));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode UpliftSurvey(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c,
+                            State *state, PetscBool tell)
+{
+  PetscReal wet;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < stage->n_loads; l++) {
+    const Load *load = scene->loads + stage->loads[l];
+    Uplift *u = state->uplift + stage->loads[l];
+    if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
+    PetscCall(measure(m, c, load, u, &wet));
+    for (PetscInt i = 0; i < u->n_dry && tell && !m->rank; i++) {
+      const UpliftDry *d = u->dry + i;
+      if (d->at_toe) continue; // the tailwater stands there
+      fprintf(
+          stderr,
+          "quoin: warning: stage %s: %s: the joint is open over %.4g m, from %.4g to %.4g m from the heel, "
+          "and "
+          "has no full head there: %.3g m before it are closed, by %.3g m at most; reaches: any lets it in\n",
+          stage->name, load->name, (double)(d->to - d->from), (double)d->from, (double)d->to,
+          (double)(d->from - d->closed_from), (double)d->closure);
+    }
+  }
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    PetscBool acts = PETSC_FALSE;
+    for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);
+    state->uplift[l].rounds = 0;
+    if (!acts) state->uplift[l].crack = 0.;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode UpliftCrack(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c,
+                           State *state, StageResult *result, PetscBool *again)
+{
+  enum { MOST_ROUNDS = 200 };
+  const PetscReal through = 0.99; // of the joint: what is left is crushed before it holds
+  const PetscBool at_rest = (PetscBool)(result->verdict == VERDICT_CONVERGED);
+  PetscReal crack = 0.;
+  PetscFunctionBeginUser;
+  *again = PETSC_FALSE;
+  for (PetscInt l = 0; l < stage->n_loads; l++) {
+    const Load *load = scene->loads + stage->loads[l];
+    Uplift *u = state->uplift + stage->loads[l];
+    if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
+    PetscCall(measure(m, c, load, u, &crack));
+    const PetscBool runs = (PetscBool)(crack > through * u->length);
+    // on the way only growth counts: at rest it may shrink again
+    const PetscReal change = at_rest ? PetscAbsReal(crack - u->crack) : crack - u->crack;
+    if (!runs && change <= load->crack_tolerance) continue;
+    if (runs || u->rounds >= MOST_ROUNDS) {
+      result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
+      PetscCall(
+          PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                        "cracked base of %s runs away: open over %.4g m of %.4g m, %.4g m before, after "
+                        "%" PetscInt_FMT " rounds",
+                        load->name, (double)crack, (double)u->length, (double)u->crack, u->rounds));
+      *again = PETSC_FALSE;
+      break;
+    }
+    u->crack = crack, u->rounds++;
+    *again = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,57 @@
+/* terminal.c: what a person sees while a stage runs, and at its end. */
+#include "output/output.h"
+#include <unistd.h>
+
+/* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun
+   puts a terminal of its own between its ranks and wherever its output goes. */
+static PetscBool on_terminal(void)
+{
+  char link[64], target[PETSC_MAX_PATH_LEN];
+  ssize_t n;
+  if (!isatty(STDOUT_FILENO)) return PETSC_FALSE;
+  snprintf(link, sizeof(link), "/proc/%d/fd/1", (int)getppid());
+  n = readlink(link, target, sizeof(target) - 1);
+  if (n < 0) return PETSC_TRUE;
+  target[n] = 0;
+  return (PetscBool)(!strncmp(target, "/dev/pts/", 9) || !strncmp(target, "/dev/tty", 8));
+}
+
+PetscBool StageShows(const Problem *p)
+{
+  static const double EVERY = 10., EVERY_ON_TERMINAL = 0.5; /* [s] */
+  static double last = -1.;
+  if (p->m->rank) return PETSC_FALSE;
+  if (last < 0.) last = MPI_Wtime(); // the first line is one interval from the start
+  if (MPI_Wtime() - last < (on_terminal() ? EVERY_ON_TERMINAL : EVERY)) return PETSC_FALSE;
+  last = MPI_Wtime();
+  return PETSC_TRUE;
+}
+
+void StageShow(const Problem *p, const char *what)
+{
+  if (on_terminal())
+    printf("\r%-12s %-86s", p->stage->name, what);
+  else
+    printf("  %s: %s\n", p->stage->name, what);
+  fflush(stdout);
+}
+
+PetscErrorCode StageReport(const Problem *p)
+{
+  const MPI_Comm comm = p->m->comm;
+  const StageResult *r = p->result;
+  PetscFunctionBeginUser;
+  if (!p->m->rank && on_terminal()) printf("\r%100s\r", "");
+  PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
+                        p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
+                        r->evidence));
+  if (r->effort.preconditioned)
+    PetscCall(PetscPrintf(
+        comm,
+        "  %s%s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT " solves, %" PetscInt64_FMT
+        " factorisation%s\n",
+        EffortMethod(&r->effort), p->scene->method == METHOD_AUTO ? " (auto: large, all joints elastic)" : "",
+        r->effort.evaluations, r->effort.solves, r->effort.factorisations, Plural(r->effort.factorisations)));
+  PetscCall(PartReport(comm, r->cycles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

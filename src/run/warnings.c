@@ -1,0 +1,59 @@
+/* warnings.c: what a scene may do, and is told. Rank 0, once a run. */
+#include "run/run.h"
+
+/* Slender blocks are allowed, and told: they set the time step and are stiff in bending. */
+void WarnSlender(const BlockMesh *mesh)
+{
+  static PetscBool told = PETSC_FALSE; // advise.c sets up the same mesh many times
+  PetscInt n, worst;
+  PetscReal ratio;
+  MeshSlender(mesh, &n, &worst, &ratio);
+  if (!n || told) return;
+  told = PETSC_TRUE;
+  fprintf(stderr,
+          "quoin: warning: %" PetscInt_FMT
+          " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
+          ", %.3g: expect many cycles and stresses of little worth there\n",
+          n, Plural(n), worst, (double)ratio);
+  fflush(stderr);
+}
+
+/* Poisson's ratios from which full blocks lock: a cantilever of 20 by 4 of them is 10 % too stiff in bending
+   at 0.2, 19 % at 0.45, 49 % at 0.49 (bending blocks: 0, 2 and 3 %). Plane stress never does. */
+static const PetscReal LOCKS_FROM = 0.45;
+
+void WarnLocking(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  if (told || scene->plane != PLANE_STRAIN) return;
+  told = PETSC_TRUE;
+  for (PetscInt g = 0; g < scene->n_materials; g++) {
+    const Material *material = scene->materials + g;
+    if (material->rigid || material->element != ELEMENT_FULL || material->poisson < LOCKS_FROM) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: materials.%s: at Poisson's ratio %.4g blocks of element: full are much too stiff "
+        "in bending: take element: bending, and blocks of 4 vertices\n",
+        material->name, (double)material->poisson);
+  }
+  fflush(stderr);
+}
+
+/* Newton's method keeps its contacts. */
+void WarnExplicit(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  PetscBool any = PETSC_FALSE;
+  if (told || scene->method != METHOD_PRECONDITIONED) return;
+  told = PETSC_TRUE;
+  for (PetscInt s = 0; s < scene->n_stages; s++) {
+    const Stage *stage = scene->stages + s;
+    if (stage->kind == STAGE_DYNAMIC || !stage->variable) continue;
+    fprintf(stderr, "%s %s",
+            any ? "," : "quoin: warning: preconditioned needs fixed connectivity; by explicit cycles:",
+            stage->name);
+    any = PETSC_TRUE;
+  }
+  if (any) fprintf(stderr, "\n");
+  fflush(stderr);
+}

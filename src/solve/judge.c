@@ -1,0 +1,381 @@
+/* judge.c: how a static stage ends. */
+#include "solve/solve.h"
+#include "base/reproducible.h"
+#include <float.h>
+
+static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
+static const PetscReal FLOATS = 1e7; /* chunks: no elastic structure is so slow */
+enum { CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
+
+PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(r, sizeof(*r)));
+  PetscCall(DampingCreate(m, &r->damping));
+  r->evidence.max_ratios = CHUNK_MAX / scene->check_every + 2;
+  PetscCall(PetscCalloc3(m->n_dof, &r->evidence.u_0, m->n_dof, &r->account.u, m->n_dof, &r->account.f));
+  PetscCall(PetscCalloc4(m->n_dof, &r->evidence.u_chunk, m->n_dof, &r->evidence.du_chunk, m->n_dof,
+                         &r->evidence.r_chunk, r->evidence.max_ratios, &r->evidence.ratios));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RelaxationDestroy(Relaxation *r)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DampingDestroy(&r->damping));
+  PetscCall(PetscFree4(r->evidence.u_chunk, r->evidence.du_chunk, r->evidence.r_chunk, r->evidence.ratios));
+  PetscCall(PetscFree3(r->evidence.u_0, r->account.u, r->account.f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
+{
+  QuotientSums *q = &r->damping.sums;
+  PetscReal *const reals[] = {q->num,
+                              q->num + 1,
+                              q->den,
+                              q->den + 1,
+                              &q->num_max,
+                              &q->den_max,
+                              &r->damping.q_secant,
+                              &r->damping.best_ratio,
+                              &r->damping.q_ray,
+                              r->evidence.median,
+                              r->evidence.median + 1,
+                              r->evidence.median + 2,
+                              r->evidence.median + 3,
+                              r->evidence.rate,
+                              r->evidence.rate + 1,
+                              r->evidence.rate + 2,
+                              r->evidence.rate + 3,
+                              &r->evidence.alpha_sum,
+                              &r->evidence.settled_alpha,
+                              &r->evidence.longest,
+                              &r->follow.half_ratio,
+                              &r->reached,
+                              &r->step,
+                              r->evidence.ahead,
+                              r->evidence.ahead + 1,
+                              r->evidence.ahead + 2,
+                              &r->account.start,
+                              &r->account.most,
+                              &r->account.ramp};
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 10 };
+  PetscReal x[REALS];
+  PetscInt64 n[COUNTS] = {r->damping.tangent_only, r->damping.best_cycle,   r->evidence.n_ratios,
+                          r->evidence.steady,      r->evidence.chunk_start, r->evidence.chunk_length,
+                          r->evidence.n_alpha,     r->account.made_energy,  r->follow.half_cycle,
+                          r->follow.stalls};
+  PetscFunctionBeginUser;
+  for (int i = 0; i < REALS; i++) x[i] = *reals[i];
+  PetscCall(ArchiveReals(a, "reals", REALS, x));
+  PetscCall(ArchiveCounts(a, "counts", COUNTS, n));
+  if (a->reading) {
+    for (int i = 0; i < REALS; i++) *reals[i] = x[i];
+    r->damping.tangent_only = (PetscBool)n[0], r->damping.best_cycle = n[1];
+    r->evidence.n_ratios = (PetscInt)PetscMin(n[2], r->evidence.max_ratios),
+    r->evidence.steady = (PetscInt)n[3];
+    r->evidence.chunk_start = n[4], r->evidence.chunk_length = n[5], r->evidence.n_alpha = (PetscInt)n[6],
+    r->account.made_energy = (PetscInt)n[7], r->follow.half_cycle = n[8], r->follow.stalls = (PetscInt)n[9];
+  }
+  PetscCall(ArchiveReals(a, "ratios", r->evidence.n_ratios, r->evidence.ratios));
+  PetscCall(ArchiveDofs(a, m, "u_0", r->evidence.u_0));
+  PetscCall(ArchiveDofs(a, m, "u_secant", r->damping.u_secant));
+  PetscCall(ArchiveDofs(a, m, "f_secant", r->damping.f_secant));
+  PetscCall(ArchiveDofs(a, m, "account_u", r->account.u));
+  PetscCall(ArchiveDofs(a, m, "account_f", r->account.f));
+  PetscCall(ArchiveDofs(a, m, "u_chunk", r->evidence.u_chunk));
+  PetscCall(ArchiveDofs(a, m, "du_chunk", r->evidence.du_chunk));
+  PetscCall(ArchiveDofs(a, m, "r_chunk", r->evidence.r_chunk));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- verdicts */
+
+/* A chunk lasts about one period of the slowest mode: omega_min = alpha/2 at the right damping. Where the
+   last equilibrium shows what is right, it counts: slipping contacts drive alpha up and down by factors. The
+   longer nothing is decided, the longer the chunks: a slow creep shows that it slows down. */
+static void start_chunk(const Model *m, const State *state, Relaxation *r)
+{
+  const PetscReal alpha = r->evidence.settled_alpha > 0.
+                              ? r->evidence.settled_alpha / PetscSqrtReal(1. + 2. * state->beta)
+                              : state->alpha,
+                  period = alpha > 0. ? 4. * PETSC_PI / (alpha * state->dt) : CHUNK_MIN;
+  const PetscReal least = PetscMax(CHUNK_MIN, CHUNK_GROWTH * r->evidence.chunk_length);
+  r->evidence.chunk_length = (PetscInt64)PetscMin(PetscMax(period, least), CHUNK_MAX);
+  r->evidence.chunk_start = state->cycle;
+  r->evidence.n_ratios = 0;
+  for (PetscInt d = 0; d < m->n_dof; d++) r->evidence.u_chunk[d] = state->u[d];
+  for (PetscInt d = 0; d < m->n_dof; d++) r->evidence.r_chunk[d] = state->f_ext[d] - state->f[d];
+}
+
+PetscErrorCode RelaxationReset(const Problem *p)
+{
+  const Model *m = p->m;
+  Relaxation *r = p->relax;
+  PetscReal gain;
+  PetscFunctionBeginUser;
+  r->evidence.steady = r->evidence.n_alpha = 0;
+  r->evidence.still = PETSC_FALSE;
+  r->evidence.alpha_sum = 0.;
+  r->evidence.chunk_length = 0;
+  for (int i = 0; i < 4; i++) r->evidence.median[i] = r->evidence.rate[i] = PETSC_INFINITY;
+  for (int i = 0; i < 3; i++) r->evidence.ahead[i] = PETSC_INFINITY;
+  PetscCall(PetscArrayzero(r->evidence.du_chunk, m->n_dof));
+  PetscCall(PartingOfChunk(p, &gain));
+  start_chunk(m, p->state, r);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RelaxationStill(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  p->state->beta = BETA_STILL;
+  p->relax->damping.tangent_only = (PetscBool)(p->relax->follow.stalls < STALLS_TO_LET_GO);
+  p->relax->damping.q_secant = 0.;
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
+  PetscCall(RelaxationReset(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What moved in the chunk just ended. */
+typedef struct {
+  PetscReal norm;   /* [m] of the displacement */
+  PetscReal most;   /* [m] largest component of it */
+  PetscReal cosine; /* between it and that of the chunk before */
+  PetscReal away;   /* its product with the displacement since the start of the stage, in units; > 0: away */
+  PetscReal gain;   /* [-] largest part of its length that a contact has parted or slid by; -1: none can */
+  PetscReal rest;   /* chunks like it to where the unbalanced force along it is nothing */
+  PetscReal omega;  /* [1/cycle] frequency of the stiffness along it, 0: it has none */
+  PetscReal way;    /* [m] largest displacement since the start of the stage or trial */
+} ChunkMotion;
+
+static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, ChunkMotion *motion)
+{
+  PetscReal top[3] = {0., 0., 0.}, sum[8] = {0., 0., 0., 0., 0., 0., 0., 0.};
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = DofLength(m, state, d);
+    top[0] = PetscMax(top[0], PetscAbsReal(state->u[d] - r->evidence.u_chunk[d]) * length);
+    top[1] = PetscMax(top[1], PetscAbsReal(r->evidence.du_chunk[d]) * length);
+    top[2] = PetscMax(top[2], PetscAbsReal(state->u[d] - r->evidence.u_0[d]) * length);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
+  // in units of the largest, so that one set of bins serves
+  const PetscReal tiny = DBL_MIN * 1e20, unit = PetscMax(PetscMax(top[0], top[1]), tiny),
+                  far = PetscMax(top[2], tiny);
+  const Bins bins = BinsFor(1.);
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = DofLength(m, state, d),
+                    now = (state->u[d] - r->evidence.u_chunk[d]) * length / unit,
+                    before = r->evidence.du_chunk[d] * length / unit,
+                    all = (state->u[d] - r->evidence.u_0[d]) * length / far;
+    BinAdd(&bins, now * now, sum);
+    BinAdd(&bins, now * before, sum + 2);
+    BinAdd(&bins, before * before, sum + 4);
+    BinAdd(&bins, now * all, sum + 6);
+    r->evidence.du_chunk[d] = state->u[d] - r->evidence.u_chunk[d];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 8, MPIU_REAL, MPI_SUM, m->comm));
+  const PetscReal nn = sum[0] + sum[1], nb = sum[2] + sum[3], bb = sum[4] + sum[5];
+  motion->norm = unit * PetscSqrtReal(nn), motion->most = top[0], motion->way = top[2];
+  motion->cosine = nn > 0. && bb > 0. ? nb / PetscSqrtReal(nn * bb) : 0.;
+  motion->away = sum[6] + sum[7];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The stiffness along the motion of the chunk, du: the unbalanced force R changes by dR over it, so du has
+   the frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du lead to where nothing drives it. */
+static PetscErrorCode stiffness_along(const Model *m, const State *state, const Relaxation *r,
+                                      ChunkMotion *motion)
+{
+  PetscReal top[3] = {0., 0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
+    const Bins bins[3] = {BinsFor(PetscMax(top[0], 1e-290)), BinsFor(PetscMax(top[1], 1e-290)),
+                          BinsFor(PetscMax(top[2], 1e-290))};
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscReal du = state->u[d] - r->evidence.u_chunk[d], R = state->f_ext[d] - state->f[d],
+                      term[3] = {R * du, (r->evidence.r_chunk[d] - R) * du, state->m[d] * du * du};
+      if (Held(m, d)) continue;
+      for (int i = 0; i < 3 && pass; i++) BinAdd(bins + i, term[i], sum + 2 * i);
+      for (int i = 0; i < 3 && !pass; i++) top[i] = PetscMax(top[i], PetscAbsReal(term[i]));
+    }
+    if (pass)
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
+    else
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
+  }
+  const PetscReal drives = sum[0] + sum[1], holds = sum[2] + sum[3], inertia = sum[4] + sum[5];
+  motion->rest = drives <= 0. ? 0. : holds > 0. ? drives / holds : PETSC_INFINITY;
+  motion->omega = holds > 0. && inertia > 0. ? PetscSqrtReal(holds / inertia) : 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chunks like the last to where the motion ends: by the stiffness along it, or by how it slowed down over
+   three chunks, whichever is sooner; infinite where it neither meets stiffness nor slows down. Where damping
+   rules the motion, what it heads for has to come nearer: a body that turns over about a corner meets
+   stiffness all the way, and less and less of it. */
+static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMotion *motion)
+{
+  const PetscReal decay = PetscLogReal(r->evidence.rate[2] / r->evidence.rate[0]) / 2.; // per chunk
+  for (int i = 2; i > 0; i--) r->evidence.ahead[i] = r->evidence.ahead[i - 1];
+  r->evidence.ahead[0] = motion->rest * motion->norm;
+  const PetscBool damped = (PetscBool)(state->alpha * state->dt * (PetscReal)r->evidence.chunk_length > 2.),
+                  recedes = (PetscBool)(damped && r->evidence.ahead[0] > r->evidence.ahead[2]);
+  return PetscMin(decay > 0. ? 1. / decay : PETSC_INFINITY, recedes ? PETSC_INFINITY : motion->rest);
+}
+
+/* Whether the motion would carry faces as far as contacts do not bear. What meets no stiffness at all does:
+   it floats; nothing else where no joint can fail. */
+static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
+{
+  const PetscReal way = to_go * motion->most;
+  if (p->stage->variable) return (PetscBool)(way > OUTGROWN * p->relax->evidence.longest);
+  if (motion->gain < 0. || to_go > FLOATS) return (PetscBool)(to_go > FLOATS);
+  return (PetscBool)(way > OUTGROWN * p->relax->evidence.longest && to_go * motion->gain > OUTGROWN);
+}
+
+static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, PetscReal way,
+                                PetscReal diameter, StageResult *result)
+{
+  char end[32] = "no end";
+  PetscFunctionBeginUser;
+  if (way < 1e3 * diameter) PetscCall(PetscSNPrintf(end, sizeof(end), "%.3g m to go", (double)way));
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "over 3 chunks of %" PetscInt64_FMT " cycles: median ratio from %.3g to %.3g, "
+                          "motion from %.3g to %.3g m a cycle, cosine %.4f, %s",
+                          r->evidence.chunk_length, (double)r->evidence.median[2],
+                          (double)r->evidence.median[0], (double)r->evidence.rate[2],
+                          (double)r->evidence.rate[0], (double)motion->cosine, end));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A trial that is this far beyond what the scene allows, and goes on, need not come to rest to have failed:
+   where it began is no farther than the limit from the start of the stage. */
+static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
+{
+  const PetscReal limit = p->stage->displacement_limit; // NaN: none
+  StageResult *result = p->result;
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_NONE || p->relax->evidence.steady < 1 || !(motion->way > 2. * limit))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(
+      result->evidence, sizeof(result->evidence),
+      "%.3g m from where the trial began, and it goes on: more than twice the displacement_limit, "
+      "%.3g m",
+      (double)motion->way, (double)limit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
+   right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither
+   falls by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where
+   the stage began: a block that has overshot and finds its way back through the air moves as steadily. And
+   it meets no stiffness that would end it: what swings or creeps to an equilibrium nearer than OUTGROWN
+   contact lengths is waited for, and so is an open joint that the motion closes on such a way: a loose stone
+   that crosses a gap moves as steadily as one that falls, until it bears. */
+static PetscErrorCode judge_chunk(const Problem *p)
+{
+  const Model *m = p->m;
+  const State *state = p->state;
+  Relaxation *r = p->relax;
+  ChunkMotion motion = {.norm = 0.};
+  PetscFunctionBeginUser;
+  for (int i = 3; i > 0; i--)
+    r->evidence.median[i] = r->evidence.median[i - 1], r->evidence.rate[i] = r->evidence.rate[i - 1];
+  PetscCall(PetscRealSortSemiOrdered(r->evidence.n_ratios, r->evidence.ratios));
+  r->evidence.median[0] = r->evidence.ratios[r->evidence.n_ratios / 2];
+  PetscCall(chunk_motion(m, state, r, &motion));
+  PetscCall(stiffness_along(m, state, r, &motion));
+  PetscCall(PartingOfChunk(p, &motion.gain));
+  r->evidence.rate[0] = motion.norm / (state->cycle - r->evidence.chunk_start);
+  const PetscBool steady = (PetscBool)(motion.cosine > 0.98 ||
+                                       (motion.cosine > 0.9 &&
+                                        r->evidence.rate[0] > 1.5 * r->evidence.rate[1]));
+  r->evidence.steady = steady && motion.away > 0. ? r->evidence.steady + 1 : 0;
+  const PetscReal to_go = chunks_to_go(state, r, &motion);
+  const PetscBool far = goes_far(p, &motion, to_go);
+  // what swings more slowly than two chunks had no time to halve
+  const PetscBool slow = (PetscBool)(!far && motion.omega * r->evidence.chunk_length < PETSC_PI);
+  if (state->beta > 0. && state->beta < BETA_STILL && r->evidence.median[2] < PETSC_INFINITY &&
+      r->evidence.median[0] > 0.5 * r->evidence.median[2] && !slow) {
+    r->evidence.still = PETSC_TRUE; // evidence begins anew
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const PetscBool holds = (PetscBool)(r->evidence.median[0] > 0.95 * r->evidence.median[2] &&
+                                      r->evidence.rate[0] > 0.95 * r->evidence.rate[2]);
+  if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far) {
+    PetscReal gap;
+    PetscCall(MotionCloses(m, state, p->contacts, r->evidence.du_chunk,
+                           OUTGROWN * r->evidence.longest / motion.most, &gap));
+    if (gap == 0.) PetscCall(collapsed(r, &motion, to_go * motion.most, m->diameter, p->result));
+  }
+  PetscCall(judge_limit(p, &motion));
+  start_chunk(m, state, r);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Judge(const Problem *p)
+{
+  const Stage *stage = p->stage;
+  const State *state = p->state;
+  Relaxation *r = p->relax;
+  StageResult *result = p->result;
+  PetscFunctionBeginUser;
+  if (!result->finite || result->displacement > 1e3 * p->m->diameter) {
+    char where[128];
+    result->verdict = VERDICT_DIVERGED;
+    PetscCall(FaultName(p->m, FaultFind(p->m, state), where));
+    if (result->finite)
+      PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                              "displacement %.6g m is a thousand times the model",
+                              (double)result->displacement));
+    else
+      PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                              "a force or displacement is not a finite number, first in %s", where));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  r->evidence.alpha_sum += state->alpha, r->evidence.n_alpha++;
+  PetscBool rests = (PetscBool)(result->ratio <= stage->tolerance &&
+                                result->increment <= stage->velocity_tolerance);
+  if (rests) PetscCall(LoadsCarried(p, CARRIED, &rests));
+  if (rests) {
+    result->verdict = VERDICT_CONVERGED;
+    r->evidence.settled_alpha = PetscSqrtReal(1. + 2. * state->beta) * r->evidence.alpha_sum /
+                                r->evidence.n_alpha;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "unbalanced ratio %.3g <= %.3g, increment %.3g <= %.3g", (double)result->ratio,
+                            (double)stage->tolerance, (double)result->increment,
+                            (double)stage->velocity_tolerance));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (r->evidence.n_ratios < r->evidence.max_ratios)
+    r->evidence.ratios[r->evidence.n_ratios++] = result->ratio;
+  if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));
+  if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
+    result->verdict = VERDICT_UNDECIDED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g",
+                            result->cycles, (double)result->ratio, (double)stage->tolerance,
+                            (double)result->increment, (double)stage->velocity_tolerance));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RelaxationStart(const Model *m, const Contacts *c, const State *state, Relaxation *r)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DampingStart(m, state, &r->damping));
+  PetscCall(PetscArraycpy(r->evidence.u_0, state->u, m->n_dof));
+  r->evidence.longest = 0.;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    r->evidence.longest = PetscMax(r->evidence.longest, c->length[i]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->evidence.longest, 1, MPIU_REAL, MPI_MAX, m->comm));
+  r->account.made_energy = 0;
+  r->follow.half_ratio = PETSC_MAX_REAL, r->follow.half_cycle = state->cycle, r->follow.stalls = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

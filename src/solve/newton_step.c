@@ -1,0 +1,159 @@
+/* newton_step.c: one iteration of Newton's method: tangent, linear solve, line search. */
+#include "solve/newton.h"
+
+enum { MOST_HALVINGS = 6 };
+enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
+static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one iteration */
+static const PetscReal LARGEST_RISE = 10.,
+                       LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
+
+PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u)
+{
+  State *state = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(state->u, u, p->m->n_dof));
+  RigidMotion(p->m, state->u);
+  PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
+  PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
+{
+  const Newton *n = p->relax->newton;
+  const Model *m = p->m;
+  State *state = p->state;
+  PetscReal *r, sum = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = n->u_base[d] + part * du[d];
+  RigidMotion(m, state->u);
+  PetscCall(Forces(m, p->stage->joints, p->contacts, state, n->contact_scale));
+  p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
+  PetscCall(VecGetArrayWrite(n->r, &r));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    r[d] = Held(m, d) ? 0. : state->f_ext[d] - state->f[d];
+    if (n->drag > 0. && !Held(m, d)) r[d] -= n->drag * state->m[d] * (state->u[d] - n->u_creep[d]);
+    const PetscReal force = r[d] / DofLength(m, state, d);
+    sum += force * force;
+  }
+  PetscCall(VecRestoreArrayWrite(n->r, &r));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, m->comm));
+  *norm = PetscSqrtReal(sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Drag of a creep step, on the diagonal of the tangent. */
+static PetscErrorCode add_drag(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  PetscReal *drag;
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayWrite(n->dragged, &drag));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) drag[d] = n->drag * p->state->m[d];
+  PetscCall(VecRestoreArrayWrite(n->dragged, &drag));
+  PetscCall(MatDiagonalSet(n->stiffness.tangent, n->dragged, ADD_VALUES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* du from K_t du = r to the relative residual `tolerance`. */
+static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
+{
+  Newton *n = p->relax->newton;
+  PetscBool fails = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
+  if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
+    PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
+  PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  if (n->drag > 0.) PetscCall(add_drag(p));
+  if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
+  if (fails) PetscCall(KSPDestroy(&n->worn));
+  KSP ksp = n->worn ? n->worn : n->elastic;
+  n->problem = p;
+  PetscCall(KSPSetTolerances(ksp, tolerance, PETSC_SMALL, PETSC_MAX_REAL, NEWTON_MOST_SOLVES));
+  PetscCall(KSPSolve(ksp, n->r, n->du));
+  PetscCall(KSPGetIterationNumber(ksp, &n->last_solves));
+  p->relax->effort.solves += n->last_solves;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
+{
+  const Newton *n = p->relax->newton;
+  const PetscReal *r, *du;
+  PetscReal sum[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  *omega_2 = 0.;
+  PetscCall(PCApply(n->pc, n->r, n->du));
+  p->relax->effort.solves++;
+  PetscCall(VecGetArrayRead(n->r, &r));
+  PetscCall(VecGetArrayRead(n->du, &du));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) sum[0] += du[d] * r[d], sum[1] += p->state->m[d] * du[d] * du[d];
+  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscCall(VecRestoreArrayRead(n->r, &r));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, p->m->comm));
+  if (sum[0] > 0. && sum[1] > 0.) *omega_2 = sum[0] / sum[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest part of du that moves nothing farther than the bound; 0: du is no number. */
+static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *part)
+{
+  const PetscReal bound = LARGEST_STEP * p->m->diameter;
+  PetscReal most = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal size = PetscAbsReal(du[d]) * DofLength(p->m, p->state, d);
+    if (!(size <= most)) most = size < PETSC_MAX_REAL ? size : PETSC_MAX_REAL;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  *part = most >= PETSC_MAX_REAL ? 0. : most > bound ? bound / most : 1.;
+  p->result->increment = PetscMin(most, bound);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Goes along du: the whole of it, or half as often as it takes for |r| not to explode. That |r| falls is not
+   asked for: while a joint opens farther, forces at the size of a block rise and say nothing about the error,
+   and steps cut short to keep them down took twice the solves. The rise allowed in creep is larger: a step
+   may press corners together as a body turns, but not lift it off, which the next step does not repair. */
+static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscReal *norm)
+{
+  const Newton *n = p->relax->newton;
+  const PetscReal most = *norm * (n->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
+  PetscReal part = 0., trial = PETSC_MAX_REAL;
+  PetscFunctionBeginUser;
+  PetscCall(bounded(p, du, &part));
+  PetscCall(PetscArraycpy(n->u_base, p->state->u, p->m->n_dof));
+  for (int i = 0; i <= MOST_HALVINGS && !(trial < most); i++, part *= 0.5)
+    PetscCall(NewtonEvaluate(p, part, du, &trial));
+  *norm = trial;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm)
+{
+  Newton *n = p->relax->newton;
+  const PetscReal *du;
+  PetscFunctionBeginUser;
+  PetscCall(solve(p, tolerance));
+  PetscCall(VecGetArrayRead(n->du, &du));
+  PetscCall(line_search(p, du, norm));
+  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonFresh(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(KSPDestroy(&p->relax->newton->worn));
+  p->relax->newton->last_solves = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool NewtonSpent(const Problem *p)
+{
+  const Relaxation *r = p->relax;
+  const PetscReal done = EffortWork(&r->effort), since = done - EffortWork(&r->newton->effort);
+  if (since * (PetscReal)r->newton->n_dof > p->scene->effort) return PETSC_TRUE;
+  return (PetscBool)(r->most_work > 0. && done > r->most_work);
+}

@@ -1,0 +1,120 @@
+"""The house of src/ stands: rooms in their order, one header each, includes and calls that lead down only, no circle."""
+
+import os
+import re
+import subprocess
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SRC = ROOT / "src"
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+OBJECTS = QUOIN.parent / "CMakeFiles/libquoin.dir/src"
+
+# From the bottom to the top: a room knows itself and what stands before it, by these headers.
+ROOMS = {
+    "base": ["base.h", "lanes.h", "memory.h", "reproducible.h", "shared.h"],  # tools, each included where it is used
+    "scene": ["scene.h"],
+    "mesh": ["mesh.h"],
+    "model": ["model.h"],
+    "archive": ["archive.h"],
+    "forces/boundary": ["boundary.h"],
+    "forces/contacts/law": ["law.h", "stress_models.h"],  # of one contact; of the lanes of the kernels
+    "forces/contacts": ["contacts.h"],
+    "forces/blocks": ["blocks.h"],
+    "forces/loads": ["loads.h"],
+    "forces/water": ["water.h"],
+    "forces": ["forces.h"],
+    "motion": ["motion.h"],
+    "output": ["output.h"],
+    "solve": ["solve.h"],
+    "stages": ["stages.h"],
+    "run": ["run.h"],
+    "study": ["study.h"],
+    "": [],  # main.c
+}
+HEIGHT = {room: i for i, room in enumerate(ROOMS)}
+LONGEST_FILE = 500
+
+
+def room_of(path):
+    return path.parent.relative_to(SRC).as_posix().removeprefix(".")
+
+
+def sources():
+    return sorted(path for path in SRC.rglob("*.[ch]"))
+
+
+def test_every_file_has_a_room():
+    assert sorted({room_of(path) for path in sources()}) == sorted(ROOMS)
+
+
+def test_includes_lead_down_and_to_public_headers():
+    faults = []
+    for path in sources():
+        room = room_of(path)
+        for line in re.findall(r'^#include "([^"]+)"', path.read_text(), re.MULTILINE):
+            if line == "quoin.h":
+                continue
+            target = SRC / line
+            assert target.exists(), f"{path}: {line}"
+            there = room_of(target)
+            if there != room and HEIGHT[there] > HEIGHT[room]:
+                faults.append(f"{path.relative_to(SRC)} includes upwards: {line}")
+            if there != room and target.name not in ROOMS[there]:
+                faults.append(f"{path.relative_to(SRC)} includes what {there} keeps for itself: {line}")
+    assert not faults, "\n".join(faults)
+
+
+def test_no_file_is_long():
+    long = {path.relative_to(SRC).as_posix(): n for path in sources() if (n := len(path.read_text().splitlines())) > LONGEST_FILE}
+    assert not long, long
+
+
+def calls():
+    """Of each C file those whose functions or data it uses: {file: {other: [names]}}, by the symbols of the objects."""
+    defined, used = {}, {}
+    for path in SRC.rglob("*.c"):
+        name = path.relative_to(SRC).as_posix()
+        object_file = OBJECTS / f"{name}.o"
+        if name == "main.c":
+            object_file = QUOIN.parent / "CMakeFiles/quoin.dir/src/main.c.o"
+        if not object_file.exists():
+            pytest.skip(f"no {object_file}: another generator")
+        used[name] = set()
+        for line in subprocess.run(["nm", object_file], check=True, capture_output=True, text=True).stdout.splitlines():
+            words = line.split()
+            if words[-2] == "U":
+                used[name].add(words[-1])
+            elif words[-2] in "TDRBC":
+                defined[words[-1]] = name
+    graph = {name: defaultdict(list) for name in used}
+    for name, symbols in used.items():
+        for symbol in sorted(symbols):
+            if defined.get(symbol, name) != name:
+                graph[name][defined[symbol]].append(symbol)
+    return graph
+
+
+def test_calls_lead_down():
+    faults = []
+    for name, others in calls().items():
+        room = room_of(SRC / name)
+        for other, symbols in others.items():
+            if HEIGHT[room_of(SRC / other)] > HEIGHT[room]:
+                faults.append(f"{name} calls {other}: {', '.join(symbols)}")
+    assert not faults, "\n".join(faults)
+
+
+def test_no_circle_of_files():
+    """Files that call each other in a circle, found by taking away again and again those that call none that is left."""
+    graph = {name: set(others) for name, others in calls().items()}
+    while True:
+        free = [name for name, others in graph.items() if not others & graph.keys()]
+        if not free:
+            break
+        for name in free:
+            del graph[name]
+    assert not graph, sorted(graph)
