@@ -100,7 +100,7 @@ typedef struct _p_Checkpoint {
   double last_wall, start_wall, poll_wall;
   PetscBool limit_near;               /* the limit of wall time has been seen to come */
   double write_wall;                  /* [s] that it took */
-  struct _p_Repartition *repartition; /* repartition.h; NULL: none */
+  struct _p_Repartition *repartition; /* stages.h; NULL: none */
 } Checkpoint;
 /* From now on signals wait for the next look of the run (CheckpointPoll). Again after a library has taken
    them. */

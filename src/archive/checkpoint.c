@@ -1,4 +1,4 @@
-/* checkpoint.c: when the run is written down, where, and how it goes on; see checkpoint.h.
+/* checkpoint.c: when the run is written down, where, and how it goes on; see archive.h.
 
    Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same
    on any number of ranks, and it can be checked, verified and renamed as a whole

@@ -73,8 +73,8 @@ static inline const char *Plural(PetscInt64 n)
 }
 
 /* ---- isa.c */
-/* Collective. Sets instruction_set, on which hot loops branch; refuses one that the processor has not. file: of the
-   scene, for messages. */
+/* Collective. Sets instruction_set, on which hot loops branch; refuses one that the processor has not.
+   file: of the scene, for messages. */
 PetscErrorCode IsaSelect(MPI_Comm comm, InstructionSet asked, const char *file);
 const char *IsaName(void);                  /* of what is set: base, v3 or v4 */
 extern const char *const InstructionSets[]; /* PetscEnum-style names: widest base v3 v4 */

@@ -1,4 +1,4 @@
-/* isa.c: which instruction set the hot loops use (lanes.h: VARIANTS). All of them give the same bits; the
+/* isa.c: which instruction set the hot loops use (energy.c: VARIANTS). All of them give the same bits; the
    choice is for measuring, and rules the processor out when two machines differ. */
 #include "base/base.h"
 #include "base/lanes.h"

@@ -1,5 +1,5 @@
-/* parts.c: what each part of a run costs: PETSc events for -log_view, and by the clock for the reports of set-up
-   and stages: a cycle's parts in one cycle of SAMPLE_EVERY, the others whole. */
+/* parts.c: what each part of a run costs: PETSc events for -log_view, and by the clock for the reports of
+   set-up and stages: a cycle's parts in one cycle of SAMPLE_EVERY, the others whole. */
 #include "base/base.h"
 
 enum { SAMPLE_EVERY = 64 };

@@ -1,5 +1,5 @@
-/* bodies.c: which rigid or condensed body a block belongs to, and which vertices of a condensed one are kept. Rank
-   0. */
+/* bodies.c: which rigid or condensed body a block belongs to, and which vertices of a condensed one are
+   kept. Rank 0. */
 #include "mesh/mesh.h"
 
 PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,

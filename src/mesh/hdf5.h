@@ -1,4 +1,4 @@
-/* hdf5.h: datasets of an HDF5 file that comes from outside; see mesh_hdf5.c. Rank 0 only.
+/* hdf5.h: datasets of an HDF5 file that comes from outside; see hdf5.c. Rank 0 only.
 
    A FileReader keeps the first fault as one line of text; after it none of these functions does anything, so
    that a caller may ask for one thing after the other and look once at the end. */

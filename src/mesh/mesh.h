@@ -38,7 +38,7 @@ typedef struct {
 } BodyNumbers;
 
 /* ---- resolve.c */
-/* Collective. Checks the names in the scene against the mesh and completes materials; see scene.c. */
+/* Collective. Checks the names in the scene against the mesh and completes materials; see read.c. */
 PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh);
 
 /* ---- mesh_file.c */
@@ -124,6 +124,6 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
                                PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
 
-/* ---- checksum.c */
+/* ---- mesh_checksum.c */
 /* Rank 0. Of all that a renumbered mesh holds: another mesh, or another group that is rigid, has another. */
 uint64_t MeshChecksum(const BlockMesh *mesh);

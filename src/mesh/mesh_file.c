@@ -1,5 +1,5 @@
-/* mesh_file.c: reads model.h5 (docs/mesh_format.md). The only C file that knows the format. What stands in the
-   file is read by mesh_hdf5.c, which trusts nothing; whether it makes sense is for mesh_check.c. */
+/* mesh_file.c: reads model.h5 (docs/mesh_format.md). The only C file that knows the format. What stands in
+   the file is read by hdf5.c, which trusts nothing; whether it makes sense is for check.c. */
 #include "mesh/mesh.h"
 #include "base/memory.h"
 #include "mesh/hdf5.h"

@@ -1,4 +1,4 @@
-/* distribute.c: BlockMesh on rank 0 -> bodies, partition -> DMPlex -> on each rank the DMPlex of the blocks
+/* mesh.h: BlockMesh on rank 0 -> bodies, partition -> DMPlex -> on each rank the DMPlex of the blocks
    that touch a vertex it owns, and what each point of it is (PointRecord). Rank 0 knows the whole mesh, so it
    says which points go where, the layer of overlap included, and the Plex travels once. After this file and
    model.c nobody asks the Plex. */

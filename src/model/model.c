@@ -1,4 +1,4 @@
-/* model.c: from the Plex of a rank to the flat arrays of types.h. Order of work: owned vertices get their
+/* model.c: from the Plex of a rank to the flat arrays of model.h. Order of work: owned vertices get their
    numbers; then the other vertices and outer faces of blocks; then the arrays. What contacts need from other
    ranks comes from neighbours.c. */
 #include "model/model.h"

@@ -1,5 +1,5 @@
-/* model.h: the data dictionary of one rank: its model, its state, what a stage comes to. Every array with its meaning,
-   [unit], (shape) and who writes it. Conventions: base.h. */
+/* model.h: the data dictionary of one rank: its model, its state, what a stage comes to. Every array with
+   its meaning, [unit], (shape) and who writes it. Conventions: base.h. */
 #pragma once
 #include "mesh/mesh.h"
 
@@ -150,32 +150,31 @@ typedef struct {
   PetscReal *u;     /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c,
                        rigid.c, ghost.c */
   PetscReal *v;     /* [m/s, rad/s] velocity at the half step; integrate.c */
-  PetscReal *f;     /* [N, N m] resisting force; element.c, contact_force.c, rigid.c */
+  PetscReal *f;     /* [N, N m] resisting force; element.c, force.c, rigid.c */
   PetscReal *f_old; /* [N, N m] that of the cycle before (the two pointers swap); integrate.c clears it */
   PetscBool f_old_clear; /* f_old is zero at all degrees of freedom */
   PetscReal *f_ext;      /* [N, N m] applied force, what acts inside condensed bodies passed on to their kept
-                            vertices; at inner vertices what acts there; loads.c, condense.c */
+                            vertices; at inner vertices what acts there; applied.c, condense.c */
   PetscReal
       *passed;  /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex itself;
                    NULL: no condensed bodies; written at the end of a stage or trial by condense.c */
-  PetscReal *m; /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); timestep.c */
+  PetscReal *m; /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); masses.c */
   PetscReal *m_inv;              /* (n_dof,) 1/m, 0 where held */
   PetscInt capacity;             /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
   Vec u_vec, v_vec;              /* (n_dof,) views of u and v for PETSc */
   PetscReal dt;                  /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;               /* [1/s] Rayleigh damping (38) */
-  PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; relax.c */
+  PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
   PetscReal local;               /* [-] local non-viscous damping, of Step, in static stages */
   PetscReal caution;             /* [-] static stages: times by which the step is shorter; guard.c */
   PetscInt64 cycle;              /* cycles since the start of the run */
   PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
                                     loads.c. f_target has those at vertices of rigid bodies behind its dofs;
                                     in a dynamic stage f_start are the loads that do not follow the motion */
-  PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; loads.c */
+  PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; applied.c */
   PetscReal time;                /* [s] of dynamic stages */
-  PetscReal
-      *u_verified; /* (n_dof,) u when contacts were last verified; contact_verify.c; NULL: they never are */
-  PetscReal ramp;  /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  PetscReal *u_verified;    /* (n_dof,) u when contacts were last verified; verify.c; NULL: they never are */
+  PetscReal ramp;           /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
   struct _p_Uplift *uplift; /* (n_loads,) joint line, faces and open length of each uplift load; uplift.c */
 } State;
 
@@ -242,7 +241,7 @@ PetscReal EffortWork(const Effort *effort);
 /* ---- model.c */
 /* Row of the owned rigid body that holds the owned rigid vertex v (bisection). */
 PetscInt RigidOfVertex(const Model *model, PetscInt v);
-/* Collective. Builds the flat arrays of this rank (see types.h) and the ghost exchange from the mesh on rank
+/* Collective. Builds the flat arrays of this rank (see model.h) and the ghost exchange from the mesh on rank
    0; finds mesh->part when there is none. */
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
 PetscErrorCode ModelDestroy(Model *model);
@@ -292,7 +291,8 @@ PetscErrorCode VerticesResize(Model *model);
 PetscErrorCode VerticesFree(Model *model);
 
 /* ---- state.c */
-/* Room for `new` entries of `size` bytes in *array (NULL: none so far): the first `old` stay, zeros behind them. */
+/* Room for `new` entries of `size` bytes in *array (NULL: none so far): the first `old` stay, zeros behind
+   them. */
 PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array);
 /* The state's vertex arrays, likewise. */
 PetscErrorCode StateResize(const Model *model, State *state);

@@ -11,7 +11,7 @@ static const PetscReal GROWTH = 1048576.;
 
 /* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
-  PetscReal dt, d1, d2, beta; /* (12), (13); stiffness-proportional damping, see relax.c */
+  PetscReal dt, d1, d2, beta; /* (12), (13); stiffness-proportional damping, see damping.c */
   PetscReal local;            /* part of the unbalanced force that opposes the velocity */
   Bins num_bins, den_bins;
   Lanes num[2], den[2], num_max, den_max;
@@ -50,7 +50,7 @@ KERNEL Terms MoveLanes(const Sweep *w, int local, const PetscReal *f_now, PetscR
 {
   const Lanes f = LoadLanes(f_now), df = f - LoadLanes(f_old), v = LoadLanes(v_at);
   StoreLanes(f_old, LanesOf(0.));
-  // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see relax.c
+  // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see damping.c
   Lanes num = v * df, den = LoadLanes(mass) * v * v;
   if (in_q) num *= LoadLanes(in_q), den *= LoadLanes(in_q);
   // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step

@@ -5,7 +5,7 @@
 struct _p_Relaxation;
 struct _p_Output;
 
-/* ---- checksum.c */
+/* ---- state_checksum.c */
 /* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same
    on any number of ranks when every bit is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
@@ -78,7 +78,8 @@ PetscErrorCode DampingCreate(const Model *model, Damping *damping);
 PetscErrorCode DampingDestroy(Damping *damping);
 /* The secant starts from here. */
 PetscErrorCode DampingStart(const Model *model, const State *state, Damping *damping);
-/* Collective. The secant quotient at this cycle. springs: slip is kept as it comes, and feeds no oscillation. */
+/* Collective. The secant quotient at this cycle. springs: slip is kept as it comes, and feeds no
+   oscillation. */
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, PetscBool springs,
                       Damping *damping);
 /* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done: Begin tells those of

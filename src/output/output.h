@@ -1,5 +1,5 @@
-/* output.h: what is written for people: a stage gathered to rank 0, its safety factors, results.h5, results.xdmf,
-   summary.json, history.csv, what trials leave, lines on the terminal. */
+/* output.h: what is written for people: a stage gathered to rank 0, its safety factors, results.h5,
+   results.xdmf, summary.json, history.csv, what trials leave, lines on the terminal. */
 #pragma once
 #include "motion/motion.h"
 

@@ -1,5 +1,5 @@
-/* read.c: YAML scene and command line -> Scene. What the keys are stands in scene_keys.h; names are
-   checked against the mesh in scene_resolve.c. Every rank reads the same text and arguments and so
+/* read.c: YAML scene and command line -> Scene. What the keys are stands in keys.h; names are
+   checked against the mesh in resolve.c. Every rank reads the same text and arguments and so
    comes to the same Scene. */
 #include "scene/scene.h"
 #include "scene/keys.h"

@@ -1,4 +1,4 @@
-/* reader.h: what scene.c and scene_value.c share: what a key is, and the reader that asks for keys. */
+/* reader.h: what read.c and value.c share: what a key is, and the reader that asks for keys. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/entries.h"
@@ -55,7 +55,7 @@ typedef struct {
   Entries entries;
   Stage defaults;               /* what `relaxation` says about stages */
   PetscSegBuffer asked;         /* every key asked for, a zero after each: the known keys */
-  PetscSegBuffer echo;          /* text of the keys read so far, see scene_echo.c */
+  PetscSegBuffer echo;          /* text of the keys read so far, see echo.c */
   int echo_indent;              /* of the keys of the section being read */
   char label[LABEL_LENGTH];     /* of the key being read, for messages */
   int line;                     /* of that key, or of what should hold it */
@@ -82,12 +82,12 @@ PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **name
 void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n, Name *names);
 /* Value or default of the key last asked for, into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
-/* ---- scene_echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
+/* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
    the whole text, once scene->model is found: free with PetscFree. */
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
-/* ---- scene_safety.c: what keys of one load or stage say together; path: its section */
+/* ---- complete.c: what keys of one load or stage say together; path: its section */
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 /* first: no stage of the scene comes before it. */

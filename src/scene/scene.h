@@ -1,5 +1,5 @@
-/* scene.h: what the user asked for: read by scene.c from the YAML scene and the command line, constant
-   afterwards. Units and signs as in types.h. */
+/* scene.h: what the user asked for: read by read.c from the YAML scene and the command line, constant
+   afterwards. Units and signs as in model.h. */
 #pragma once
 #include "base/base.h"
 
@@ -121,7 +121,7 @@ typedef struct {
   PetscInt frames;     /* dynamic: results written on the way, at equal intervals */
   Joint *joints;       /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
-  /* strength_reduction, flood: trials from start towards limit, see reduction.c */
+  /* strength_reduction, flood: trials from start towards limit, see trial_stage.c */
   ReductionKind what;
   PetscInt n_reduce; /* joints reduced; 0: all */
   char (*reduce)[NAME_LENGTH];
@@ -205,7 +205,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
 PetscErrorCode SceneHelp(MPI_Comm comm);
 PetscErrorCode SceneDestroy(Scene *scene);
 
-/* ---- joints.c */
+/* ---- joint_table.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,
                                             "StressModelKind", "STRESS_" , NULL */
 /* The elastic row of a model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */

@@ -14,7 +14,7 @@
 
    Evidence. The same verdict, sooner: over three steps, of a way that grows at least twelvefold, the motion
    keeps its direction and neither unbalanced ratio nor pace falls by a twentieth: the rule of the explicit
-   loop (relax.c: judge_chunk), over a longer way. An equilibrium in large strain that is farther away than
+   loop (judge.c: judge_chunk), over a longer way. An equilibrium in large strain that is farther away than
    half of what makes the verdict, and a mechanism that turns back, prove nothing: water that follows its face
    and a plane that rises hold a dam again, some centimetres beyond the limit of its shape; then the explicit
    loop judges. Along every step r.du = drag du.m du > 0, to the accuracy asked for (STEP_ERROR): what the

@@ -16,7 +16,7 @@
    sliding gains work k_n tan(phi) times its area. With an elastic surrounding that couples the two the
    eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So contacts do not
    have that force on the way: they have elastic-plastic springs that keep their slip and take energy, which
-   each cycle draws by `pull` (types.h: Contacts) towards the force of the law. What is faster than 1/pull
+   each cycle draws by `pull` (contacts.h: Contacts) towards the force of the law. What is faster than 1/pull
    cycles meets springs; what is slow, and every equilibrium, meets the law (stress_models.h:
    RespondFollowing, confirm.c: ConfirmByLaw). */
 #include "solve/solve.h"

@@ -1,4 +1,4 @@
-/* solve.h: equilibrium: how it is found, and what a stage is told to have come to. */
+/* newton.c: equilibrium: how it is found, and what a stage is told to have come to. */
 #pragma once
 #include "output/output.h"
 
@@ -68,7 +68,7 @@ PetscErrorCode RelaxationStill(const Problem *p);
 PetscErrorCode Judge(const Problem *p);
 
 /* ---- follow.c */
-static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of relax.c */
+static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of follow.c */
 void FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 
 /* ---- balance.c */
@@ -141,7 +141,7 @@ PetscErrorCode EnergyVeto(const Problem *p);
    take, [1] what is available [byte], on all machines together. */
 PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits);
 
-/* ---- mechanism.c */
+/* ---- failing_motion.c */
 /* Collective. The widest open contact [m] that closes when the degrees of freedom move on by du (n_dof,) so
    many times, 0: none does. */
 PetscErrorCode MotionCloses(const Model *model, const State *state, const Contacts *contacts,

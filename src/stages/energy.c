@@ -5,7 +5,7 @@
    exactly in a linear system, so kinetic energy is taken as that product and works are sums of
    1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). What then does not balance is the error of the time step.
 
-   Joints: the work of a contact is that of its end forces on d.n and d.s (contact_force.c), to which they are
+   Joints: the work of a contact is that of its end forces on d.n and d.s (force.c), to which they are
    conjugate. When contacts are found anew at time t, it is the new forces that the scheme uses at t: what
    they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What
    joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in

@@ -54,7 +54,8 @@ PetscErrorCode StageRelax(const Problem *p);
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode FloodRun(const Problem *p);
 
-/* ---- repartition.c: a run with variable connectivity that is dealt out to the ranks anew when blocks have moved. */
+/* ---- repartition.c: a run with variable connectivity that is dealt out to the ranks anew when blocks
+   have moved. */
 typedef struct _p_Repartition {
   PetscBool possible; /* more than one rank, a static or dynamic stage with variable connectivity, no
                          condensed bodies */

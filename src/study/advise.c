@@ -1,5 +1,5 @@
 /* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene as it is, and
-   then with one thing changed at a time, is tried (attempt.h); what a change saves and what it alters in the
+   then with one thing changed at a time, is tried (study.h); what a change saves and what it alters in the
    answers is measured against the scene as it is, on the same mesh. */
 #include "study/study.h"
 #include "base/memory.h"

@@ -3,8 +3,8 @@
 
    Cycles. With scaled masses and damping (38) that is critical at the lowest frequency omega, all motions
    decay as exp(-omega t): a stage takes its ramp and ln(1/tolerance)/omega cycles. Where contacts slip or
-   open the frequency is less than that with elastic joints, and alpha strays: more by PART_LOOSE times their part,
-   which fits the examples (docs/performance.md) to RANGE. */
+   open the frequency is less than that with elastic joints, and alpha strays: more by PART_LOOSE times
+   their part, which fits the examples (docs/performance.md) to RANGE. */
 #include "study/study.h"
 
 static const PetscReal PART_LOOSE = 4., RANGE = 2.5;

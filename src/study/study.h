@@ -32,8 +32,8 @@ typedef struct {
 } Attempt;
 
 /* ---- advise.c */
-/* Collective. What a Quoin that is set up will cost, with the key `advise`; it is of no use afterwards. advised: the scene
-   asks for it. The arguments are those of QuoinSetFromOptions. */
+/* Collective. What a Quoin that is set up will cost, with the key `advise`; it is of no use afterwards.
+   advised: the scene asks for it. The arguments are those of QuoinSetFromOptions. */
 PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *advised);
 
 /* ---- attempt.c */

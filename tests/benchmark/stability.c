@@ -3,7 +3,7 @@
      bench_stability <scene.yaml> [-key value ...]
 
    With elastic joints and small strain the scheme is stable without damping as long as omega dt <= 2, omega^2
-   the largest eigenvalue of M^-1 K. Prints omega dt / 2 for dt = 1 (safety 1) with the masses of timestep.c,
+   the largest eigenvalue of M^-1 K. Prints omega dt / 2 for dt = 1 (safety 1) with the masses of masses.c,
    and with the paper's, which count (29) (k_n + k_s) L_i at each end of a contact: above 1 the run blows up.
    Power iteration with the program's own forces. One rank. */
 #include "run/run.h"

@@ -51,6 +51,12 @@ def test_every_file_has_a_room():
     assert sorted({room_of(path) for path in sources()}) == sorted(ROOMS)
 
 
+def test_names_of_files_say_which():
+    """Documents name a file without its room."""
+    names = [path.name for path in sources()]
+    assert len(names) == len(set(names)), sorted(name for name in names if names.count(name) > 1)
+
+
 def test_includes_lead_down_and_to_public_headers():
     faults = []
     for path in sources():

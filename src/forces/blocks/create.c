@@ -1,5 +1,5 @@
-/* create.c: what follows from blocks and materials at set-up: stiffness against hourglass modes, rigid bodies, true
-   masses. */
+/* create.c: what follows from blocks and materials at set-up: stiffness against hourglass modes, rigid
+   bodies, true masses. */
 #include "forces/blocks/blocks.h"
 
 static PetscErrorCode hourglass(const Scene *scene, Model *m)

@@ -23,7 +23,7 @@ typedef struct {
   PetscInt n;                              /* real contacts: padding lanes are not counted */
   PetscInt n_padded;                       /* size of the arrays in contacts */
   PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
-  /* identity, written by contact.c */
+  /* identity, written by store.c */
   PetscInt *key;  /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
                      gid of the vertex; -1 -1: padding */
   uint8_t *klass; /* (n_padded,) ContactClass */
@@ -35,8 +35,8 @@ typedef struct {
   PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so that a
                         contact starts stress-free */
   PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
-  uint16_t *traits;  /* what few contacts at a time have in common; contact_force.c */
-  /* history, written by contact_force.c */
+  uint16_t *traits;  /* what few contacts at a time have in common; force.c */
+  /* history, written by force.c */
   PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
   PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
                         strength there; LOOSE: has met in motion and never held together */
@@ -47,7 +47,7 @@ typedef struct {
                              last one ended */
   PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
   PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
-                     to what the history held gives; 0: friction is that at once. relax.c */
+                     to what the history held gives; 0: friction is that at once. follow.c */
   PetscBool
       springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in time */
   PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
@@ -57,7 +57,7 @@ typedef struct {
   PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
-  /* last evaluation, written by contact_force.c */
+  /* last evaluation, written by force.c */
   PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
   PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
   PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
@@ -83,11 +83,12 @@ static inline void ContactEndVertices(const Contacts *c, PetscInt i, int k, Pets
   for (int v = 0; v < 3; v++) vertex[v] = c->vertex[CONTACT_ROW(i, row[v])];
 }
 
-/* By class: the face of the vertex at each end (0: a, 1: b), and which vertex of it; as FacePairClassify (geometry.h) sets
-   them. */
+/* By class: the face of the vertex at each end (0: a, 1: b), and which vertex of it; as FacePairClassify
+   (geometry.h) sets them. */
 static const int END_SOURCE[4][2] = {{1, 1}, {0, 0}, {0, 1}, {1, 0}};
 static const int END_CORNER[4][2] = {{1, 0}, {0, 1}, {0, 0}, {1, 1}};
-/* Which side the vertex P of end k is on, 0: the face of the lower gid, 1: the other; its destination is the other one. */
+/* Which side the vertex P of end k is on, 0: the face of the lower gid, 1: the other; its destination is
+   the other one. */
 static inline int ContactSideOfVertex(const Contacts *c, PetscInt i, int k)
 {
   return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
@@ -107,7 +108,7 @@ PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, Pet
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 
-/* ---- joints.c */
+/* ---- joint_rows.c */
 /* Collective. Variable connectivity without a `default` row: contacts that come later between two groups, on
    faces without a named joint, have the weakest row of those that the groups have at the start. Refuses
    groups that have none and may meet. */
@@ -151,7 +152,7 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, P
 PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *model, const Joint *joints,
                                         PetscReal *k);
 
-/* ---- energy.c */
+/* ---- stored.c */
 /* Energy stored in owned contacts [J]. */
 PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
 

@@ -1,4 +1,4 @@
-/* find.h: what contact.c, contact_vertices.c, contact_verify.c and contact_history.c share: faces as
+/* find.h: what store.c, vertices.c, verify.c and inherit.c share: faces as
    they stand now, contacts before they have their places, the contacts that were. */
 #pragma once
 #include "forces/contacts/contacts.h"
@@ -76,7 +76,7 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 /* Adds the face-to-face contacts among the near faces and marks them in the table. old: NULL at set-up. */
 PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContacts *old, FaceTable *table,
                             CandidateList *list);
-/* Collective. Takes away the new contacts of corners that only seem to meet (contact_corner.c); face-to-face
+/* Collective. Takes away the new contacts of corners that only seem to meet (corner.c); face-to-face
  * contacts must be marked. */
 PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list);
 /* Whether the corner at the owned vertex v, now at P, is held by another face, with face g nowhere in front

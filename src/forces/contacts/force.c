@@ -238,7 +238,7 @@ KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, C
 typedef struct {
   const PetscReal *X, *u;
   History from;                /* that it starts from */
-  PetscReal pull;              /* see types.h; 0 when no history is held */
+  PetscReal pull;              /* see model.h; 0 when no history is held */
   PetscReal moving, thickness; /* moving: 1 with large strain, 0 */
   const Joint *joints;
   Contacts *c;

@@ -13,7 +13,6 @@ typedef struct {
   PetscReal length; /* [m] L = L_i,0 + L_i,1 */
 } FacePair;
 
-
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal TAN_LIMIT = 0.36397023;      /* tan 20 degrees */

@@ -15,7 +15,7 @@
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-/* The present history and the one held (contact_force.c: ContactsHold) go the same way. */
+/* The present history and the one held (traits.c: ContactsHold) go the same way. */
 enum { NOW, HELD, HISTORIES };
 
 static PetscReal *slip_of(const Contacts *c, int history)

@@ -1,4 +1,5 @@
-/* traits.h: what traits.c and force.c share: traits of LANES contacts, and which history an evaluation starts from. */
+/* traits.h: what traits.c and force.c share: traits of LANES contacts, and which history an evaluation
+   starts from. */
 #pragma once
 #include "forces/contacts/contacts.h"
 #include "base/lanes.h"

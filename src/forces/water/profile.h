@@ -10,8 +10,8 @@ typedef struct {
   PetscInt open[2];
 } ProfileRow;
 
-/* Collective. Contacts with a face in the ascending list of gids, by their faces; the same on all ranks. Free with
-   PetscFree. */
+/* Collective. Contacts with a face in the ascending list of gids, by their faces; the same on all ranks.
+   Free with PetscFree. */
 PetscErrorCode GatherProfile(const Model *m, const Contacts *c, PetscInt n_gids, const PetscInt *gids,
                              PetscInt *n, ProfileRow **rows);
 /* Collective. All ranks' rows one after the other, on all ranks; free with PetscFree. */

@@ -6,7 +6,7 @@
    tau = k_s (u_s - slip).  The paper
    writes them in increments of stress; then a joint that has been cut off in tension forgets its gap and
    carries compression before it closes. So u_n is total; history are the plastic part of u_s, `slip`, and
-   that of u_n, `closure` <= 0, which only a joint of finite compression has (contact_law.h).
+   that of u_n, `closure` <= 0, which only a joint of finite compression has (ends.h).
 
    Strength: peak until the place fails; residual ever after. With t = tan_phi, C = compression:
      fails   when sigma_trial > peak tension or |tau_trial| > limit with peak strength

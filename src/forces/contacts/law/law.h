@@ -16,7 +16,7 @@ typedef enum {
    residual strength. */
 static const PetscReal LOOSE = 2.;
 
-/* Response of one contact, as contact_force.c has it of a batch; see stress_models.h. */
+/* Response of one contact, as force.c has it of a batch; see stress_models.h. */
 typedef struct {
   PetscReal u_n[2], u_s[2];             /* in: [m] at the two ends, openings already reduced by `rest` */
   PetscReal slip[2], broken[2];         /* in: history at the start of the step; out: at its end */

@@ -242,7 +242,7 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
     slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
 }
 
-/* Friction on the way to an equilibrium (head of relax.c): end forces F_s of elastic-plastic springs, which
+/* Friction on the way to an equilibrium (head of follow.c): end forces F_s of elastic-plastic springs, which
    keep their slip, drawn by `pull` of the difference towards those of the law with the history c->slip,
    c->broken; by pull/tan(phi) where friction is steeper than 1, as its curl is. own: slip of the springs, in
    and out. A contact that the law holds elastically, and whose springs have no other slip, is elastic.

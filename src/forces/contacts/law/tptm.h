@@ -1,5 +1,5 @@
 /* tptm.h: the stress model whose control points are where the law is violated: the piecewise linear diagram,
-   integrated exactly. What it shares with the others is in contact_law.h. */
+   integrated exactly. What it shares with the others is in ends.h. */
 #pragma once
 #include "forces/contacts/law/law.h"
 #include "forces/contacts/law/ends.h"

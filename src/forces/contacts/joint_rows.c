@@ -1,4 +1,4 @@
-/* joints.c: which row of joints a contact has. */
+/* joint_rows.c: which row of joints a contact has. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 

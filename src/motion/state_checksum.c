@@ -1,4 +1,4 @@
-/* checksum.c: proofs that the parallel run is the serial one. */
+/* state_checksum.c: proofs that the parallel run is the serial one. */
 #include "motion/motion.h"
 
 static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)

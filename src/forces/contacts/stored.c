@@ -1,4 +1,4 @@
-/* energy.c: what joints store. */
+/* stored.c: what joints store. */
 #include "forces/contacts/contacts.h"
 
 /* Normal end force of the joint itself: F_n less that of its dashpot, by the row of its stress model. */
