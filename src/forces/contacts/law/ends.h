@@ -187,7 +187,8 @@ KERNEL Lanes FarDepth(const Lanes a[2], const Lanes b[2], const Lanes q[2])
   const Lanes x = (a[0] - b[0]) / ((a[0] - b[0]) + (b[1] - a[1])), y = a[0] + x * (a[1] - a[0]);
   const Lanes beyond = Select(b[1] < 0., y * y / (b[0] - b[1]), (1. - x) * (y + b[1]));
   const Lanes twice = x * (a[0] + y) + beyond; /* the area */
-  const Mask covered = (q[0] + x * (q[1] - q[0]) >= y) & (q[1] >= b[1]);
+  /* b and q at x by the same operations: they are one line where both ends were crushed at once */
+  const Mask covered = (q[0] + x * (q[1] - q[0]) >= b[0] + x * (b[1] - b[0])) & (q[1] >= b[1]);
   const Lanes far = Select(twice < a[0], a[0] - a[0] * a[0] / twice, twice - a[0]);
   const Lanes most = Select(q[1] > a[1], q[1], a[1]); /* the depth there is at the other end */
   return Select((b[1] > a[1]) & (y > 0.) & ~covered, Select(far > most, most, far), a[1]);

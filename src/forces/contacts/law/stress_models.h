@@ -44,21 +44,22 @@ KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], L
 }
 
 /* The middle has a say when its state differs from an end's and it can bear more than the line between the
-   ends. */
-KERNEL Hold HoldMiddle(const LanesJoint *J, const Lanes sigma[2], Lanes sm, const Lanes broken[2],
+   ends. What is crushed stands at -C up to rounding, and rounding is not to decide who has a say: closes. */
+KERNEL Hold HoldMiddle(const LanesJoint *J, int closes, const Lanes sigma[2], Lanes sm, const Lanes broken[2],
                        Mask residual, const Lanes limit[2])
 {
+  const PetscReal hair = closes ? 1e-9 : 0.;
   const LanesStrength strength = StrengthOf(J, residual);
-  const Lanes most = JointShearLimit(J, &strength, sm);
+  const Lanes most = JointShearLimit(J, &strength, sm), crushed = (hair - 1.) * J->compression;
   Mask differs = {0};
   for (int k = 0; k < 2; k++) {
     const Mask end = EndIsResidual(broken, k);
     const LanesStrength there = StrengthOf(J, end);
     differs |= (end ^ residual) | (JointIsOpen(&there, sigma[k]) ^ JointIsOpen(&strength, sm)) |
-               (JointIsCrushing(J, sigma[k]) ^ JointIsCrushing(J, sm));
+               ((sigma[k] < crushed) ^ (sm < crushed));
   }
-  return HoldAt(differs & ((J->brittle & ~residual) | (most > 0.5 * (limit[0] + limit[1]))), LanesOf(0.),
-                most);
+  const Mask stronger = most > (0.5 + hair) * (limit[0] + limit[1]);
+  return HoldAt(differs & ((J->brittle & ~residual) | stronger), LanesOf(0.), most);
 }
 
 /* Trial stress in the middle. */
@@ -91,7 +92,7 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
   }
 
   /* return of shear */
-  if (middle) hold = HoldMiddle(J, sigma, sm, c->broken, residual, limit);
+  if (middle) hold = HoldMiddle(J, closes, sigma, sm, c->broken, residual, limit);
   ReturnShear(middle, &hold, tau, limit, held);
   EndStresses(J, sigma, tau, c);
   if (damped) SpringStresses(J, spring, c);
