@@ -1,4 +1,4 @@
-"""The documents against the source: functions that docs/theory.md names, files that docs/design.md lists."""
+"""The documents against the source: functions that docs/theory.md names, files that docs/design.md lists, versions of files."""
 
 import re
 from pathlib import Path
@@ -98,3 +98,44 @@ def test_generated_tables(table):
 def test_pages_by_hand_have_no_tables_of_programs():
     for path in ROOT.glob("docs/*.md"):
         assert not re.search(r"^<!-- (end )?[\w ]+ -->$", path.read_text(encoding="utf-8"), flags=re.M), path.name
+
+
+def source_versions():
+    """Version of each kind of file, as the solver writes or asks for it."""
+    places = {"model.h5": ("mesh_file.c", r"version != (\d+)\)"),
+              "results.h5": ("results_file.c", r'Hdf5WriteCount\(file, "version", (\d+)\)'),
+              "summary.json": ("summary.c", r'JsonCount\(f, "version", (\d+),'),
+              "checkpoint": ("archive_file.c", r"CHECKPOINT_FORMAT = (\d+)")}  # fmt: skip
+    return {kind: int(re.search(pattern, SOURCES[file].read_text(encoding="utf-8")).group(1))
+            for kind, (file, pattern) in places.items()}  # fmt: skip
+
+
+def test_versions_of_files():
+    rows = {re.match(r"`?([\w.]+)", row[0]).group(1): row for row in table_rows("docs/versions.md")[1:]}
+    assert {kind: int(row[1]) for kind, row in rows.items()} == source_versions()
+    headings = {"model.h5": "docs/mesh_format.md", "results.h5": "docs/results_format.md"}
+    for kind, page in headings.items():
+        assert f"`{kind}`, version {rows[kind][1]}" in text(page)
+
+
+def test_versions_of_the_tools():
+    """The tools read what the solver writes."""
+    from quoin_tools.base import whole
+    from quoin_tools.mesh import blockmesh
+
+    versions = source_versions()
+    assert (blockmesh.VERSION, whole.VERSION, whole.VERSION) == tuple(
+        versions[kind] for kind in ("model.h5", "results.h5", "summary.json"))  # fmt: skip
+
+
+def test_readme_is_short():
+    lines = text("README.md").splitlines()
+    assert lines.index("## Where things are") <= 92
+
+
+def test_changelog_is_short():
+    """What users get: sixty lines a version, no more."""
+    parts = re.split(r"^## ", text("CHANGELOG.md"), flags=re.M)[1:]
+    assert [part.split("\n")[0] for part in parts][0] == "[Unreleased]"
+    for part in parts:
+        assert len(part.rstrip().splitlines()) <= 61, f"CHANGELOG.md: {part.splitlines()[0]}: say what users get, in fewer words"
