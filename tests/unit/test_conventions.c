@@ -1,4 +1,4 @@
-/* The conventions at the top of model.h: signs, directions, units and the layout of arrays. */
+/* The conventions at the top of base.h: signs, directions, units and the layout of arrays. */
 #include "scene_fixture.h"
 
 static Sketch sketch;

@@ -1,7 +1,7 @@
 # ranks: 2
 """Bad input at the command line: one line on stderr that names file, key and value; exit code 2; older results stay.
 
-tests/unit/test_scene.c has all faults of a scene; here are those a user meets first, those of the mesh and of the run."""
+tests/unit/scene/test_read.c has all faults of a scene; here are those a user meets first, those of the mesh and of the run."""
 
 import copy
 import os

@@ -5,7 +5,7 @@
     tests/verification/bad_input/catalogue.py --quoin build/quoin --ranks 1 2          on 1 and 2
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
-Scenes: one fault each in the good scene of tests/unit/test_scene.c, as listed in tests/unit/scene_faults.h, and texts made to
+Scenes: one fault each in the good scene of tests/unit/scene/test_read.c, as listed in scene_faults.h beside it, and texts made to
 do harm. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
 one line on stderr, when ranks do not agree on that line, or when the document says another one."""
 
@@ -27,7 +27,7 @@ from driver import ENVIRONMENT, ROOT, write
 from quoin_tools.mesh.meshing import face_set_on, join, rectangle
 
 DOCUMENT = ROOT / "docs" / "generated" / "bad_input.md"
-UNIT = ROOT / "tests" / "unit"
+UNIT = ROOT / "tests" / "unit" / "scene"
 STRING = r'(?:"(?:[^"\\]|\\.)*"\s*)+'
 
 
@@ -37,7 +37,7 @@ def c_strings(text):
 
 
 def good_scene():
-    text = (UNIT / "test_scene.c").read_text(encoding="utf-8")
+    text = (UNIT / "test_read.c").read_text(encoding="utf-8")
     return c_strings(re.sub(r"//[^\n]*", "", re.search(r"good\[\] = (.*?);", text, re.DOTALL)[1]))
 
 

@@ -1,4 +1,4 @@
-/* scene_faults.h: one fault each in the good scene of test_scene.c, and the message that must follow. */
+/* scene_faults.h: one fault each in the good scene of test_read.c, and the message that must follow. */
 #pragma once
 
 // clang-format off
@@ -205,7 +205,7 @@ static const struct {
    "scene.yaml:8: materials.dam.densty: unknown key; did you mean materials.dam.density?"},
 };
 
-// names that the mesh of test_scene.c does not have
+// names that the mesh of test_read.c does not have
 static const struct {
   const char *from, *to, *expected;
 } bad_names[] = {

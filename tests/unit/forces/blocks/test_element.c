@@ -2,7 +2,7 @@
    the time step (V-A2), masses, and the same bits in every lane. Models are built by hand. */
 #include "motion/motion.h"
 #include "forces/blocks/element_kernels.h"
-#include "../check.h"
+#include "check.h"
 
 enum { MAX_VERTICES = 64, MAX_ELEMENTS = 16 };
 

@@ -119,7 +119,7 @@ static PetscErrorCode TheInsideIsInEquilibrium(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As in test_timestep.c: the kinetic energy stays below the first one over 1 - safety^2. */
+/* As in test_masses.c: the kinetic energy stays below the first one over 1 - safety^2. */
 static PetscErrorCode UndampedMotionDoesNotGrow(void)
 {
   static const PetscReal ratio[] = {0, 0.3, 1};

@@ -3,8 +3,8 @@
    classes, each with a joint of its own, by ContactForces: static stages that go on from their history or
    hold it, friction on the way to an equilibrium, and motion in time with dashpots. */
 #include "contact_point.h"
-#include "contacts/pairs.h"
-#include "contacts/reference.h"
+#include "../pairs.h"
+#include "reference.h"
 
 /* Everything is of order 1. What slips returns by a share that can be a difference of nearly equal numbers:
    of 5.8 million answers the worst was off by 1.5e-10. */

@@ -1,6 +1,6 @@
 /* Forces of contacts: derivative of a potential in large strain at any rotation, momentum and angular
    momentum, the same bits in any lane, and linear in small strain. */
-#include "contacts/pairs.h"
+#include "pairs.h"
 
 static PetscErrorCode ForcesAt(Fixture *f, const PetscReal *u, PetscReal *force)
 {
