@@ -275,7 +275,7 @@ PetscErrorCode QuoinRun(Quoin q)
     const Stage *stage = q->scene.stages + q->stage;
     const Problem p = {&q->model, &q->contacts, &q->state, &q->relax, &q->output,
                        &q->scene, stage,        q->stage,  &q->last};
-    PetscCall(stage->kind == STAGE_DYNAMIC ? StageRunDynamic(&p) : StageRun(&p));
+    PetscCall(StageRun(&p));
     PetscCall(OutputStage(&p));
     // after any other verdict the next stage would start from no equilibrium
     if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;

@@ -1,6 +1,6 @@
 /* dynamic.c: a stage in time. True masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
-#include "stages/stages.h"
+#include "stages/loop.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
@@ -243,43 +243,39 @@ static PetscErrorCode warn_models(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the loop of steps remembers, see archive.h. */
+/* What the loop remembers of a stage in time. */
 typedef struct {
-  const Problem *p;
   EnergyAccount energy;
+  SupportMotion *motions;
+  PetscInt64 steps;             /* of the stage */
   PetscInt frame;               /* the last written */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
-  double start;                 /* [s] of MPI_Wtime */
-} Loop;
+} Dynamic;
 
-static PetscErrorCode archive_loop(Archive *a, void *context)
+static PetscErrorCode archive(Archive *a, Loop *loop)
 {
-  Loop *loop = context;
   const Problem *p = loop->p;
+  Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  p->result->wall = MPI_Wtime() - loop->start;
   if (a->anew) {
-    PetscCall(EnergyDestroy(&loop->energy));
-    PetscCall(EnergyCreate(p->m, &loop->energy));
+    PetscCall(EnergyDestroy(&d->energy));
+    PetscCall(EnergyCreate(p->m, &d->energy));
   }
-  PetscCall(ArchiveResult(a, "result", p->result));
-  PetscCall(ArchiveInts(a, "frame", 1, &loop->frame));
-  PetscCall(EnergyArchive(a, p->m, p->contacts, &loop->energy));
+  PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
+  PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
-  if (!a->anew) loop->start = MPI_Wtime() - p->result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode name_fault(Loop *loop)
+static PetscErrorCode name_fault(const Problem *p, Dynamic *d)
 {
-  const Problem *p = loop->p;
   char where[128];
-  PetscInt64 first = loop->fault_step;
+  PetscInt64 first = d->fault_step;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT64, MPI_MIN, p->m->comm));
-  if (loop->fault < 0) loop->fault = FaultFind(p->m, p->state);
+  if (d->fault < 0) d->fault = FaultFind(p->m, p->state);
   // a rank that met it later has it from a neighbour
-  PetscCall(FaultName(p->m, loop->fault_step == first ? loop->fault : FAULT_NONE, where));
+  PetscCall(FaultName(p->m, d->fault_step == first ? d->fault : FAULT_NONE, where));
   PetscCall(
       PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
                     "t = %.6g s: a force or displacement is not a finite number, first in %s: the step is "
@@ -305,41 +301,53 @@ static PetscErrorCode passed(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The steps of a stage; frames are written where forces and displacements are of one time. */
-static PetscErrorCode run(Loop *loop, SupportMotion *motions)
+static PetscBool looks(const Loop *loop)
+{
+  const PetscInt64 i = loop->p->result->cycles, steps = ((const Dynamic *)loop->memory)->steps;
+  return (PetscBool)(!i || (i + 1) % loop->p->scene->history_every == 0 || i + 1 == steps);
+}
+
+static PetscBool over(const Loop *loop)
+{
+  return (PetscBool)(loop->p->result->cycles >= ((const Dynamic *)loop->memory)->steps);
+}
+
+/* A step; frames are written where forces and displacements are of one time. */
+static PetscErrorCode cycle(Loop *loop)
 {
   const Problem *p = loop->p;
   const Stage *stage = p->stage;
-  const State *s = p->state;
-  EnergyAccount *energy = &loop->energy;
-  StageResult *result = p->result;
-  const PetscInt64 steps = (PetscInt64)rint(stage->duration / s->dt);
+  Dynamic *d = loop->memory;
+  const PetscInt64 i = p->result->cycles;
+  PetscBool verified = PETSC_FALSE;
   PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(p->m->comm,
-                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
-                        stage->name, steps, (double)s->dt, (double)stage->dt_factor));
-  for (PetscInt64 i = result->cycles; i < steps && result->verdict == VERDICT_NONE; i++) {
-    PetscBool verified = PETSC_FALSE;
-    if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, energy, &verified));
-    if (!verified) PetscCall(evaluate(p, energy));
-    if (loop->frame < stage->frames && i * (stage->frames + 1) >= steps * (loop->frame + 1)) {
-      PetscCall(passed(p));
-      PetscCall(OutputFrame(p, ++loop->frame));
-    }
-    const PetscBool report = (PetscBool)(!i || (i + 1) % p->scene->history_every == 0 || i + 1 == steps);
-    if (report) PetscCall(EnergyOfBlocks(p->m, s, energy));
-    PetscCall(advance(p, motions, energy));
-    result->cycles++;
-    if (loop->fault < 0 && !(energy->kinetic < PETSC_MAX_REAL))
-      loop->fault = FaultFind(p->m, s), loop->fault_step = i;
-    if (!report) continue;
-    PetscCall(look(p, energy, (PetscBool)(i == 0)));
-    if (!result->finite) PetscCall(name_fault(loop));
-    result->wall = MPI_Wtime() - loop->start;
-    PetscCall(OutputHistory(p));
-    PetscCall(RepartitionPoll(p));
-    PetscCall(CheckpointPoll(p->output->checkpoint, s->cycle, result));
+  if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, &d->energy, &verified));
+  if (!verified) PetscCall(evaluate(p, &d->energy));
+  if (d->frame < stage->frames && i * (stage->frames + 1) >= d->steps * (d->frame + 1)) {
+    PetscCall(passed(p));
+    PetscCall(OutputFrame(p, ++d->frame));
   }
+  if (loop->looks) PetscCall(EnergyOfBlocks(p->m, p->state, &d->energy));
+  PetscCall(advance(p, d->motions, &d->energy));
+  if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
+    d->fault = FaultFind(p->m, p->state), d->fault_step = i;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode judge(Loop *loop)
+{
+  const Problem *p = loop->p;
+  Dynamic *d = loop->memory;
+  PetscFunctionBeginUser;
+  PetscCall(look(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
+  if (!p->result->finite) PetscCall(name_fault(p, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode tell(Loop *loop)
+{
+  PetscFunctionBeginUser;
+  PetscCall(OutputHistory(loop->p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -397,37 +405,63 @@ static PetscErrorCode judge_account(const Problem *p, const EnergyAccount *energ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRunDynamic(const Problem *p)
+static PetscErrorCode say_steps(Loop *loop)
 {
-  SupportMotion *motions;
-  PetscBool resumed;
-  Loop loop = {.p = p, .fault = -1, .fault_step = PETSC_MAX_INT, .start = MPI_Wtime()};
+  const Problem *p = loop->p;
+  Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(p->result, sizeof(*p->result)));
-  PetscCall(SupportMotionsRead(p->scene, p->m->comm, &motions));
-  PetscCall(EnergyCreate(p->m, &loop.energy));
-  PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
-  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
-  if (!resumed) {
-    PetscCall(start(p));
-    PetscCall(EnergyContactsChanged(p->contacts, &loop.energy));
-  }
+  d->steps = (PetscInt64)rint(p->stage->duration / p->state->dt);
   PetscCall(warn_models(p));
-  if (!resumed) PetscCall(SupportMotionsWarn(p->scene, p->stage, p->m->comm, p->state->time, motions));
-  if (!resumed && !p->stage->variable) PetscCall(BodiesLoose(p));
-  PetscCall(run(&loop, motions));
-  PetscCall(CheckpointDetach(p->output->checkpoint));
+  PetscCall(PetscPrintf(p->m->comm,
+                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
+                        p->stage->name, d->steps, (double)p->state->dt, (double)p->stage->dt_factor));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode begin(Loop *loop)
+{
+  const Problem *p = loop->p;
+  Dynamic *d = loop->memory;
+  PetscFunctionBeginUser;
+  PetscCall(start(p));
+  PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
+  PetscCall(SupportMotionsWarn(p->scene, p->stage, p->m->comm, p->state->time, d->motions));
+  if (!p->stage->variable) PetscCall(BodiesLoose(p));
+  PetscCall(say_steps(loop));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode end(Loop *loop)
+{
+  const Problem *p = loop->p;
+  PetscFunctionBeginUser;
   p->contacts->rate = -1.;
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
   PetscCall(follow_motion(p));
   half_step(p->m, p->state, 1.);
-  p->result->wall = MPI_Wtime() - loop.start;
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
-  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &loop.energy));
-  PetscCall(SupportMotionsDestroy(p->scene, &motions));
-  PetscCall(EnergyDestroy(&loop.energy));
-  PetscCall(StageReport(p));
-  if (!p->stage->variable) PetscCall(FixedOutgrown(p));
-  p->contacts->counted = PETSC_FALSE;
+  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &((Dynamic *)loop->memory)->energy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DynamicRun(const Problem *p)
+{
+  static const LoopKind kind = {.begin = begin,
+                                .resume = say_steps,
+                                .cycle = cycle,
+                                .judge = judge,
+                                .tell = tell,
+                                .end = end,
+                                .archive = archive,
+                                .looks = looks,
+                                .over = over};
+  Dynamic d = {.fault = -1, .fault_step = PETSC_MAX_INT};
+  PetscFunctionBeginUser;
+  PetscCall(SupportMotionsRead(p->scene, p->m->comm, &d.motions));
+  PetscCall(EnergyCreate(p->m, &d.energy));
+  PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
+  PetscCall(StageLoop(p, &kind, &d));
+  PetscCall(SupportMotionsDestroy(p->scene, &d.motions));
+  PetscCall(EnergyDestroy(&d.energy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,17 +1,25 @@
-/* stages.c: what runs a stage of each kind. */
+/* stages.c: what runs a stage of each kind, and what is said of every stage that is over. */
 #include "stages/stages.h"
 
-PetscErrorCode StageRun(const Problem *p)
+/* A row a kind. */
+static const struct {
+  PetscErrorCode (*run)(const Problem *p);
+  PetscBool in_time;
+} kinds[] = {[STAGE_STATIC] = {StageRelax, PETSC_FALSE},
+             [STAGE_DYNAMIC] = {DynamicRun, PETSC_TRUE},
+             [STAGE_STRENGTH_REDUCTION] = {ReductionRun, PETSC_FALSE},
+             [STAGE_FLOOD] = {FloodRun, PETSC_FALSE}};
+
+/* What the stages that relax have in common: effort, mechanism, the inside of condensed bodies. */
+static PetscErrorCode run_relaxing(const Problem *p)
 {
-  static PetscErrorCode (*const runners[])(const Problem *) = {
-      [STAGE_STATIC] = StageRelax, [STAGE_STRENGTH_REDUCTION] = ReductionRun, [STAGE_FLOOD] = FloodRun};
   Effort *effort = &p->relax->effort;
   StageResult *result = p->result;
   PetscFunctionBeginUser;
   p->contacts->rate = 0.; // not in time: joints have no dashpots
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   p->relax->told = PETSC_FALSE;
-  PetscCall(runners[p->stage->kind](p));
+  PetscCall(kinds[p->stage->kind].run(p));
   if (p->stage->kind == STAGE_STATIC && result->verdict == VERDICT_COLLAPSED)
     PetscCall(MechanismTake(p, NULL));
   result->effort = *effort;
@@ -23,10 +31,20 @@ PetscErrorCode StageRun(const Problem *p)
     PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
   }
   PetscCall(CondensedRecover(p->m, p->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRun(const Problem *p)
+{
+  const PetscBool in_time = kinds[p->stage->kind].in_time;
+  PetscFunctionBeginUser;
+  PetscCall(in_time ? kinds[p->stage->kind].run(p) : run_relaxing(p));
   PetscCall(StageReport(p));
   if (!p->stage->variable) PetscCall(FixedOutgrown(p));
-  if (result->verdict == VERDICT_CONVERGED)
+  if (in_time) p->contacts->counted = PETSC_FALSE;
+  if (p->result->verdict == VERDICT_CONVERGED) {
     PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
-  if (result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmCondensed(p));
+    PetscCall(ConfirmCondensed(p));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -38,10 +38,10 @@ PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Conta
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */
-PetscErrorCode StageRunDynamic(const Problem *p);
+PetscErrorCode DynamicRun(const Problem *p);
 
 /* ---- stages.c */
-/* Collective. Runs one stage that is not dynamic to its verdict. */
+/* Collective. Runs a stage of any kind to its verdict, and tells it. */
 PetscErrorCode StageRun(const Problem *p);
 
 /* ---- static.c */

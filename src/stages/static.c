@@ -1,6 +1,5 @@
 /* static.c: a static stage, or a trial of one: relaxation to a verdict. */
-#include "stages/stages.h"
-#include <unistd.h>
+#include "stages/loop.h"
 
 /* Of explicit cycles: where they are and about how long they still take, from the decay of the ratio since
    they started. */
@@ -73,28 +72,24 @@ static PetscErrorCode precondition(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the loop of cycles remembers, see archive.h. */
+/* What the loop remembers of a static stage. */
 typedef struct {
-  const Problem *p;
-  PetscReal *contact_scale; /* (n_dof,) |contact force| at the last check */
+  PetscReal *contact_scale; /* (n_dof,) |contact force| at the last look */
   PetscInt64 ramp_start;    /* cycle of the stage at which the ramp began */
-  double start;             /* [s] of MPI_Wtime */
-} Loop;
+  PetscReal first_ratio;    /* [-] at the first look after the ramp, 0: none so far */
+  double first_wall;        /* [s] and when */
+} Static;
 
-static PetscErrorCode archive_loop(Archive *a, void *context)
+static PetscErrorCode archive(Archive *a, Loop *loop)
 {
-  Loop *loop = context;
-  const Problem *p = loop->p;
+  Static *s = loop->memory;
   PetscFunctionBeginUser;
-  p->result->wall = MPI_Wtime() - loop->start;
   if (a->anew) {
-    PetscCall(PetscFree(loop->contact_scale));
-    PetscCall(PetscCalloc1(p->m->n_dof, &loop->contact_scale));
+    PetscCall(PetscFree(s->contact_scale));
+    PetscCall(PetscCalloc1(loop->p->m->n_dof, &s->contact_scale));
   }
-  PetscCall(ArchiveResult(a, "result", p->result));
-  PetscCall(ArchiveEffort(a, &p->relax->effort));
-  PetscCall(ArchiveCounts(a, "ramp_start", 1, &loop->ramp_start));
-  if (!a->anew) loop->start = MPI_Wtime() - p->result->wall;
+  PetscCall(ArchiveEffort(a, &loop->p->relax->effort));
+  PetscCall(ArchiveCounts(a, "ramp_start", 1, &s->ramp_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,7 +106,7 @@ static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
 }
 
 /* Loads, contacts and masses at the start of a stage, or of a trial of one. */
-static PetscErrorCode begin(const Problem *p)
+static PetscErrorCode prepare(const Problem *p)
 {
   const Scene *scene = p->scene;
   State *state = p->state;
@@ -160,76 +155,148 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageRelax(const Problem *p)
+static PetscErrorCode begin(Loop *loop)
 {
-  const Scene *scene = p->scene;
-  const Stage *stage = p->stage;
-  Model *m = p->m;
-  Contacts *contacts = p->contacts;
-  State *state = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(prepare(loop->p));
+  PetscCall(before_cycles(loop->p, &((Static *)loop->memory)->ramp_start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode resume(Loop *loop)
+{
+  PetscFunctionBeginUser;
+  if (loop->p->relax->step > 0.) // Newton's method was at work, else it was in the loop
+    PetscCall(before_cycles(loop->p, &((Static *)loop->memory)->ramp_start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool looks(const Loop *loop)
+{
+  return (PetscBool)((loop->p->result->cycles + 1) % loop->p->scene->check_every == 0);
+}
+
+static PetscBool fault(const Loop *loop)
+{
+  return loop->p->relax->damping.fault;
+}
+
+static PetscErrorCode load(Loop *loop)
+{
+  const Problem *p = loop->p;
+  const PetscInt64 since = p->result->cycles + 1 - ((Static *)loop->memory)->ramp_start;
+  PetscFunctionBeginUser;
+  if (p->state->ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
+  if (p->state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(RelaxationReset(p)); // evidence counts from here on
+  PetscCall(EnergyRampEnds(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode cycle(Loop *loop)
+{
+  const Problem *p = loop->p;
+  const Static *s = loop->memory;
+  PetscFunctionBeginUser;
+  PetscCall(Step(p->scene, p->m, p->stage->joints, p->contacts, p->state, &p->relax->damping,
+                 loop->looks ? s->contact_scale : NULL));
+  p->relax->effort.evaluations++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode judge(Loop *loop)
+{
+  const Problem *p = loop->p;
+  Static *s = loop->memory;
   Relaxation *relax = p->relax;
   StageResult *result = p->result;
-  PetscReal first_ratio = 0.;
-  double first_wall = 0.;
-  Loop loop = {p, NULL, 0, MPI_Wtime()};
-  PetscBool resumed, anew;
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(result, sizeof(*result)));
-  PetscCall(PetscCalloc1(m->n_dof, &loop.contact_scale));
-  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
-  if (!resumed) PetscCall(begin(p));
-  if (!resumed || relax->step > 0.) PetscCall(before_cycles(p, &loop.ramp_start)); // else it was in the loop
-  while (result->verdict == VERDICT_NONE) {
-    const PetscBool check = (PetscBool)((result->cycles + 1) % scene->check_every == 0);
-    if (state->ramp < 1.) {
-      LoadsApply(m, state,
-                 stage->ramp ? PetscMin(1., (PetscReal)(result->cycles + 1 - loop.ramp_start) / stage->ramp)
-                             : 1.);
-      if (state->ramp >= 1.) { // evidence counts from here on
-        PetscCall(RelaxationReset(p));
-        PetscCall(EnergyRampEnds(p));
-      }
-    }
-    PetscCall(
-        Step(scene, m, stage->joints, contacts, state, &relax->damping, check ? loop.contact_scale : NULL));
-    result->cycles++, relax->effort.evaluations++;
-    if (!check && !relax->damping.fault) continue;
-    PetscCall(Unbalanced(m, state, loop.contact_scale, result));
-    PetscCall(EnergyGuard(p, &anew));
-    if (anew) loop.ramp_start = result->cycles;
-    if (anew) continue;
-    PetscCall(Secant(m, state, result->ratio, (PetscBool)(relax->follow.stalls >= STALLS_TO_LET_GO),
-                     &relax->damping));
-    result->wall = MPI_Wtime() - loop.start;
-    PetscCall(Judge(p));
-    PetscCall(ConfirmByLaw(p, loop.contact_scale));
-    FollowElse(m, state, result->ratio, relax, contacts);
-    if (relax->evidence.still) PetscCall(RelaxationStill(p));
-    if (!stage->variable && result->finite) PetscCall(JudgeContacts(p));
-    PetscCall(EnergyVeto(p));
-    PartingOfBearing(contacts);
-    PetscCall(follow_cracks(p, &loop.ramp_start));
-    if (result->cycles % scene->history_every < scene->check_every || result->verdict != VERDICT_NONE)
-      PetscCall(OutputHistory(p));
-    if (state->ramp >= 1. && first_ratio == 0.) first_ratio = result->ratio, first_wall = result->wall;
-    progress(p, first_ratio, first_wall);
-    if (stage->variable && result->verdict == VERDICT_NONE) PetscCall(verify(p, PETSC_FALSE));
-    PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
-    PetscCall(RepartitionPoll(p));
-    PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
+  PetscCall(Unbalanced(p->m, p->state, s->contact_scale, result));
+  PetscCall(EnergyGuard(p, &loop->anew));
+  if (loop->anew) {
+    s->ramp_start = result->cycles;
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(CheckpointDetach(p->output->checkpoint));
-  if (result->verdict == VERDICT_CONVERGED && relax->effort.explicit && !contacts->held)
-    PetscCall(ConfirmPath(p, loop.contact_scale));
-  contacts->pull = 0.;
+  const PetscBool springs = (PetscBool)(relax->follow.stalls >= STALLS_TO_LET_GO);
+  PetscCall(Secant(p->m, p->state, result->ratio, springs, &relax->damping));
+  PetscCall(Judge(p));
+  PetscCall(ConfirmByLaw(p, s->contact_scale));
+  FollowElse(p->m, p->state, result->ratio, relax, p->contacts);
+  if (relax->evidence.still) PetscCall(RelaxationStill(p));
+  if (!p->stage->variable && result->finite) PetscCall(JudgeContacts(p));
+  PetscCall(EnergyVeto(p));
+  PartingOfBearing(p->contacts);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode settle(Loop *loop)
+{
+  PetscFunctionBeginUser;
+  PetscCall(follow_cracks(loop->p, &((Static *)loop->memory)->ramp_start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode tell(Loop *loop)
+{
+  const Problem *p = loop->p;
+  const StageResult *result = p->result;
+  Static *s = loop->memory;
+  PetscFunctionBeginUser;
+  if (result->cycles % p->scene->history_every < p->scene->check_every || result->verdict != VERDICT_NONE)
+    PetscCall(OutputHistory(p));
+  if (p->state->ramp >= 1. && s->first_ratio == 0.)
+    s->first_ratio = result->ratio, s->first_wall = result->wall;
+  progress(p, s->first_ratio, s->first_wall);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode follow(Loop *loop)
+{
+  const Problem *p = loop->p;
+  PetscFunctionBeginUser;
+  if (p->stage->variable && p->result->verdict == VERDICT_NONE) PetscCall(verify(p, PETSC_FALSE));
+  PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode end(Loop *loop)
+{
+  const Problem *p = loop->p;
+  Relaxation *relax = p->relax;
+  const PetscBool converged = (PetscBool)(p->result->verdict == VERDICT_CONVERGED);
+  PetscFunctionBeginUser;
+  if (converged && relax->effort.explicit && !p->contacts->held)
+    PetscCall(ConfirmPath(p, ((Static *)loop->memory)->contact_scale));
+  p->contacts->pull = 0.;
   // what is written belongs to the last displacements: forces, stresses and joint states once more
-  PetscCall(Forces(m, stage->joints, contacts, state, NULL));
-  if (result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
+  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
+  if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
   PetscCall(LoadsCarriedSay(p));
-  contacts->held = PETSC_FALSE;
-  state->beta = state->local = 0., state->caution = 1.;
+  p->contacts->held = PETSC_FALSE;
+  p->state->beta = p->state->local = 0., p->state->caution = 1.;
   relax->effort.evaluations++;
-  result->wall = MPI_Wtime() - loop.start;
-  PetscCall(PetscFree(loop.contact_scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageRelax(const Problem *p)
+{
+  static const LoopKind kind = {.begin = begin,
+                                .resume = resume,
+                                .load = load,
+                                .cycle = cycle,
+                                .judge = judge,
+                                .settle = settle,
+                                .tell = tell,
+                                .follow = follow,
+                                .end = end,
+                                .archive = archive,
+                                .looks = looks,
+                                .fault = fault};
+  Static s = {.first_ratio = 0.};
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(p->m->n_dof, &s.contact_scale));
+  PetscCall(StageLoop(p, &kind, &s));
+  PetscCall(PetscFree(s.contact_scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

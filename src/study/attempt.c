@@ -199,7 +199,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   stage.frames = 0;
   PETSC_STDOUT = fopen("/dev/null", "w");
   const double start = MPI_Wtime();
-  PetscCall(StageRunDynamic(&tried));
+  PetscCall(StageRun(&tried));
   *seconds = slowest(p->m->comm, MPI_Wtime() - start) / (double)PetscMax(1, result.cycles);
   if (PETSC_STDOUT) fclose(PETSC_STDOUT);
   PETSC_STDOUT = shown;

@@ -1,0 +1,69 @@
+/* loop.c: a stage that moves, or a trial of one, from its start to its verdict. Checkpoints, signals, a new
+   partition and the clock are looked after here, for every kind alike. */
+#include "stages/loop.h"
+
+static PetscErrorCode archive_loop(Archive *a, void *context)
+{
+  Loop *loop = context;
+  StageResult *result = loop->p->result;
+  PetscFunctionBeginUser;
+  result->wall = MPI_Wtime() - loop->start;
+  PetscCall(ArchiveResult(a, "result", result));
+  PetscCall(loop->kind->archive(a, loop));
+  if (!a->anew) loop->start = MPI_Wtime() - result->wall;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether another cycle follows. */
+static PetscBool goes_on(const Loop *loop)
+{
+  if (loop->p->result->verdict != VERDICT_NONE) return PETSC_FALSE;
+  return (PetscBool)(!loop->kind->over || !loop->kind->over(loop));
+}
+
+/* Between two cycles the run may be dealt out anew, written down, or stopped. */
+static PetscErrorCode watch(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(RepartitionPoll(p));
+  PetscCall(CheckpointPoll(p->output->checkpoint, p->state->cycle, p->result));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A look at where the stage has come to. */
+static PetscErrorCode look(Loop *loop)
+{
+  const LoopKind *kind = loop->kind;
+  PetscFunctionBeginUser;
+  loop->anew = PETSC_FALSE;
+  PetscCall(kind->judge(loop));
+  if (loop->anew) PetscFunctionReturn(PETSC_SUCCESS);
+  if (kind->settle) PetscCall(kind->settle(loop));
+  PetscCall(kind->tell(loop));
+  if (kind->follow) PetscCall(kind->follow(loop));
+  PetscCall(watch(loop->p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory)
+{
+  Loop loop = {.p = p, .kind = kind, .memory = memory, .start = MPI_Wtime()};
+  PetscBool resumed;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(p->result, sizeof(*p->result)));
+  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  PetscCall(resumed ? kind->resume(&loop) : kind->begin(&loop));
+  while (goes_on(&loop)) {
+    loop.looks = kind->looks(&loop);
+    if (kind->load) PetscCall(kind->load(&loop));
+    PetscCall(kind->cycle(&loop));
+    p->result->cycles++;
+    if (!loop.looks && !(kind->fault && kind->fault(&loop))) continue;
+    p->result->wall = MPI_Wtime() - loop.start;
+    PetscCall(look(&loop));
+  }
+  PetscCall(CheckpointDetach(p->output->checkpoint));
+  PetscCall(kind->end(&loop));
+  p->result->wall = MPI_Wtime() - loop.start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
