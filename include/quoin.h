@@ -13,26 +13,26 @@ enum {
   QUOIN_INTERRUPTED = 5,
   QUOIN_COLLAPSED = 6,
   QUOIN_INTERNAL = 7,
-  QUOIN_OUTPUT = 8,   /* what is to be written cannot be written */
+  QUOIN_OUTPUT = 8,   /* an output file cannot be written */
   QUOIN_LOCKED = 9,   /* another run writes into the output folder */
   QUOIN_RESTART = 10, /* a restart is not possible from what there is */
   QUOIN_MEMORY = 11   /* the model needs more memory than there is */
 };
 
-/* All functions are collective on comm. What is refused returns an error after one line on stderr, bad input
-   PETSC_ERR_USER_INPUT. */
+/* All functions are collective on comm. A refusal returns an error after one line on stderr; for bad input
+   the error is PETSC_ERR_USER_INPUT. */
 PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q);
-/* Reads the scene: the YAML file (or NULL) overridden by "-key value" pairs of argv (argv[0] is skipped). */
+/* Reads the scene: the YAML file (or NULL), overridden by "-key value" pairs of argv (argv[0] is skipped). */
 PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv);
 /* Reads, checks and distributes the block mesh; finds contacts; allocates the state. */
 PetscErrorCode QuoinSetUp(Quoin q);
 /* Runs all stages and writes results into the output folder. */
 PetscErrorCode QuoinRun(Quoin q);
-/* Prints what the model holds (blocks, contacts, dofs, ranks) on stdout of rank 0. */
+/* Prints the size of the model (blocks, contacts, degrees of freedom, ranks) on stdout of rank 0. */
 PetscErrorCode QuoinView(Quoin q);
-/* One of the exit codes above, by the verdicts of the stages. Not collective. */
+/* One of the exit codes above, from the verdicts of the stages. Not collective. */
 int QuoinExitCode(Quoin q);
-/* The exit code that goes with an error returned by the functions above: QUOIN_INTERNAL when the ranks have
-   not come to it together. Not collective. */
+/* The exit code for an error that one of the functions above returned; QUOIN_INTERNAL when the ranks have not
+   failed together. Not collective. */
 int QuoinErrorExitCode(PetscErrorCode error);
 PetscErrorCode QuoinDestroy(Quoin *q);

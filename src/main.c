@@ -14,8 +14,8 @@ static void take_out(int i, int words, int *argc, char **argv)
   *argc -= words;
 }
 
-/* argv and one word more, from malloc. (PetscOptionsSetValue before PetscInitialize reads what it has freed,
-   in PETSc 3.18.) */
+/* Copies argv with one word more, from malloc. The copy is needed because PetscOptionsSetValue before
+   PetscInitialize reads memory that it has freed, in PETSc 3.18. */
 static char **add_word(int argc, char **argv, const char *word)
 {
   char **words = malloc((size_t)(argc + 2) * sizeof(*words));
@@ -25,7 +25,8 @@ static char **add_word(int argc, char **argv, const char *word)
   return words;
 }
 
-/* Takes "-options_file FILE" out of argv, because PETSc would read it before our error handler stands. */
+/* Takes "-options_file FILE" out of argv, because PETSc would read it before our error handler is in
+   place. */
 static const char *take_scene_file(int *argc, char **argv)
 {
   const char *file = NULL;
@@ -40,7 +41,7 @@ static const char *take_scene_file(int *argc, char **argv)
   return file;
 }
 
-/* Takes "-help" out, because PETSc would print a page of its own. */
+/* Takes "-help" out of argv, because PETSc would print a page of its own. */
 static PetscBool take_help(int *argc, char **argv)
 {
   PetscBool found = PETSC_FALSE;
@@ -55,9 +56,10 @@ static PetscBool take_help(int *argc, char **argv)
   return found;
 }
 
-/* Without a launcher, Open MPI would start a daemon and look for networks: half of the start of one process
-   alone; and all such runs would share one folder, which the first to end takes from one that starts. What
-   the user has set stays; other MPI libraries do not look at these variables. */
+/* Tells Open MPI that this process runs alone. Without a launcher it would start a daemon and look for
+   networks, which is half of the start of one process. All such runs would also share one folder, which the
+   first to end would take from one that starts. What the user has set stays; other MPI libraries do not read
+   these variables. */
 static void start_alone(void)
 {
   static const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK",  "PMI_RANK", "PMI_FD",
@@ -70,9 +72,9 @@ static void start_alone(void)
   setenv("OMPI_MCA_btl", "self", 0);
 }
 
-/* A terminal or a pipe that goes away ends no run: SIGPIPE is ignored, and SIGHUP where it was before PETSc
-   took it (nohup); elsewhere SIGHUP stops the run after a checkpoint (checkpoint.c), as other signals do,
-   those that come during set-up included. */
+/* Keeps a run going when a terminal or a pipe goes away. SIGPIPE is ignored, and so is SIGHUP where it was
+   ignored before PETSc took it (nohup). Elsewhere SIGHUP stops the run after a checkpoint, as other signals
+   do (checkpoint.c); a signal during set-up waits for the first look. */
 static void keep_running(PetscBool hangup_ignored)
 {
   signal(SIGPIPE, SIG_IGN);
@@ -111,7 +113,7 @@ int main(int argc, char **argv)
 
   SignalsCatch();
   start_alone();
-  // a file of options beside a model writes no file, starts no program
+  // a file .petscrc beside a model could write files or start programs, so it is not read
   char **words = add_word(argc, argv, "-skip_petscrc");
   argc++, argv = words;
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));

@@ -1,17 +1,17 @@
-/* base.h: what every room uses: PETSc as it is here, errors, names, checksums, timers, files.
+/* base.h: what every room uses: PETSc and its versions, errors, names, checksums, timers, files.
 
-   Functions return a PETSc error code. "Collective" is said where it holds; all else is local to the rank.
+   Functions return a PETSc error code. "Collective" marks those that all ranks must call together.
 
    Conventions, stated once (tests/unit/test_conventions.c holds them):
    - SI units: m, N, Pa, kg, s; two dimensions, loads per metre of thickness times `thickness`.
    - Stress: tension positive. Contact opening u_n: positive when the faces part; sigma = k_n u_n.
    - Blocks run counter-clockwise; face k of a block runs from its vertex k to vertex k+1; its outward normal
      is to the right of that direction.
-   - f is the RESISTING nodal force (what the model pushes back with: f = +int B'sigma dA for blocks), so the
-     unbalanced force is r = f_ext - f. The paper's (8) and (10) use opposite signs; this is ours everywhere.
-   - gid: number of a vertex, block or face in Quoin's own global order (bandwidth-reducing, the same for
-     every number of ranks). Every sum over elements, contacts and bodies runs in ascending gid, so that
-     results have the same bits on any number of ranks. "file id": the number in model.h5. */
+   - f is the RESISTING nodal force, with which the model pushes back (f = +int B'sigma dA for blocks), so the
+     unbalanced force is r = f_ext - f. The paper's (8) and (10) use opposite signs; Quoin uses this one.
+   - gid: number of a vertex, block or face in Quoin's own global order: of small bandwidth, the same for
+     every number of ranks. Every sum over elements, contacts and bodies runs in ascending gid, so results
+     have the same bits on any number of ranks. "file id": the number in model.h5. */
 #pragma once
 #include <petscsf.h>
 #include <petscvec.h>
@@ -25,12 +25,12 @@
 #if defined(PETSC_USE_COMPLEX) || !defined(PETSC_USE_REAL_DOUBLE)
 #error "Quoin needs a PETSc with real double-precision scalars"
 #endif
-/* PETSc 3.18 and what has changed since */
+/* PETSc 3.18, and names that later versions have changed */
 #if !defined(PETSC_SUCCESS) && PETSC_VERSION_LT(3, 19, 0)
 #define PETSC_SUCCESS 0
 #endif
 #if PETSC_VERSION_LT(3, 22, 0)
-typedef size_t SegmentCount; /* of a PetscSegBuffer */
+typedef size_t SegmentCount; /* number of entries of a PetscSegBuffer */
 #else
 typedef PetscCount SegmentCount;
 #endif
@@ -44,50 +44,50 @@ enum { BATCH = 8 }; /* elements and contacts are padded to whole batches of this
 
 enum {
   NAME_LENGTH = 64, /* of groups, sets, points, joints, loads, stages; 63 characters and the closing zero */
-  MESSAGE_LENGTH = 1024 /* of one error line */
+  MESSAGE_LENGTH = 1024 /* length of one error line */
 };
 
-typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* of x86-64 */
+typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* instruction sets of x86-64 */
 
 /* ---- error.c */
-/* Collective. message: what is wrong, as found by rank 0 or any rank ("" where nothing is); fails on all
-   ranks with the message of the lowest rank that has one. */
+/* Collective. message: the fault that rank 0 or any rank has found, "" where a rank has found none. All ranks
+   fail together, with the message of the lowest rank that has one. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
-/* The same for reasons of other kinds, each with an exit code of its own. */
-#define ERROR_OUTPUT PETSC_ERR_FILE_WRITE          /* what the run is to write cannot be written */
+/* As CheckMessage, for faults of other kinds; each kind has its own exit code. */
+#define ERROR_OUTPUT PETSC_ERR_FILE_WRITE          /* an output file cannot be written */
 #define ERROR_LOCKED PETSC_ERR_FILE_OPEN           /* another run writes into the output folder */
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
 PetscErrorCode QuoinErrorHandlerPush(void);
-/* Whether all ranks return this error, so that the program can end in order. */
+/* Whether all ranks return this error, so that the program can end in order instead of aborting. */
 PetscBool QuoinErrorIsShared(PetscErrorCode error);
 
 /* ---- names.c */
-/* Row of a name in a list, -1: it is not there. */
+/* Row of a name in a list; -1: the list does not have it. */
 PetscInt NameRow(PetscInt n, char (*names)[NAME_LENGTH], const char *name);
-/* What follows a noun after a count of n. */
+/* The ending of a noun after a count of n. */
 static inline const char *Plural(PetscInt64 n)
 {
   return n == 1 ? "" : "s";
 }
 
 /* ---- isa.c */
-/* Collective. Sets instruction_set, on which hot loops branch; refuses one that the processor has not.
-   file: of the scene, for messages. */
+/* Collective. Sets instruction_set, by which hot loops choose their variant; refuses a set that the processor
+   lacks. file: name of the scene, for messages. */
 PetscErrorCode IsaSelect(MPI_Comm comm, InstructionSet asked, const char *file);
-const char *IsaName(void);                  /* of what is set: base, v3 or v4 */
+const char *IsaName(void);                  /* of the set in use: base, v3 or v4 */
 extern const char *const InstructionSets[]; /* PetscEnum-style names: widest base v3 v4 */
 
 /* ---- hash.c */
-/* Spreads every bit of a number over the word. */
+/* Spreads every bit of a number over the whole word. */
 uint64_t HashWord(uint64_t x);
-/* Any change of a bit changes it. */
+/* A checksum of the bytes: changing any bit changes it. */
 uint64_t HashBytes(uint64_t seed, const void *data, size_t bytes);
 
 /* ---- parts.c */
-/* Parts of a cycle, for -log_view and for the line about cost under each stage. Sampled:
-   PartSample says which cycles. */
+/* Parts of the cost, for -log_view and for the line about cost under each stage. The first ones are parts of
+   a cycle and are timed in some cycles only: PartSample chooses them. */
 typedef enum {
   PART_EXCHANGE,
   PART_CONTACTS,
@@ -95,14 +95,14 @@ typedef enum {
   PART_RIGID,
   PART_INTEGRATION,
   PART_DAMPING,
-  PART_REPARTITION,  /* from here on timed whole */
-  PART_VERIFICATION, /* the next five are parts of it */
+  PART_REPARTITION,  /* this part and the following ones are timed every time */
+  PART_VERIFICATION, /* the next five parts are within this one */
   PART_FAR_FACES,
   PART_NEAR_FACES,
   PART_FACE_CONTACTS,
   PART_VERTEX_CONTACTS,
   PART_HISTORY,
-  PART_READING, /* from here on set-up */
+  PART_READING, /* this part and the following ones belong to the set-up */
   PART_CHECKS,
   PART_ORDER,
   PART_PARTITION,
@@ -115,40 +115,40 @@ typedef enum {
 PetscErrorCode PartBegin(Part part);
 PetscErrorCode PartEnd(Part part);
 void PartSample(PetscInt64 cycle);
-/* Prints the shares since the last report (those of rank 0) and forgets them. */
+/* Prints the shares on rank 0 since the last report, then sets them to zero. */
 PetscErrorCode PartReport(MPI_Comm comm, PetscInt64 cycles);
-/* Likewise of the set-up, until the first cycle. */
+/* As PartReport, for the set-up until the first cycle. */
 PetscErrorCode PartReportSetUp(MPI_Comm comm);
 
 /* ---- rows.c */
-/* Collective. Rows of all ranks one after the other on rank 0 (NULL elsewhere). unit: bytes of a row. */
+/* Collective. Gathers rows of all ranks on rank 0, in order of rank; NULL elsewhere. unit: bytes of a row. */
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
-/* Collective. place: (n,) row of the result for each of the n rows; frees place and rows. all: (n_all, width)
-   on rank 0, from PetscMalloc. */
+/* Collective. Gathers rows on rank 0 into given places. place: (n,) row of the result for each of the n rows;
+   the function frees place and rows. all: (n_all, width) on rank 0, from PetscMalloc. */
 PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
                             PetscInt n_all, PetscReal **all);
 
 /* ---- files.c */
-/* mkdir -p; 0, or -1 and a message. */
+/* Makes a folder and its parents, as mkdir -p; 0, or -1 and a message. */
 int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
-/* Keeps other runs out of a folder until FolderUnlock or the end of the process. With a message: FOLDER_TAKEN
-   when another run is there, -1 when the folder cannot be written. */
+/* Keeps other runs out of a folder until FolderUnlock or the end of the process. On failure there is a
+   message, and the result is FOLDER_TAKEN when another run is there, -1 when the folder cannot be written. */
 enum { FOLDER_TAKEN = -2 };
 int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
 void FolderUnlock(const char *folder, int lock);
-/* folder/name.part, opened for writing. */
+/* Opens folder/name.part for writing. */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Closes it; when all of it is on the disk it becomes folder/name, unless there is a message. */
+/* Closes folder/name.part; it becomes folder/name when all of it is on the disk and no message is set. */
 void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* folder/name with this text, and behind it its CRC-32 between `before` and `after`. */
+/* Writes folder/name with this text; the text's CRC-32 follows, between `before` and `after`. */
 void PartText(const char *folder, const char *name, const char *text, size_t size, const char *before,
               const char *after, char message[MESSAGE_LENGTH]);
-/* What PartFinish does, for a .part that is on the disk already. */
+/* As PartFinish, for a .part file that is on the disk already. */
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Makes the renaming of a file outlast a loss of power; 0 or errno. */
+/* Flushes a folder to the disk, so that a renaming outlasts a loss of power; 0 or errno. */
 int FolderSync(const char *path);
-/* 0 or -1 */
+/* Copies a file; 0 or -1. */
 int FileCopy(const char *from, const char *to);
-/* CRC-32 (that of zlib) of the first bytes of a file; 0, or -1: it has fewer, or cannot be read (errno). */
+/* CRC-32 (of zlib) of the first bytes of a file; 0, or -1: it is shorter, or cannot be read (errno). */
 int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);

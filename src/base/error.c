@@ -1,18 +1,19 @@
-/* error.c: one line on stderr for what is refused, PETSc's trace for faults of the program. */
+/* error.c: how a run fails: a refusal is one line on stderr, a fault of the program keeps PETSc's trace. */
 #include "base/base.h"
 
-/* Why all ranks have given up together; PETSC_SUCCESS: they have not. */
+/* The error with which all ranks have given up together; PETSC_SUCCESS: they have not. */
 static PetscErrorCode refused = PETSC_SUCCESS;
 
-/* PETSc 3.18 gives the line of the call in place of the code, and its function in place of the message. */
+/* PETSc 3.18 passes the line of the call instead of the error code, and its function instead of the
+   message. */
 static PetscBool is_of_malloc(const char *function)
 {
   return (PetscBool)(function &&
                      (!strcmp(function, "PetscMallocAlign") || !strcmp(function, "PetscReallocAlign")));
 }
 
-/* What is refused is one line on stderr of rank 0, want of memory one of the rank it meets; everything else
-   is a fault of the program and keeps PETSc's trace. */
+/* The handler prints a refusal as one line on rank 0, and a lack of memory as one line of the rank that meets
+   it. Any other error is a fault of the program and keeps PETSc's trace. */
 static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
                                PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {

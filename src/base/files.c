@@ -1,5 +1,5 @@
-/* files.c: whole files in the output folder: written as <name>.part and renamed when they are on the disk;
-   and the lock that keeps a second run out of it. Rank 0 only. */
+/* files.c: writes whole files into the output folder: each is <name>.part first and renamed when it is on the
+   disk. It also holds the lock that keeps a second run out of the folder. Rank 0 only. */
 #include "base/base.h"
 #include <errno.h>
 #include <fcntl.h>
@@ -12,7 +12,7 @@ int FolderMake(const char *path, char message[MESSAGE_LENGTH])
 {
   char part[PETSC_MAX_PATH_LEN];
   struct stat status;
-  int why = 0; // stat() has a reason of its own
+  int why = 0; // stat() sets errno for reasons of its own
   snprintf(part, sizeof(part), "%s", path);
   for (char *end = part + 1;; end++) {
     if (*end && *end != '/') continue;
@@ -36,7 +36,7 @@ static void lock_path(const char *folder, char path[PETSC_MAX_PATH_LEN + 64])
   snprintf(path, PETSC_MAX_PATH_LEN + 64, "%s/quoin.lock", folder);
 }
 
-/* The locked file must still be the one of that name: its owner may have removed it meanwhile. */
+/* The locked file must still have its name: the owner may have removed the file meanwhile. */
 static PetscBool is_still(int file, const char *path)
 {
   struct stat mine, there;
@@ -92,7 +92,7 @@ void FolderUnlock(const char *folder, int lock)
 
 /* ---- <name>.part, then <name> */
 
-/* A link of that name is refused: what it points to is not ours. */
+/* A symbolic link of that name is refused, because its target belongs to somebody else. */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
@@ -128,7 +128,7 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
 
 void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH])
 {
-  // a full disk may show in any of these
+  // any of these calls may be the first to see a full disk
   errno = 0;
   int error = fflush(f) || ferror(f) || fsync(fileno(f)) ? (errno ? errno : EIO) : 0;
   if (fclose(f) && !error) error = errno;

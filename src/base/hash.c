@@ -1,7 +1,7 @@
-/* hash.c: checksums of what must have the same bits. */
+/* hash.c: checksums of data that must keep their bits. */
 #include "base/base.h"
 
-/* splitmix64: spreads every bit of a number over the word. */
+/* The mixing of splitmix64. */
 uint64_t HashWord(uint64_t x)
 {
   x += 0x9e3779b97f4a7c15u;

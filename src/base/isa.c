@@ -1,5 +1,5 @@
-/* isa.c: which instruction set the hot loops use (energy.c: VARIANTS). All of them give the same bits; the
-   choice is for measuring, and rules the processor out when two machines differ. */
+/* isa.c: which instruction set the hot loops use (lanes.h: VARIANTS). All sets give the same bits. The choice
+   is for measuring; it also shows that the processor is not the reason when two machines differ. */
 #include "base/base.h"
 #include "base/lanes.h"
 

@@ -1,20 +1,20 @@
-/* lanes.h: arithmetic on LANES blocks or contacts at once, and how their vertices are gathered and forces
-   scattered. No MPI, no PETSc objects, no memory beyond the arguments.
+/* lanes.h: arithmetic on LANES blocks or contacts at once, and how their vertices are gathered and their
+   forces scattered. It uses no MPI, no PETSc objects, and no memory beyond the arguments.
 
-   A Lanes value holds one number of LANES elements (GCC vector extension); + - * / act on all of them, so a
-   formula reads as it would for one element. No lane sees another, and the build forbids contraction
-   (-ffp-contract=off), so an element has the same bits in every lane, in every batch and with every
-   instruction set: + - * / and the square root are rounded by IEEE 754 on all of them. */
+   A Lanes value holds one number of each of LANES elements (GCC vector extension). + - * / act on all of
+   them, so a formula reads as it would for one element. No lane sees another, and the build forbids
+   contraction (-ffp-contract=off). So an element has the same bits in every lane, in every batch and with
+   every instruction set: IEEE 754 fixes the rounding of + - * / and of the square root. */
 #pragma once
 #include "base/base.h"
 
-/* Vectors are passed by value between functions that are always inlined: there is no ABI to warn about. */
+/* Vectors are passed by value between functions that are always inlined, so the ABI does not matter. */
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #define KERNEL static inline __attribute__((always_inline))
 
-/* 4: wide enough for AVX2 and AVX-512, and 8 run out of registers under AVX2 (measured: 2.5 times slower
-   there). Aligned as the stack is, which keeps the compiler quiet about structures of them as arguments. */
+/* Four fill AVX2; eight run out of registers there (measured: 2.5 times slower). The alignment is that of the
+   stack, because the compiler warns of structures of more aligned vectors as arguments. */
 enum { LANES = 4 };
 typedef PetscReal Lanes __attribute__((vector_size(LANES * sizeof(PetscReal)), aligned(16)));
 typedef long long Mask __attribute__((vector_size(LANES * sizeof(PetscReal)), aligned(16))); /* -1: true, 0 */
@@ -50,7 +50,7 @@ KERNEL Lanes Select(Mask mask, Lanes a, Lanes b)
   return (Lanes)((mask & (Mask)a) | (~mask & (Mask)b));
 }
 
-/* a where the mask is true, else 0; a NaN where it is false vanishes */
+/* a where the mask is true, else 0; where the mask is false, a NaN becomes 0 */
 KERNEL Lanes Keep(Mask mask, Lanes a)
 {
   return (Lanes)(mask & (Mask)a);
@@ -133,8 +133,8 @@ KERNEL void Gather(int n, const PetscReal *x, const PetscInt *vertex, LanesVecto
   for (int i = 0; i < n; i++) p[i] = GatherVertex(x, vertex + i * BATCH);
 }
 
-/* The inverse of Gather, adding; lane by lane, so that blocks and contacts are added in ascending order.
-   n <= 6. */
+/* The inverse of Gather: adds the rows to f. It goes lane by lane, so that blocks and contacts are added in
+   ascending order. n <= 6. */
 KERNEL void ScatterAdd(int n, const LanesVector *p, const PetscInt *vertex, PetscReal *f)
 {
   Pair pair[LANES][6];

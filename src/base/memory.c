@@ -1,31 +1,33 @@
-/* memory.c: whether a model fits into the memory of this machine, asked before it is read. Linux. */
+/* memory.c: how much memory a model takes and how much this machine has, asked before the model is read.
+   Linux only. */
 #include "base/base.h"
 #include "base/memory.h"
 #include <malloc.h>
 #include <math.h>
 #include <sys/resource.h>
 
-/* [byte] The most that an explicit run takes, measured on 1, 2 and 4 ranks, one body of 1e3 to 4e5 blocks and
-   bodies of 1, 4 and 16 of them, results and checkpoint included, to -10 and +20 %: a rank by itself; per
-   vertex and contact of the whole model on rank 0, which reads, gathers and writes; per vertex and block of
-   its own on any other. */
+/* [byte] The peak of an explicit run: of a rank by itself; per vertex and contact of the whole model on rank
+   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers were measured
+   on 1, 2 and 4 ranks, with one body of 1e3 to 4e5 blocks and with bodies of 1, 4 and 16 blocks, results and
+   checkpoint included. They hold to -10 and +20 %. */
 static const double PER_RANK = 52e6, PER_VERTEX = 1060., PER_CONTACT = 1000., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
 
-/* [byte] Per degree of freedom of Newton's method, matrices, factor and what makes it, over what an explicit
-   run keeps while cycles run: a + b log2 n, as the fill of a plane mesh dissected, measured on 1, 2 and 4
-   ranks, 2e4 to 2e6 degrees of freedom in one body, single blocks and bodies of 4 and 16, to -15 and +10 %
-   (CHOLMOD on one rank, MUMPS on several); per entry of the dense blocks of condensed bodies. */
+/* [byte] Newton's method, beyond what an explicit run keeps while cycles run: per degree of freedom a + b
+   log2 n, for matrices, factor and what makes the factor; per entry of the dense blocks of condensed bodies.
+   The form is the fill of a plane mesh after nested dissection. The numbers were measured on 1, 2 and 4
+   ranks, with 2e4 to 2e6 degrees of freedom in one body, single blocks and bodies of 4 and 16 blocks. They
+   hold to -15 and +10 % (CHOLMOD on one rank, MUMPS on several). */
 static const double PER_DOF[2][2] = {{420., 100.}, {1500., 60.}}, PER_DENSE = 40.;
-/* [byte] What an explicit run keeps: per vertex, block, contact. */
+/* [byte] What an explicit run keeps while cycles run: per vertex, block, contact. */
 static const double KEPT_VERTEX = 360., KEPT_BLOCK = 29., KEPT_CONTACT = 194.;
-/* [byte] Per condensed body, besides its factor by MUMPS, and entry of what is left of it, here and in
+/* [byte] Per condensed body, besides its factor by MUMPS; and per entry of its reduced matrix, here and in
    MUMPS. */
 static const double PER_BODY = 6e4, PER_SCHUR = 16.;
 
-static double limit_set = INFINITY; /* [byte] for all ranks of a machine */
+static double limit_set = INFINITY; /* [byte] limit for all ranks of a machine */
 
-/* Number behind a word in a file such as /proc/meminfo, in kB; -1: not there. */
+/* The number after a word in a file such as /proc/meminfo, in kB; -1: the word is not there. */
 static double kilobytes(const char *path, const char *word)
 {
   char line[256];
@@ -37,7 +39,7 @@ static double kilobytes(const char *path, const char *word)
   return value;
 }
 
-/* The one number of a file; infinite when it is not there, or says max. */
+/* The single number of a file; infinite when the file is not there, or says max. */
 static double number_in(const char *path)
 {
   char line[64] = "max";
@@ -67,9 +69,9 @@ double MemoryAvailable(void)
   return least;
 }
 
-/* Set-up and output take and free arrays larger than what a run keeps. MPI libraries tell the C library to
-   hold on to freed memory; arrays with pages of their own go back to the system: from 256 KB on, so that
-   those of some 1e4 vertices do. */
+/* Makes freed memory go back to the system. Set-up and output take and free larger arrays than a run keeps,
+   and MPI libraries tell the C library to hold on to freed memory. Arrays with pages of their own go back all
+   the same; the threshold of 256 KB includes the arrays of some 1e4 vertices. */
 void MemoryReturnFreed(void)
 {
 #ifdef __GLIBC__
@@ -86,8 +88,8 @@ double MemoryOfRank(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, P
   return PER_RANK + PER_VERTEX * vertices + PER_CONTACT * n_contacts;
 }
 
-/* Contacts before any are known: square bodies of k by k blocks have (1 + 1/k)^2 vertices a block and 2/k
-   contacts. */
+/* The number of contacts is estimated here, because none are known yet: square bodies of k by k blocks have
+   (1 + 1/k)^2 vertices a block and 2/k contacts. */
 double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, PetscMPIInt local)
 {
   const double side = sqrt((double)n_vertices / PetscMax(1., (double)n_blocks)) - 1.; // 1/k
@@ -97,7 +99,7 @@ double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, Pe
   return sum;
 }
 
-/* A solve with a dense matrix of one entry: a small call of BLAS that takes its working memory. */
+/* Solves with a dense matrix of one entry: the small call of BLAS makes BLAS take its working memory. */
 static PetscErrorCode call_blas(void)
 {
   Mat A;
@@ -116,8 +118,9 @@ static PetscErrorCode call_blas(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* OpenBLAS takes 128 MB of addresses, few of which it touches, at its first such call, keeps them, and asks
-   for ever when it gets none. Here, before a factor, it takes them if they are there. */
+/* Lets OpenBLAS take its memory now, where there is room. At its first such call OpenBLAS takes 128 MB of
+   addresses, touches few of them and keeps them; where it gets none, it asks for ever. So the room is tried
+   here, before a factor is made. */
 static PetscErrorCode blas_room(PetscBool *has)
 {
   static const size_t ROOM = (size_t)160 << 20;
@@ -151,14 +154,15 @@ PetscErrorCode MemoryFits(MPI_Comm comm, double mine, double sum[2], PetscBool *
   available = PetscMax(0., PetscMin(available, limit_set - here[1]));
   PetscBool good = (PetscBool)(here[0] <= available);
   PetscCallMPI(MPI_Allreduce(&good, fits, 1, MPI_PETSC_BOOL, MPI_LAND, comm));
-  sum[0] = mine, sum[1] = rank ? 0. : available; // once a machine
+  sum[0] = mine, sum[1] = rank ? 0. : available; // counted once a machine
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MumpsWants(Mat factor, PetscBool *wants)
 {
-  /* its manual, INFOG(1): allocation, or a work space or buffer that is too small */
+  /* the values of INFOG(1) in the manual of MUMPS that mean: allocation failed, or a work space or buffer is
+     too small */
   static const PetscInt wanting[] = {-5, -7, -8, -9, -11, -12, -13, -14, -15, -17, -19, -20};
   PetscInt said;
   PetscFunctionBeginUser;
@@ -180,8 +184,8 @@ double MemoryOfBody(double n_inner, double n_kept)
   return PER_BODY + MemoryOfFactor(n_inner, 0., 2) + PER_SCHUR * n_kept * n_kept; // by MUMPS on any ranks
 }
 
-/* On several ranks the factor is still there when rank 0 gathers and writes; on one the peak is what makes
-   the factor. */
+/* On several ranks the factor still exists when rank 0 gathers and writes. On one rank the peak is the making
+   of the factor. */
 double MemoryOfNewton(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, double factor,
                       PetscMPIInt size, PetscMPIInt rank)
 {

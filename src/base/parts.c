@@ -1,10 +1,11 @@
-/* parts.c: what each part of a run costs: PETSc events for -log_view, and by the clock for the reports of
-   set-up and stages: a cycle's parts in one cycle of SAMPLE_EVERY, the others whole. */
+/* parts.c: what each part of a run costs. Every part is a PETSc event for -log_view, and has a clock for the
+   reports of set-up and stages. The parts of a cycle are timed in one cycle of SAMPLE_EVERY, all other parts
+   every time. */
 #include "base/base.h"
 
 enum { SAMPLE_EVERY = 64 };
 static const struct {
-  const char *event, *words; /* words NULL: a part of another part */
+  const char *event, *words; /* words NULL: this part is within another one */
 } parts[PARTS] = {[PART_EXCHANGE] = {"GhostExchange", "exchange"},
                   [PART_CONTACTS] = {"ContactForces", "contacts"},
                   [PART_BLOCKS] = {"ElementForces", "blocks"},
@@ -58,7 +59,7 @@ void PartSample(PetscInt64 cycle)
   sampled_cycles += sampling;
 }
 
-/* Shares of the parts first .. last, and forgets them. */
+/* Prints the shares of the parts first .. last, then sets them to zero. */
 static PetscErrorCode print_shares(MPI_Comm comm, Part first, Part last, double sum)
 {
   PetscFunctionBeginUser;

@@ -1,8 +1,8 @@
-/* reproducible.h: sums of doubles with the same bits in any order, on any number of ranks, by two bins.
+/* reproducible.h: sums of doubles that have the same bits in any order, on any number of ranks: two bins.
 
-   A number x with |x| <= bound is cut at fixed places: q = (x + A) - A rounds x to a multiple of ulp(A), the
-   rest goes to the next bin. Sums of up to 2^26 such multiples are exact in a double, so their order does not
-   matter and a plain MPI_SUM keeps the bits. Two bins keep 54 bits below the bound. Needs -ffp-contract=off
+   A number x with |x| <= bound is cut at fixed places: q = (x + A) - A rounds x to a multiple of ulp(A), and
+   the rest goes into the next bin. Sums of up to 2^26 such multiples are exact in a double, so a plain
+   MPI_SUM keeps the bits in any order. Two bins keep 54 bits below the bound. This needs -ffp-contract=off
    and no reassociation. */
 #pragma once
 #include "base/base.h"

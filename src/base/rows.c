@@ -1,4 +1,4 @@
-/* rows.c: rows of all ranks, brought to rank 0. */
+/* rows.c: gathers rows of all ranks on rank 0. */
 #include "base/base.h"
 
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,

@@ -1,4 +1,4 @@
-/* shared.c: windows of MPI's shared memory, and waiting in them. */
+/* shared.c: windows of MPI's shared memory, and how a rank waits in them. */
 #include "base/base.h"
 #include "base/shared.h"
 #include <sched.h>
@@ -14,14 +14,14 @@ PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start of the first whole line. Every rank sees the window at another address, but all at the start of a
-   page: they agree on it. */
-static void *first_line(void *part)
+/* The start of the first whole cache line. Every rank sees the window at another address, but always from the
+   start of a page, so all ranks find the same line. */
+static void *first_line(void *share)
 {
-  return (char *)part + (SHARED_LINE - (uintptr_t)part % SHARED_LINE) % SHARED_LINE;
+  return (char *)share + (SHARED_LINE - (uintptr_t)share % SHARED_LINE) % SHARED_LINE;
 }
 
-/* Once a run, on rank 0. */
+/* Warns once a run, on rank 0. */
 static void say_messages(MPI_Comm comm)
 {
   static PetscBool said;
@@ -35,8 +35,9 @@ static void say_messages(MPI_Comm comm)
   said = PETSC_TRUE;
 }
 
-/* Collective. Whether the folder that MPI libraries take it from has room: Open MPI 4.1 leaves its ranks
-   waiting for each other when the one that makes the file finds none. */
+/* Collective. Whether /dev/shm, from which MPI libraries take the memory, has room. The question is needed
+   because Open MPI 4.1 leaves its ranks waiting for each other when the one that makes the file finds no
+   room. */
 static PetscErrorCode has_room(MPI_Comm comm, size_t bytes, int *room)
 {
   enum { PAGE = 4096, EACH = 16 * PAGE }; /* what the library adds for each rank, rounded up amply */
@@ -53,7 +54,7 @@ PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *s)
 {
   MPI_Errhandler kept;
   MPI_Info info;
-  void *part;
+  void *share;
   int good;
   PetscFunctionBeginUser;
   s->comm = comm, s->bytes = bytes, s->mine = NULL;
@@ -63,24 +64,24 @@ PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *s)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallMPI(MPI_Info_create(&info));
-  // pages of its own for each rank: near the processor that writes them
+  // each rank gets pages of its own, near the processor that writes them
   PetscCallMPI(MPI_Info_set(info, "alloc_shared_noncontig", "true"));
   PetscCallMPI(MPI_Comm_get_errhandler(comm, &kept));
   PetscCallMPI(MPI_Comm_set_errhandler(comm, MPI_ERRORS_RETURN));
-  good = !MPI_Win_allocate_shared((MPI_Aint)(bytes + SHARED_LINE), 1, info, comm, (void *)&part, &s->window);
+  good = !MPI_Win_allocate_shared((MPI_Aint)(bytes + SHARED_LINE), 1, info, comm, (void *)&share, &s->window);
   PetscCallMPI(MPI_Comm_set_errhandler(comm, kept));
   if (kept != MPI_ERRORS_RETURN && kept != MPI_ERRORS_ARE_FATAL) PetscCallMPI(MPI_Errhandler_free(&kept));
   PetscCallMPI(MPI_Info_free(&info));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm));
-  if (!good) { // a window that some have is left alone: to free it, all would have to have it
+  if (!good) { // a window that only some ranks have is not freed: freeing it is collective
     say_messages(comm);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallMPI(MPI_Win_lock_all(MPI_MODE_NOCHECK, s->window));
-  s->mine = first_line(part);
+  s->mine = first_line(share);
   PetscCall(PetscMemzero(s->mine, bytes));
   PetscCallMPI(MPI_Win_sync(s->window));
-  PetscCallMPI(MPI_Barrier(comm)); // nobody reads what is not yet zero
+  PetscCallMPI(MPI_Barrier(comm)); // nobody reads before the zeros are written
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,19 +94,19 @@ PetscErrorCode SharedDestroy(Shared *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SharedOf(const Shared *s, PetscMPIInt rank, void *part)
+PetscErrorCode SharedOf(const Shared *s, PetscMPIInt rank, void *share)
 {
   MPI_Aint size;
   int unit;
   void *start;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Win_shared_query(s->window, rank, &size, &unit, (void *)&start));
-  *(void **)part = first_line(start);
+  *(void **)share = first_line(start);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A neighbour with as much work comes within a microsecond; one that comes later may want this processor, or
-   an answer to a message. */
+/* A neighbour with as much work comes within a microsecond. One that comes later may need this processor, or
+   an answer to a message, so the wait gives way after these spins. */
 enum { SPINS = 50 };
 
 PetscErrorCode SharedWait(MPI_Comm comm, const Count *count, uint64_t n)
