@@ -206,7 +206,7 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
 }
 
 /* At set-up: the far faces of groups that are not upgradeable, whose contacts stay whatever happens. */
-static PetscErrorCode hold_faces(Model *m, PetscInt n, const FaceRecord *face)
+static PetscErrorCode remember_faces(Model *m, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(n, &m->face_held));
@@ -215,7 +215,7 @@ static PetscErrorCode hold_faces(Model *m, PetscInt n, const FaceRecord *face)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The faces of other ranks that we need: near ours, or held; ascending gid. */
+/* The faces of other ranks that this rank needs, by ascending gid: near its own, or remembered. */
 static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceRecord **far)
 {
   PetscBool *near;
@@ -226,7 +226,7 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
   PetscCall(exchange_faces(m, u, near, &n_received, &face));
   PetscCall(keep_faces(m, u, near, &n_received, face));
   PetscCall(PetscFree(near));
-  if (!u) PetscCall(hold_faces(m, n_received, face));
+  if (!u) PetscCall(remember_faces(m, n_received, face));
   PetscCall(PetscRealloc((n_received + m->n_held) * sizeof(FaceRecord), &face));
   PetscCall(PetscArraycpy(face + n_received, m->face_held, m->n_held));
   *n = n_received + m->n_held;

@@ -238,7 +238,7 @@ static PetscErrorCode archive_relaxation(Archive *a, void *context)
 }
 
 /* From the start, or from where a checkpoint left off. */
-static PetscErrorCode begin(Quoin q)
+static PetscErrorCode start(Quoin q)
 {
   PetscBool resumed;
   PetscFunctionBeginUser;
@@ -270,7 +270,7 @@ static PetscErrorCode begin(Quoin q)
 PetscErrorCode QuoinRun(Quoin q)
 {
   PetscFunctionBeginUser;
-  PetscCall(begin(q));
+  PetscCall(start(q));
   while (q->stage < q->scene.n_stages) {
     const Stage *stage = q->scene.stages + q->stage;
     const Problem p = {&q->model, &q->contacts, &q->state, &q->relax, &q->output,
