@@ -1,11 +1,12 @@
-/* complete.c: keys of strengths, uplift, strength reduction and flood that only make sense together. */
+/* complete.c: completes the keys of strengths, uplift, strength reduction and flood, which only make sense
+   together. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-// makes `name` the key that the next complaint is about; true: the user gave it
+// The next complaint is about the key `name`; given: the user gave this key.
 static PetscErrorCode is_given(Reader *r, const char *path, const char *name, PetscBool *given)
 {
   Entry *entry;
@@ -28,7 +29,7 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* npb and usbr reduce the head at the drain to one third; usace and ferc ask for the efficiency. */
+/* npb and usbr reduce the head at the drain to one third; usace and ferc need the efficiency of the drain. */
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
 {
   const PetscBool fixed = (PetscBool)(load->rule == UPLIFT_NPB || load->rule == UPLIFT_USBR);
@@ -56,7 +57,8 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without loads a structure can swing, follow its supports, or be relieved of what acted before. */
+/* An empty list of loads makes sense in three cases: a structure swings, follows its supports, or is relieved
+   of the loads before. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)
 {
   PetscBool given = PETSC_FALSE;
@@ -69,7 +71,7 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// the joints named exist and have a strength
+// The joints that a reduction names must exist and have a strength.
 static void check_reduced(Reader *r, const Stage *stage)
 {
   for (PetscInt i = 0; i < stage->n_reduce; i++) {
@@ -124,7 +126,7 @@ static PetscBool one_level(PetscReal a, PetscReal b)
   return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
 }
 
-/* Of the stage's loads of a kind, the row of the highest, -1: there is none; `others`: how many stand as
+/* Row of the highest load of this kind in the stage, -1: the stage has none. others: how many more stand as
    high. */
 static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
 {
@@ -150,7 +152,8 @@ static PetscBool acts(const Stage *stage, PetscInt load)
   return PETSC_FALSE;
 }
 
-// the waters that rise of themselves: those named, or the highest reservoir; without one, the highest uplifts
+// Chooses the waters that a flood raises by itself: those that the stage names, else the highest reservoir,
+// else the highest uplifts.
 static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *stage)
 {
   const Load *loads = r->scene->loads;
@@ -161,7 +164,7 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   PetscCall(is_given(r, path, "rises", &given));
   for (PetscInt i = 0; i < stage->n_rises; i++) {
     const PetscInt l = stage->rises[i];
-    if (l < 0) continue; // that was said
+    if (l < 0) continue; // a complaint has said so
     if (!acts(stage, l) || (loads[l].kind != LOAD_RESERVOIR && loads[l].kind != LOAD_UPLIFT))
       COMPLAIN(r, "'%s' is no reservoir or uplift of this stage", loads[l].name);
     stage->level_rises[l] = true;
@@ -179,7 +182,8 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reservoirs of the stage with the level and the density of an uplift: that many rise, that many stay. */
+/* Counts the reservoirs of the stage that have the level and the density of an uplift: so many rise, so many
+   stay. */
 static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
                          PetscInt n[2])
 {
@@ -191,7 +195,7 @@ static void count_owners(const Scene *scene, const Stage *stage, const Load *upl
   }
 }
 
-// uplift belongs to the reservoirs that have its level, at heel and toe, and its density
+// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density.
 static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
 {
   PetscInt n[2], others;

@@ -1,6 +1,6 @@
-/* echo.c: the scene as it was read, every key in force with its value, as text that is a scene again:
-   scene_echo.yaml in the output folder. Values are copied as they were written, so they read back to the same
-   bits; what the table of keys says in words ("= none") stands as a comment. Local to the rank. */
+/* echo.c: writes the scene as it was read, every key in force with its value: scene_echo.yaml in the output
+   folder, a scene itself. Values are copied as the user wrote them, so they read back to the same bits. A
+   default that the table of keys says in words ("= none") becomes a comment. Local to the rank. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-// adds printf-like text to the echo
+// Appends text to the echo, as printf does.
 static PetscErrorCode append(Reader *r, const char *format, ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
 static PetscErrorCode append(Reader *r, const char *format, ...)
 {
@@ -31,7 +31,7 @@ static PetscErrorCode append(Reader *r, const char *format, ...)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// text between double quotes, as YAML wants it
+// Appends text between double quotes, as YAML wants it.
 static PetscErrorCode append_quoted(Reader *r, const char *text)
 {
   PetscFunctionBeginUser;
@@ -61,7 +61,7 @@ static PetscErrorCode append_value(Reader *r, KeyType type, const char *text)
     break;
   case TYPE_BOOL:
   case TYPE_TRISTATE:
-    PetscCall(append(r, "%s", text[0] ? text : "true")); // a bare -key
+    PetscCall(append(r, "%s", text[0] ? text : "true")); // the key was given without a value
     break;
   default:
     PetscCall(append(r, "%s", text));
@@ -86,8 +86,8 @@ PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry)
   const char *source = !entry ? "default" : !entry->line ? "command line" : "";
 
   PetscFunctionBeginUser;
-  // required and missing: told elsewhere; where the model lies is known later, see EchoEnd; that a run was
-  // a restart does not belong to its scene
+  // Some keys are left out. A required key without a value has been complained about; EchoEnd writes where
+  // the model lies, which is known later; and a restart does not belong to the scene.
   if (!text || is_apart) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(append(r, "%*s", r->echo_indent, ""));
   if (!entry && (!text[0] || text[0] == '=')) {

@@ -1,4 +1,4 @@
-/* entries.c: YAML text and command line -> Entries. See entries.h. Local to the rank. */
+/* entries.c: turns YAML text and the command line into Entries; see entries.h. Local to the rank. */
 #include "scene/scene.h"
 #include "scene/entries.h"
 #include <ctype.h>
@@ -9,10 +9,10 @@
 #include <yaml.h>
 
 enum {
-  MOST_ENTRIES = 20000, /* YAML aliases can blow a small text up, or form a circle */
+  MOST_ENTRIES = 20000, /* YAML aliases can multiply a small text, or form a circle */
   MOST_SCALARS = 2 * MOST_ENTRIES,
-  DEEPEST = 6,               /* keys below each other */
-  DEEPEST_TEXT = 4 * DEEPEST /* brackets in each other: libyaml needs time with their square */
+  DEEPEST = 6,               /* keys within keys */
+  DEEPEST_TEXT = 4 * DEEPEST /* brackets within brackets: libyaml needs time with their square */
 };
 
 #define CONTROL "a value holds the control character U+%04X; one line of text expected"
@@ -21,7 +21,7 @@ void Complain(char *message, const char *file, int line, const char *key, const 
 {
   if (message[0]) return;
 
-  // where
+  // where the fault is
   PetscBool from_file = (PetscBool)(line != 0 && file[0]);
   char label[LABEL_LENGTH + 2];
   snprintf(label, sizeof label, "%s%.*s", from_file || !key[0] ? "" : "-", LABEL_LENGTH, key);
@@ -36,7 +36,7 @@ void Complain(char *message, const char *file, int line, const char *key, const 
     used = snprintf(message, MESSAGE_LENGTH, "%.400s: ", file);
   if (label[0]) used += snprintf(message + used, MESSAGE_LENGTH - used, "%s: ", label);
 
-  // what
+  // what the fault is
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(message + used, MESSAGE_LENGTH - used, format, arguments);
@@ -47,8 +47,8 @@ void Complain(char *message, const char *file, int line, const char *key, const 
 
 enum { NOT_UTF8 = 0x110000 };
 
-/* The first character that a line of text for a terminal, a report or YAML cannot have: controls, ends of
-   line, U+FEFF, U+FFFE, U+FFFF; NOT_UTF8: bytes that are none; -1: no such. */
+/* Place of the first character that text for a terminal, a report or YAML cannot have: a control, an end of
+   line, U+FEFF, U+FFFE, U+FFFF. NOT_UTF8: the bytes are no UTF-8; -1: the text is good. */
 static int odd_character(const char *text, size_t length)
 {
   static const int least[] = {0, 0, 0x80, 0x800, 0x10000};
@@ -90,8 +90,8 @@ const char *NextItem(const char *list, char item[LABEL_LENGTH])
   return comma ? comma + 1 : NULL;
 }
 
-/* A dot of the scene file is an underscore on the command line. Names may hold underscores too, so several
-   dotted keys may be one key there (`loads.water.level`, and a load `water_level`). */
+/* A dot of the scene file is an underscore on the command line. Names may hold underscores too, so one word
+   there may mean several dotted keys (`loads.water.level`, and a load `water_level`). */
 static char plain(char c)
 {
   return c == '.' ? '_' : c;
@@ -233,7 +233,7 @@ static PetscErrorCode walk_mapping(Walk *w, yaml_node_t *node, const char *key, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// a list of values, or a list of one-key mappings, which is an ordered section
+// Walks through a list: of values, or of mappings with one key each, which are an ordered section.
 static PetscErrorCode walk_sequence(Walk *w, yaml_node_t *node, const char *key, int line, int depth)
 {
   yaml_node_item_t *first = node->data.sequence.items.start, *end = node->data.sequence.items.top;
@@ -283,7 +283,7 @@ static PetscErrorCode walk_node(Walk *w, int id, const char *key, int line, int 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// what libyaml says, with the line; tabs are the usual cause
+// Complains with libyaml's message and line. Tabs are the usual cause.
 static void complain_syntax(Walk *w, const yaml_parser_t *parser, const char *text, size_t length)
 {
   size_t line = parser->problem_mark.line, at = 0;
@@ -300,7 +300,8 @@ static void complain_syntax(Walk *w, const yaml_parser_t *parser, const char *te
            tab ? " (this line is indented by a tab; use spaces)" : "");
 }
 
-// what no scene holds, whatever its keys: a complaint, or how deep the text stands after this event
+// Complains about text that no scene holds, whatever its keys; else updates how deep the text stands after
+// this event.
 static void check_event(Walk *w, const yaml_event_t *event, PetscInt *depth, PetscInt *n)
 {
   const int line = (int)event->start_mark.line + 1;
@@ -328,7 +329,7 @@ static void check_event(Walk *w, const yaml_event_t *event, PetscInt *depth, Pet
   }
 }
 
-// the text event by event, before a tree is made of it: in time and memory proportional to it
+// Checks the text event by event before a tree is made of it, in time and memory proportional to the text.
 static PetscErrorCode check_text(Walk *w, const char *text, size_t length)
 {
   yaml_parser_t parser;
@@ -362,7 +363,7 @@ PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(yaml_parser_initialize(&parser), PETSC_COMM_SELF, PETSC_ERR_MEM, "libyaml cannot start");
   yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
-  if (!yaml_parser_load(&parser, &w.document)) { // an alias of nothing
+  if (!yaml_parser_load(&parser, &w.document)) { // the alias names no anchor
     complain_syntax(&w, &parser, text, length);
     yaml_parser_delete(&parser);
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -401,7 +402,7 @@ static PetscBool is_petsc_own(const char *key)
   return PETSC_FALSE;
 }
 
-// "-key" or "--key"; a negative number is no option
+// The key of "-key" or "--key"; a negative number is no option.
 static const char *option_key(const char *argument)
 {
   if (argument[0] != '-') return NULL;
@@ -409,7 +410,7 @@ static const char *option_key(const char *argument)
   return isalpha((unsigned char)argument[0]) ? argument : NULL;
 }
 
-// `-stages sw` leaves the stages of the file that it does not name unread
+// Drops sections that the command line leaves out: `-stages sw` leaves the other stages of the file unread.
 static void drop_others(Entries *list, const Entry *section)
 {
   size_t n = strlen(section->key);
@@ -426,8 +427,8 @@ static void drop_others(Entries *list, const Entry *section)
   }
 }
 
-/* What a key of the command line stands for in the file: the one value, list or section of the first level;
-   NULL: nothing there. */
+/* What a key of the command line means in the file: the one value, list or section of the first level. NULL:
+   nothing there. */
 static Entry *find_meant(const Entries *list, const char *key, char *message)
 {
   Entry *meant = NULL;
@@ -472,7 +473,7 @@ PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *
       PetscCall(entries_add(list, key, value, ENTRY_VALUE, 0));
       list->entries[list->n - 1].loose = PETSC_TRUE;
     }
-    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known_to_petsc)); // not left over
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known_to_petsc)); // so that PETSc does not report it
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

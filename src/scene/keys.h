@@ -1,5 +1,5 @@
-/* keys.h: the one table of all keys of a scene: it drives reading, defaults, range checks, -help and
-   docs/scene.md. Included by read.c only. */
+/* keys.h: the one table of all keys of a scene. It drives reading, defaults, range checks, -help and
+   docs/scene.md. Only read.c includes it. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/reader.h"

@@ -1,6 +1,6 @@
-/* petsc_options.c: options of PETSc's solvers. They are no keys of the scene, but they change what its
-   solvers return: -mat_no_inode the order of their sums, -pc_type the preconditioner. So a run that has some
-   says so, keeps them with its own options (a restart tells when they change) and with its results. */
+/* petsc_options.c: options of PETSc's solvers. They are no keys of the scene, but they change what the
+   solvers return: -mat_no_inode changes the order of sums, -pc_type the preconditioner. So a run with such
+   options says so, and keeps them with its own options and its results; a restart tells when they change. */
 #include "scene/scene.h"
 #include <ctype.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static PetscBool is_of_solvers(const char *name)
   return begins_with_any(name, solvers);
 }
 
-/* Of these, those that only print. */
+/* Whether an option of a solver only prints. */
 static PetscBool prints(const char *name)
 {
   static const char *const words[] = {"monitor", "view", "converged_reason", "print", NULL};
@@ -28,7 +28,7 @@ static PetscBool prints(const char *name)
   return PETSC_FALSE;
 }
 
-/* "-name value -name", free with free(). */
+/* Collects "-name value -name"; free the text with free(). */
 static PetscErrorCode solver_options(char **text)
 {
   char *all, *end = NULL;

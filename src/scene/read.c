@@ -1,6 +1,6 @@
-/* read.c: YAML scene and command line -> Scene. What the keys are stands in keys.h; names are
-   checked against the mesh in resolve.c. Every rank reads the same text and arguments and so
-   comes to the same Scene. */
+/* read.c: turns the YAML scene and the command line into a Scene. keys.h says what the keys are; resolve.c
+   checks names against the mesh. Every rank reads the same text and arguments, so every rank has the same
+   Scene. */
 #include "scene/scene.h"
 #include "scene/keys.h"
 #include <inttypes.h>
@@ -9,7 +9,8 @@
 #include <stdio.h>
 #include <string.h>
 
-// all keys of one section into the struct `base`; kind: of a load or stage, which is its first key
+// Reads all keys of one section into the struct `base`. kind: the kind of a load or stage, which is its first
+// key.
 static PetscErrorCode read_section(Reader *r, Section section, const char *path, void *base, const void *kind)
 {
   const PetscBool is_stage = (PetscBool)(section == SECTION_STAGES);
@@ -20,7 +21,7 @@ static PetscErrorCode read_section(Reader *r, Section section, const char *path,
     if (key->section != section || key->type == TYPE_CHANGES) continue;
     PetscCall(Ask(r, path, key->name, &entry));
     const int bits = is_stage ? key->stages : key->loads;
-    const int type = kind ? *(const int *)kind : 0; // read above, once its key has come
+    const int type = kind ? *(const int *)kind : 0; // the first key has set it by now
     if (!bits || bits & BIT(type)) {
       PetscCall(ReadKey(r, key, entry, base));
       PetscCall(EchoKey(r, key, entry));
@@ -45,7 +46,7 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
     Material *m = &scene->materials[i];
     memcpy(m->name, names[i].name, NAME_LENGTH);
     m->line = names[i].line;
-    m->young = m->poisson = NAN; // until SceneResolve knows whether the mesh says rigid
+    m->young = m->poisson = NAN; // NaN until SceneResolve knows whether the mesh says rigid
     m->tension = m->compression = m->cohesion = m->friction = NAN;
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
@@ -104,8 +105,8 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
 
 /* ------------------------------------------------------------------------------------------ joints */
 
-// given[j * KEYS + k]: where key k of joint j is given, NULL: nowhere. Entries below `path` replace what
-// stood there.
+// Finds where each joint's keys are given: given[j * KEYS + k] for key k of joint j, NULL: nowhere. Entries
+// below `path` replace earlier ones.
 static PetscErrorCode ask_joints(Reader *r, const char *path, PetscInt n, const Joint *joints,
                                  const Entry **given)
 {
@@ -125,7 +126,7 @@ static PetscErrorCode ask_joints(Reader *r, const char *path, PetscInt n, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// friction is needed for limited shear; strength can only be lost
+// A joint that limits shear needs friction, and a strength can only be lost, not gained.
 static void complete_joint(Reader *r, Joint *joint)
 {
   PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
@@ -140,14 +141,14 @@ static void complete_joint(Reader *r, Joint *joint)
   if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
 }
 
-// a key not given for a joint is that of the default joint; NULL: nowhere
+// Where the key of a joint is given: at the joint itself, else at the default joint; NULL: nowhere.
 static const Entry *joint_source(const Entry *const *given, PetscInt joint, PetscInt key)
 {
   return given[joint * KEYS + key] ? given[joint * KEYS + key] : given[key];
 }
 
-/* The keys of all joints; before: where they were given in the stage before, NULL: this is the table of the
-   scene. The echo has all keys of that one, and of a stage's those that come from elsewhere than before. */
+/* Echoes the keys of all joints. before: where they were given in the stage before; NULL: this is the table
+   of the scene, which is echoed whole. A stage echoes only keys that are given elsewhere than before. */
 static PetscErrorCode echo_joints(Reader *r, PetscInt n, const Joint *joints, const Entry *const *given,
                                   const Entry *const *before)
 {
@@ -169,7 +170,7 @@ static PetscErrorCode echo_joints(Reader *r, PetscInt n, const Joint *joints, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// a key given nowhere is the one in the table
+// Reads the keys of a joint table; a key that is given nowhere keeps its value in the table.
 static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, Joint *joints,
                                        const Entry **given)
 {
@@ -199,7 +200,7 @@ static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// row 0 is "default", given or not; free `given` with PetscFree
+// Reads the joints of the scene. Row 0 is "default", given or not. Free `given` with PetscFree.
 static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 {
   PetscInt n_names;
@@ -228,7 +229,8 @@ static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 
 /* ------------------------------------------------------------------------------------------ stages */
 
-// the joints of a stage are those of the stage before with its own changes: read anew from what is given
+// The joints of a stage are those of the stage before with the stage's own changes. They are read anew from
+// where their keys are given.
 static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, const Joint *last,
                                         Stage *stage, const Entry **given)
 {
@@ -283,7 +285,8 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
 
 enum { LARGEST_SCENE = 1 << 24 }; /* [byte] */
 
-// the text of the file on all ranks; NULL and a message if it cannot be read; free with PetscFree
+// Gives the text of the file to all ranks; NULL and a message if nobody can read the file. Free it with
+// PetscFree.
 static PetscErrorCode read_text(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
 {
   PetscMPIInt rank;
@@ -314,7 +317,7 @@ static PetscErrorCode read_text(MPI_Comm comm, const char *path, char **text, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// the model lies in the working directory or beside the scene
+// Finds the model in the working directory or beside the scene.
 static PetscErrorCode find_model(MPI_Comm comm, Scene *scene)
 {
   char beside[PETSC_MAX_PATH_LEN];
@@ -367,8 +370,8 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the options, a line for each file of motion with its checksum: a restart
-   tells when it has changed. */
+/* Adds a line with the checksum of each file of motion to the options, so that a restart tells when a file
+   has changed. */
 static PetscErrorCode note_motions(Scene *scene)
 {
   char *text = NULL;
@@ -383,7 +386,7 @@ static PetscErrorCode note_motions(Scene *scene)
     struct stat file = {0};
     uint64_t sum;
     if (!s->motion[0] || stat(s->motion, &file) || !S_ISREG(file.st_mode)) continue;
-    if (FileChecksum(s->motion, (size_t)file.st_size, &sum)) continue; // who reads it says why
+    if (FileChecksum(s->motion, (size_t)file.st_size, &sum)) continue; // the reader of the file says why
     fprintf(f, "supports_%s_motion_checksum %08" PRIx64 "\n", s->name, sum);
   }
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
@@ -445,7 +448,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
 
 /* -------------------------------------------------------------------------------------------- help */
 
-// what a value may be, in words
+// Says in words what a value may be.
 static void describe_values(const Key *key, char text[256])
 {
   static const char *const words[] = {[TYPE_TITLE] = "text",

@@ -1,4 +1,4 @@
-/* reader.h: what read.c and value.c share: what a key is, and the reader that asks for keys. */
+/* reader.h: what read.c and value.c share: the description of a key, and the reader that asks for keys. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/entries.h"
@@ -7,9 +7,9 @@ typedef enum {
   SECTION_TOP,
   SECTION_CONTACT,
   SECTION_RELAXATION,     /* fields of Scene */
-  SECTION_CHECKPOINT,     /* likewise */
-  SECTION_REPARTITION,    /* likewise */
-  SECTION_STAGE_DEFAULTS, /* `relaxation` too, but fields of Stage: every stage starts from them */
+  SECTION_CHECKPOINT,     /* fields of Scene */
+  SECTION_REPARTITION,    /* fields of Scene */
+  SECTION_STAGE_DEFAULTS, /* keys of `relaxation` that are fields of Stage: every stage starts from them */
   SECTION_MATERIALS,
   SECTION_JOINTS,
   SECTION_SUPPORTS,
@@ -27,11 +27,11 @@ typedef enum {
   TYPE_INT,
   TYPE_BOOL,
   TYPE_CHOICE,
-  TYPE_TRISTATE, /* true or false into a PetscInt, which stays -1 when not given */
+  TYPE_TRISTATE, /* true or false in a PetscInt, which stays -1 when the key is not given */
   TYPE_PAIR,     /* two numbers, x and y */
   TYPE_FIX,      /* x, y or xy */
   TYPE_NAMES,    /* list of names */
-  TYPE_LOADS,    /* list of loads of this scene */
+  TYPE_LOADS,    /* list of loads of the scene */
   TYPE_CHANGES   /* any key of `joints`, see ReadStageJoints */
 } KeyType;
 
@@ -40,27 +40,27 @@ typedef struct {
   const char *name;
   KeyType type;
   size_t offset;
-  const char *preset; /* default; NULL: required; "= .." says in words what code does */
+  const char *preset; /* default; NULL: the key is required; "= .." says in words what code does */
   const char *range;  /* such as ">= 0, < 90"; NULL: any */
   const char *unit;
   const char *help;
-  const char *const *choices; /* in the manner of PetscEnum lists */
+  const char *const *choices; /* words, in the manner of PetscEnum lists */
   size_t count;               /* offset of the number of names */
-  int loads;                  /* bits: load types it belongs to; 0: all */
-  int stages;                 /* bits: stage types it belongs to; 0: all */
+  int loads;                  /* bits: types of load that have the key; 0: all */
+  int stages;                 /* bits: types of stage that have the key; 0: all */
 } Key;
 
 typedef struct {
   Scene *scene;
   Entries entries;
   Stage defaults;               /* what `relaxation` says about stages */
-  PetscSegBuffer asked;         /* every key asked for, a zero after each: the known keys */
-  PetscSegBuffer echo;          /* text of the keys read so far, see echo.c */
+  PetscSegBuffer asked;         /* every key that was asked for, with a zero after each: the known keys */
+  PetscSegBuffer echo;          /* text of the keys read so far; see echo.c */
   int echo_indent;              /* of the keys of the section being read */
   char label[LABEL_LENGTH];     /* of the key being read, for messages */
-  int line;                     /* of that key, or of what should hold it */
+  int line;                     /* line of that key, or of the section that should hold it */
   char message[MESSAGE_LENGTH]; /* first wrong value */
-  char missing[MESSAGE_LENGTH]; /* first thing missing: told only if no unknown key explains it */
+  char missing[MESSAGE_LENGTH]; /* first missing key; it is told only if no unknown key explains it */
 } Reader;
 
 typedef struct {
@@ -71,16 +71,16 @@ typedef struct {
 #define COMPLAIN(r, ...) Complain((r)->message, (r)->scene->file, (r)->line, (r)->label, __VA_ARGS__)
 #define COMPLAIN_MISSING(r, ...) Complain((r)->missing, (r)->scene->file, (r)->line, (r)->label, __VA_ARGS__)
 
-/* The entry of a key, NULL if it is not given; writes label and line of the reader. */
+/* The entry of a key, NULL if the user did not give it; sets label and line of the reader. */
 PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry);
-/* Likewise a section that holds keys, such as `contact` or `materials.dam`; receives its path. */
+/* As Ask, for a section that holds keys, such as `contact` or `materials.dam`; path: receives its path. */
 PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char path[LABEL_LENGTH]);
 /* The names in a list section such as `materials`, in their order; free with PetscFree. */
 PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names);
-/* Adds the names that options of this key, -<section>_<name>_<key>, give to a list which the options do not
-   name as a whole. */
+/* Adds the names that options -<section>_<name>_<key> give to a list, unless an option names the whole
+   list. */
 void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n, Name *names);
-/* Value or default of the key last asked for, into its field of the struct `base`. */
+/* Writes the value or default of the key last asked for into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
 /* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
    the whole text, once scene->model is found: free with PetscFree. */
@@ -90,12 +90,12 @@ PetscErrorCode EchoEnd(Reader *r, char **text);
 /* ---- complete.c: what keys of one load or stage say together; path: its section */
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
-/* first: no stage of the scene comes before it. */
+/* first: no stage of the scene comes before this one. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
-/* Writes the one message to show: wrong value, unknown key (an entry that nobody
-   asked for) or missing key. */
+/* Chooses the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing
+   key. */
 PetscErrorCode ConcludeMessage(Reader *r);
 /* "a, b, c" of a list in the manner of PetscEnum. */
 void DescribeChoices(const char *const *choices, char text[256]);

@@ -1,9 +1,9 @@
-/* scene.h: what the user asked for: read by read.c from the YAML scene and the command line, constant
-   afterwards. Units and signs as in model.h. */
+/* scene.h: what the user asked for. read.c fills it from the YAML scene and the command line; it is constant
+   afterwards. Units and signs are those of base.h. */
 #pragma once
 #include "base/base.h"
 
-enum { LABEL_LENGTH = 6 * NAME_LENGTH }; /* of a dotted key */
+enum { LABEL_LENGTH = 6 * NAME_LENGTH }; /* length of a dotted key */
 
 typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
 typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
@@ -35,7 +35,7 @@ typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 
 typedef struct {
-  char name[NAME_LENGTH];   /* group of the mesh it belongs to */
+  char name[NAME_LENGTH];   /* name of a group of the mesh */
   PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
   Formulation element;      /* see element_kernels.h */
@@ -44,16 +44,16 @@ typedef struct {
   PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
   PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
-  PetscReal spin;           /* [rad/s] likewise, about each body's mass centre */
-  PetscBool upgradeable;    /* its contacts are verified and searched for when connectivity is variable */
+  PetscReal spin;           /* [rad/s] at that start, about each body's mass centre */
+  PetscBool upgradeable;    /* its contacts are verified and searched for under variable connectivity */
   PetscBool output;         /* its blocks are written into results.h5 */
   PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
                                                          failure factors (39)-(41); NaN: not given */
-  int line; /* in the scene file, for messages, here and below; 0: command line */
+  int line; /* line in the scene file, for messages, here and below; 0: command line */
 } Material;
 
-/* Properties of one joint; also of a pair of groups, or the default. Index [0]: peak, [1]: residual (after
-   the joint has failed in tension or shear at that place). */
+/* Properties of a joint, of a pair of groups, or of the default. Index [0]: peak, [1]: residual, after the
+   joint has failed there in tension or shear. */
 typedef struct {
   char name[NAME_LENGTH]; /* face set of the mesh, or "groupA+groupB", or "default" */
   JointLawKind law;
@@ -65,74 +65,74 @@ typedef struct {
   PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
   PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
   PetscReal damping;     /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
-  PetscBool defined;     /* false only for row 0 when the scene gives no "default": all else is 0 then */
+  PetscBool defined;     /* false only for row 0 when the scene gives no "default": then all else is 0 */
   int line;
 } Joint;
 
 typedef struct {
   char name[NAME_LENGTH];
   char target[NAME_LENGTH]; /* face set, group or point of the mesh; by default the support's own name */
-  PetscBool fix[2];         /* x, y */
-  char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": does not move */
-  PetscInt row;                    /* of this support in Scene.supports */
-  MotionQuantity quantity;         /* what x, y are: [m/s] or [m/s2] */
+  PetscBool fix[2];         /* x, y: whether the support fixes it */
+  char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": it does not move */
+  PetscInt row;                    /* row of the support in Scene.supports */
+  MotionQuantity quantity;         /* what x, y in the file are: [m/s] or [m/s2] */
   int line;
 } Support;
 
 typedef struct {
   char name[NAME_LENGTH];
   LoadKind kind;
-  PetscInt n_groups; /* self_weight: groups it acts on; 0: all */
+  PetscInt n_groups; /* self_weight: number of groups it acts on; 0: all */
   char (*groups)[NAME_LENGTH];
   char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
   PetscReal level;          /* [m] reservoir: elevation of the water surface */
-  PetscReal density;        /* [kg/m3] reservoir: of water */
+  PetscReal density;        /* [kg/m3] reservoir: density of the water */
   PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
-  /* uplift: level, density and target as the reservoir's; see uplift.c */
+  /* uplift: level, density and target have the meaning they have for a reservoir; see uplift.c */
   UpliftRule rule;
   UpliftComponent component;
   UpliftHeel heel;           /* which end of the joint is upstream */
-  UpliftRaise raise;         /* what a flood stage raises: all, or nothing beyond the drain */
-  PetscBool cracked;         /* full head along the open part of the joint */
-  UpliftReach reaches;       /* cracked: which open stretches the full head gets into */
-  PetscReal crack_tolerance; /* [m] of the iteration for the open length */
-  PetscReal tailwater;       /* [m] elevation downstream, NaN: none */
-  PetscReal drain;           /* [m] from the heel along the joint, NaN: none */
+  UpliftRaise raise;         /* what a flood stage raises: the whole diagram, or only up to the drain */
+  PetscBool cracked;         /* the full head acts along the open part of the joint */
+  UpliftReach reaches;       /* cracked: which open stretches the full head reaches */
+  PetscReal crack_tolerance; /* [m] tolerance of the iteration for the open length */
+  PetscReal tailwater;       /* [m] elevation of the water downstream, NaN: none */
+  PetscReal drain;           /* [m] distance of the drain from the heel along the joint, NaN: none */
   PetscReal gallery;         /* [m] elevation where the drain opens, NaN: none */
-  PetscReal efficiency;      /* [-] of the drain, NaN until the rule has set it */
-  PetscReal drain_level;     /* [m] level that the pressure at the drain belongs to (level, but for floods) */
+  PetscReal efficiency;      /* [-] efficiency of the drain, NaN until the rule has set it */
+  PetscReal drain_level;     /* [m] level for the pressure at the drain; the same as level except in floods */
   int line;
 } Load;
 
 typedef struct {
   char name[NAME_LENGTH];
   StageKind kind;
-  PetscInt n_loads;    /* that act at its end; loads of the stage before that are not named leave */
+  PetscInt n_loads;    /* loads that act at its end; a load of the stage before that is not among them goes */
   PetscInt *loads;     /* (n_loads,) rows of Scene.loads */
-  PetscInt ramp;       /* [cycles] over which loads go linearly from what acted before to this stage's */
-  PetscInt max_cycles; /* [cycles] then the verdict is "undecided" */
+  PetscInt ramp;       /* [cycles] over which loads change linearly from the last stage's to this one's */
+  PetscInt max_cycles; /* [cycles] after which the verdict is "undecided" */
   PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
-  PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement,
-                                   likewise */
+  PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement, as
+                                   the ratio */
   PetscInt variable;   /* 1: connectivity is variable in this stage, 0: fixed, -1: as Scene.connectivity */
   PetscReal duration;  /* [s] of a dynamic stage */
-  PetscReal dt_factor; /* [-] dynamic: time step over the stability bound */
+  PetscReal dt_factor; /* [-] dynamic: time step over its stability bound */
   PetscReal alpha;     /* [1/s] dynamic: mass-proportional damping */
-  PetscInt frames;     /* dynamic: results written on the way, at equal intervals */
-  Joint *joints;       /* (n_joints,) the joints table of this stage: Scene.joints plus all changes so far; a
+  PetscInt frames;     /* dynamic: number of results on the way, at equal intervals */
+  Joint *joints;       /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
-  /* strength_reduction, flood: trials from start towards limit, see trial_stage.c */
+  /* strength_reduction, flood: trials go from start towards limit; see trial_stage.c */
   ReductionKind what;
-  PetscInt n_reduce; /* joints reduced; 0: all */
+  PetscInt n_reduce; /* number of joints that are reduced; 0: all */
   char (*reduce)[NAME_LENGTH];
   PetscReal start, step, limit; /* [degree], [-] or [m]; NaN: not given */
-  PetscReal factor;  /* [-] strengths: each trial leaves this part of the strengths of the one before */
+  PetscReal factor;  /* [-] strengths: each trial has this part of the strengths of the trial before */
   PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
   PetscReal
-      displacement_limit; /* [m] a trial that has moved farther since the stage began fails; NaN: none */
-  PetscInt n_rises;       /* flood: loads named, 0: the highest reservoir */
+      displacement_limit; /* [m] a trial fails that has moved farther since the stage began; NaN: no limit */
+  PetscInt n_rises;       /* flood: number of loads named; 0: the highest reservoir rises */
   PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
-  bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) whose level, whose tailwater a trial raises */
+  bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) loads whose level, whose tailwater rises */
   int line;
 } Stage;
 
@@ -141,46 +141,46 @@ typedef struct {
   char model[PETSC_MAX_PATH_LEN];  /* path of model.h5 */
   char output[PETSC_MAX_PATH_LEN]; /* folder for results */
   char title[256];
-  PetscReal advise; /* [-] accuracy for which advise.c says what could be left out, 0: the scene is run */
+  PetscReal advise; /* [-] accuracy for which advise.c looks for simplifications, 0: the scene is run */
   PlaneState plane;
   StrainMeasure strain;
   PartitionKind partition;
   ExchangeKind exchange;
-  InstructionSet isa;  /* asked for; instruction_set of lanes.h is what runs */
+  InstructionSet isa;  /* the user's choice; instruction_set of lanes.h is in use */
   PetscReal thickness; /* [m] */
-  PetscReal gravity;   /* [m/s2] acts in -y */
+  PetscReal gravity;   /* [m/s2] in direction -y */
   /* contacts */
   PetscReal contact_tolerance; /* [m] activation tolerance on the opening of both sub-contacts */
   PetscBool contact_relative;  /* contact_tolerance is a fraction of the smaller face instead */
-  Connectivity connectivity;   /* of stages that do not say */
-  PetscReal verify_after;  /* [-] verification when a vertex has moved this part of the contact tolerance */
-  PetscReal vertex_length; /* [-] least influence length of a vertex on a face, over the shorter face */
-  PetscReal overlap_tolerance; /* [m] two macroblocks may overlap this deep in the mesh */
+  Connectivity connectivity;   /* for stages that give none */
+  PetscReal verify_after;      /* [-] verify when a vertex has moved this part of the contact tolerance */
+  PetscReal vertex_length;     /* [-] least influence length of a vertex on a face, over the shorter face */
+  PetscReal overlap_tolerance; /* [m] depth to which two macroblocks of the mesh may overlap */
   /* relaxation */
-  MethodKind method;   /* of static stages */
-  PetscReal effort;    /* preconditioned: solves times degrees of freedom from one equilibrium to the next */
-  PetscInt increments; /* preconditioned: steps in which loads that are ramped are applied */
+  MethodKind method;   /* method of static stages */
+  PetscReal effort;    /* preconditioned: limit of solves times degrees of freedom between equilibria */
+  PetscInt increments; /* preconditioned: steps in which ramped loads are applied */
   DampingKind damping;
   PetscReal alpha_dt;        /* [-] fixed damping: alpha dt */
   PetscReal local;           /* [-] local damping: State.local */
   PetscReal beta;            /* [-] adaptive damping: State.beta */
-  PetscInt n_damping_groups; /* groups that enter the Rayleigh quotient; 0: all */
+  PetscInt n_damping_groups; /* number of groups in the Rayleigh quotient; 0: all */
   char (*damping_groups)[NAME_LENGTH];
-  PetscReal safety;         /* [-] of the time step: masses are those of a step 1/safety times longer */
-  PetscBool allow_floating; /* accept bodies without support */
+  PetscReal safety;         /* [-] of the time step: masses belong to a step that is 1/safety times longer */
+  PetscBool allow_floating; /* accept bodies that no support holds */
   PetscInt check_every;     /* [cycles] between tests of convergence */
   PetscInt history_every;   /* [cycles] between rows of history.csv */
   RepartitionKind repartition;
   PetscInt repartition_every; /* [cycles] between looks for a better partition */
-  PetscReal repartition_gain; /* [-] part of the busiest rank's work that it must save */
+  PetscReal repartition_gain; /* [-] part of the busiest rank's work that a new partition must save */
   /* checkpoints */
   char restart[PETSC_MAX_PATH_LEN]; /* file, folder or "auto"; "": a run from the start */
   PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */
   PetscInt checkpoint_every;        /* [cycles] between checkpoints, 0: none by cycles */
-  PetscInt checkpoint_keep;         /* newest files kept */
-  PetscReal memory_limit;           /* [GB] of each machine, 0: what is free there */
-  PetscReal wall_limit;             /* [min] of wall time, 0: none */
-  char *options;                    /* "key value" lines: all that the scene and the command line say */
+  PetscInt checkpoint_keep;         /* number of newest files kept */
+  PetscReal memory_limit;           /* [GB] for each machine, 0: what is free there */
+  PetscReal wall_limit;             /* [min] of wall time, 0: no limit */
+  char *options;                    /* lines "key value": all that the scene and the command line say */
   /* tables */
   PetscInt n_materials, n_joints, n_supports, n_loads, n_stages;
   Material *materials;
@@ -189,17 +189,17 @@ typedef struct {
   Load *loads;
   Stage *stages;
   char *echo;    /* every key in force, as YAML: scene_echo.yaml */
-  char *solvers; /* PETSc's options for its solvers, NULL: none; petsc_options.c */
+  char *solvers; /* options for PETSc's solvers, NULL: none; petsc_options.c */
 } Scene;
 
 /* ---- petsc_options.c */
-/* Into scene->solvers and, where there are any, as a line of scene->options. */
+/* Collects options of solvers into scene->solvers and, if there are any, as a line of scene->options. */
 PetscErrorCode SolverOptionsTake(Scene *scene);
-/* Those that nobody has asked for are misspelt, or of a solver that did not run. */
+/* Warns of options that no solver has read: they are misspelt, or belong to a solver that did not run. */
 PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
 
 /* ---- read.c */
-/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Fails on unknown keys. */
+/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Refuses unknown keys. */
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
@@ -208,20 +208,20 @@ PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- joint_table.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,
                                             "StressModelKind", "STRESS_" , NULL */
-/* The elastic row of a model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
+/* The elastic row of a stress model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
 void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
-/* [degree] Largest friction among the joints whose strength the stage reduces, of those only that `has`
-   (n_joints,) marks; NULL: of all. NaN: it reduces none. */
+/* [degree] Largest friction of the joints that the stage reduces; has: (n_joints,) counts only those it
+   marks, NULL: all. NaN: the stage reduces none. */
 PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has);
 /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm, "StressModelKind", "STRESS_", NULL */
 extern const char *const StressModels[];
-/* tan_phi from friction. */
+/* Computes tan_phi from friction. */
 void JointPrepare(Joint *joint);
 /* Whether a strength reduction reduces this joint. */
 PetscBool JointIsReduced(const Stage *stage, const Joint *joint);
 
 /* ---- entries.c */
-/* Writes "file:line: key: text" in one line, unless message already holds an earlier fault.
-   line 0: "command line: -key_with_underscores: text"; -1: the file as a whole. */
+/* Writes "file:line: key: text" in one line, unless message already holds an earlier fault. line 0 gives
+   "command line: -key_with_underscores: text"; line -1 means the file as a whole. */
 void Complain(char *message, const char *file, int line, const char *key, const char *format, ...)
     PETSC_ATTRIBUTE_FORMAT(5, 6);

@@ -1,5 +1,4 @@
-/* value.c: asking for keys and turning text into checked values; every complaint names
-   the key and its line. */
+/* value.c: asks for keys and turns text into checked values. Every complaint names the key and its line. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
@@ -10,7 +9,7 @@
 
 /* ------------------------------------------------------------------------------------------- asking */
 
-/* A key of the command line gets its dots; two that may be meant are one too many. */
+/* Gives a key of the command line its dots. A word that may mean two keys is refused. */
 static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
 {
   PetscFunctionBeginUser;
@@ -24,8 +23,8 @@ static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "parent.name". Called for every key: snprintf is slow where a library has taught it kinds of its own
-   (libquadmath). */
+/* Makes "parent.name". It is called for every key and does without snprintf, which is slow where a library
+   has taught it conversions of its own (libquadmath). */
 static void join(const char *parent, const char *name, char label[LABEL_LENGTH])
 {
   const char *const part[3] = {parent, parent[0] ? "." : "", name};
@@ -109,7 +108,7 @@ void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n
   const size_t head = strlen(section) + 1, tail = strlen(key) + 1;
   char name[NAME_LENGTH];
 
-  if (list && !list->line) return; // -joints a,b means these and no others
+  if (list && !list->line) return; // -joints a,b means exactly these
   for (const Entry *e = r->entries.entries; e < r->entries.entries + r->entries.n; e++) {
     const size_t length = strlen(e->key), middle = length - head - tail;
     if (e->line || length <= head + tail || middle >= sizeof name) continue;
@@ -137,7 +136,7 @@ static PetscBool in_range(const char *range, double x)
   return PETSC_TRUE;
 }
 
-// " [Pa]", to stand behind a message
+// Makes " [Pa]", for the end of a message.
 static void describe_unit(const Key *key, char text[32])
 {
   PetscBool plain = (PetscBool)(!key->unit[0] || !strcmp(key->unit, "-"));
@@ -166,7 +165,7 @@ static PetscBool convert_bool(Reader *r, const char *text)
   for (int i = 0; i < 8; i++)
     if (!strcmp(text, words[i])) return (PetscBool)(i % 2);
   if (text[0]) COMPLAIN(r, "'%.60s' is neither true nor false", text);
-  return PETSC_TRUE; // a bare -key
+  return PETSC_TRUE; // a key without a value
 }
 
 void DescribeChoices(const char *const *choices, char text[256])
@@ -242,7 +241,7 @@ static PetscErrorCode convert_loads(Reader *r, const char *text, PetscInt *n, Pe
 
   PetscFunctionBeginUser;
   *n = 0;
-  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS); // CompleteLoads says whether none will do
+  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS); // CompleteLoads says whether an empty list is allowed
   for (PetscInt l = 0; l < r->scene->n_loads && used < sizeof known; l++)
     used += snprintf(known + used, sizeof known - used, "%s%s", l ? ", " : "", r->scene->loads[l].name);
   PetscCall(convert_names(r, text, n, &names));
@@ -257,7 +256,7 @@ static PetscErrorCode convert_loads(Reader *r, const char *text, PetscInt *n, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// writes the value of one key into its field of `base`
+// Writes the value of one key into its field of `base`.
 static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void *base)
 {
   void *field = (char *)base + key->offset, *count = (char *)base + key->count;
@@ -337,8 +336,8 @@ static char plain_letter(char c)
   return c == '.' ? '_' : c;
 }
 
-// letters to change, drop or add to make one key of the other, as far as they are fewer than `most`; 0 also
-// when b only ends in more letters
+// The number of letters to change, drop or add to turn one key into the other, counted up to `most`. It is
+// also 0 when b only has more letters at its end.
 static size_t key_distance(const char *a, const char *b, size_t most)
 {
   const size_t m = strlen(a), n = strlen(b);
@@ -362,7 +361,7 @@ static size_t key_distance(const char *a, const char *b, size_t most)
   return row[n];
 }
 
-// the known key nearest to that of an entry, as it would be written there; "" if none is near
+// The known key nearest to that of an entry, as it would be written there; "" if none is near.
 static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
 {
   SegmentCount n;
