@@ -1,4 +1,4 @@
-/* bodies.c: which rigid or condensed body a block belongs to, and which vertices of a condensed one are
+/* bodies.c: which rigid or condensed body a block belongs to, and which vertices of a condensed body are
    kept. Rank 0. */
 #include "mesh/mesh.h"
 
@@ -17,7 +17,7 @@ PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, Pets
     if (id[first] >= 0 || !chosen[mesh->block_group[first]]) continue;
     stack[depth++] = first;
     id[first] = (*n_bodies)++;
-    while (depth) { // all chosen blocks that hang together by vertices
+    while (depth) { // takes in all chosen blocks that are connected by vertices
       const PetscInt *ring = mesh->blocks + 4 * stack[--depth];
       for (int k = 0; k < 4 && ring[k] >= 0; k++)
         for (PetscInt i = start[ring[k]]; i < start[ring[k] + 1]; i++) {
@@ -59,7 +59,8 @@ static PetscBool share_no_vertex(PetscInt f, PetscInt g, const void *context)
                      end[0][1] != end[1][1]);
 }
 
-/* Faces near each other, where contacts may be, and faces of sets that are joints, where they may come. */
+/* Keeps the vertices of faces near each other, where contacts may be, and of face sets that are joints, where
+   contacts may come. */
 static PetscErrorCode keep_joints(const Scene *scene, const BlockMesh *mesh, PetscReal margin,
                                   PetscBool *inner)
 {
@@ -92,7 +93,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
   PetscCall(MeshConnected(mesh, chosen, &bodies->n_condensed, &bodies->condensed));
   PetscCall(PetscFree(chosen));
   PetscCall(PetscCalloc1(mesh->n_vertices, &inner));
-  for (int pass = 0; pass < 2; pass++) // vertices that other blocks share are kept
+  for (int pass = 0; pass < 2; pass++) // a vertex that other blocks share is kept
     for (PetscInt i = 0; i < 4 * mesh->n_blocks; i++)
       if (mesh->blocks[i] >= 0 && (bodies->condensed[i / 4] < 0) == pass)
         inner[mesh->blocks[i]] = (PetscBool)!pass;

@@ -1,6 +1,6 @@
-/* check.c: does the content of a block mesh make sense? Every refusal of docs/mesh_format.md, in an
-   order in which each check may rely on the ones before it. Messages use the numbers of the file, before or
-   after MeshReorder. */
+/* check.c: does the content of a block mesh make sense? The checks are all refusals of docs/mesh_format.md,
+   in an order in which each check may rely on those before it. Messages use the numbers of the file, before
+   and after MeshReorder. */
 #include "mesh/mesh.h"
 #include <math.h>
 #include <stdarg.h>
@@ -9,8 +9,8 @@
 #include <string.h>
 
 static const PetscReal LARGEST_COORDINATE = 1e15; /* [m] products of two lengths stay far from overflow */
-static const PetscReal SLIVER = 1e6;              /* aspect ratio beyond which a block is refused */
-static const PetscReal SLENDER = 1e3;             /* and beyond which it is told */
+static const PetscReal SLIVER = 1e6;              /* aspect ratio above which a block is refused */
+static const PetscReal SLENDER = 1e3;             /* aspect ratio above which a warning tells of it */
 static const PetscReal ROUNDING = 1e-12; /* an area below this share of the longest edge squared is zero */
 
 typedef struct {
@@ -62,7 +62,7 @@ static PetscErrorCode check_groups(Check *c)
 
   PetscFunctionBegin;
   if (mesh->n_groups == 0)
-    PetscFunctionReturn(PETSC_SUCCESS); /* then every block's group row is out of range */
+    PetscFunctionReturn(PETSC_SUCCESS); /* the group row of every block is out of range then */
   PetscCall(PetscMalloc1(mesh->n_groups, &names));
   PetscCall(PetscArraycpy(names, mesh->group_names, mesh->n_groups));
   qsort(names, (size_t)mesh->n_groups, sizeof *names, compare_names);
@@ -79,7 +79,7 @@ static PetscErrorCode check_vertices(Check *c)
   PetscFunctionBegin;
   for (PetscInt v = 0; v < c->mesh->n_vertices && is_sound(c); v++) {
     const PetscReal x = c->mesh->X[2 * v], y = c->mesh->X[2 * v + 1];
-    /* written so that NaN fails too */
+    /* the condition is written so that NaN fails it too */
     if (!(PetscAbsReal(x) <= LARGEST_COORDINATE && PetscAbsReal(y) <= LARGEST_COORDINATE))
       fault(c, "vertex %" PetscInt_FMT ": coordinates (%g, %g) are not finite, or beyond 1e15 m",
             c->mesh->vertex_file[v], x, y);
@@ -133,8 +133,9 @@ static PetscErrorCode check_blocks(Check *c)
 
 /* ---- shapes */
 
-/* Aspect ratio of a block: its longest edge over the width of a rectangle (the height of a triangle) with its
-   area, or over its shortest edge where that is more: both a thin block and a tiny face. */
+/* Aspect ratio of a block: its longest edge over its width, or over its shortest edge where that ratio is
+   larger. The width is that of a rectangle with the block's area (the height of a triangle). So both a thin
+   block and a tiny face count. */
 static PetscReal aspect_ratio(const BlockMesh *mesh, PetscInt b)
 {
   const PetscInt corners = corners_of(mesh, b);
@@ -152,8 +153,8 @@ static PetscReal aspect_ratio(const BlockMesh *mesh, PetscInt b)
   return PetscMax(longest * longest / area, longest / shortest);
 }
 
-/* A contact with a sliver, or with a face next to nothing beside the others, has no stiffness or mass that a
-   time step could follow: what such a block does is rounding. */
+/* Refuses slivers. A contact with a sliver, or with a face that is tiny beside the others, has no stiffness
+   or mass that a time step could follow, so the motion of such a block is rounding. */
 static void check_sliver(Check *c, PetscInt b)
 {
   const PetscReal ratio = aspect_ratio(c->mesh, b), *at = corner(c->mesh, b, 0);
@@ -182,7 +183,8 @@ static void check_shape(Check *c, PetscInt b)
     for (int a = 0; a < 2; a++) edge[k][a] = corner(mesh, b, k + 1)[a] - corner(mesh, b, k)[a];
     longest = PetscMax(longest, PetscSqr(edge[k][0]) + PetscSqr(edge[k][1]));
   }
-  /* fan of triangles from corner 0: differences of coordinates, so that far-away blocks lose nothing */
+  /* a fan of triangles from corner 0 needs differences of coordinates only, so blocks far away lose no
+     digits */
   for (PetscInt k = 1; k + 1 < corners; k++) {
     const PetscReal *o = corner(mesh, b, 0), *p = corner(mesh, b, k), *q = corner(mesh, b, k + 1);
     area += 0.5 * cross((PetscReal[2]){p[0] - o[0], p[1] - o[1]}, (PetscReal[2]){q[0] - o[0], q[1] - o[1]});
@@ -200,7 +202,7 @@ static void check_shape(Check *c, PetscInt b)
             "block %" PetscInt_FMT ": its vertices %" PetscInt_FMT " and %" PetscInt_FMT
             " are at the same place",
             id, mesh->vertex_file[v], mesh->vertex_file[w]);
-    /* a straight corner is convex still */
+    /* a straight corner still counts as convex */
     if (cross(edge[(k + corners - 1) % corners], edge[k]) < -smallest)
       fault(c, "block %" PetscInt_FMT ": not convex at its vertex %" PetscInt_FMT " (%g, %g)", id,
             mesh->vertex_file[v], corner(mesh, b, k)[0], corner(mesh, b, k)[1]);
@@ -219,8 +221,8 @@ static PetscErrorCode check_shapes(Check *c)
 
 /* ---- edges and face sets */
 
-/* An edge belongs to one block, or to two that run it in opposite directions. Marks the
-   faces of one block only. */
+/* An edge belongs to one block, or to two blocks that run it in opposite directions. The check marks the
+   faces that only one block has. */
 static PetscErrorCode check_edges(Check *c, PetscBool *outer)
 {
   const BlockMesh *mesh = c->mesh;
@@ -259,7 +261,7 @@ static PetscErrorCode check_edges(Check *c, PetscBool *outer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* marked: (n_blocks,4) number of the last set that named the face */
+/* marked: (n_blocks,4) number of the last set that names the face */
 static void check_face_set(Check *c, PetscInt s, const PetscBool *outer, PetscInt *marked)
 {
   const BlockMesh *mesh = c->mesh;
@@ -310,8 +312,8 @@ static PetscErrorCode check_sets(Check *c, const PetscBool *outer)
 
 /* ---- overlap of macroblocks */
 
-/* How far block a must be moved along one of its own face normals until it is clear of
-   block b; < 0: it is clear. */
+/* The distance that block a must move along one of its own face normals to be clear of block b; < 0: a is
+   clear already. */
 static PetscReal clearing_distance(const BlockMesh *mesh, PetscInt a, PetscInt b)
 {
   PetscReal least = PETSC_INFINITY;
@@ -319,7 +321,8 @@ static PetscReal clearing_distance(const BlockMesh *mesh, PetscInt a, PetscInt b
     const PetscReal *p = corner(mesh, a, k), *q = corner(mesh, a, k + 1);
     const PetscReal edge[2] = {q[0] - p[0], q[1] - p[1]}, length = hypot(edge[0], edge[1]);
     PetscReal depth = -PETSC_INFINITY;
-    /* a is convex and ccw: it lies to the left of its face; the deepest corner of b on that side counts */
+    /* block a is convex and counter-clockwise, so it lies to the left of its face; the deepest corner of b on
+       that side decides */
     for (PetscInt l = 0; l < corners_of(mesh, b); l++) {
       const PetscReal *x = corner(mesh, b, l);
       depth = PetscMax(depth, cross(edge, (PetscReal[2]){x[0] - p[0], x[1] - p[1]}) / length);
@@ -329,8 +332,9 @@ static PetscReal clearing_distance(const BlockMesh *mesh, PetscInt a, PetscInt b
   return least;
 }
 
-/* [m] (n_blocks,4) envelopes, shrunk by half the tolerance: two bodies that go deeper than the tolerance into
-   each other do so along x and y as well, and neighbours that merely touch are no candidates. */
+/* [m] (n_blocks,4) Envelopes, each shrunk by half the tolerance. Two bodies that overlap deeper than the
+   tolerance also overlap by more than that along x and along y, so the shrunk envelopes meet; those of
+   neighbours that only touch do not. */
 static PetscErrorCode shrunk_boxes(const BlockMesh *mesh, PetscReal tolerance, PetscReal **boxes)
 {
   PetscFunctionBegin;
@@ -361,8 +365,8 @@ static PetscErrorCode check_pair(PetscInt i, PetscInt j, PetscBool *stop, void *
 
   PetscFunctionBegin;
   if (mesh->body[i] == mesh->body[j]) PetscFunctionReturn(PETSC_SUCCESS);
-  /* convex polygons are apart when one of their face normals separates them; otherwise the
-     least way out is along one */
+  /* convex polygons are apart when one of their face normals separates them; otherwise the shortest way out
+     is along such a normal */
   PetscReal depth = clearing_distance(mesh, i, j);
   if (depth > o->tolerance) depth = PetscMin(depth, clearing_distance(mesh, j, i));
   if (depth > o->tolerance) {
@@ -409,7 +413,7 @@ PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, cha
   PetscCall(check_groups(&check));
   PetscCall(check_vertices(&check));
   PetscCall(check_blocks(&check));
-  if (!is_sound(&check)) PetscFunctionReturn(PETSC_SUCCESS); /* below, indices are followed */
+  if (!is_sound(&check)) PetscFunctionReturn(PETSC_SUCCESS); /* the next checks follow indices */
   PetscCall(check_shapes(&check));
   PetscCall(PetscCalloc1(4 * (size_t)mesh->n_blocks, &outer));
   PetscCall(check_edges(&check, outer));

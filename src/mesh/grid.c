@@ -1,13 +1,14 @@
-/* grid.c: pairs of boxes that overlap or touch. Knows boxes only.
+/* grid.c: finds pairs of boxes that overlap or touch. It knows boxes only.
 
-   A hierarchy of cell grids. Every box is filed once, in the cell of its lower left corner, in the grid whose
-   cells are just larger than the box; the cells of the next grid are twice as large. A box is then compared
-   with the boxes of its own grid and of all coarser ones, and meets at most 3 x 3 cells in each. So memory is
-   O(n) and time O(n x grids) for any mixture of sizes: one huge box sits alone in a coarse grid and costs
-   each small one a look at 9 cells. (A single grid would either file the huge box in all cells, or all small
-   ones in one cell.) Cells without boxes take no memory: cells are found by hashing. Copies of the boxes
-   stand in the order of the hash, which keeps tiles of 8 x 8 cells together: a look at the next cell rarely
-   leaves the cache. */
+   The boxes are in a hierarchy of cell grids. Every box is filed once, in the cell of its lower left corner,
+   in the grid whose cells are just larger than the box; the cells of the next grid are twice as large. A box
+   is compared with the boxes of its own grid and of all coarser ones, and meets at most 3 x 3 cells in each.
+   So memory is O(n) and time O(n x grids) for any mixture of sizes: one huge box sits alone in a coarse grid
+   and costs each small box a look at 9 cells. (A single grid would file the huge box in all cells, or all
+   small boxes in one cell.)
+
+   Cells are found by hashing, so cells without boxes take no memory. Copies of the boxes stand in the order
+   of the hash, which keeps tiles of 8 x 8 cells together: a look at the next cell rarely leaves the cache. */
 #include "mesh/mesh.h"
 #include <float.h>
 #include <math.h>
@@ -17,7 +18,7 @@ enum {
   CELL_BITS = 28, /* the finest grid has at most 2^28 cells in a row */
   MAX_LEVELS = CELL_BITS + 4,
   TILE_BITS = 3,
-  SAMPLE = 1000 /* boxes looked at to find the proportions of a cell */
+  SAMPLE = 1000 /* number of boxes that give the proportions of a cell */
 };
 
 typedef struct {
@@ -31,7 +32,7 @@ typedef struct {
   const PetscReal *box;
   PetscReal origin[2];
   PetscReal per_cell[MAX_LEVELS][2];     /* [1/m] 1 / size of the cells of each level, finest first */
-  PetscInt n_levels, levels[MAX_LEVELS]; /* the levels that hold boxes, ascending */
+  PetscInt n_levels, levels[MAX_LEVELS]; /* levels that hold boxes, ascending */
   Entry *entry;                          /* (n,) by bucket */
   PetscInt *start;                       /* (mask + 2,) first entry of each bucket */
   unsigned mask;
@@ -43,14 +44,14 @@ static int compare_real(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* Mean width or height of a sample in which the largest tenth counts as its 90 % quantile, so that neither a
-   few huge boxes nor many of zero width (axis-parallel faces) decide alone. */
+/* Mean width or height of a sample of boxes, in which the largest tenth counts as the 90 % quantile. So a few
+   huge boxes do not decide alone, and neither do many boxes of zero width (axis-parallel faces). */
 static PetscReal typical_extent(PetscInt n, const PetscReal *box, int axis)
 {
   PetscReal extent[SAMPLE], sum = 0;
   const PetscInt count = PetscMin(n, SAMPLE);
   for (PetscInt s = 0; s < count; s++) {
-    /* scattered, not every so many: those could all be the same side of their blocks */
+    /* the sample is scattered, because boxes at equal steps could all be the same side of their blocks */
     const PetscInt i = n > SAMPLE ? (PetscInt)((uint64_t)s * 2654435769u % (uint64_t)n) : s;
     const PetscReal *b = box + 4 * i;
     extent[s] = b[2 + axis] - b[axis];
@@ -60,7 +61,8 @@ static PetscReal typical_extent(PetscInt n, const PetscReal *box, int axis)
   return sum / (PetscReal)count;
 }
 
-/* Origin and cells of all levels: proportions of the typical box, size of the finest from the domain. */
+/* Sets origin and cells of all levels: the typical box gives the proportions, the domain the size of the
+   finest cells. */
 static void set_cells(Grid *g)
 {
   PetscReal base[2], low[2] = {PETSC_INFINITY, PETSC_INFINITY}, high[2] = {-PETSC_INFINITY, -PETSC_INFINITY};
@@ -73,7 +75,7 @@ static void set_cells(Grid *g)
     }
   for (int a = 0; a < 2; a++) base[a] = typical_extent(g->n, g->box, a);
   const PetscReal largest = PetscMax(base[0], base[1]);
-  /* 1.25: boxes a little larger than the typical one still share its level */
+  /* the factor 1.25 lets boxes a little larger than the typical one share its level */
   for (int a = 0; a < 2; a++) base[a] = largest > 0 ? 1.25 * PetscMax(base[a], 0.01 * largest) : 1;
 
   frexp(PetscMax((high[0] - low[0]) / base[0], (high[1] - low[1]) / base[1]), &exponent);
@@ -83,8 +85,8 @@ static void set_cells(Grid *g)
   for (int a = 0; a < 2; a++) g->origin[a] = low[a];
 }
 
-/* Finest level whose cells are larger than the box. 1 % is kept back for rounding: a box must
-   not reach a third cell. */
+/* The finest level whose cells are larger than the box. A margin of 1 % allows for rounding: a box must not
+   reach a third cell. */
 static PetscInt level_of(const Grid *g, const PetscReal *b)
 {
   const PetscReal ratio = PetscMax((b[2] - b[0]) * g->per_cell[0][0], (b[3] - b[1]) * g->per_cell[0][1]);
@@ -93,7 +95,7 @@ static PetscInt level_of(const Grid *g, const PetscReal *b)
   return PetscMin(PetscMax(exponent, 0), MAX_LEVELS - 1);
 }
 
-/* x is not left of the origin, so that cutting off is rounding down. */
+/* x is never left of the origin, so cutting off the fraction rounds down. */
 static inline PetscInt cell_of(const Grid *g, PetscInt level, int axis, PetscReal x)
 {
   return (PetscInt)((x - g->origin[axis]) * g->per_cell[level][axis]);
@@ -104,8 +106,8 @@ static inline uint64_t cell_key(PetscInt level, PetscInt column, PetscInt row)
   return ((uint64_t)level << 58) | ((uint64_t)(unsigned)row << 29) | (uint64_t)(unsigned)column;
 }
 
-/* A tile lies in one piece, its cells shuffled by bits of its hash: boxes at like places of many tiles do not
-   share a bucket. */
+/* The bucket of a cell. A tile lies in one piece; bits of its hash shuffle its cells, so that boxes at like
+   places of many tiles do not share a bucket. */
 static inline unsigned bucket_of(const Grid *g, PetscInt level, PetscInt column, PetscInt row)
 {
   const unsigned c = (unsigned)column, r = (unsigned)row, side = (1u << TILE_BITS) - 1u;
@@ -115,7 +117,7 @@ static inline unsigned bucket_of(const Grid *g, PetscInt level, PetscInt column,
   return (((tile >> 10) << 2 * TILE_BITS) | (within ^ (tile >> 26))) & g->mask;
 }
 
-/* Counting sort of the boxes by bucket; within a bucket by number. */
+/* Sorts the boxes by bucket, by counting; within a bucket by number. */
 static PetscErrorCode grid_create(PetscInt n, const PetscReal *box, Grid *g)
 {
   PetscBool used[MAX_LEVELS] = {PETSC_FALSE};
@@ -149,7 +151,7 @@ static PetscErrorCode grid_create(PetscInt n, const PetscReal *box, Grid *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Visits the pairs of box a with the entries first .. end of a bucket that lie in one cell. */
+/* Visits the pairs of box a with those entries first .. end of a bucket that lie in one cell. */
 static inline PetscErrorCode visit_entries(const Grid *g, const Entry *a, uint64_t cell, PetscInt first,
                                            PetscInt end, GridVisitor visit, PetscBool *stop, void *context)
 {
@@ -173,8 +175,9 @@ static inline PetscErrorCode visit_cell(const Grid *g, const Entry *a, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Boxes of the same level, each pair once, from the lower one: the rest of its own cell, the cell to the
-   right, and three above, as far as box a reaches; boxes of the one above to the left may reach over to a. */
+/* Visits the pairs of box a with boxes of its own level. Each pair is visited once, from the lower box: in
+   the rest of its own cell, in the cell to the right, and in the three cells above as far as box a reaches.
+   The cell above to the left counts because its boxes may reach over to a. */
 static PetscErrorCode visit_own_level(const Grid *g, PetscInt at, GridVisitor visit, PetscBool *stop,
                                       void *context)
 {
@@ -192,7 +195,8 @@ static PetscErrorCode visit_own_level(const Grid *g, PetscInt at, GridVisitor vi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All boxes of a coarser level: those filed one cell to the left or below may reach over. */
+/* Visits the pairs of box a with boxes of a coarser level. Boxes that are filed one cell to the left or below
+   count too, because they may reach over. */
 static PetscErrorCode visit_coarser(const Grid *g, const Entry *a, PetscInt level, GridVisitor visit,
                                     PetscBool *stop, void *context)
 {
@@ -253,14 +257,14 @@ static PetscErrorCode add_pair(PetscInt i, PetscInt j, PetscBool *stop, void *co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* start: ends of the rows, shifted by one: it becomes their starts as the rows fill. */
+/* start: ends of the rows, shifted by one; it becomes their starts as the rows fill. */
 static inline void add_to_row(PetscInt *start, PetscInt *near, PetscInt i, PetscInt j)
 {
   near[start[i + 1]++] = j;
 }
 
-/* Both directions of every pair in rows; to turn such a table over (row i names j: row j names i) gives the
-   same table with ascending rows. */
+/* Puts both directions of every pair into rows. The result is turned over once (where row i names j, row j
+   names i), which gives the same table with ascending rows. */
 static PetscErrorCode pairs_to_rows(PetscInt n, PairList *list, PetscInt **start, PetscInt **near)
 {
   PetscInt *unsorted, *ends, *rows;

@@ -1,21 +1,21 @@
-/* hdf5.c: datasets of an HDF5 file that comes from outside.
+/* hdf5.c: reads datasets of an HDF5 file that nobody has checked.
 
-   Type and shape of everything are looked at before anything is allocated, only what is stored in
-   this file is followed (hard links, no external or virtual data), and the first fault ends the
-   reading with one message. */
+   The reader looks at type and shape of everything before it allocates anything. It follows only what is
+   stored in this file: hard links, no external or virtual data. The first fault ends the reading with one
+   message. */
 #include "mesh/mesh.h"
 #include "mesh/hdf5.h"
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-static const PetscInt MAX_ROWS = 1 << 28; /* 4 entries a row, and twice that for safety, fit in 31 bits */
+static const PetscInt MAX_ROWS = 1 << 28; /* 4 entries a row, and twice that for safety, fit into 31 bits */
 
 /* ---- one fault, one message */
 
 void ReaderFault(FileReader *r, const char *format, ...)
 {
-  /* of a very long path the end is shown, so that the reason is never cut off */
+  /* of a very long path only the end is shown, so that the reason is never cut off */
   const size_t length = strlen(r->path), shown = PetscMin(length, 400);
   if (r->message[0]) return;
   const int used = snprintf(r->message, MESSAGE_LENGTH, "%s: ", r->path + length - shown);
@@ -23,7 +23,7 @@ void ReaderFault(FileReader *r, const char *format, ...)
   va_start(arguments, format);
   vsnprintf(r->message + used, (size_t)(MESSAGE_LENGTH - used), format, arguments);
   va_end(arguments);
-  /* names from the file may hold anything, the message is one line of text */
+  /* names from the file may hold any bytes, but the message is one line of text */
   for (char *c = r->message; *c; c++)
     if ((unsigned char)*c < ' ' || *c == 127) *c = '?';
 }
@@ -55,8 +55,8 @@ static hid_t memory_type(ItemKind kind)
   return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
 }
 
-/* Is there an object of this type at path, each step of it a hard link? *found false without a
-   fault: nothing there. */
+/* Whether there is an object of this type at the path, with a hard link at each step. *found false without a
+   fault: nothing is there. */
 static void find_object(FileReader *r, const char *path, H5O_type_t type, PetscBool *found)
 {
   const char *const what = type == H5O_TYPE_GROUP ? "group" : "dataset";
@@ -86,7 +86,7 @@ static void find_object(FileReader *r, const char *path, H5O_type_t type, PetscB
   *found = ReaderSound(r);
 }
 
-/* "int64 (5,3)" */
+/* Describes type and shape, as "int64 (5,3)". */
 static void describe(hid_t type, int rank, const hsize_t *size, char text[128])
 {
   const size_t bytes = H5Tget_size(type);
@@ -128,8 +128,8 @@ static PetscBool type_is(hid_t type, ItemKind kind)
   }
 }
 
-/* Whether a file holds every number of a dataset, or only says that it is there: no memory is taken for what
-   is not stored. */
+/* Whether the file holds every number of a dataset, or only declares it. The question keeps the reader from
+   taking memory for data that is not stored. */
 static PetscBool is_stored(hid_t dataset, hid_t properties, hid_t type, hid_t space)
 {
   hsize_t size[H5S_MAX_RANK], chunk[H5S_MAX_RANK], chunks = 1, there = 0;
@@ -142,7 +142,7 @@ static PetscBool is_stored(hid_t dataset, hid_t properties, hid_t type, hid_t sp
   return (PetscBool)(H5Dget_num_chunks(dataset, space, &there) >= 0 && there == chunks);
 }
 
-/* Data outside this file, or declared and never written? */
+/* Refuses data outside this file, and data that is declared and never written. */
 static void check_storage(FileReader *r, hid_t dataset, hid_t type, hid_t space, const char *path)
 {
   const hid_t properties = H5Dget_create_plist(dataset);
@@ -157,7 +157,7 @@ static void check_storage(FileReader *r, hid_t dataset, hid_t type, hid_t space,
   if (properties >= 0) H5Pclose(properties);
 }
 
-/* Type and shape of a dataset: (n,columns), or (n,) when columns is 0. Nothing is read yet. */
+/* Checks type and shape of a dataset: (n,columns), or (n,) when columns is 0. No data is read yet. */
 void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, PetscInt *n)
 {
   PetscBool found;
@@ -194,7 +194,8 @@ void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, 
   if (dataset >= 0) H5Dclose(dataset);
 }
 
-/* Why a dataset is not read: by a filter that this HDF5 has not (compression by a plugin), or for damage. */
+/* Says why a dataset cannot be read: this HDF5 lacks the filter (compression by a plugin), or the data is
+   damaged. */
 static void fault_of(FileReader *r, hid_t dataset, const char *path)
 {
   unsigned flags, config;
@@ -212,7 +213,7 @@ static void fault_of(FileReader *r, hid_t dataset, const char *path)
   ReaderFault(r, "dataset %s cannot be read: the file is damaged", path);
 }
 
-/* Reads a dataset that ReaderInspect has seen. */
+/* Reads a dataset that has passed ReaderInspect. */
 void ReaderNumbers(FileReader *r, const char *path, ItemKind kind, void *data)
 {
   if (!ReaderSound(r)) return;
@@ -222,7 +223,7 @@ void ReaderNumbers(FileReader *r, const char *path, ItemKind kind, void *data)
   if (dataset >= 0) H5Dclose(dataset);
 }
 
-/* Group names: 64 bytes each, of which the last one must be free for the closing zero. */
+/* Reads group names of 64 bytes each; the last byte must be free for the closing zero. */
 PetscErrorCode ReaderNames(FileReader *r, const char *path, PetscInt n, char (*names)[NAME_LENGTH])
 {
   char(*buffer)[NAME_LENGTH + 1] = NULL;
@@ -245,7 +246,7 @@ PetscErrorCode ReaderNames(FileReader *r, const char *path, PetscInt n, char (*n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads one attribute of "/" that must be a single value of this class; *read false: it is not. */
+/* Reads one attribute of "/", which must be a single value of this class; *read false: it is not. */
 PetscBool ReaderAttribute(FileReader *r, const char *name, H5T_class_t class, hid_t memory, void *value)
 {
   PetscBool done = PETSC_FALSE;
@@ -277,7 +278,7 @@ static herr_t add_member(hid_t group, const char *name, const H5L_info_t *link, 
   (void)group;
   (void)link;
   check_name(list->reader, list->kind, name);
-  if (!ReaderSound(list->reader)) return 1; /* ends the iteration */
+  if (!ReaderSound(list->reader)) return 1; /* a number other than 0 ends the iteration */
   if (list->n == list->capacity) {
     list->capacity = 2 * list->capacity + 16;
     if (PetscRealloc(sizeof *list->name * (size_t)list->capacity, &list->name)) return -1;
@@ -286,7 +287,7 @@ static herr_t add_member(hid_t group, const char *name, const H5L_info_t *link, 
   return 0;
 }
 
-/* Names in an optional group, in alphabetical order. names is allocated here. */
+/* Lists the names in an optional group, in alphabetical order, and allocates names. */
 void ReaderMembers(FileReader *r, const char *path, const char *kind, PetscInt *n,
                    char (**names)[NAME_LENGTH])
 {

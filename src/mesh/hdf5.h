@@ -1,7 +1,7 @@
-/* hdf5.h: datasets of an HDF5 file that comes from outside; see hdf5.c. Rank 0 only.
+/* hdf5.h: datasets of an HDF5 file that nobody has checked; see hdf5.c. Rank 0 only.
 
-   A FileReader keeps the first fault as one line of text; after it none of these functions does anything, so
-   that a caller may ask for one thing after the other and look once at the end. */
+   A FileReader keeps the first fault as one line of text. After a fault none of these functions does
+   anything, so a caller may ask for one thing after the other and look for a fault once at the end. */
 #pragma once
 #include "mesh/mesh.h"
 #include <hdf5.h>
@@ -14,21 +14,21 @@ typedef struct {
 
 typedef enum { ITEM_REAL, ITEM_INT, ITEM_NAME } ItemKind; /* float64, int32, bytes of NAME_LENGTH */
 
-/* The first fault stays: "path: ...", without control characters. */
+/* Keeps the first fault as "path: ...", without control characters; later faults are dropped. */
 void ReaderFault(FileReader *r, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static inline PetscBool ReaderSound(const FileReader *r)
 {
   return r->message[0] ? PETSC_FALSE : PETSC_TRUE;
 }
-/* A single value that is an attribute of "/", of this class, read as type `memory`; false: there is none. */
+/* Reads an attribute of "/" that is a single value of this class, as type `memory`; false: there is none. */
 PetscBool ReaderAttribute(FileReader *r, const char *name, H5T_class_t class, hid_t memory, void *value);
-/* Type and shape of a dataset, which must be there: (n,columns), or (n,) when columns is 0. Reads no data. */
+/* Checks type and shape of a dataset, which must be there: (n,columns), or (n,) when columns is 0. */
 void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, PetscInt *n);
-/* Reads a dataset that ReaderInspect has seen: PetscReal or PetscInt data (n,columns). */
+/* Reads a dataset that has passed ReaderInspect: PetscReal or PetscInt data (n,columns). */
 void ReaderNumbers(FileReader *r, const char *path, ItemKind kind, void *data);
-/* Reads n names that ReaderInspect has seen, each a letter, then letters, digits, _ or -. */
+/* Reads n names that have passed ReaderInspect: each is a letter, then letters, digits, _ or -. */
 PetscErrorCode ReaderNames(FileReader *r, const char *path, PetscInt n, char (*names)[NAME_LENGTH]);
-/* Names in a group that may be missing, in alphabetical order; kind: for complaints.
-   The caller frees names. */
+/* Lists the names in a group that may be missing, in alphabetical order. kind: word for complaints. The
+   caller frees names. */
 void ReaderMembers(FileReader *r, const char *path, const char *kind, PetscInt *n,
                    char (**names)[NAME_LENGTH]);

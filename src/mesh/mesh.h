@@ -1,4 +1,4 @@
-/* mesh.h: the block mesh as it is read and numbered, on rank 0, and how it is dealt out. */
+/* mesh.h: the block mesh on rank 0, as it is read, checked, numbered and dealt out. */
 #pragma once
 #include "scene/scene.h"
 
@@ -15,77 +15,77 @@ typedef struct {
 typedef struct {
   PetscInt n_vertices, n_blocks, n_groups, n_face_sets, n_points;
   PetscReal *X;          /* [m] (n_vertices,2) */
-  PetscInt *blocks;      /* (n_blocks,4) ccw, -1 in the last column of a triangle */
+  PetscInt *blocks;      /* (n_blocks,4) counter-clockwise, -1 in the last column of a triangle */
   PetscInt *block_group; /* (n_blocks,) */
   PetscInt *body;        /* (n_blocks,) macroblock = connected component of blocks over shared vertices */
   PetscInt n_bodies;     /* number of macroblocks */
   PetscInt *part;        /* (n_blocks,) rank of each block, NULL: not dealt out yet */
   PetscInt *block_file, *vertex_file; /* file id of each block and vertex (identity until MeshReorder) */
   char (*group_names)[NAME_LENGTH];   /* on all ranks */
-  PetscInt *group_rigid;              /* (n_groups,) on all ranks; the scene's override applied */
+  PetscInt *group_rigid;              /* (n_groups,) on all ranks; 1: rigid, after the scene's override */
   FaceSet *face_sets;
   char (*point_names)[NAME_LENGTH];    /* on all ranks */
   PetscInt *point_vertex;              /* (n_points,) */
   char (*face_set_names)[NAME_LENGTH]; /* (n_face_sets) on all ranks */
 } BlockMesh;
 
-/* Which body a block belongs to, on rank 0: bodies of connected rigid blocks (MeshConnected), and of
-   connected condensed ones (MeshCondensed). Either kind stays whole on one rank. */
+/* Which body a block belongs to, on rank 0: a body of connected rigid blocks (MeshConnected), or of connected
+   condensed ones (MeshCondensed). Each body stays whole on one rank. */
 typedef struct {
   PetscInt n_rigid, n_condensed;
   PetscInt *rigid, *condensed; /* (n_blocks,) number of the body, -1: none */
-  PetscBool *inner;            /* (n_vertices,) of a condensed body, and not kept */
+  PetscBool *inner;            /* (n_vertices,) the vertex belongs to a condensed body and is not kept */
 } BodyNumbers;
 
 /* ---- resolve.c */
-/* Collective. Checks the names in the scene against the mesh and completes materials; see read.c. */
+/* Collective. Checks the names in the scene against the mesh and completes the materials; see resolve.c. */
 PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh);
 
 /* ---- mesh_file.c */
-/* Collective; the file is read on rank 0. */
+/* Collective. Rank 0 reads the file. */
 PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
-/* Collective. MeshSeparate for the groups whose material says macroblocks: false; of a sound mesh. */
+/* Collective. MeshSeparate for the groups whose material says macroblocks: false; for a sound mesh. */
 PetscErrorCode MeshTakeApart(MPI_Comm comm, const Scene *scene, BlockMesh *mesh);
 PetscErrorCode MeshDestroy(BlockMesh *mesh);
 
 /* ---- check.c */
-/* Rank 0: every check of docs/mesh_format.md; message receives the first fault, "" when the mesh is good. */
+/* Rank 0. Makes all checks of docs/mesh_format.md; message: the first fault, "" when the mesh is good. */
 PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH]);
-/* Rank 0, of a sound mesh, wherever its vertices are: the first two macroblocks that overlap deeper than the
-   tolerance [m], "" when none do. */
+/* Rank 0. Finds the first two macroblocks that overlap deeper than the tolerance [m], wherever vertices are
+   now; "" when none do. The mesh must be sound. */
 PetscErrorCode MeshOverlap(const BlockMesh *mesh, PetscReal tolerance, char message[MESSAGE_LENGTH]);
-/* Rank 0, of a sound mesh: how many blocks have an aspect ratio above 1000, the file id and the ratio of the
-   worst (-1: none). */
+/* Rank 0. How many blocks have an aspect ratio above 1000, and the file id and ratio of the worst; -1: none.
+   The mesh must be sound. */
 void MeshSlender(const BlockMesh *mesh, PetscInt *n, PetscInt *worst, PetscReal *ratio);
 
 /* ---- order.c */
-/* Rank 0 (elsewhere nothing happens): vertices, blocks and macroblocks into an order of small bandwidth. */
+/* Puts vertices, blocks and macroblocks into an order of small bandwidth; on rank 0 only. */
 PetscErrorCode MeshReorder(BlockMesh *mesh);
 
 /* ---- topology.c */
-/* Vertices of a block: 4, or 3 of a triangle. */
+/* Number of vertices of a block: 4, or 3 of a triangle. */
 static inline PetscInt BlockCorners(const PetscInt *block)
 {
   return block[3] < 0 ? 3 : 4;
 }
 /* Writes body and n_bodies, numbered by first appearance. */
 PetscErrorCode MeshBodies(BlockMesh *mesh);
-/* Rank 0. Blocks of the groups that are marked, (n_groups,), share no vertex with any other block: a vertex
-   that several blocks have stays with those of other groups, or else with the first, and the others get
-   copies of it behind the rest. A named point stays with the vertex. */
+/* Rank 0. Gives the blocks of the marked groups, (n_groups,), vertices of their own. A vertex of several
+   blocks stays with those of other groups, else with the first block; the others get copies, which are put
+   behind all vertices. A named point stays with the old vertex. */
 PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate);
-/* Edges of all blocks, numbered by first appearance. edge_vertices: (n_edges,2) in the direction of the first
-   block that has the edge. block_edges: (n_blocks,4) edge of face k, -(edge + 1) when the block runs it the
-   other way, PETSC_MIN_INT for the missing fourth of a triangle. Free both with PetscFree. */
+/* Numbers the edges of all blocks by first appearance. edge_vertices: (n_edges,2) in the direction of the
+   first block that has the edge. block_edges: (n_blocks,4) edge of face k; -(edge + 1) when the block runs it
+   the other way, PETSC_MIN_INT for the missing fourth of a triangle. Free both with PetscFree. */
 PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **edge_vertices,
                          PetscInt **block_edges);
-#define EDGE_INDEX(e) ((e) < 0 ? -((e) + 1) : (e)) /* of an entry of block_edges */
-/* faces: (n,2) block, k of the faces that one block only has, ascending; free with PetscFree. */
+#define EDGE_INDEX(e) ((e) < 0 ? -((e) + 1) : (e)) /* edge of an entry of block_edges */
+/* Lists the faces that only one block has. faces: (n,2) block, k, ascending; free with PetscFree. */
 PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **faces);
-/* Longest face and diameter of the bounding box [m]; 0 where there is no mesh. */
+/* Longest face and diameter of the bounding box [m]; both 0 where there is no mesh. */
 void MeshMeasures(const BlockMesh *mesh, PetscReal *longest, PetscReal *diameter);
 PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks);
-/* Outer faces (n,2) block, k, and their boxes (n,4) grown by `margin` [m]; free both with PetscFree. */
+/* Lists outer faces (n,2) block, k, and their boxes (n,4) grown by `margin` [m]; free both with PetscFree. */
 PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
                               PetscReal **box);
 
@@ -96,34 +96,34 @@ static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal
   box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;
   box[2] = PetscMax(a[0], b[0]) + margin, box[3] = PetscMax(a[1], b[1]) + margin;
 }
-/* Pairs i < j of boxes that overlap or touch, one by one, in an order of its own, until the visitor
-   stops it. box: [m] (n,4) xmin ymin xmax ymax, finite; cost O(n), a little more for each power of
-   two between the sizes. */
+/* Visits each pair i < j of boxes that overlap or touch, in an order of its own, until the visitor stops it.
+   box: [m] (n,4) xmin ymin xmax ymax, finite. The cost is O(n), and a little more for each power of two
+   between the sizes. */
 typedef PetscErrorCode (*GridVisitor)(PetscInt i, PetscInt j, PetscBool *stop, void *context);
 PetscErrorCode GridVisit(PetscInt n, const PetscReal *box, GridVisitor visit, void *context);
-/* The same pairs as rows: near[start[i] .. start[i + 1] - 1] are the boxes near box i, ascending; each pair
-   is in both rows. filter: keeps the pairs (i < j) it says true to; NULL: all. Free both with PetscFree. */
+/* Puts the same pairs, both ways, into rows: near[start[i] .. start[i + 1] - 1] are the boxes near box i,
+   ascending. filter: keeps the pairs (i < j) for which it is true; NULL: all. Free both with PetscFree. */
 typedef PetscBool (*GridFilter)(PetscInt i, PetscInt j, const void *context);
 PetscErrorCode GridRows(PetscInt n, const PetscReal *box, GridFilter filter, const void *context,
                         PetscInt **start, PetscInt **near);
 
 /* ---- bodies.c */
-/* Rank 0. Bodies of blocks of the chosen groups, (n_groups,), that hang together by vertices. body:
-   (n_blocks,) number of the body of a block, -1: its group is not chosen; free with PetscFree. */
+/* Rank 0. Finds bodies of blocks of the chosen groups, (n_groups,), that are connected by vertices. body:
+   (n_blocks,) number of the block's body, -1: its group is not chosen; free with PetscFree. */
 PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
                              PetscInt **body);
-/* Rank 0. Which bodies are condensed and which of their vertices are inner: bodies->condensed, inner. */
+/* Rank 0. Finds the condensed bodies and their inner vertices: bodies->condensed, inner. */
 PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin,
                              BodyNumbers *bodies);
 
 /* ---- partition.c */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
 /* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. work: NULL, or
-   what the busiest rank computes in a cycle (four a deformable quadrilateral or contact) with part as it
-   comes in and as it goes out. */
+   what the busiest rank computes in a cycle, with part as it comes in and as it goes out (a deformable
+   quadrilateral or a contact counts four). */
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
                                PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
 
 /* ---- mesh_checksum.c */
-/* Rank 0. Of all that a renumbered mesh holds: another mesh, or another group that is rigid, has another. */
+/* Rank 0. Checksum of all that a renumbered mesh holds: another mesh, or another rigid group, changes it. */
 uint64_t MeshChecksum(const BlockMesh *mesh);

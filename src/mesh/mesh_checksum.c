@@ -1,4 +1,4 @@
-/* mesh_checksum.c: one number for all that a renumbered mesh holds. */
+/* mesh_checksum.c: one number for everything that a renumbered mesh holds. */
 #include "mesh/mesh.h"
 
 uint64_t MeshChecksum(const BlockMesh *b)

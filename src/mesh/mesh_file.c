@@ -1,5 +1,5 @@
-/* mesh_file.c: reads model.h5 (docs/mesh_format.md). The only C file that knows the format. What stands in
-   the file is read by hdf5.c, which trusts nothing; whether it makes sense is for check.c. */
+/* mesh_file.c: reads model.h5 (docs/mesh_format.md). It is the only C file that knows the format. hdf5.c
+   reads what the file holds and trusts nothing; check.c decides whether it makes sense. */
 #include "mesh/mesh.h"
 #include "base/memory.h"
 #include "mesh/hdf5.h"
@@ -28,7 +28,7 @@ static void check_header(FileReader *r)
 
 /* ---- the whole mesh */
 
-/* Counts and names; every dataset is inspected. */
+/* Finds counts and names; every dataset is inspected. */
 static PetscErrorCode inspect(FileReader *r, BlockMesh *mesh)
 {
   PetscInt n_rows;
@@ -42,7 +42,8 @@ static PetscErrorCode inspect(FileReader *r, BlockMesh *mesh)
   if (n_rows != mesh->n_blocks)
     ReaderFault(r, "/block_group has %" PetscInt_FMT " rows, /blocks has %" PetscInt_FMT, n_rows,
                 mesh->n_blocks);
-  /* every vertex belongs to a block, so this many cannot be: better said before they are read */
+  /* every vertex belongs to a block, so there are too many vertices: the message is better before they are
+     read */
   if (mesh->n_vertices / 4 > mesh->n_blocks)
     ReaderFault(
         r, "%" PetscInt_FMT " vertices are too many for %" PetscInt_FMT " blocks: some vertex is in no block",
@@ -88,7 +89,7 @@ static PetscErrorCode read_arrays(FileReader *r, BlockMesh *mesh)
   PetscCall(PetscMalloc1(mesh->n_groups, &mesh->group_rigid));
   ReaderNumbers(r, "/groups/rigid", ITEM_INT, mesh->group_rigid);
   for (PetscInt g = 0; g < mesh->n_groups && ReaderSound(r);
-       g++) /* here: a scene may override the flags before MeshCheck */
+       g++) /* checked here, because a scene may override the flags before MeshCheck */
     if (mesh->group_rigid[g] != 0 && mesh->group_rigid[g] != 1)
       ReaderFault(r, "group '%s': rigid is %" PetscInt_FMT ", expected 0 or 1", mesh->group_names[g],
                   mesh->group_rigid[g]);
@@ -105,7 +106,7 @@ static PetscErrorCode read_arrays(FileReader *r, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the model fits into memory, before anything is allocated for it. */
+/* Whether the model fits into memory; asked before anything is allocated for it. */
 static PetscBool fits_memory(FileReader *r, const BlockMesh *mesh, PetscMPIInt size, PetscMPIInt local)
 {
   const double needed = MemoryNeeded(mesh->n_vertices, mesh->n_blocks, size, local),
@@ -140,7 +141,7 @@ static PetscErrorCode read_file(const char *file, PetscMPIInt size, PetscMPIInt 
     ReaderFault(&r, "no permission to read it");
   if (!ReaderSound(&r)) PetscFunctionReturn(PETSC_SUCCESS);
 
-  /* HDF5's own report of an error is a page long and says nothing to the user */
+  /* HDF5's own report of an error is a page long and tells the user nothing */
   H5Eget_auto2(H5E_DEFAULT, &print, &print_data);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   r.file = H5Fopen(file, H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -166,7 +167,7 @@ static PetscErrorCode set_file_numbers(BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts, names and the groups' rigid flags, which all ranks need to understand the scene. */
+/* Shares counts, names and the groups' rigid flags, which all ranks need to understand the scene. */
 static PetscErrorCode share_names(MPI_Comm comm, PetscMPIInt rank, BlockMesh *mesh)
 {
   PetscInt counts[4] = {mesh->n_groups, mesh->n_face_sets, mesh->n_points, mesh->n_bodies};
@@ -220,7 +221,8 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks that come apart take more memory than the mesh that was read. */
+/* Blocks that are taken apart need more memory than the mesh in the file, so the memory is asked for
+   again. */
 PetscErrorCode MeshTakeApart(MPI_Comm comm, const Scene *scene, BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";

@@ -4,7 +4,8 @@
 #include <petscmat.h>
 #include <stdlib.h>
 
-/* Compressed rows: each vertex with all vertices it shares a block with, itself included, ascending. */
+/* Makes compressed rows: each vertex with all vertices that share a block with it, itself included,
+   ascending. */
 static PetscErrorCode vertex_graph(const BlockMesh *mesh, PetscInt **row_start, PetscInt **columns)
 {
   PetscInt *start, *around, *seen, n = 0;
@@ -12,7 +13,7 @@ static PetscErrorCode vertex_graph(const BlockMesh *mesh, PetscInt **row_start, 
 
   PetscFunctionBegin;
   PetscCall(MeshVertexBlocks(mesh, &start, &around));
-  /* a vertex of c blocks has at most 3 c others */
+  /* a vertex of c blocks has at most 3 c neighbours */
   for (PetscInt v = 0; v < mesh->n_vertices; v++) size += 3 * (size_t)(start[v + 1] - start[v]) + 1;
   PetscCall(PetscMalloc1((size_t)mesh->n_vertices + 1, row_start));
   PetscCall(PetscMalloc1(size, columns));
@@ -51,7 +52,7 @@ static PetscErrorCode order_vertices(const BlockMesh *mesh, PetscInt *old)
   PetscCall(vertex_graph(mesh, &row_start, &columns));
   PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, mesh->n_vertices, mesh->n_vertices, row_start, columns,
                                       NULL, &graph));
-  PetscCall(MatSetOption(graph, MAT_STRUCTURALLY_SYMMETRIC, PETSC_TRUE)); /* spares PETSc a copy */
+  PetscCall(MatSetOption(graph, MAT_STRUCTURALLY_SYMMETRIC, PETSC_TRUE)); /* saves PETSc a copy */
   PetscCall(MatGetOrdering(graph, MATORDERINGRCM, &rows, &cols));
   PetscCall(ISGetIndices(rows, &order));
   PetscCall(PetscArraycpy(old, order, mesh->n_vertices));
@@ -77,7 +78,7 @@ static int compare_body_keys(const void *a, const void *b)
   return (x->body > y->body) - (x->body < y->body);
 }
 
-/* box: (n_bodies,4) low x, y and high x, y of each macroblock; all: of the mesh. */
+/* box: (n_bodies,4) lower x, y and upper x, y of each macroblock; all: the same of the mesh. */
 static void body_boxes(const BlockMesh *mesh, const PetscInt *vertex_body, PetscReal *box, PetscReal all[4])
 {
   for (PetscInt i = 0; i < 4 * mesh->n_bodies; i++) box[i] = i % 4 < 2 ? PETSC_INFINITY : PETSC_NINFINITY;
@@ -90,11 +91,11 @@ static void body_boxes(const BlockMesh *mesh, const PetscInt *vertex_body, Petsc
     }
 }
 
-/* rank: (n_bodies,) place of each macroblock in a sweep over the mesh: strips across its longer side, as
-   thick as the median body, one after the other. Joints connect macroblocks, but no block does: without
-   this, bodies that touch could stand far apart in memory. In a sweep the neighbours of a body are within
-   two strips, and all arrays are walked through as a few streams, which the prefetcher follows; a
-   space-filling curve jumps. */
+/* rank: (n_bodies,) place of each macroblock in a sweep over the mesh. The sweep goes strip after strip;
+   strips run across the longer side of the mesh and are as thick as the median body. The sweep is needed
+   because joints connect macroblocks, but no block does, so bodies that touch could stand far apart in
+   memory. In a sweep the neighbours of a body are within two strips, and a cycle walks through all arrays as
+   a few streams, which the prefetcher follows; along a space-filling curve it would jump. */
 static PetscErrorCode rank_bodies(const BlockMesh *mesh, const PetscInt *vertex_body, PetscInt *rank)
 {
   const PetscInt n = mesh->n_bodies;
@@ -104,7 +105,7 @@ static PetscErrorCode rank_bodies(const BlockMesh *mesh, const PetscInt *vertex_
   PetscFunctionBegin;
   PetscCall(PetscMalloc3(4 * (size_t)n, &box, n, &size, n, &key));
   body_boxes(mesh, vertex_body, box, all);
-  const int across = all[2] - all[0] >= all[3] - all[1] ? 0 : 1; /* the sweep goes this way */
+  const int across = all[2] - all[0] >= all[3] - all[1] ? 0 : 1; /* direction of the sweep */
   for (PetscInt i = 0; i < n; i++) size[i] = box[4 * i + 2 + across] - box[4 * i + across];
   PetscCall(PetscRealSortSemiOrdered(n, size));
   const PetscReal thick = size[n / 2];
@@ -120,7 +121,7 @@ static PetscErrorCode rank_bodies(const BlockMesh *mesh, const PetscInt *vertex_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts the macroblocks one after the other; within each, the order of old stays. */
+/* Puts the macroblocks one after the other; within each, vertices keep the order of old. */
 static PetscErrorCode group_by_body(const BlockMesh *mesh, PetscInt *old)
 {
   const PetscInt n = mesh->n_vertices;
@@ -154,8 +155,8 @@ static int compare_block_keys(const void *a, const void *b)
   return (x->old > y->old) - (x->old < y->old);
 }
 
-/* old: (n_blocks,) old number of each new block: by lowest vertex, then the next
-   ones, then the old number. */
+/* old: (n_blocks,) old number of each new block. Blocks are ordered by their lowest vertex, then by the next
+   ones, then by the old number. */
 static PetscErrorCode order_blocks(const BlockMesh *mesh, PetscInt *old)
 {
   BlockKey *key;
@@ -236,7 +237,7 @@ static PetscErrorCode renumber_blocks(BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Macroblocks in order of first appearance. */
+/* Numbers the macroblocks by first appearance. */
 static PetscErrorCode renumber_bodies(BlockMesh *mesh)
 {
   PetscInt *new, count = 0;
@@ -256,7 +257,7 @@ static PetscErrorCode renumber_bodies(BlockMesh *mesh)
 PetscErrorCode MeshReorder(BlockMesh *mesh)
 {
   PetscFunctionBegin;
-  if (mesh->n_blocks == 0) PetscFunctionReturn(PETSC_SUCCESS); /* not rank 0 */
+  if (mesh->n_blocks == 0) PetscFunctionReturn(PETSC_SUCCESS); /* any rank but 0 */
   PetscCall(renumber_vertices(mesh));
   PetscCall(renumber_blocks(mesh));
   PetscCall(renumber_bodies(mesh));

@@ -1,5 +1,6 @@
-/* partition.c: which rank owns which block. METIS cuts the graph of blocks: an edge for every shared vertex
-   and for every pair of outer faces that lie near each other across a joint. Works on rank 0. */
+/* partition.c: which rank owns which block. METIS cuts the graph of blocks, which has an edge for every
+   shared vertex and for every pair of outer faces that are near each other across a joint. Works on rank
+   0. */
 #include "mesh/mesh.h"
 #include <metis.h>
 
@@ -8,7 +9,7 @@ _Static_assert(sizeof(idx_t) == sizeof(PetscInt), "METIS and PETSc must use inte
 enum {
   VERTEX_WEIGHT = 1,
   CONTACT_WEIGHT = 2
-}; /* of an edge: a contact ghost costs more than a shared vertex */
+}; /* weights of edges: a ghost of a contact costs more than a shared vertex */
 
 static PetscInt root_of(PetscInt *parent, PetscInt i)
 {
@@ -27,8 +28,8 @@ static PetscBool different_bodies(PetscInt f, PetscInt g, const void *context)
   return (PetscBool)(near->mesh->body[near->faces[2 * f]] != near->mesh->body[near->faces[2 * g]]);
 }
 
-/* Pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within
-   `margin` of each other. */
+/* Finds pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within `margin` of each
+   other. */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs)
 {
   PetscInt n_faces, *faces, *start, *near, n = 0;
@@ -51,8 +52,8 @@ PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One graph node per rigid or condensed body together with every block that touches one of its vertices, so
-   that a body and all that hangs on it stay on one rank; one per other block. node: (n_blocks,). */
+/* Makes the nodes of the graph. A rigid or condensed body and every block that touches one of its vertices
+   are one node, so that they stay on one rank; any other block is a node by itself. node: (n_blocks,). */
 static PetscErrorCode graph_nodes(const BlockMesh *mesh, const BodyNumbers *bodies, const PetscInt *start,
                                   const PetscInt *blocks, PetscInt *n_nodes, PetscInt *node)
 {
@@ -107,7 +108,7 @@ static PetscErrorCode csr_free(Csr *csr)
 
 typedef struct {
   idx_t n, *xadj, *adjncy, *adjwgt, *vwgt;
-  PetscInt *mark, *where, filled, node; /* while a row is being built */
+  PetscInt *mark, *where, filled, node; /* used while a row is built */
 } Graph;
 
 static void graph_add(Graph *g, PetscInt other, PetscInt weight)
@@ -122,7 +123,7 @@ static void graph_add(Graph *g, PetscInt other, PetscInt weight)
   if (g->adjncy) g->adjwgt[g->where[other]] += weight;
 }
 
-/* One sweep over all nodes: counts edges while g->adjncy is NULL, fills them afterwards. */
+/* Sweeps over all nodes: counts edges while g->adjncy is NULL, fills them afterwards. */
 static void graph_sweep(Graph *g, const BlockMesh *mesh, const PetscInt *node, const Csr *members,
                         const Csr *at_vertex, const Csr *near, const PetscInt *pairs)
 {
@@ -160,8 +161,8 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const BodyNumbers *bodi
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
   PetscCall(PetscMalloc3(g->filled, &g->adjncy, g->filled, &g->adjwgt, g->n, &g->vwgt));
   graph_sweep(g, mesh, node, &members, &at_vertex, &near, pairs);
-  // a deformable block costs its vertices, a rigid or condensed one next to nothing; a contact like half a
-  // block on either side
+  // a deformable block costs as much as its vertices, a rigid or condensed one next to nothing; a contact
+  // costs half a block on either side
   PetscCall(PetscArrayzero(g->vwgt, g->n));
   for (PetscInt b = 0; b < mesh->n_blocks; b++)
     g->vwgt[node[b]] += bodies->rigid[b] >= 0 || bodies->condensed[b] >= 0
@@ -184,7 +185,7 @@ static PetscErrorCode cut_by_metis(Graph *g, PetscMPIInt n_parts, idx_t *node_pa
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
   if (g->n > n_parts) {
-    // recursive bisection leaves fewer empty parts when there are few nodes per part
+    // recursive bisection leaves fewer ranks empty when there are few nodes for each
     if (g->n < 64 * n_parts)
       status = METIS_PartGraphRecursive(&g->n, &one, g->xadj, g->adjncy, g->vwgt, NULL, g->adjwgt, &parts,
                                         NULL, NULL, options, &cut, node_part);
@@ -199,7 +200,7 @@ static PetscErrorCode cut_by_metis(Graph *g, PetscMPIInt n_parts, idx_t *node_pa
 }
 
 typedef struct {
-  PetscReal x, y; /* [m] of the lowest corner in x, then y, of what the node holds */
+  PetscReal x, y; /* [m] lowest corner of the node's blocks, in x, then in y */
   PetscInt node;
 } NodePlace;
 
@@ -211,7 +212,8 @@ static int place_order(const void *a, const void *b)
   return (p->node > q->node) - (p->node < q->node);
 }
 
-/* Stripes of equal weight, from left to right: nobody's best cut, but one that is known beforehand. */
+/* Cuts stripes of equal weight, from left to right. This is seldom the best cut, but it is known
+   beforehand. */
 static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node, const Graph *g,
                                      PetscMPIInt n_parts, idx_t *node_part)
 {
@@ -228,7 +230,7 @@ static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node
   }
   qsort(place, (size_t)g->n, sizeof *place, place_order);
   for (PetscInt i = 0; i < g->n; i++) total += g->vwgt[i];
-  for (PetscInt i = 0; i < g->n; i++) { // the part in which the middle of the node's weight lies
+  for (PetscInt i = 0; i < g->n; i++) { // a node goes to the stripe that holds the middle of its weight
     const PetscInt64 weight = g->vwgt[place[i].node];
     node_part[place[i].node] = (idx_t)((2 * before + weight) * n_parts / (2 * total));
     before += weight;
@@ -237,7 +239,7 @@ static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the busiest part computes in a cycle: its own nodes, and over the cut what touches them. */
+/* What the busiest rank computes in a cycle: its own nodes, and the nodes across the cut that touch them. */
 static PetscErrorCode busiest(const Graph *g, PetscMPIInt n_parts, const idx_t *part, PetscReal *most)
 {
   PetscInt64 *work;
@@ -261,7 +263,7 @@ PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies,
   PetscInt *node;
   idx_t *node_part;
   PetscFunctionBeginUser;
-  if (n_parts == 1 || !mesh->n_blocks) { // METIS divides by zero for one part
+  if (n_parts == 1 || !mesh->n_blocks) { // METIS divides by zero for a single rank
     PetscCall(PetscArrayzero(part, mesh->n_blocks));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -1,5 +1,5 @@
-/* resolve.c: the names in a scene against those in the mesh. Every rank has all names and
-   comes to the same end. */
+/* resolve.c: compares the names in a scene with those in the mesh. Every rank has all names, so every rank
+   comes to the same result. */
 #include "mesh/mesh.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,7 +29,7 @@ static PetscInt find_point(const BlockMesh *mesh, const char *name)
   return find_name(name, mesh->n_points, (const NameText *)mesh->point_names);
 }
 
-// "; groups: a, b", as far as there is room
+// Appends "; groups: a, b", as far as there is room.
 static void append_names(char text[MESSAGE_LENGTH], const char *what, PetscInt n, const NameText *names)
 {
   size_t used = strlen(text);
@@ -43,7 +43,7 @@ static void append_names(char text[MESSAGE_LENGTH], const char *what, PetscInt n
 
 enum { GROUPS = 1, FACE_SETS = 2, POINTS = 4 };
 
-// complains unless `name` is exactly one of the kinds of thing asked for
+// Complains unless `name` names exactly one thing of the kinds asked for.
 static void check_target(const Scene *scene, const BlockMesh *mesh, int kinds, const char *name, int line,
                          const char *key, char *message)
 {
@@ -71,7 +71,7 @@ static void check_target(const Scene *scene, const BlockMesh *mesh, int kinds, c
 
 /* ------------------------------------------------------------------------------------------------------ */
 
-// a deformable group needs elastic constants, a rigid one has none
+// Completes a material: a deformable group needs elastic constants, a rigid one has none.
 static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscInt group, Material *m,
                               char *message)
 {
@@ -96,7 +96,7 @@ static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscIn
   if (PetscIsNanReal(m->poisson)) m->poisson = 0;
 }
 
-// materials in the order of the mesh's groups, one each
+// Puts the materials into the order of the mesh's groups, one for each group.
 static PetscErrorCode resolve_materials(Scene *scene, const BlockMesh *mesh, char *message)
 {
   Material *ordered;
@@ -129,7 +129,7 @@ static PetscErrorCode resolve_materials(Scene *scene, const BlockMesh *mesh, cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// "default", a face set, or two groups joined by +
+// Checks the names of joints: "default", a face set, or two groups joined by +.
 static void check_joints(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   char key[LABEL_LENGTH], reversed[2 * NAME_LENGTH];
@@ -180,7 +180,7 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
   }
 }
 
-// the results of frames are named <stage>_<k>: no stage may have such a name
+// Refuses a stage that is named <stage>_<k>, because the results of frames have such names.
 static void check_frames(const Scene *scene, char *message)
 {
   char frame[NAME_LENGTH + 16], key[NAME_LENGTH + 16];
@@ -198,7 +198,7 @@ static void check_frames(const Scene *scene, char *message)
     }
 }
 
-// [all] is all groups, unless the mesh has a group of that name: an empty list
+// Takes [all] as all groups, which is an empty list, unless the mesh has a group of that name.
 static void take_all(const BlockMesh *mesh, PetscInt *n, const NameText *groups)
 {
   if (*n == 1 && !strcmp(groups[0], "all") && find_group(mesh, "all") < 0) *n = 0;

@@ -1,20 +1,20 @@
-/* topology.c: what follows from the blocks' vertices alone: macroblocks, edges, outer faces.
-   All on rank 0, before the mesh is distributed. */
+/* topology.c: what the vertices of the blocks alone determine: macroblocks, edges, outer faces. Rank 0,
+   before the mesh is distributed. */
 #include "mesh/mesh.h"
 #include <petscmat.h>
 #include <stdlib.h>
 
 /* ---- macroblocks */
 
-/* Of a tree of vertices that are known to be connected; halves the path on the way. */
+/* Finds the root of a tree of connected vertices, and halves the path on the way. */
 static PetscInt find_root(PetscInt *parent, PetscInt v)
 {
   for (; parent[v] != v; v = parent[v]) parent[v] = parent[parent[v]];
   return v;
 }
 
-/* Connected components of blocks over shared vertices, numbered by first appearance; identity numbers of
-   file. Entries out of range are passed over here: they are for MeshCheck to name. */
+/* Finds the connected components of blocks over shared vertices, numbered by first appearance, and sets the
+   file numbers to identity. Entries out of range are skipped here, because MeshCheck names them. */
 PetscErrorCode MeshBodies(BlockMesh *mesh)
 {
   const PetscInt n = mesh->n_vertices;
@@ -29,7 +29,7 @@ PetscErrorCode MeshBodies(BlockMesh *mesh)
     label[v] = -1;
   }
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    mesh->body[b] = -1; /* for now: a vertex of the block */
+    mesh->body[b] = -1; /* a vertex of the block, until the bodies are numbered */
     for (PetscInt k = 0; k < 4; k++) {
       const PetscInt v = mesh->blocks[4 * b + k];
       if (v < 0 || v >= n) continue;
@@ -51,15 +51,15 @@ PetscErrorCode MeshBodies(BlockMesh *mesh)
 PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate)
 {
   const PetscInt n = mesh->n_vertices;
-  PetscInt *source, count = n; // source: (count,) vertex that each one is, or copies
-  PetscBool *taken;            // (n,) by a block that keeps it
+  PetscInt *source, count = n; // source: (count,) the vertex that each one is, or is a copy of
+  PetscBool *taken;            // (n,) a block keeps the vertex
   PetscReal *X;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1((size_t)n + 4 * (size_t)mesh->n_blocks, &source));
   PetscCall(PetscCalloc1(n, &taken));
   for (PetscInt v = 0; v < n; v++) source[v] = v;
-  for (int pass = 0; pass < 2; pass++) // other groups come first
+  for (int pass = 0; pass < 2; pass++) // blocks of other groups come first
     for (PetscInt b = 0; b < mesh->n_blocks; b++)
       for (PetscInt k = 0; k < BlockCorners(mesh->blocks + 4 * b); k++) {
         PetscInt *v = &mesh->blocks[4 * b + k];
@@ -84,7 +84,7 @@ PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate)
 
 /* ---- edges */
 
-/* Edges numbered so far, in chains by a hash of their two vertices. */
+/* The edges numbered so far, in chains by a hash of their two vertices. */
 typedef struct {
   PetscInt n;
   PetscInt *vertices;    /* (n,2) in the direction of the first block */
@@ -92,11 +92,12 @@ typedef struct {
   unsigned mask;
 } EdgeTable;
 
-/* The edge a-b, a new one if need be; -(edge + 1) when it is there as b-a. */
+/* The edge a-b, a new one if need be; -(edge + 1) when the edge is there as b-a. */
 static PetscInt find_or_add_edge(EdgeTable *table, PetscInt a, PetscInt b)
 {
-  /* linear in the vertices, so that a mesh in good order walks through the table; the odd factor keeps fans
-     and strips, where the two vertices depend on each other linearly, from one chain */
+  /* The hash is linear in the vertices, so that a mesh in good order walks through the table. In fans and
+     strips the two vertices depend on each other linearly; the odd factor keeps them from sharing one
+     chain. */
   const unsigned low = (unsigned)PetscMin(a, b), high = (unsigned)PetscMax(a, b);
   PetscInt *head = &table->head[(low + 7919u * (high - low)) & table->mask];
 
@@ -183,7 +184,7 @@ PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **fac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks that share a vertex: (n_vertices + 1) offsets and block lists, by ascending block. */
+/* Lists the blocks at each vertex: (n_vertices + 1) offsets, and the blocks in ascending order. */
 PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks)
 {
   PetscInt *s, *b, *fill;
