@@ -1,13 +1,13 @@
-/* mesh.h: BlockMesh on rank 0 -> bodies, partition -> DMPlex -> on each rank the DMPlex of the blocks
-   that touch a vertex it owns, and what each point of it is (PointRecord). Rank 0 knows the whole mesh, so it
-   says which points go where, the layer of overlap included, and the Plex travels once. After this file and
-   model.c nobody asks the Plex. */
+/* distribute.c: deals the mesh out. The BlockMesh on rank 0 gets bodies and a partition and becomes a DMPlex;
+   then each rank gets the DMPlex of the blocks that touch a vertex it owns, and a PointRecord for each point
+   of it. Rank 0 knows the whole mesh, so it says which points go where, the layer of overlap included, and
+   the Plex travels once. No file but this one and model.c uses the Plex. */
 #include "model/model.h"
 #include "base/shared.h"
 #include <petscdmplex.h>
 
-/* Plex points are numbered blocks, vertices; cones run along the block's ring. Faces need no points: an outer
-   one is known by its block and its place in it. */
+/* Makes the cones of the Plex. Its points are blocks, then vertices; a cone runs along the block's ring.
+   Faces need no points, because an outer face is known by its block and its place there. */
 static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh)
 {
   const PetscInt nb = mesh->n_blocks;
@@ -22,7 +22,8 @@ static PetscErrorCode plex_cones(DM dm, const BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What each point of the whole mesh is (rank 0). A vertex where parts meet belongs to the last of them. */
+/* Writes the record of each point of the whole mesh, on rank 0. A vertex where parts of the partition meet
+   belongs to the last of them. */
 static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bodies, PointRecord *r)
 {
   const PetscInt nb = mesh->n_blocks;
@@ -57,11 +58,11 @@ static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bod
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which points a rank needs: blocks that touch a vertex it owns, and all their vertices. */
+/* The points that each rank needs: blocks that touch a vertex it owns, and all vertices of these blocks. */
 typedef struct {
-  PetscMPIInt *n_blocks, *n_points, *start; /* (size,) of each rank; where its points start */
-  PetscInt *points;                         /* for rank after rank: blocks, then vertices, ascending */
-  PetscInt *last;                           /* (size,) point that was last added for a rank */
+  PetscMPIInt *n_blocks, *n_points, *start; /* (size,) counts of each rank; where its points start */
+  PetscInt *points;                         /* rank after rank: blocks, then vertices, ascending */
+  PetscInt *last;                           /* (size,) the point that was last added for each rank */
 } Needs;
 
 static void add_point(Needs *needs, PetscInt point, PetscInt rank)
@@ -72,8 +73,8 @@ static void add_point(Needs *needs, PetscInt point, PetscInt rank)
   needs->n_points[rank]++;
 }
 
-/* One sweep over the whole mesh: counts while needs->points is NULL, fills afterwards. vertex: records of the
-   vertices; start, blocks: blocks at each vertex. */
+/* Sweeps over the whole mesh: counts while needs->points is NULL, fills afterwards. vertex: records of the
+   vertices; start, blocks: the blocks at each vertex. */
 static PetscErrorCode sweep_needs(const BlockMesh *mesh, const PointRecord *vertex, const PetscInt *start,
                                   const PetscInt *blocks, PetscMPIInt size, Needs *needs)
 {
@@ -104,7 +105,7 @@ static PetscErrorCode find_needs(const BlockMesh *mesh, const PointRecord *recor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From the points of the whole mesh on rank 0 to those each rank needs. */
+/* Makes the star forest from the points of the whole mesh on rank 0 to the points that each rank needs. */
 static PetscErrorCode migration_sf(const BlockMesh *mesh, const PointRecord *record, const Model *m,
                                    DealtMesh *dealt)
 {
@@ -133,7 +134,7 @@ static PetscErrorCode migration_sf(const BlockMesh *mesh, const PointRecord *rec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends Plex and records along the migration SF. */
+/* Sends Plex and records along the migration star forest. */
 static PetscErrorCode migrate(DealtMesh *dealt)
 {
   MPI_Datatype unit;
@@ -156,7 +157,7 @@ static PetscErrorCode migrate(DealtMesh *dealt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The mesh as mesh->part says. */
+/* Distributes the mesh as mesh->part says. */
 static PetscErrorCode distribute(const BlockMesh *mesh, const BodyNumbers *bodies, const Model *m,
                                  DealtMesh *dealt)
 {
@@ -174,7 +175,8 @@ static PetscErrorCode distribute(const BlockMesh *mesh, const BodyNumbers *bodie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers that describe the whole mesh, from rank 0; bodies are numbered there on the way. */
+/* Gives all ranks the numbers that describe the whole mesh, from rank 0, which also numbers the bodies
+   here. */
 static PetscErrorCode describe_mesh(const Scene *scene, const BlockMesh *mesh, BodyNumbers *bodies, Model *m)
 {
   PetscReal longest, measure[2];

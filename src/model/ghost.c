@@ -1,32 +1,34 @@
-/* ghost.c: the one exchange of a cycle: displacements of owned vertices to the ranks that compute elements or
-   contacts with them. Forces never travel: every rank computes all that touches its own vertices.
+/* ghost.c: the one exchange of a cycle. It brings displacements of owned vertices to the ranks that compute
+   elements or contacts with them. Forces never travel, because every rank computes all that touches its own
+   vertices.
 
-   On one machine through shared memory: 33 vertices each way take 0.15 us there, 0.4 by MPI's messages
-   and 1.5 by PetscSF, where a rank with 500 blocks computes for 6. A rank writes each vertex that
-   anyone reads once, into a slot; the others know the slots of theirs. Elsewhere by PetscSF, which
-   also knows who reads what. */
+   On one machine the exchange goes through shared memory: 33 vertices each way take 0.15 us there, 0.4 us by
+   MPI's messages and 1.5 us by PetscSF, while a rank with 500 blocks computes for 6 us. A rank writes each
+   vertex that others read once, into a slot; the others know the slots of their ghosts. Elsewhere the
+   exchange goes through PetscSF, which also knows who reads what. */
 #include "model/model.h"
 #include "base/shared.h"
 
-/* Start of the memory of a rank; behind it two copies, that take turns, of the displacements of its slots. */
+/* The start of a rank's shared memory. Two copies of the displacements in its slots follow; they take
+   turns. */
 typedef struct {
-  Count count;    /* exchanges told so far */
-  PetscInt slots; /* of a copy */
+  Count count;    /* number of exchanges told so far */
+  PetscInt slots; /* number of slots of a copy */
   _Alignas(SHARED_LINE) PetscReal pair[];
 } Told;
 
 typedef struct _p_Ghost {
-  PetscSF sf;              /* leaves: ghost vertices; roots: owned vertices of their owners */
-  MPI_Datatype pair;       /* its unit: 2 doubles */
-  Shared memory;           /* mine NULL: none */
-  Told *told;              /* that of this rank */
-  uint64_t count;          /* exchanges since the memory is there */
-  PetscInt n_told;         /* owned vertices that others read */
+  PetscSF sf;              /* leaves: ghost vertices; roots: their owners' vertices */
+  MPI_Datatype pair;       /* the unit of sf: 2 doubles */
+  Shared memory;           /* mine is NULL where there is none */
+  Told *told;              /* the start of this rank's memory */
+  uint64_t count;          /* exchanges since there is shared memory */
+  PetscInt n_told;         /* number of owned vertices that others read */
   PetscInt *vertex_told;   /* (n_told,) by slot */
-  PetscInt n_near;         /* ranks whose vertices this one reads, or that read its */
-  Told **near;             /* (n_near,) theirs */
+  PetscInt n_near;         /* number of ranks whose vertices this one reads, or that read its own */
+  Told **near;             /* (n_near,) the starts of their memory */
   PetscInt *start;         /* (n_near + 1,) into the next two */
-  PetscInt *vertex, *slot; /* (n_ghosts,) by owner: where a ghost stands here, and there */
+  PetscInt *vertex, *slot; /* (n_ghosts,) by owner: place of a ghost here, its slot there */
 } Ghost;
 
 /* ---- who tells whom */
@@ -50,7 +52,8 @@ static PetscErrorCode connect_sf(const Model *m, Ghost *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A slot for each owned vertex that others read. slot: (n_vertices,), of a ghost that at its owner. */
+/* Numbers the slots of the owned vertices that others read. slot: (n_vertices,); for a ghost the slot at its
+   owner. */
 static PetscErrorCode number_slots(const Model *m, Ghost *g, PetscInt *slot)
 {
   const PetscInt *readers;
@@ -67,7 +70,8 @@ static PetscErrorCode number_slots(const Model *m, Ghost *g, PetscInt *slot)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Memory for the slots of all ranks. The reduction also sees to it that all have read the last exchange. */
+/* Makes shared memory for the slots of all ranks. The reduction also ensures that all ranks have read the
+   last exchange. */
 static PetscErrorCode make_room(const Model *m, Ghost *g)
 {
   const size_t need = sizeof(Told) + 4 * (size_t)g->n_told * sizeof(PetscReal);
@@ -84,7 +88,8 @@ static PetscErrorCode make_room(const Model *m, Ghost *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ghosts by owner. Ranks that only read are near too: they have to be waited for, see shared.h. */
+/* Sorts the ghosts by owner and finds the ranks that are near. Ranks that only read count as near too,
+   because this rank must wait for them; see shared.h. */
 static PetscErrorCode find_near(const Model *m, Ghost *g, const PetscInt *slot)
 {
   PetscInt *n_read, *n_reading, *at, n = 0;
@@ -141,7 +146,7 @@ PetscErrorCode GhostConnect(Model *m)
   if (g->told)
     PetscCall(find_near(m, g, slot));
   else
-    m->one_machine = PETSC_FALSE; // by messages from now on
+    m->one_machine = PETSC_FALSE; // messages are used from now on
   PetscCall(PetscFree(slot));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

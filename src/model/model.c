@@ -1,18 +1,18 @@
-/* model.c: from the Plex of a rank to the flat arrays of model.h. Order of work: owned vertices get their
-   numbers; then the other vertices and outer faces of blocks; then the arrays. What contacts need from other
-   ranks comes from neighbours.c. */
+/* model.c: turns the Plex of a rank into the flat arrays of model.h. Owned vertices get their numbers first,
+   then the other vertices and the outer faces of blocks; then the arrays are filled. neighbours.c adds what
+   contacts need of other ranks. */
 #include "model/model.h"
 #include <petscdmplex.h>
 
 typedef struct {
   DealtMesh d;
-  PetscInt *index; /* (points,) of a vertex: its index on its owner; -1 for a block */
+  PetscInt *index; /* (points,) index of a vertex on its owner; -1 for a block */
 } Builder;
 
 /* ---- owned vertices */
 
 typedef struct {
-  PetscInt inner, body, gid, point; /* inner: condensed body of an inner vertex, -1; body: rigid one, -1 */
+  PetscInt inner, body, gid, point; /* condensed body of an inner vertex, else -1; rigid body, else -1 */
 } OwnedVertex;
 
 static int owned_order(const void *a, const void *b)
@@ -23,7 +23,7 @@ static int owned_order(const void *a, const void *b)
   return (f->gid > g->gid) - (f->gid < g->gid);
 }
 
-/* Tells every rank the index at the owner, by way of rank 0. */
+/* Gives every rank the index of each vertex on its owner, by way of rank 0. */
 static PetscErrorCode share_index(Builder *b)
 {
   PetscInt n, *whole;
@@ -39,8 +39,8 @@ static PetscErrorCode share_index(Builder *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers owned vertices: deformable by gid, then rigid by body and gid, then inner ones of condensed bodies
-   likewise. */
+/* Numbers the owned vertices: deformable ones by gid, then rigid ones by body and gid, then inner ones of
+   condensed bodies by body and gid. */
 static PetscErrorCode number_owned(Builder *b, Model *m)
 {
   OwnedVertex *owned;
@@ -65,7 +65,7 @@ static PetscErrorCode number_owned(Builder *b, Model *m)
 
 /* ---- faces */
 
-/* The vertices of a block in ring order (Plex points); n: 3 or 4. */
+/* Finds the vertices of a block in ring order, as Plex points; n: 3 or 4. */
 static PetscErrorCode block_vertices(const Builder *b, PetscInt block, const PetscInt **vertices, PetscInt *n)
 {
   PetscFunctionBeginUser;
@@ -74,7 +74,7 @@ static PetscErrorCode block_vertices(const Builder *b, PetscInt block, const Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Face k of a block of n vertices v. */
+/* Makes the record of face k of a block with n vertices v. */
 static FaceRecord face_of(const Builder *b, PetscInt block, const PetscInt *v, PetscInt n, PetscInt k)
 {
   const PointRecord *r = b->d.record + block;
@@ -86,14 +86,14 @@ static FaceRecord face_of(const Builder *b, PetscInt block, const PetscInt *v, P
     f.v_owner[i] = vertex->owner, f.v_index[i] = b->index[end];
     f.X[2 * i] = vertex->X[0], f.X[2 * i + 1] = vertex->X[1];
   }
-  for (PetscInt i = 0; i < n; i++) { // how far the block reaches behind the face
+  for (PetscInt i = 0; i < n; i++) { // finds how far the block reaches behind the face
     const PetscReal *P = b->d.record[v[i]].X, ex = f.X[2] - f.X[0], ey = f.X[3] - f.X[1];
     f.thick = PetscMax(f.thick, ((P[1] - f.X[1]) * ex - (P[0] - f.X[0]) * ey) / PetscHypotReal(ex, ey));
   }
   return f;
 }
 
-/* Outer faces of local blocks, by ascending gid; joints come with the sets. */
+/* Makes the outer faces of local blocks, by ascending gid; fill_joints sets their joints. */
 static PetscErrorCode local_faces(const Builder *b, Model *m)
 {
   FaceRecord *face;
@@ -117,7 +117,7 @@ static PetscErrorCode local_faces(const Builder *b, Model *m)
 
 /* ---- ghosts */
 
-/* Ghosts of elements: vertices of our blocks that other ranks own; ascending gid. */
+/* Finds the ghosts of elements, by ascending gid: vertices of this rank's blocks that other ranks own. */
 static PetscErrorCode element_ghosts(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
@@ -135,7 +135,7 @@ static PetscErrorCode element_ghosts(const Builder *b, Model *m)
 
 /* ---- the arrays */
 
-/* Owned vertices; neighbours.c appends the ghosts. */
+/* Fills the arrays of owned vertices; neighbours.c appends the ghosts. */
 static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
@@ -155,7 +155,7 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 
 typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED, KINDS } BlockKind;
 
-/* Quadrilaterals and triangles of each kind in turn. */
+/* Lists quadrilaterals and triangles of each kind in turn. */
 static void element_lists(Model *m, Elements *list[2 * KINDS])
 {
   Elements *const all[] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
@@ -167,7 +167,7 @@ static BlockKind block_kind(const PointRecord *r)
   return r->rigid >= 0 ? KIND_RIGID : r->condensed >= 0 ? KIND_CONDENSED : KIND_DEFORMABLE;
 }
 
-/* One list of elements: n_nodes 3 or 4, of one kind. */
+/* Fills one list of elements of one kind; n_nodes is 3 or 4. */
 static PetscErrorCode fill_elements(const Builder *b, const Model *m, PetscInt n_nodes, BlockKind kind,
                                     Elements *e)
 {
@@ -202,7 +202,7 @@ static PetscErrorCode fill_elements(const Builder *b, const Model *m, PetscInt n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Face set s of the whole mesh on all ranks: face gids, ascending. */
+/* Gives all ranks the face set s of the whole mesh: gids of faces, ascending. */
 static PetscErrorCode share_set(const BlockMesh *mesh, const Model *m, PetscInt s, PetscInt *n,
                                 PetscInt **gids)
 {
@@ -217,7 +217,7 @@ static PetscErrorCode share_set(const BlockMesh *mesh, const Model *m, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Named sets: rows of local faces, ascending gid. */
+/* Fills the named sets: rows of local faces, by ascending gid. */
 static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
 {
   PetscInt n = 0, n_set, *gid, at;
@@ -239,7 +239,7 @@ static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Faces of a set with the name of a joint have that joint, of several the first. */
+/* Gives a face the joint whose name is that of a set with the face; of several joints the first counts. */
 static PetscErrorCode fill_joints(const Scene *scene, Model *m)
 {
   PetscFunctionBeginUser;
@@ -252,7 +252,7 @@ static PetscErrorCode fill_joints(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Named points on this rank. */
+/* Finds the named points on this rank. */
 static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
 {
   PetscInt *vertex_of_point;

@@ -1,5 +1,5 @@
-/* model.h: the data dictionary of one rank: its model, its state, what a stage comes to. Every array with
-   its meaning, [unit], (shape) and who writes it. Conventions: base.h. */
+/* model.h: the data dictionary of a rank: its model, its state, the result of a stage. Each array has its
+   meaning, [unit], (shape) and writer. Conventions: base.h. */
 #pragma once
 #include "mesh/mesh.h"
 
@@ -7,14 +7,14 @@
 typedef struct {
   PetscInt gid, group, body, rigid, joint; /* as in Faces */
   PetscInt v_gid[2], v_file[2], v_owner[2],
-      v_index[2];       /* its two vertices: owner rank, and local index there */
-  PetscReal thick;      /* [m] of its block behind the face */
+      v_index[2];       /* its two vertices: owner rank, and local index on that rank */
+  PetscReal thick;      /* [m] reach of its block behind the face */
   PetscReal X[4], x[4]; /* [m] reference and present coordinates */
 } FaceRecord;
 
-/* A vertex this rank reads but does not own. */
+/* A vertex that this rank reads but does not own. */
 typedef struct {
-  PetscInt gid, file, body, rigid, owner, index; /* owner rank, and local index there */
+  PetscInt gid, file, body, rigid, owner, index; /* owner rank, and local index on that rank */
   PetscReal X[2];                                /* [m] */
 } GhostRecord;
 
@@ -34,24 +34,24 @@ enum { DUMMY_VERTICES = 4 };
 typedef struct {
   PetscInt n;           /* elements of this shape that touch an owned vertex */
   PetscInt n_padded;    /* n rounded up to a whole batch */
-  StrainMeasure strain; /* as the scene says; condensed ones: small */
+  StrainMeasure strain; /* as in the scene; small for condensed blocks */
   PetscInt *vertex;     /* (n_padded / BATCH, 3 or 4, BATCH) local vertices */
   PetscInt *group;      /* (n_padded,) */
-  PetscInt *gid;        /* (n,) block, ascending */
+  PetscInt *gid;        /* (n,) gid of the block, ascending */
   PetscInt *file;       /* (n,) file id */
-  bool *owned;          /* (n,) this rank writes it (its lowest-gid vertex is owned) */
+  bool *owned;          /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
 } Elements;
 
 typedef struct {
-  PetscInt n;        /* outer faces known here: of local blocks, then of remote blocks near them */
-  PetscInt capacity; /* rows that there is room for */
-  PetscInt *vertex;  /* (n,2) local vertices, first and second along the block's ring */
-  PetscInt *gid;     /* (n,) global number, ascending within each of the two; 4 * block gid + k */
-  PetscInt *group;   /* (n,) of the block */
+  PetscInt n;        /* outer faces known here: of local blocks, then remote ones near them */
+  PetscInt capacity; /* rows of allocated room */
+  PetscInt *vertex;  /* (n,2) local vertices, in the order of the block's ring */
+  PetscInt *gid;     /* (n,) 4 * block gid + k, ascending among local and among remote faces */
+  PetscInt *group;   /* (n,) group of the block */
   PetscInt *body;    /* (n,) macroblock of the block */
   PetscInt *rigid;   /* (n,) rigid body the block belongs to, -1: none */
-  PetscInt *joint;   /* (n,) row of Scene.joints whose face set holds it (the first such row), -1: none */
-  PetscReal *thick;  /* [m] (n,) reach of its block behind the face, reference state */
+  PetscInt *joint;   /* (n,) first row of Scene.joints whose face set has the face, -1: none */
+  PetscReal *thick;  /* [m] (n,) reach of its block behind the face, in the reference state */
 } Faces;
 
 /* Lame constants of the plane problem [Pa]: in plane stress lambda is reduced. */
@@ -64,15 +64,15 @@ typedef struct {
   PetscMPIInt rank, size;
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
   PetscReal diameter;       /* [m] of the bounding box of the whole mesh */
-  PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
+  PetscReal contact_margin; /* [m] faces that are nearer than this may be in contact */
   PetscReal
-      contact_depth; /* [m] deepest overlap or widest opening of a contact when contacts were last looked
-                                for, 0: within the margin */
-  PetscReal contact_pressed; /* [m] the overlap alone */
+      contact_depth; /* [m] deepest overlap or widest opening of a contact at the last search, 0: within the
+                        margin */
+  PetscReal contact_pressed; /* [m] deepest overlap at the last search */
 
   /* vertices */
-  PetscInt n_deformable;      /* owned, of deformable blocks */
-  PetscInt n_moving;          /* n_deformable + owned rigid vertices: all that a cycle moves */
+  PetscInt n_deformable;      /* owned vertices of deformable blocks */
+  PetscInt n_moving;          /* n_deformable + owned rigid vertices: all that move in a cycle */
   PetscInt n_owned;           /* n_moving + inner vertices of condensed bodies */
   PetscInt n_vertices;        /* n_owned + ghosts; arrays have DUMMY_VERTICES more */
   PetscReal *X;               /* [m] (n_vertices + DUMMY_VERTICES, 2) reference coordinates */
@@ -82,38 +82,38 @@ typedef struct {
   PetscInt *vertex_rigid;     /* (n_vertices,) rigid body (global number), -1: deformable */
   PetscInt *vertex_condensed; /* (n_owned,) condensed body (global number), -1: none; NULL: no such bodies */
 
-  /* rigid bodies owned here (all their vertices are owned here too) */
+  /* rigid bodies owned here, with all their vertices */
   PetscInt n_bodies;
   PetscInt *body_gid;   /* (n_bodies,) macroblock-like number 0.. n_rigid_global-1, ascending */
   PetscInt *body_start; /* (n_bodies + 1,) first local vertex of each body */
-  PetscReal *body_X;    /* [m] (n_bodies,2) mass centre, reference; with the lumped mass of deformable
-                           blocks at its vertices */
+  PetscReal *body_X;    /* [m] (n_bodies,2) mass centre in the reference state; lumped masses of deformable
+                           blocks at its vertices count */
   PetscReal *body_mass; /* [kg] (n_bodies,2) mass and moment of inertia about that centre (30) */
   PetscInt *body_body;  /* (n_bodies,) macroblock */
 
   PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
   PetscReal *vertex_mass; /* [kg] (n_deformable,) true lumped masses (26)-(27) */
   int16_t *support;       /* (3 n_bodies + 2 n_owned,) row of Scene.supports that holds the dof, -1: it is
-                             free; behind n_dof: inner vertices */
-  PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all do */
+                             free; inner vertices are behind n_dof */
+  PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all enter */
 
   Elements t3, q4;
-  PetscInt *chunk_done; /* (chunks of elements,) see element.c: so many deformable vertices, the first ones,
-                           have all their forces after this chunk */
+  PetscInt *chunk_done; /* (chunks of elements,) number of deformable vertices, from the first on, that have
+                           all their forces after this chunk; see element.c */
   Elements rigid_t3, rigid_q4;              /* rigid blocks: for masses, loads and output only; no forces */
-  Elements condensed_t3, condensed_q4;      /* for set-up, loads and output; no force in a cycle */
-  PetscInt n_condensed, n_condensed_global; /* condensed bodies owned here, and in all */
-  PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of all ranks' condensed bodies */
-  double condensed_wall;          /* [s] that their factors took, once per run */
+  Elements condensed_t3, condensed_q4;      /* for set-up, loads and output; they give no force in a cycle */
+  PetscInt n_condensed, n_condensed_global; /* number of condensed bodies owned here, and of all */
+  PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of the condensed bodies of all ranks */
+  double condensed_wall;          /* [s] that their factors took; they are made once per run */
   struct _p_Condensed *condensed; /* (n_condensed,) ascending number; condense.c */
   Faces faces;                    /* neighbours.c */
-  PetscInt n_faces_local;         /* the first so many faces belong to blocks at owned vertices:
-                                     loads and sets name these */
-  FaceRecord *face_held;          /* (n_held,) far faces of groups that are not upgradeable: known for good */
+  PetscInt n_faces_local;         /* the first n_faces_local faces belong to blocks at owned vertices; loads
+                                     and sets name these */
+  FaceRecord *face_held;          /* (n_held,) remembered: far faces of groups that are not upgradeable */
   PetscInt n_held;
-  GhostRecord *ghosts; /* (n_ghosts,) in the order of the local vertices; neighbours.c */
+  GhostRecord *ghosts; /* (n_ghosts,) in the order of their local vertices; neighbours.c */
   PetscInt n_ghosts, n_element_ghosts;
-  PetscInt vertex_capacity; /* vertices, dummies included, that the arrays of vertices have room for */
+  PetscInt vertex_capacity; /* vertices, dummies included, for which arrays have room */
 
   /* materials by group (n_groups,) */
   PetscInt n_groups;
@@ -124,8 +124,8 @@ typedef struct {
   Lame *lame;           /* of each group */
   PetscReal *density;   /* [kg/m3] */
   PetscInt
-      *later_joint; /* (n_groups, n_groups) row of joints, in place of default, of contacts that come later;
-                            NULL: default, joint_rows.c */
+      *later_joint; /* (n_groups, n_groups) row of joints for contacts that come later, in place of default;
+                       NULL: default; joint_rows.c */
   PetscBool *group_upgradeable;
   PetscReal thickness; /* [m] */
   StrainMeasure strain;
@@ -135,10 +135,10 @@ typedef struct {
   char (*face_set_names)[NAME_LENGTH];
   char (*point_names)[NAME_LENGTH];
   PetscInt *face_set_start; /* (n_face_sets + 1,) into face_set_faces */
-  PetscInt *face_set_faces; /* rows of `faces` (local blocks only), ascending gid within a set */
+  PetscInt *face_set_faces; /* rows of `faces`, local blocks only, in ascending gid within a set */
   PetscInt *point_vertex;   /* (n_points,) local vertex, -1: not on this rank */
 
-  PetscBool one_machine;  /* ranks tell each other through the memory they share */
+  PetscBool one_machine;  /* the ranks share memory and exchange through it */
   struct _p_Ghost *ghost; /* the exchange of a cycle, NULL: one rank; ghost.c */
 } Model;
 
@@ -187,106 +187,106 @@ typedef enum {
   VERDICT_DIVERGED,
   VERDICT_UNDECIDED,
   VERDICT_INTERRUPTED,
-  VERDICT_COMPLETED /* a dynamic stage that ran for its duration */
+  VERDICT_COMPLETED /* a dynamic stage that ran for its whole duration */
 } Verdict;
 
-/* Energy account of a dynamic stage [J]; all but the first three are sums since its start. */
+/* Energy account of a dynamic stage [J]. The first three are present; the others are sums since its start. */
 typedef struct {
-  PetscReal kinetic, strain, joints; /* present */
+  PetscReal kinetic, strain, joints; /* present values */
   PetscReal outside;                 /* work of applied forces, weight included */
   PetscReal supports;                /* work of moving supports */
   PetscReal friction;                /* lost in joints, dashpots included: their work less what they store */
   PetscReal damping;                 /* lost to mass-proportional damping */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */
-  PetscReal balance;                 /* what came in less what is there or lost: 0 when nothing is amiss */
+  PetscReal balance;                 /* what came in less what is there or lost; 0 is exact */
 } Energies;
 
-/* What a stage, with all its trials, has taken. */
+/* The effort of a stage, with all its trials. */
 typedef struct {
-  PetscInt64 evaluations; /* of the forces of the whole model */
-  PetscInt64 solves;      /* with a factor of the stiffness */
+  PetscInt64 evaluations; /* number of evaluations of all forces of the model */
+  PetscInt64 solves;      /* number of solves with a factor of the stiffness */
   PetscInt64 factorisations;
   PetscBool preconditioned, explicit; /* which methods ran */
-  PetscInt64 wanted, available; /* [byte] a factor was not made for want of memory: what it takes, what there
-                                   was; 0: none was wanting */
+  PetscInt64 wanted, available; /* [byte] a factor that was not made for lack of memory: what it takes, what
+                                   there was; 0: none */
 } Effort;
 
-enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* it may name a checkpoint */
+enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* the evidence may name a checkpoint */
 
 typedef struct {
   Verdict verdict;
-  char evidence[EVIDENCE_LENGTH]; /* why, in one line of numbers */
-  PetscInt64 cycles;      /* of this stage: force evaluations of its explicit loop and its iterations */
-  Effort effort;          /* what they cost */
-  PetscReal ratio;        /* [-] largest unbalanced ratio over bodies */
-  PetscInt worst_body;    /* macroblock with that ratio */
+  char evidence[EVIDENCE_LENGTH]; /* the reason for the verdict, in one line of numbers */
+  PetscInt64 cycles;              /* of this stage: force evaluations of its explicit loop, and iterations */
+  Effort effort;                  /* what the stage cost */
+  PetscReal ratio;                /* [-] largest unbalanced ratio over bodies */
+  PetscInt worst_body;            /* macroblock with that ratio */
   PetscReal increment;    /* [-] largest displacement increment of a cycle over largest displacement */
-  PetscReal kinetic;      /* [J] with scaled masses */
+  PetscReal kinetic;      /* [J] with the scaled masses */
   double wall;            /* [s] */
-  PetscReal displacement; /* [m] largest */
-  PetscBool finite;       /* no NaN or infinity among forces and displacements */
+  PetscReal displacement; /* [m] largest displacement */
+  PetscBool finite;       /* forces and displacements have no NaN and no infinity */
   PetscReal time;         /* [s] since the start of the first dynamic stage */
-  PetscInt64 verifications, contacts_made, contacts_lost; /* variable connectivity */
+  PetscInt64 verifications, contacts_made, contacts_lost; /* under variable connectivity */
   PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, at the last verification */
   Energies energy;
 } StageResult;
 
 /* ---- result.c */
 extern const char *const VerdictNames[];
-/* "explicit", "preconditioned", or the one and then the other. */
+/* "explicit", "preconditioned", or one and then the other. */
 const char *EffortMethod(const Effort *effort);
-/* [solves] What it amounts to by Newton's method. */
+/* [solves] The effort counted in solves of Newton's method. */
 PetscReal EffortWork(const Effort *effort);
 
 /* ---- model.c */
-/* Row of the owned rigid body that holds the owned rigid vertex v (bisection). */
+/* Row of the owned rigid body of the owned rigid vertex v, by bisection. */
 PetscInt RigidOfVertex(const Model *model, PetscInt v);
-/* Collective. Builds the flat arrays of this rank (see model.h) and the ghost exchange from the mesh on rank
-   0; finds mesh->part when there is none. */
+/* Collective. Builds the flat arrays of this rank and the ghost exchange from the mesh on rank 0; finds
+   mesh->part when there is none. */
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
 PetscErrorCode ModelDestroy(Model *model);
 
 /* ---- distribute.c */
-/* What a point of the Plex is. */
+/* The description of a point of the Plex. */
 typedef struct {
-  PetscInt gid;       /* block, vertex: its number */
+  PetscInt gid;       /* number of the block or vertex */
   PetscInt file;      /* file id */
-  PetscInt owner;     /* rank: of a vertex, the one that moves it */
+  PetscInt owner;     /* rank; of a vertex, the rank that moves it */
   PetscInt body;      /* macroblock */
   PetscInt rigid;     /* rigid body, -1: none */
   PetscInt condensed; /* condensed body, -1: none */
-  PetscInt group;     /* block */
-  PetscInt outer;     /* block: bit k is set when face k is an outer one */
-  PetscInt inner;     /* vertex: 1: of a condensed body, and not kept */
-  PetscReal X[2];     /* [m] vertex */
+  PetscInt group;     /* of a block */
+  PetscInt outer;     /* of a block: bit k is set when face k is an outer one */
+  PetscInt inner;     /* of a vertex: 1: it belongs to a condensed body and is not kept */
+  PetscReal X[2];     /* [m] of a vertex */
 } PointRecord;
-/* What a rank was dealt: the blocks that touch a vertex it owns, and all their vertices. */
+/* What a rank is dealt: the blocks that touch a vertex it owns, and all vertices of these blocks. */
 struct _p_DM;
 typedef struct {
-  PetscInt n_blocks, n_points; /* points: blocks, then vertices, by ascending gid each */
-  struct _p_DM *dm;            /* cone of a block: its vertices along the ring */
+  PetscInt n_blocks, n_points; /* the points are blocks, then vertices, each by ascending gid */
+  struct _p_DM *dm;            /* the cone of a block is its vertices along the ring */
   PointRecord *record;         /* (n_points,) */
   PetscSF migration;           /* from the whole mesh's points on rank 0; NULL: one rank, that has them all */
 } DealtMesh;
 /* Collective. Numbers the bodies, finds mesh->part when there is none, and deals the mesh out. model, with
-   its comm: its ranks and the numbers that describe the whole mesh. */
+   its comm, receives the ranks and the numbers that describe the whole mesh. */
 PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, DealtMesh *dealt);
 
 /* ---- neighbours.c */
-/* Collective. Which outer faces of other ranks are near ours, in the present state (state NULL: the reference
-   state), and the ghosts and exchange that follow. Rewrites model->faces, the contact ghosts and
-   model->ghost; grows the state's arrays. */
+/* Collective. Finds the outer faces of other ranks near those of this rank in the present state (state NULL:
+   in the reference state), then the ghosts and the exchange that follow. Rewrites model->faces, the contact
+   ghosts and model->ghost; lengthens the state's arrays. */
 PetscErrorCode NeighboursUpdate(Model *model, State *state);
-/* The faces of local blocks, ascending gid; element ghosts must be known. Before the
-   first NeighboursUpdate. */
+/* Makes the faces of local blocks, by ascending gid. Call before the first NeighboursUpdate; the element
+   ghosts must be known. */
 PetscErrorCode FacesCreate(Model *model, PetscInt n, const FaceRecord *face);
 PetscErrorCode FacesDestroy(Model *model);
-/* Local number of the vertex with this gid, owner rank and local index there; -1:
-   neither owned nor a ghost. */
+/* Local number of the vertex with this gid, owner rank and local index there; -1: this rank neither owns it
+   nor has it as a ghost. */
 PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
-/* Sorts by gid, drops repetitions, returns how many remain. */
+/* Sorts by gid, drops repetitions, and returns how many remain. */
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
-/* Makes room for n_owned + n_ghosts vertices and the dummies; keeps what is there. */
+/* Makes room for n_owned + n_ghosts vertices and the dummies; keeps the values. */
 PetscErrorCode VerticesResize(Model *model);
 PetscErrorCode VerticesFree(Model *model);
 
@@ -296,7 +296,7 @@ PetscErrorCode VerticesFree(Model *model);
 PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array);
 /* The state's vertex arrays, likewise. */
 PetscErrorCode StateResize(const Model *model, State *state);
-/* Entries of u, f_ext, support that belong to this rank, those of inner vertices included. */
+/* Whether a support holds the degree of freedom d. */
 static inline PetscBool Held(const Model *m, PetscInt d)
 {
   return (PetscBool)(m->support[d] >= 0);
@@ -313,7 +313,7 @@ static inline PetscReal DofMass(const Model *m, PetscInt d)
   return d < at ? m->body_mass[2 * (d / 3) + (d % 3 == 2)] : m->vertex_mass[(d - at) / 2];
 }
 static inline PetscInt ModelApplied(const Model *m)
-{
+{ // number of entries of f_ext and support on this rank, those of inner vertices included
   return 3 * m->n_bodies + 2 * m->n_owned;
 }
 /* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
@@ -334,9 +334,9 @@ PetscErrorCode GhostDestroy(Model *model);
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 
-/* Row of the face with this gid, -1: not known here. */
+/* Row of the face with this gid, -1: this rank does not know it. */
 PetscInt FaceRow(const Model *m, PetscInt gid);
-/* Ends of a face: present with u (vertex array), reference when u is NULL. */
+/* Ends of a face: present ones with u (vertex array), reference ones when u is NULL. */
 static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
 {
   for (int i = 0; i < 4; i++) {

@@ -1,6 +1,6 @@
-/* neighbours.c: which outer faces of other ranks are near ours, which of their vertices we must read.
-   Called at set-up and whenever contacts are looked for again; faces of other bodies within the contact
-   margin are neighbours. */
+/* neighbours.c: which outer faces of other ranks are near this rank's faces, and which of their vertices it
+   must read. Faces of other bodies within the contact margin are near. Called at set-up and at each search
+   for contacts. */
 #include "model/model.h"
 
 /* ---- order */
@@ -20,7 +20,7 @@ static int ghost_order(const void *a, const void *b)
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts)
 {
   PetscInt kept = 0;
-  if (n) qsort(ghosts, n, sizeof(GhostRecord), ghost_order); // qsort and bsearch want an array even for none
+  if (n) qsort(ghosts, n, sizeof(GhostRecord), ghost_order); // qsort and bsearch need an array even for none
   for (PetscInt i = 0; i < n; i++)
     if (!i || ghosts[i].gid != ghosts[kept - 1].gid) ghosts[kept++] = ghosts[i];
   return kept;
@@ -44,7 +44,8 @@ static PetscBool touches_owned(const Model *m, PetscInt f)
   return (PetscBool)(v[0] < m->n_owned || v[1] < m->n_owned);
 }
 
-/* Where the faces of a rank are: the plane in RASTER x RASTER cells, a bit for each that holds one. */
+/* Where the faces of a rank are: the plane is divided into RASTER x RASTER cells, and a bit tells whether a
+   cell holds a face. */
 enum { RASTER = 64 };
 typedef struct {
   PetscReal origin[2], per_cell[2];
@@ -58,7 +59,7 @@ static void raster_range(const RasterFrame *frame, const PetscReal box[4], int r
   }
 }
 
-/* Bits of the columns of a range. */
+/* The bits of the columns of a range. */
 static uint64_t raster_columns(const int range[4])
 {
   return (~(uint64_t)0 >> (RASTER - 1 - range[2])) & (~(uint64_t)0 << range[0]);
@@ -78,7 +79,8 @@ static void present_box(const Model *m, const PetscReal *u, PetscInt f, PetscRea
   FaceBox(x, x + 2, m->contact_margin + m->contact_depth, box);
 }
 
-/* Rasters of all ranks, over one frame: of the faces at their owned vertices. all: (size, RASTER). */
+/* Shares the rasters of all ranks, over one frame, of the faces at their owned vertices. all: (size,
+   RASTER). */
 static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFrame *frame, uint64_t **all)
 {
   PetscReal box[4], hull[4] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL};
@@ -105,7 +107,7 @@ static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A local face as it travels. */
+/* Makes the record of a local face. */
 static FaceRecord record_of(const Model *m, const PetscReal *u, PetscInt f)
 {
   const Faces *faces = &m->faces;
@@ -127,7 +129,7 @@ static FaceRecord record_of(const Model *m, const PetscReal *u, PetscInt f)
 }
 
 /* Sends each face, from the rank that owns its first vertex, to every rank that has faces in the same cells
-   of the raster. near: (n_faces_local,) whether others have. */
+   of the raster. near: (n_faces_local,) whether another rank has. */
 static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBool *near, PetscInt *n,
                                      FaceRecord **received)
 {
@@ -140,7 +142,7 @@ static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBo
   PetscCall(share_rasters(m, u, &frame, &raster));
   PetscCall(
       PetscCalloc4(m->size, &n_send, m->size, &n_receive, m->size + 1, &at_send, m->size + 1, &at_receive));
-  for (int pass = 0; pass < 2; pass++) { // count, then fill
+  for (int pass = 0; pass < 2; pass++) { // counts, then fills
     for (PetscInt f = 0; f < m->n_faces_local; f++) {
       PetscReal box[4];
       int range[4];
@@ -171,14 +173,15 @@ static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The received faces come first. */
+/* Whether f is a received face and g one of this rank; the received faces come first. */
 static PetscBool received_and_ours(PetscInt f, PetscInt g, const void *context)
 {
   const PetscInt n_received = *(const PetscInt *)context;
   return (PetscBool)(f < n_received && g >= n_received);
 }
 
-/* Keeps the received faces near one of ours at an owned vertex, none that is ours anyway. */
+/* Keeps the received faces that are near one of this rank's faces at an owned vertex, and drops those that it
+   has anyway. */
 static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const PetscBool *near_others,
                                  PetscInt *n, FaceRecord *face)
 {
@@ -205,7 +208,8 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At set-up: the far faces of groups that are not upgradeable, whose contacts stay whatever happens. */
+/* Remembers, at set-up, the far faces of groups that are not upgradeable, because their contacts stay
+   whatever happens. */
 static PetscErrorCode remember_faces(Model *m, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
@@ -240,8 +244,8 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
 
 /* ---- ghosts */
 
-/* Vertices of the far faces that neither this rank owns nor an element here uses, behind
-   the ghosts of elements. */
+/* Finds the ghosts of contacts: vertices of far faces that this rank does not own and no element here uses.
+   They stand behind the ghosts of elements. */
 static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
   const PetscInt n_before = m->n_ghosts;
@@ -273,7 +277,7 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Padding lanes of a list of elements point to the dummy vertices, wherever these stand now. */
+/* Points the padding lanes of a list of elements to the dummy vertices, which may have moved. */
 static void point_padding(const Model *m, int n_nodes, Elements *e)
 {
   for (PetscInt i = e->n; i < e->n_padded; i++)
@@ -309,7 +313,7 @@ static PetscErrorCode free_faces(Faces *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Room for n rows; the first n_faces_local stay. */
+/* Makes room for n rows; the first n_faces_local keep their values. */
 static PetscErrorCode resize_faces(Model *m, PetscInt n)
 {
   Faces f = {.capacity = m->faces.capacity ? n + n / 16 : n}, *old = &m->faces;
@@ -330,7 +334,7 @@ static PetscErrorCode resize_faces(Model *m, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows `at` and further: n of them, the last. */
+/* Fills the last rows, n of them from `at` on. */
 static PetscErrorCode fill_faces(Model *m, PetscInt at, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
@@ -369,7 +373,7 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscInt n = 0;
   PetscBool changed;
   PetscFunctionBeginUser;
-  if (!state) PetscCall(append_ghosts(m)); // set-up: those of elements
+  if (!state) PetscCall(append_ghosts(m)); // at set-up: the ghosts of elements
   if (m->size > 1) PetscCall(far_faces(m, state ? state->u + 3 * m->n_bodies : NULL, &n, &far));
   PetscCall(contact_ghosts(m, n, far, &changed));
   PetscCall(append_ghosts(m));
@@ -378,7 +382,7 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscCall(PetscFree(far));
   if (state) {
     PetscCall(StateResize(m, state));
-    // the dummies may stand where a ghost was
+    // the dummies may stand where a ghost was, so they are cleared
     PetscCall(PetscArrayzero(state->u + 3 * m->n_bodies + 2 * m->n_vertices, 2 * DUMMY_VERTICES));
     PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
     PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
@@ -394,7 +398,7 @@ PetscErrorCode VerticesResize(Model *m)
   PetscFunctionBeginUser;
   m->n_vertices = m->n_owned + m->n_ghosts;
   if (need <= old) PetscFunctionReturn(PETSC_SUCCESS);
-  const PetscInt new = old ? need + need / 4 : need; // room to grow when blocks move
+  const PetscInt new = old ? need + need / 4 : need; // leaves room to grow when blocks move
   PetscCall(ArrayGrow(2 * sizeof(PetscReal), old, new, &m->X));
   PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_gid));
   PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_file));
@@ -415,7 +419,7 @@ PetscErrorCode VerticesFree(Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Place of a value in an ascending list, -1: it is not there. */
+/* Place of a value in an ascending list, -1: the list does not have it. */
 static PetscInt place_of(PetscInt value, PetscInt n, const PetscInt *list)
 {
   PetscInt low = 0, high = n;

@@ -1,4 +1,4 @@
-/* result.c: what a stage has come to, and what it has taken. */
+/* result.c: the result of a stage, and its effort. */
 #include "model/model.h"
 
 const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",
@@ -9,9 +9,9 @@ const char *EffortMethod(const Effort *e)
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 
-/* A force evaluation comes with a tangent and counts as a solve. */
+/* A force evaluation includes a tangent and counts as a solve. */
 PetscReal EffortWork(const Effort *e)
 {
-  static const PetscReal PER_FACTOR = 15.; /* [solves] what a factorisation takes */
+  static const PetscReal PER_FACTOR = 15.; /* [solves] cost of a factorisation */
   return (PetscReal)(1 + e->evaluations + e->solves) + PER_FACTOR * (PetscReal)e->factorisations;
 }

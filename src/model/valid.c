@@ -1,8 +1,8 @@
 /* valid.c: whether the arrays of a model are consistent; for tests. */
 #include "model/model.h"
 
-/* Every vertex, block and rigid body is owned once; element lists ascend; indices stay inside; ghosts carry
-   their owner's coordinates. */
+/* The checks: every vertex, block and rigid body is owned once; element lists ascend; indices are in range;
+   ghosts carry their owner's coordinates. */
 PetscErrorCode ModelIsValid(const Model *m, PetscBool *valid)
 {
   const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
