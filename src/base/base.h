@@ -152,3 +152,11 @@ int FolderSync(const char *path);
 int FileCopy(const char *from, const char *to);
 /* CRC-32 (of zlib) of the first bytes of a file; 0, or -1: it is shorter, or cannot be read (errno). */
 int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
+
+/* ---- json.c */
+/* Text as a string of JSON. */
+void JsonString(FILE *f, const char *text);
+/* "name": value, and what follows; null for what is not finite. */
+void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
+void JsonText(FILE *f, const char *name, const char *value, const char *tail);
+void JsonCount(FILE *f, const char *name, long long value, const char *tail);

@@ -24,17 +24,10 @@ PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
   return any;
 }
 
-/* Whether water presses on faces that move. */
-static PetscBool presses(const Scene *scene, const Load *load)
-{
-  return (PetscBool)(scene->strain == STRAIN_LARGE &&
-                     (load->kind == LOAD_RESERVOIR || load->kind == LOAD_UPLIFT));
-}
-
 PetscBool LoadsPress(const Scene *scene, const Stage *stage)
 {
   for (PetscInt l = 0; l < stage->n_loads; l++)
-    if (presses(scene, scene->loads + stage->loads[l])) return PETSC_TRUE;
+    if (TermPresses(scene, scene->loads + stage->loads[l])) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -42,28 +35,11 @@ PetscBool LoadsPress(const Scene *scene, const Stage *stage)
 static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage *stage, const State *state,
                                 PetscBool dead, PetscBool pressing, PetscReal *f_vertex)
 {
-  const PetscReal *u_vertex = state->u + 3 * m->n_bodies;
   PetscFunctionBeginUser;
   for (PetscInt l = 0; l < stage->n_loads; l++) {
-    const Load *load = scene->loads + stage->loads[l];
-    if (presses(scene, load) ? !pressing : !dead) continue;
-    switch (load->kind) {
-    case LOAD_SELF_WEIGHT:
-      PetscCall(WeightForces(scene, load, m, f_vertex));
-      break;
-    case LOAD_POINT_FORCE:
-      PointForce(load, m, f_vertex);
-      break;
-    case LOAD_UPLIFT:
-      UpliftForces(scene, load, state->uplift + stage->loads[l], m, u_vertex, f_vertex);
-      break;
-    case LOAD_TRACTION:
-      TractionForces(load, m, f_vertex);
-      break;
-    case LOAD_RESERVOIR:
-      ReservoirForces(scene, load, m, u_vertex, f_vertex);
-      break;
-    }
+    const PetscInt load = stage->loads[l];
+    if (TermPresses(scene, scene->loads + load) ? !pressing : !dead) continue;
+    PetscCall(TermApplied(scene, m, stage, state, load, f_vertex));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,6 +4,36 @@
 #include "forces/loads/loads.h"
 #include "forces/water/water.h"
 
+/* ---- terms.c: the table of force terms (term.h), row by row */
+/* Collective. Memory of all terms, into state->terms. */
+PetscErrorCode TermsCreate(const Scene *scene, const Model *model, const Contacts *contacts, State *state);
+PetscErrorCode TermsDestroy(const Scene *scene, State *state);
+/* u, f, k: vertex arrays. Resisting forces besides those of contacts and deformable blocks; row sums; [J]. */
+void TermsForces(const Model *model, const State *state, const PetscReal *u, PetscReal *f);
+void TermsBound(const Model *model, const State *state, PetscReal *k);
+PetscReal TermsEnergy(const Model *model, const State *state, const PetscReal *u);
+PetscErrorCode TermsTangent(const Model *model, const State *state, const PetscReal *u, TermAdd add,
+                            void *context);
+/* Whether the load presses on faces that move. */
+PetscBool TermPresses(const Scene *scene, const Load *load);
+/* Adds the forces of one load, a row of scene->loads. f: vertex array. */
+PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *stage, const State *state,
+                           PetscInt load, PetscReal *f);
+/* Collective. See term.h. */
+PetscErrorCode TermsBegin(const Scene *scene, const Stage *stage, const Model *model,
+                          const Contacts *contacts, const State *state);
+PetscErrorCode TermsSettle(const Scene *scene, const Stage *stage, const Model *model,
+                           const Contacts *contacts, const State *state, StageResult *result,
+                           PetscBool *again);
+PetscErrorCode TermsSurvey(const Scene *scene, const Stage *stage, const Model *model,
+                           const Contacts *contacts, const State *state, PetscBool tell);
+void TermsHistory(const Scene *scene, const State *state, TermHistory what);
+PetscErrorCode TermsArchive(Archive *archive, const Scene *scene, const Model *model, const State *state);
+PetscErrorCode TermsArchiveStable(Archive *archive, const Scene *scene, const Model *model,
+                                  const State *state);
+/* Rank 0. */
+void TermsSummary(FILE *f, const Scene *scene, const Stage *stage, const Model *model, const State *state);
+
 /* ---- applied.c */
 /* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
    face); again after blocks have moved. */

@@ -173,9 +173,9 @@ typedef struct {
                                     in a dynamic stage f_start are the loads that do not follow the motion */
   PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; applied.c */
   PetscReal time;                /* [s] of dynamic stages */
-  PetscReal *u_verified;    /* (n_dof,) u when contacts were last verified; verify.c; NULL: they never are */
-  PetscReal ramp;           /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
-  struct _p_Uplift *uplift; /* (n_loads,) joint line, faces and open length of each uplift load; uplift.c */
+  PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; verify.c; NULL: they never are */
+  PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  void **terms;          /* memory of each force term; terms.c */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */

@@ -54,7 +54,7 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
   PetscCall(PartEnd(PART_EXCHANGE));
   PetscCall(contact_forces(m, joints, contacts, state, PETSC_TRUE, contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
-  CondensedForces(m, state->u + at, state->f + at);
+  TermsForces(m, state, state->u + at, state->f + at);
   PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
   PetscCall(PartEnd(PART_BLOCKS));
   PetscCall(PartBegin(PART_RIGID));
@@ -115,7 +115,7 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   clear_forces(m, (PetscBool)!clear, state->f);
   PetscCall(contact_forces(m, joints, contacts, state, (PetscBool)(contact_scale != NULL), contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
-  CondensedForces(m, state->u + 3 * m->n_bodies, state->f + 3 * m->n_bodies);
+  TermsForces(m, state, state->u + 3 * m->n_bodies, state->f + 3 * m->n_bodies);
   move_vertices(m, state, &damping->sums, &local);
   PetscCall(PartEnd(PART_BLOCKS));
   PetscCall(PartBegin(PART_RIGID));

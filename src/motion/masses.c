@@ -63,7 +63,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
                            (scene->safety * scene->safety) * (state->caution * state->caution);
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
-  CondensedStiffness(m, k);
+  TermsBound(m, state, k);
   PetscCall(ContactStiffness(joints, c, m->thickness, k));
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     PetscReal row[3];

@@ -68,14 +68,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
   PetscCall(ArchiveDofs(a, m, "m", s->m));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
-  for (PetscInt l = 0; l < scene->n_loads; l++) {
-    char label[NAME_LENGTH + 16];
-    if (scene->loads[l].kind != LOAD_UPLIFT) continue;
-    PetscCall(PetscSNPrintf(label, sizeof(label), "crack_%s", scene->loads[l].name));
-    PetscCall(ArchiveReals(a, label, 1, &s->uplift[l].crack));
-    PetscCall(PetscSNPrintf(label, sizeof(label), "rounds_%s", scene->loads[l].name));
-    PetscCall(ArchiveInts(a, label, 1, &s->uplift[l].rounds));
-  }
+  PetscCall(TermsArchive(a, scene, m, s));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   s->loads_turn = (PetscBool)turn; // a rank that has no such loads turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];

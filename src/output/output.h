@@ -167,21 +167,12 @@ void TrialsSay(const Problem *p, size_t size, char *text);
 PetscErrorCode TrialsReset(Trials *trials);
 /* Members of a stage's object in summary.json. */
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
-void SummaryUplift(FILE *f, const Problem *p);
 
 /* ---- mechanism.c */
 enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
 /* Whether a joint slides, or opens, in it. */
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
-
-/* ---- json.c */
-/* Text as a string of JSON. */
-void JsonString(FILE *f, const char *text);
-/* "name": value, and what follows; null for what is not finite. */
-void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
-void JsonText(FILE *f, const char *name, const char *value, const char *tail);
-void JsonCount(FILE *f, const char *name, long long value, const char *tail);
 
 /* ---- hinges.c */
 /* Joints between two bodies that are closed over less than half of their face, with tptm. */

@@ -211,7 +211,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   put_probes(f, p->m, p->output->probes);
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(f, &hinges);
-  if (p->stage->kind != STAGE_FLOOD) SummaryUplift(f, p);
+  if (p->stage->kind != STAGE_FLOOD) TermsSummary(f, p->scene, p->stage, p->m, p->state);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);

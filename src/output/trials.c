@@ -66,7 +66,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonNumber(f, "moved", moved, ", ");
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryHinges(f, hinges);
-  SummaryUplift(f, p);
+  TermsSummary(f, p->scene, p->stage, p->m, p->state);
   put_probes(f, p->m, probes);
   PetscCall(SummaryJoints(f, p, fields));
   fprintf(f, "        }");
@@ -92,7 +92,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
   PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
   PetscCall(GatherMeshDestroy(&mesh));
-  PetscCall(UpliftSurvey(p->scene, p->stage, p->m, p->contacts, p->state, PETSC_FALSE));
+  PetscCall(TermsSurvey(p->scene, p->stage, p->m, p->contacts, p->state, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     hinges = HingesOf(p, &fields);
@@ -224,51 +224,4 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
   for (PetscInt i = 0; i < trials->n; i++)
     fprintf(f, "%s%s\n", trials->json[i], i + 1 < trials->n ? "," : "");
   fprintf(f, "        ]\n      },\n");
-}
-
-/* Open stretches that the full head does not reach. */
-static void put_dry(FILE *f, const Uplift *u)
-{
-  fprintf(f, "\"dry\": [");
-  for (PetscInt i = 0; i < u->n_dry; i++) {
-    const UpliftDry *d = u->dry + i;
-    fprintf(f, "%s{", i ? ", " : "");
-    JsonNumber(f, "from", d->from, ", ");
-    JsonNumber(f, "to", d->to, ", ");
-    JsonNumber(f, "length", d->to - d->from, ", ");
-    JsonNumber(f, "closed_from", d->closed_from, ", ");
-    JsonNumber(f, "closure", d->closure, ", ");
-    fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
-  }
-  fprintf(f, "], ");
-}
-
-/* Of each uplift load that acts: open length, and the diagram with its resultants on
-   both sides of the drain. */
-void SummaryUplift(FILE *f, const Problem *p)
-{
-  const Scene *scene = p->scene;
-  const char *before = "      \"uplift\": {\n";
-  for (PetscInt i = 0; i < p->stage->n_loads; i++) {
-    const Load *load = scene->loads + p->stage->loads[i];
-    const Uplift *u = p->state->uplift + p->stage->loads[i];
-    UpliftDiagram d;
-    PetscReal part[2] = {0., 0.};
-    if (load->kind != LOAD_UPLIFT) continue;
-    UpliftPressure(load, u, scene->gravity, &d);
-    for (PetscInt k = 0; k + 1 < d.n; k++)
-      part[d.s[k] >= load->drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) * scene->thickness;
-    fprintf(f, "%s        \"%s\": {", before, load->name);
-    JsonNumber(f, "open_length", u->crack, ", ");
-    JsonCount(f, "rounds", u->rounds, ", ");
-    JsonNumber(f, "length", u->length, ", ");
-    JsonNumber(f, "to_drain", part[0], ", ");
-    JsonNumber(f, "beyond_drain", part[1], ", ");
-    if (load->cracked) put_dry(f, u);
-    fprintf(f, "\"diagram\": [");
-    for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
-    fprintf(f, "]}");
-    before = ",\n";
-  }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
 }

@@ -92,7 +92,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(CondensedCreate(&q->scene, &q->model));
   PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));
   PetscCall(StateCreate(&q->scene, &q->model, &q->state));
-  PetscCall(UpliftCreate(&q->scene, &q->model, &q->contacts, &q->state));
+  PetscCall(TermsCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
   PetscCall(PartEnd(PART_FIRST_CONTACTS));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,7 +103,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscFunctionBeginUser;
   PetscCall(NewtonDestroy(&q->relax.newton));
   PetscCall(RelaxationDestroy(&q->relax));
-  PetscCall(UpliftDestroy(&q->scene, &q->state));
+  PetscCall(TermsDestroy(&q->scene, &q->state));
   PetscCall(StateDestroy(&q->state));
   PetscCall(ContactsDestroy(&q->contacts));
   PetscCall(CondensedDestroy(&q->model));

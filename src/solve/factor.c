@@ -182,7 +182,7 @@ PetscErrorCode FactorElastic(const Problem *p)
   PetscReal *undeformed;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
-  PetscCall(StiffnessBodies(p->m, NULL, &n->stiffness));
+  PetscCall(StiffnessBodies(p->m, p->state, PETSC_FALSE, &n->stiffness));
   StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
   PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
   PetscCall(PetscFree(undeformed));

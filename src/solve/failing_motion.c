@@ -1,4 +1,5 @@
-/* failing_motion.c: the motion in which a trial or a static stage has collapsed, and what it does to contacts. */
+/* failing_motion.c: the motion in which a trial or a static stage has collapsed, and what it does to
+   contacts. */
 #include "solve/solve.h"
 
 static const PetscReal CLOSES_FROM =

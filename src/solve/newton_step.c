@@ -63,7 +63,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   PetscFunctionBeginUser;
   StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
   if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
-    PetscCall(StiffnessBodies(p->m, p->state->u, &n->stiffness));
+    PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
   if (n->drag > 0.) PetscCall(add_drag(p));
   if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));

@@ -129,26 +129,24 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_node
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Condensed bodies: dense blocks between their kept vertices. */
-static PetscErrorCode add_condensed(const Model *m, const Stiffness *s, Mat matrix)
+/* Where a force term puts its stiffness. */
+typedef struct {
+  const Model *m;
+  const Stiffness *s;
+  Mat matrix;
+} TermMatrix;
+
+static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k, void *context)
 {
+  const TermMatrix *to = context;
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
-    const PetscInt n = c->n_kept;
-    PetscInt *vertices;
-    PetscReal *k;
-    PetscCall(PetscMalloc2(n / 2, &vertices, n * n, &k));
-    for (PetscInt i = 0; i < n / 2; i++) vertices[i] = c->kept[2 * i] / 2;
-    for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(k + i * n, c->S + i * c->stride, n));
-    PetscCall(StiffnessAdd(m, s, matrix, n / 2, vertices, k));
-    PetscCall(PetscFree2(vertices, k));
-  }
+  PetscCall(StiffnessAdd(to->m, to->s, to->matrix, n, vertices, k));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks, and a diagonal of about their size where a dof is held. */
-static PetscErrorCode add_bodies(const Model *m, const PetscReal *u_vertex, const Stiffness *s, Mat matrix)
+/* Blocks and force terms, and a diagonal of about their size where a dof is held. */
+static PetscErrorCode add_bodies(const Model *m, const State *state, const PetscReal *u_vertex,
+                                 const Stiffness *s, Mat matrix)
 {
   PetscReal stiffest = 1.;
   PetscFunctionBeginUser;
@@ -158,17 +156,18 @@ static PetscErrorCode add_bodies(const Model *m, const PetscReal *u_vertex, cons
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
   PetscCall(add_elements(m, &m->q4, 4, u_vertex, s, matrix));
   PetscCall(add_elements(m, &m->t3, 3, u_vertex, s, matrix));
-  PetscCall(add_condensed(m, s, matrix));
+  PetscCall(TermsTangent(m, state, u_vertex, add_of_term, &(TermMatrix){m, s, matrix}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessBodies(const Model *m, const PetscReal *u, Stiffness *s)
+PetscErrorCode StiffnessBodies(const Model *m, const State *state, PetscBool now, Stiffness *s)
 {
+  const PetscReal *u = now ? state->u : NULL;
   PetscFunctionBeginUser;
   s->turns = (PetscBool)(u != NULL);
   PetscCall(set_arms(m, m->strain == STRAIN_LARGE ? u : NULL, s));
   PetscCall(MatZeroEntries(s->bodies));
-  PetscCall(add_bodies(m, u && m->strain == STRAIN_LARGE ? u + 3 * m->n_bodies : NULL, s, s->bodies));
+  PetscCall(add_bodies(m, state, u && m->strain == STRAIN_LARGE ? u + 3 * m->n_bodies : NULL, s, s->bodies));
   PetscCall(MatAssemblyBegin(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -31,10 +31,10 @@ PetscErrorCode StiffnessDestroy(Stiffness *s);
    vertices: the one way into the matrix. Not collective; StiffnessBodies ends the assembly. */
 PetscErrorCode StiffnessAdd(const Model *model, const Stiffness *s, Mat matrix, PetscInt n,
                             const PetscInt *vertices, const PetscReal *k);
-/* Collective. s->bodies: of the blocks and the condensed bodies, in their reference state (u NULL) or, in
-   large strain, at displacements u (as in State). With u the tangent of the joints, too, has what comes of
-   their turning. */
-PetscErrorCode StiffnessBodies(const Model *model, const PetscReal *u, Stiffness *s);
+/* Collective. s->bodies: of the blocks and the force terms, in their reference state or, `now`, in large
+   strain at the displacements of the state. Then the tangent of the joints, too, has what comes of their
+   turning. */
+PetscErrorCode StiffnessBodies(const Model *model, const State *state, PetscBool now, Stiffness *s);
 /* s->joint: of elastic joints; or the tangents of the stress models at the openings and slips last evaluated,
    from the history held. */
 void StiffnessJointsElastic(const Joint *joints, const Contacts *contacts, Stiffness *s);

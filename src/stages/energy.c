@@ -211,6 +211,7 @@ PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
     for (PetscInt i = 0; i < list[l]->n; i++) e->strain += energy[i];
     PetscCall(PetscFree(energy));
   }
+  e->strain += TermsEnergy(m, s, s->u + 3 * m->n_bodies);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -46,7 +46,7 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
   PetscBool again;
   PetscFunctionBeginUser;
   if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(UpliftCrack(p->scene, p->stage, p->m, p->contacts, state, result, &again));
+  PetscCall(TermsSettle(p->scene, p->stage, p->m, p->contacts, state, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
   if (result->verdict == VERDICT_CONVERGED && p->contacts->held) ContactsHold(p->contacts);
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
@@ -113,7 +113,7 @@ static PetscErrorCode prepare(const Problem *p)
   PetscBool slips;
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
-  PetscCall(UpliftStart(scene, p->stage, state));
+  PetscCall(TermsBegin(scene, p->stage, p->m, p->contacts, state));
   PetscCall(LoadsTarget(scene, p->m, p->stage, state));
   // velocities in time mean nothing here
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));

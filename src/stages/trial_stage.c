@@ -10,7 +10,7 @@
 
 /* What a trial starts from. */
 typedef struct {
-  PetscReal *u, *u_verified, *f_ext, *crack;
+  PetscReal *u, *u_verified, *f_ext;
   Contacts contacts;
   PetscReal alpha, q_ray, contact_depth;
 } Snapshot;
@@ -39,8 +39,7 @@ static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
 {
   const Model *m = p->m;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
-                         p->scene->n_loads, &s->crack));
+  PetscCall(PetscMalloc3(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext));
   PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -49,7 +48,7 @@ static PetscErrorCode snapshot_destroy(Snapshot *s)
 {
   PetscFunctionBeginUser;
   PetscCall(ContactsDestroy(&s->contacts));
-  PetscCall(PetscFree4(s->u, s->u_verified, s->f_ext, s->crack));
+  PetscCall(PetscFree3(s->u, s->u_verified, s->f_ext));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -62,7 +61,7 @@ static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
   PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
   PetscCall(ContactsDestroy(&s->contacts));
   PetscCall(ContactsCopy(p->contacts, &s->contacts));
-  for (PetscInt l = 0; l < p->scene->n_loads; l++) s->crack[l] = p->state->uplift[l].crack;
+  TermsHistory(p->scene, p->state, KEEP_STABLE);
   s->alpha = p->state->alpha, s->q_ray = p->relax->damping.q_ray;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -81,7 +80,7 @@ static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
   PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
   PetscCall(ContactsDestroy(p->contacts));
   PetscCall(ContactsCopy(&s->contacts, p->contacts));
-  for (PetscInt l = 0; l < p->scene->n_loads; l++) p->state->uplift[l].crack = s->crack[l];
+  TermsHistory(p->scene, p->state, BACK_TO_STABLE);
   p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
   PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
   PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
@@ -341,7 +340,7 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
   PetscCall(ArchiveDofs(a, d->p.m, "u_verified", s->u_verified));
   PetscCall(ArchiveApplied(a, d->p.m, "f_ext", s->f_ext));
-  PetscCall(ArchiveReals(a, "crack", d->scene->n_loads, s->crack));
+  PetscCall(TermsArchiveStable(a, d->scene, d->p.m, d->p.state));
   const PetscBool moves = (PetscBool)(a->reading && d->p.state->u_verified);
   if (a->reading) RigidMotion(d->p.m, s->u);
   if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, s->u_verified));

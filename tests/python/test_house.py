@@ -20,6 +20,7 @@ ROOMS = {
     "mesh": ["mesh.h"],
     "model": ["model.h"],
     "archive": ["archive.h"],
+    "forces/term": ["term.h"],
     "forces/boundary": ["boundary.h"],
     "forces/contacts/law": ["law.h", "stress_models.h"],  # of one contact; of the lanes of the kernels
     "forces/contacts": ["contacts.h"],

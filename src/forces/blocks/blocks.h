@@ -1,6 +1,7 @@
 /* blocks.h: deformable, rigid and condensed blocks. */
 #pragma once
 #include "forces/contacts/contacts.h"
+#include "forces/term/term.h"
 
 /* ---- rigid.c */
 /* Owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
@@ -78,10 +79,8 @@ typedef struct _p_Condensed {
    that could move alone. */
 PetscErrorCode CondensedCreate(const Scene *scene, Model *model);
 PetscErrorCode CondensedDestroy(Model *model);
-/* Adds S u to f. */
-void CondensedForces(const Model *model, const PetscReal *u, PetscReal *f);
-/* Adds row sums of |S| to k [N/m] (vertices,): larger of the two directions, as ElementStiffness. */
-void CondensedStiffness(const Model *model, PetscReal *k);
+/* Adds S u to f, and row sums of |S| to k: the larger of the two directions, as ElementStiffness. */
+extern const TermKind Condensed_term;
 /* f: applied forces at all vertices; those at inner vertices are passed on to the kept ones. */
 PetscErrorCode CondensedLoads(const Model *model, PetscReal *f);
 /* u at inner vertices from u at the kept ones and the loads f at the inner ones (NULL: none). */

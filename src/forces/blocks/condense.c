@@ -304,8 +304,9 @@ CLONES static void multiply(PetscInt n, const PetscReal *restrict S, const Petsc
   }
 }
 
-void CondensedForces(const Model *m, const PetscReal *u, PetscReal *f)
+static void forces(const void *memory, const Model *m, const PetscReal *u, PetscReal *f)
 {
+  (void)memory; // the model has the bodies
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
@@ -314,8 +315,9 @@ void CondensedForces(const Model *m, const PetscReal *u, PetscReal *f)
   }
 }
 
-void CondensedStiffness(const Model *m, PetscReal *k)
+static void bound(const void *memory, const Model *m, PetscReal *k)
 {
+  (void)memory;
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
@@ -326,6 +328,29 @@ void CondensedStiffness(const Model *m, PetscReal *k)
     }
   }
 }
+
+/* Dense blocks between the kept vertices of each body. */
+static PetscErrorCode tangent(const void *memory, const Model *m, const PetscReal *u, TermAdd add,
+                              void *context)
+{
+  (void)memory, (void)u; // S is that of small strain
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    const PetscInt n = c->n_kept;
+    PetscInt *vertices;
+    PetscReal *k;
+    PetscCall(PetscMalloc2(n / 2, &vertices, n * n, &k));
+    for (PetscInt i = 0; i < n / 2; i++) vertices[i] = c->kept[2 * i] / 2;
+    for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(k + i * n, c->S + i * c->stride, n));
+    PetscCall(add(n / 2, vertices, k, context));
+    PetscCall(PetscFree2(vertices, k));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Condensed_term = {
+    .name = "condensed bodies", .forces = forces, .bound = bound, .tangent = tangent};
 
 /* ---- inside */
 
@@ -398,7 +423,7 @@ PetscErrorCode CondensedRecover(const Model *m, State *state)
   PetscCall(CondensedInner(m, state->f_ext + at, u));
   PetscCall(PetscCalloc2(n, &f, n, &Su));
   ElementForcesCondensed(m, u, f + at);
-  CondensedForces(m, u, Su + at);
+  forces(NULL, m, u, Su + at);
   for (PetscInt d = at + 2 * m->n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
   for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b), also about rigid bodies
   RigidForces(m, state->u, f);

@@ -19,7 +19,7 @@ enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
 
 typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
 
-typedef struct {
+typedef struct _p_Contacts {
   PetscInt n;                              /* real contacts: padding lanes are not counted */
   PetscInt n_padded;                       /* size of the arrays in contacts */
   PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */

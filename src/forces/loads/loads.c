@@ -4,7 +4,7 @@
 /* Weight of the groups the load names: the lumped masses (27) times g downwards. A rigid block is one or two
    triangles, each with a third of its weight at each vertex: the resultant stays at the block's centroid
    however the body turns. */
-PetscErrorCode WeightForces(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex)
+static PetscErrorCode weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex)
 {
   Model chosen = *m; // the same model where the other groups weigh nothing
   const Elements *list[2] = {&m->rigid_q4, &m->rigid_t3};
@@ -34,7 +34,7 @@ PetscErrorCode WeightForces(const Scene *scene, const Load *load, const Model *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TractionForces(const Load *load, const Model *m, PetscReal *f_vertex)
+static void traction(const Load *load, const Model *m, PetscReal *f_vertex)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
@@ -48,9 +48,23 @@ void TractionForces(const Load *load, const Model *m, PetscReal *f_vertex)
   }
 }
 
-void PointForce(const Load *load, const Model *m, PetscReal *f_vertex)
+static void point_force(const Load *load, const Model *m, PetscReal *f_vertex)
 {
   const PetscInt v = m->point_vertex[NameRow(m->n_points, m->point_names, load->target)];
   for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
     f_vertex[2 * v + i] += m->thickness * load->traction[i];
 }
+
+static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
+{
+  const Load *load = v->scene->loads + row;
+  PetscFunctionBeginUser;
+  if (load->kind == LOAD_SELF_WEIGHT) PetscCall(weight(v->scene, load, v->m, f));
+  if (load->kind == LOAD_TRACTION) traction(load, v->m, f);
+  if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Loads_term = {.name = "loads",
+                             .loads = 1u << LOAD_SELF_WEIGHT | 1u << LOAD_TRACTION | 1u << LOAD_POINT_FORCE,
+                             .applied = applied};

@@ -1,5 +1,5 @@
 /* crack.c: the cracked base: open length -> pressure -> equilibrium -> open length. */
-#include "forces/water/profile.h"
+#include "forces/water/uplift.h"
 
 /* A contact along the joint: its ends in the order of s. */
 typedef struct {
@@ -127,16 +127,18 @@ static PetscErrorCode measure(const Model *m, const Contacts *c, const Load *loa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftSurvey(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c,
-                            State *state, PetscBool tell)
+PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
 {
+  const Scene *scene = v->scene;
+  const Stage *stage = v->stage;
+  const Model *m = v->m;
   PetscReal wet;
   PetscFunctionBeginUser;
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = scene->loads + stage->loads[l];
-    Uplift *u = state->uplift + stage->loads[l];
+    Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
-    PetscCall(measure(m, c, load, u, &wet));
+    PetscCall(measure(m, v->contacts, load, u, &wet));
     for (PetscInt i = 0; i < u->n_dry && tell && !m->rank; i++) {
       const UpliftDry *d = u->dry + i;
       if (d->at_toe) continue; // the tailwater stands there
@@ -153,21 +155,24 @@ PetscErrorCode UpliftSurvey(const Scene *scene, const Stage *stage, const Model 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftStart(const Scene *scene, const Stage *stage, State *state)
+PetscErrorCode UpliftStart(const TermView *v)
 {
+  const Scene *scene = v->scene;
+  const Stage *stage = v->stage;
+  Uplift *all = v->memory;
   PetscFunctionBeginUser;
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     PetscBool acts = PETSC_FALSE;
     for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);
-    state->uplift[l].rounds = 0;
-    if (!acts) state->uplift[l].crack = 0.;
+    all[l].rounds = 0;
+    if (!acts) all[l].crack = 0.;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftCrack(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c,
-                           State *state, StageResult *result, PetscBool *again)
+PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *again)
 {
+  const Stage *stage = v->stage;
   enum { MOST_ROUNDS = 200 };
   const PetscReal through = 0.99; // of the joint: what is left is crushed before it holds
   const PetscBool at_rest = (PetscBool)(result->verdict == VERDICT_CONVERGED);
@@ -175,10 +180,10 @@ PetscErrorCode UpliftCrack(const Scene *scene, const Stage *stage, const Model *
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
   for (PetscInt l = 0; l < stage->n_loads; l++) {
-    const Load *load = scene->loads + stage->loads[l];
-    Uplift *u = state->uplift + stage->loads[l];
+    const Load *load = v->scene->loads + stage->loads[l];
+    Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
-    PetscCall(measure(m, c, load, u, &crack));
+    PetscCall(measure(v->m, v->contacts, load, u, &crack));
     const PetscBool runs = (PetscBool)(crack > through * u->length);
     // on the way only growth counts: at rest it may shrink again
     const PetscReal change = at_rest ? PetscAbsReal(crack - u->crack) : crack - u->crack;

@@ -1,5 +1,5 @@
 /* profile.c: the contacts of a joint, the same on all ranks. */
-#include "forces/water/profile.h"
+#include "forces/water/uplift.h"
 
 static int row_order(const void *a, const void *b)
 {

@@ -24,9 +24,12 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   }
 }
 
-void ReservoirForces(const Scene *scene, const Load *load, const Model *m, const PetscReal *u_vertex,
-                     PetscReal *f_vertex)
+static PetscErrorCode applied(const TermView *w, PetscInt row, PetscReal *f_vertex)
 {
+  const Model *m = w->m;
+  const Load *load = w->scene->loads + row;
+  const PetscReal *u_vertex = w->state->u + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
     const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
@@ -34,8 +37,12 @@ void ReservoirForces(const Scene *scene, const Load *load, const Model *m, const
     const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
     PetscReal x[4], f[4];
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u_vertex[2 * v[k / 2] + k % 2];
-    WaterOnFace(x, load->level, load->density * scene->gravity, m->thickness, f);
+    WaterOnFace(x, load->level, load->density * w->scene->gravity, m->thickness, f);
     for (int k = 0; k < 4; k++)
       if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+const TermKind Reservoir_term = {
+    .name = "reservoir", .loads = 1u << LOAD_RESERVOIR, .presses = PETSC_TRUE, .applied = applied};

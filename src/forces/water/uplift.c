@@ -16,7 +16,7 @@
 
    npb is the paper's; what the user must compare with the guideline in force: usbr (written for X <= 0.05
    H1), usace and ferc, and the crack in all of them (docs/scene.md). */
-#include "forces/water/profile.h"
+#include "forces/water/uplift.h"
 
 /* ---- the diagram */
 
@@ -217,23 +217,22 @@ static PetscErrorCode create_one(const Scene *scene, const Load *load, const Mod
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftCreate(const Scene *scene, const Model *m, const Contacts *c, State *state)
+PetscErrorCode UpliftCreate(const Scene *scene, const Model *m, const Contacts *c, Uplift **all)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(scene->n_loads, &state->uplift));
+  PetscCall(PetscCalloc1(scene->n_loads, all));
   for (PetscInt l = 0; l < scene->n_loads; l++)
-    if (scene->loads[l].kind == LOAD_UPLIFT)
-      PetscCall(create_one(scene, scene->loads + l, m, c, state->uplift + l));
+    if (scene->loads[l].kind == LOAD_UPLIFT) PetscCall(create_one(scene, scene->loads + l, m, c, *all + l));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftDestroy(const Scene *scene, State *state)
+PetscErrorCode UpliftDestroy(const Scene *scene, Uplift **all)
 {
   PetscFunctionBeginUser;
-  for (PetscInt l = 0; state->uplift && l < scene->n_loads; l++) {
-    PetscCall(PetscFree(state->uplift[l].gids));
-    PetscCall(PetscFree(state->uplift[l].faces));
+  for (PetscInt l = 0; *all && l < scene->n_loads; l++) {
+    PetscCall(PetscFree((*all)[l].gids));
+    PetscCall(PetscFree((*all)[l].faces));
   }
-  PetscCall(PetscFree(state->uplift));
+  PetscCall(PetscFree(*all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -79,7 +79,7 @@ static PetscErrorCode TangentError(Fixture *f, PetscBool turns, const PetscReal 
   PetscCall(ForcesAt(f, u, h, w, more));
   PetscCall(ForcesAt(f, u, 0., w, at));
   PetscCall(StiffnessCreate(f->model, f->contacts, &s));
-  PetscCall(StiffnessBodies(f->model, turns ? f->state->u : NULL, &s));
+  PetscCall(StiffnessBodies(f->model, f->state, turns, &s));
   StiffnessJoints(f->scene->stages[0].joints, f->contacts, &s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
   PetscCall(MatCreateVecs(s.tangent, &x, &y));
@@ -166,7 +166,7 @@ static PetscErrorCode ElasticTangent(const Fixture *f, Stiffness *s)
 {
   PetscFunctionBeginUser;
   PetscCall(StiffnessCreate(f->model, f->contacts, s));
-  PetscCall(StiffnessBodies(f->model, NULL, s));
+  PetscCall(StiffnessBodies(f->model, f->state, PETSC_FALSE, s));
   StiffnessJointsElastic(f->scene->stages[0].joints, f->contacts, s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, s));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,5 @@
 /* Water pressure along a joint and on its faces, against closed forms. */
-#include "forces/water/water.h"
+#include "forces/water/uplift.h"
 #include "check.h"
 
 /* Forces of a bent diagram on a face that holds the bend: resultant and moment of the integral. */

@@ -1,6 +1,5 @@
 /* json.c: members of a JSON object: a name, a value, and what follows. */
-#include "output/output.h"
-#include <math.h>
+#include "base/base.h"
 
 void JsonString(FILE *f, const char *text)
 {

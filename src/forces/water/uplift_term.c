@@ -1,0 +1,131 @@
+/* uplift_term.c: water in joints as a force term. Its memory: an Uplift for each load of the scene. */
+#include "forces/water/uplift.h"
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  Uplift *all;
+  PetscFunctionBeginUser;
+  PetscCall(UpliftCreate(v->scene, v->m, v->contacts, &all));
+  *memory = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  Uplift *all = *memory;
+  PetscFunctionBeginUser;
+  PetscCall(UpliftDestroy(scene, &all));
+  *memory = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
+{
+  const Uplift *all = v->memory;
+  PetscFunctionBeginUser;
+  UpliftForces(v->scene, v->scene->loads + load, all + load, v->m, v->state->u + 3 * v->m->n_bodies, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void history(const TermView *v, TermHistory what)
+{
+  Uplift *all = v->memory;
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    if (what == KEEP_STABLE)
+      all[l].crack_stable = all[l].crack;
+    else
+      all[l].crack = all[l].crack_stable;
+  }
+}
+
+static PetscErrorCode archive(Archive *a, const TermView *v)
+{
+  Uplift *all = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *load = v->scene->loads + l;
+    char label[NAME_LENGTH + 16];
+    if (load->kind != LOAD_UPLIFT) continue;
+    PetscCall(PetscSNPrintf(label, sizeof(label), "crack_%s", load->name));
+    PetscCall(ArchiveReals(a, label, 1, &all[l].crack));
+    PetscCall(PetscSNPrintf(label, sizeof(label), "rounds_%s", load->name));
+    PetscCall(ArchiveInts(a, label, 1, &all[l].rounds));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_stable(Archive *a, const TermView *v)
+{
+  const PetscInt n = v->scene->n_loads;
+  Uplift *all = v->memory;
+  PetscReal *crack;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &crack));
+  for (PetscInt l = 0; l < n; l++) crack[l] = all[l].crack_stable;
+  PetscCall(ArchiveReals(a, "crack", n, crack));
+  for (PetscInt l = 0; l < n; l++) all[l].crack_stable = crack[l];
+  PetscCall(PetscFree(crack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Open stretches that the full head does not reach. */
+static void put_dry(FILE *f, const Uplift *u)
+{
+  fprintf(f, "\"dry\": [");
+  for (PetscInt i = 0; i < u->n_dry; i++) {
+    const UpliftDry *d = u->dry + i;
+    fprintf(f, "%s{", i ? ", " : "");
+    JsonNumber(f, "from", d->from, ", ");
+    JsonNumber(f, "to", d->to, ", ");
+    JsonNumber(f, "length", d->to - d->from, ", ");
+    JsonNumber(f, "closed_from", d->closed_from, ", ");
+    JsonNumber(f, "closure", d->closure, ", ");
+    fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
+  }
+  fprintf(f, "], ");
+}
+
+/* Of each uplift load that acts: open length, and the diagram with its resultants on
+   both sides of the drain. */
+static void summary(FILE *f, const TermView *v)
+{
+  const Scene *scene = v->scene;
+  const Stage *stage = v->stage;
+  const char *before = "      \"uplift\": {\n";
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const Load *load = scene->loads + stage->loads[i];
+    const Uplift *u = (const Uplift *)v->memory + stage->loads[i];
+    UpliftDiagram d;
+    PetscReal part[2] = {0., 0.};
+    if (load->kind != LOAD_UPLIFT) continue;
+    UpliftPressure(load, u, scene->gravity, &d);
+    for (PetscInt k = 0; k + 1 < d.n; k++)
+      part[d.s[k] >= load->drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) * scene->thickness;
+    fprintf(f, "%s        \"%s\": {", before, load->name);
+    JsonNumber(f, "open_length", u->crack, ", ");
+    JsonCount(f, "rounds", u->rounds, ", ");
+    JsonNumber(f, "length", u->length, ", ");
+    JsonNumber(f, "to_drain", part[0], ", ");
+    JsonNumber(f, "beyond_drain", part[1], ", ");
+    if (load->cracked) put_dry(f, u);
+    fprintf(f, "\"diagram\": [");
+    for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
+    fprintf(f, "]}");
+    before = ",\n";
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}
+
+const TermKind Uplift_term = {.name = "uplift",
+                              .loads = 1u << LOAD_UPLIFT,
+                              .presses = PETSC_TRUE,
+                              .create = create,
+                              .destroy = destroy,
+                              .applied = applied,
+                              .begin = UpliftStart,
+                              .settle = UpliftCrack,
+                              .survey = UpliftSurvey,
+                              .history = history,
+                              .archive = archive,
+                              .archive_stable = archive_stable,
+                              .summary = summary};
