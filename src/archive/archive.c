@@ -62,7 +62,8 @@ static void full_name(const Archive *a, const char *name, char full[2 * NAME_LEN
   snprintf(full, 2 * NAME_LENGTH, "%s%s%s", a->part, a->part[0] ? "/" : "", name);
 }
 
-/* The entry when it has the size that is wanted (rows -1: any); NULL and a message when not. */
+/* The entry of a name, if it has the kind and size that the reader wants (rows -1: any). Otherwise NULL and a
+   message. */
 static const ArchiveEntry *wanted(Archive *a, const char *name, ArchiveKind kind, PetscInt rows,
                                   PetscInt columns)
 {
@@ -76,7 +77,7 @@ static const ArchiveEntry *wanted(Archive *a, const char *name, ArchiveKind kind
   return NULL;
 }
 
-/* Adds a copy of data. */
+/* Adds an entry with a copy of data. */
 static PetscErrorCode put(Archive *a, const char *name, ArchiveKind kind, size_t rows, size_t columns,
                           const void *data)
 {
@@ -93,7 +94,7 @@ static PetscErrorCode put(Archive *a, const char *name, ArchiveKind kind, size_t
 
 /* ---- values that are alike on all ranks */
 
-/* n values of one kind: rank 0 writes them, or reads them for all. */
+/* Moves n values of one kind that all ranks share: rank 0 writes them, or reads them for all. */
 static PetscErrorCode common(Archive *a, const char *name, ArchiveKind kind, MPI_Datatype type, PetscInt n,
                              void *x)
 {
@@ -142,7 +143,7 @@ PetscErrorCode ArchiveSums(Archive *a, const char *name, PetscInt n, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the numbers of each rank and all of them, NULL: there are none that fit. */
+/* Rank 0. The numbers of each rank and of all ranks; NULL: the archive has none that fit. */
 static const PetscReal *summands_of(const Archive *a, const char *name, PetscMPIInt size,
                                     const PetscMPIInt *counts)
 {
@@ -210,7 +211,7 @@ PetscErrorCode ArchiveText(Archive *a, const char *name, char **text)
 
 /* ---- by the gid of vertices and bodies */
 
-/* Rows of `width` numbers, each with its place among n_all. */
+/* Moves rows of `width` numbers, each with its place among n_all. */
 static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const PetscInt *place, PetscInt width,
                              PetscInt n_all, PetscReal *x)
 {
@@ -220,7 +221,7 @@ static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const Pet
   PetscFunctionBeginUser;
   if (!n_all) PetscFunctionReturn(PETSC_SUCCESS);
   full_name(a, name, full);
-  if (!a->reading) { // GatherPlaced frees what it is given
+  if (!a->reading) { // a copy, because GatherPlaced frees its arguments
     PetscCall(PetscMalloc1(n, &places));
     PetscCall(PetscMalloc1(n * width, &rows));
     PetscCall(PetscArraycpy(places, place, n));

@@ -1,8 +1,8 @@
-/* checkpoint.c: when the run is written down, where, and how it goes on; see archive.h.
+/* checkpoint.c: when and where the run is written down, and how it goes on; see archive.h.
 
-   Everything is gathered to rank 0 and written with serial HDF5, as results are: the file is the same
-   on any number of ranks, and it can be checked, verified and renamed as a whole
-   (docs/reliability.md has what it costs). */
+   Rank 0 gathers everything and writes it with serial HDF5, as it does with results. So the file is the same
+   on any number of ranks, and it can be checked, verified and renamed as a whole (docs/reliability.md has the
+   cost). */
 #include "archive/archive.h"
 #include <dirent.h>
 #include <errno.h>
@@ -12,7 +12,7 @@
 /* ---- signals */
 
 static volatile sig_atomic_t stop_signal = 0, write_signal = 0;
-static char stop_line[PETSC_MAX_PATH_LEN + 128]; /* what rank 0 says at once, "" elsewhere */
+static char stop_line[PETSC_MAX_PATH_LEN + 128]; /* the line that rank 0 prints at once, "" elsewhere */
 
 static void on_signal(int number)
 {
@@ -27,9 +27,9 @@ static void on_signal(int number)
   stop_signal = number;
 }
 
-/* mpirun hands SIGUSR1 and SIGUSR2 on to all ranks; after SIGTERM and SIGINT it leaves them about a second.
-   SIGXCPU comes at the limit of processor time, and again each second; a write beyond the largest file
-   (ulimit -f) is to fail like any other. */
+/* The signals that the run obeys. mpirun hands SIGUSR1 and SIGUSR2 on to all ranks, and leaves them about a
+   second after SIGTERM and SIGINT. SIGXCPU comes at the limit of processor time, and again each second. A
+   write beyond the largest file (ulimit -f) must fail like any other write. */
 static const int Caught[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGXCPU, SIGHUP};
 
 void SignalsCatch(void)
@@ -63,7 +63,7 @@ static void path_of(const char *folder, PetscInt number, char path[PETSC_MAX_PAT
   snprintf(path, PETSC_MAX_PATH_LEN, "%.4000s/checkpoint_%06d.h5", folder, (int)number);
 }
 
-/* The number of a checkpoint by its name, -1: it is none. Nine digits are enough for any run. */
+/* The number of a checkpoint by its name, -1: it is no checkpoint. Nine digits are enough for any run. */
 static PetscInt number_of(const char *name)
 {
   int number, end = 0;
@@ -71,8 +71,8 @@ static PetscInt number_of(const char *name)
   return number;
 }
 
-/* Largest number below `below` in a folder, -1: none. 0, or errno where the folder cannot be read: then
-   nobody knows what is in it. */
+/* Finds the largest number below `below` in a folder, -1: none. Returns 0, or errno where the folder cannot
+   be read: then its content is unknown. */
 static int newest(const char *folder, PetscInt below, PetscInt *most)
 {
   *most = -1;
@@ -88,7 +88,7 @@ static int newest(const char *folder, PetscInt below, PetscInt *most)
   return error;
 }
 
-/* Leaves the newest `keep`. */
+/* Removes all but the newest `keep` files. */
 static void rotate(const char *folder, PetscInt number, PetscInt keep)
 {
   char path[PETSC_MAX_PATH_LEN];
@@ -136,7 +136,7 @@ PetscErrorCode CheckpointRefuse(const Checkpoint *c, PetscErrorCode code, const 
 
 /* ---- parts */
 
-/* Marks names of a part, in either direction. */
+/* Reads or writes one checkpoint part, whose names stand below its own. */
 static PetscErrorCode run_part(Archive *a, const CheckpointPart *part)
 {
   PetscFunctionBeginUser;
@@ -171,7 +171,7 @@ PetscErrorCode CheckpointDetach(Checkpoint *c)
 {
   PetscFunctionBeginUser;
   c->n_parts--;
-  // a stage is over: whatever comes now starts anew
+  // the stage is over, so whatever comes now starts anew
   c->resuming = PETSC_FALSE;
   PetscCall(ArchiveDestroy(&c->resume));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -179,7 +179,7 @@ PetscErrorCode CheckpointDetach(Checkpoint *c)
 
 /* ---- writing */
 
-/* Rank 0. The number of the next file: behind all that are there. */
+/* Rank 0. Finds the number of the next file, which is behind all that are there. */
 static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
 {
   const int error = c->number < 0 ? newest(c->folder, PETSC_MAX_INT, &c->number) : 0;
@@ -187,7 +187,7 @@ static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
   c->number++;
 }
 
-/* Rank 0. A folder that somebody removes while the file is written is made again, once. */
+/* Rank 0. Writes the file; if somebody removes the folder meanwhile, makes the folder again, once. */
 static PetscErrorCode write_file(const Checkpoint *c, const Archive *archive, const char *path,
                                  char message[MESSAGE_LENGTH])
 {
@@ -257,12 +257,12 @@ static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResul
 
 enum { STOP, WRITE, TIME, LIMIT, REQUESTS };
 
-/* Collective. What signals and the clock of rank 0 ask for. */
+/* Collective. Finds what signals and the clock of rank 0 ask for. */
 static PetscErrorCode requests(Checkpoint *c, int request[REQUESTS])
 {
   const double now = MPI_Wtime(), minutes = 60. * c->scene->checkpoint_minutes,
                limit = 60. * c->scene->wall_limit;
-  // two more looks and a checkpoint must fit in
+  // there must be time for two more looks and a checkpoint
   const double ahead = now - c->start_wall + 2. * (now - c->poll_wall) + c->write_wall;
   PetscFunctionBeginUser;
   c->poll_wall = now;
@@ -306,7 +306,7 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 
 /* ---- restart */
 
-/* Options that change no number of the results. */
+/* Whether a line is an option that changes no number of the results. */
 static PetscBool is_idle(const char *line)
 {
   static const char *const idle[] = {"title ",       "output ", "restart ",   "advise ",
@@ -317,7 +317,7 @@ static PetscBool is_idle(const char *line)
   return PETSC_FALSE;
 }
 
-/* Of the options that change results. */
+/* Hashes the options that change results. */
 static uint64_t hash_options(const Checkpoint *c, uint64_t h)
 {
   for (const char *line = c->scene->options, *end; line && *line; line = end + (*end == '\n')) {
@@ -348,7 +348,7 @@ static PetscBool are_options(const char *text)
   return PETSC_TRUE;
 }
 
-/* The value of the key that `line` begins with, in `text`; NULL: it has none. */
+/* The value in `text` of the key that `line` begins with; NULL: `text` does not have the key. */
 static const char *value_of(const char *text, const char *line)
 {
   const size_t n = strcspn(line, " ") + 1;
@@ -366,7 +366,7 @@ static PetscBool values_equal(const char *a, const char *b)
   return (PetscBool)(end[0] != a && end[1] != b && *end[0] == '\n' && *end[1] == '\n' && x == y);
 }
 
-/* The key as the command line has it. */
+/* Prints the change of an option, with its key as the command line has it. */
 static void say(const char *line, const char *old, const char *new)
 {
   char key[6 * NAME_LENGTH];
@@ -376,7 +376,7 @@ static void say(const char *line, const char *old, const char *new)
          old ? old : "not given", new ? (int)strcspn(new, "\n") : 9, new ? new : "not given");
 }
 
-/* Rank 0: says which options differ, key by key; whether any does. */
+/* Rank 0. Says which options differ, key by key, and returns whether any does. */
 static PetscBool compare_options(const char *old, const char *new)
 {
   PetscBool differ = PETSC_FALSE;
@@ -394,7 +394,7 @@ static PetscBool compare_options(const char *old, const char *new)
   return differ;
 }
 
-/* Rank 0: one file into c->resume; message: why not. */
+/* Rank 0. Reads one file into c->resume; message: why it cannot. */
 static PetscErrorCode read_file(Checkpoint *c, const char *path, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
@@ -405,7 +405,7 @@ static PetscErrorCode read_file(Checkpoint *c, const char *path, char message[ME
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the newest good file of a folder; found: there is a file at all. */
+/* Rank 0. Reads the newest good file of a folder; found: the folder has a checkpoint at all. */
 static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *found,
                                   char message[MESSAGE_LENGTH])
 {
@@ -421,7 +421,7 @@ static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *
     fprintf(stderr, "quoin: warning: restart: '%s' is passed over: %s\n", path, reason);
   }
   if (error) {
-    *found = PETSC_TRUE; // perhaps
+    *found = PETSC_TRUE; // an unreadable folder may have one
     snprintf(message, MESSAGE_LENGTH, "restart: cannot read '%.700s': %s", folder, strerror(error));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -429,7 +429,7 @@ static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: what scene->restart names: a file, a folder of checkpoints, an output folder, or auto. */
+/* Rank 0. Finds what scene->restart names: a file, a folder of checkpoints, an output folder, or auto. */
 static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[MESSAGE_LENGTH])
 {
   const char *name = c->scene->restart;
@@ -450,7 +450,7 @@ static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[ME
   if (!automatic && !newest(folder, PETSC_MAX_INT, &number) && number < 0)
     PetscCall(PetscSNPrintf(folder, sizeof(folder), "%.4000s/checkpoints", name));
   PetscCall(read_newest(c, folder, found, message));
-  if (automatic && !*found) message[0] = 0; // a run from the start
+  if (automatic && !*found) message[0] = 0; // the run begins at the start
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

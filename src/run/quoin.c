@@ -1,4 +1,4 @@
-/* quoin.c: the lifecycle. QuoinSetUp is the one place where the order of set-up is written down. */
+/* quoin.c: the life of a run. QuoinSetUp is the one place that has the order of set-up. */
 #include "run/run.h"
 #include "base/memory.h"
 
@@ -12,8 +12,8 @@ struct _p_Quoin {
   Output output;
   Checkpoint checkpoint;
   Repartition repartition;
-  uint64_t mesh;  /* its checksum; rank 0 */
-  PetscInt stage; /* that runs, or is next */
+  uint64_t mesh;  /* checksum of the mesh; rank 0 */
+  PetscInt stage; /* the stage that runs, or comes next */
   StageResult last;
   PetscBool has_model, has_output;
 };
@@ -54,7 +54,7 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What only shows when mesh, scene and ranks are seen together. */
+/* Checks what only shows when mesh, scene and ranks are seen together. */
 static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -78,7 +78,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All that hangs on the partition, at the reference state. */
+/* Builds all that depends on the partition, in the reference state. */
 static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 {
   PetscFunctionBeginUser;
@@ -111,7 +111,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same on the partition that repartition.c has found. */
+/* Builds it again, on the partition that repartition.c has found. */
 static PetscErrorCode renew(void *context)
 {
   Quoin q = context;
@@ -133,7 +133,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(PartEnd(PART_READING));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
-  PetscCall(SupportMotionsRead(&q->scene, q->comm, &motions)); // now, not hours later: a file that is none
+  PetscCall(SupportMotionsRead(&q->scene, q->comm, &motions)); // a bad file is refused now, not hours later
   PetscCall(SupportMotionsDestroy(&q->scene, &motions));
   for (PetscInt g = 0; g < mesh.n_groups; g++)
     mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
@@ -184,7 +184,7 @@ PetscErrorCode QuoinView(Quoin q)
 
 /* ---- what a checkpoint keeps, see archive.h */
 
-/* Names in their order, a line each; free with free(). */
+/* Lists names in their order, a line each; free the text with free(). */
 static char *names_of(size_t stride, PetscInt n, const void *first)
 {
   char *text = calloc((size_t)n + 1, NAME_LENGTH + 1), *end = text;
@@ -193,7 +193,8 @@ static char *names_of(size_t stride, PetscInt n, const void *first)
   return text;
 }
 
-/* Where the run is; a scene whose joints, or stages up to there, are others cannot go on from it. */
+/* Archives where the run is. A scene with other joints, or with other stages up to there, cannot go on from
+   it. */
 static PetscErrorCode archive_run(Archive *a, void *context)
 {
   Quoin q = context;
@@ -237,7 +238,7 @@ static PetscErrorCode archive_relaxation(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From the start, or from where a checkpoint left off. */
+/* Starts the run, from its beginning or from where a checkpoint left off. */
 static PetscErrorCode start(Quoin q)
 {
   PetscBool resumed;
@@ -255,7 +256,8 @@ static PetscErrorCode start(Quoin q)
   PetscCall(PartReportSetUp(q->comm));
   q->checkpoint.last_cycle = q->state.cycle;
   q->checkpoint.repartition = &q->repartition;
-  // set-up deals out by where blocks were at the start
+  // the partition of set-up goes by where blocks were at the start, so a resumed run looks for a better one
+  // at once
   q->repartition.looked = resumed ? q->state.cycle - q->scene.repartition_every : 0;
   if (resumed)
     PetscCall(
@@ -277,7 +279,7 @@ PetscErrorCode QuoinRun(Quoin q)
                        &q->scene, stage,        q->stage,  &q->last};
     PetscCall(StageRun(&p));
     PetscCall(OutputStage(&p));
-    // after any other verdict the next stage would start from no equilibrium
+    // after any other verdict the next stage would not start from an equilibrium
     if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
     q->stage++;
     if (q->output.settled) PetscCall(CheckpointWrite(&q->checkpoint, q->state.cycle));
@@ -308,7 +310,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The insides, for the project's own tests and benchmarks (src/internal.h). */
+/* Gives access to the insides, for the project's own tests and benchmarks. */
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              Relaxation **relax)
 {

@@ -1,10 +1,10 @@
-/* warnings.c: what a scene may do, and is told. Rank 0, once a run. */
+/* warnings.c: warnings of what a scene may do, but should do knowingly. Rank 0, once a run. */
 #include "run/run.h"
 
-/* Slender blocks are allowed, and told: they set the time step and are stiff in bending. */
+/* Slender blocks are allowed, with a warning: they set the time step and are stiff in bending. */
 void WarnSlender(const BlockMesh *mesh)
 {
-  static PetscBool told = PETSC_FALSE; // advise.c sets up the same mesh many times
+  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
   PetscInt n, worst;
   PetscReal ratio;
   MeshSlender(mesh, &n, &worst, &ratio);
@@ -18,8 +18,8 @@ void WarnSlender(const BlockMesh *mesh)
   fflush(stderr);
 }
 
-/* Poisson's ratios from which full blocks lock: a cantilever of 20 by 4 of them is 10 % too stiff in bending
-   at 0.2, 19 % at 0.45, 49 % at 0.49 (bending blocks: 0, 2 and 3 %). Plane stress never does. */
+/* Poisson's ratio from which full blocks lock. A cantilever of 20 by 4 of them is 10 % too stiff in bending
+   at 0.2, 19 % at 0.45, 49 % at 0.49 (bending blocks: 0, 2 and 3 %). In plane stress blocks never lock. */
 static const PetscReal LOCKS_FROM = 0.45;
 
 void WarnLocking(const Scene *scene)
@@ -39,7 +39,7 @@ void WarnLocking(const Scene *scene)
   fflush(stderr);
 }
 
-/* Newton's method keeps its contacts. */
+/* Newton's method keeps its contacts, so stages of variable connectivity take explicit cycles. */
 void WarnExplicit(const Scene *scene)
 {
   static PetscBool told = PETSC_FALSE;

@@ -1,28 +1,28 @@
-/* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene as it is, and
-   then with one thing changed at a time, is tried (study.h); what a change saves and what it alters in the
-   answers is measured against the scene as it is, on the same mesh. */
+/* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene is tried as it
+   is, and then with one thing changed at a time (study.h). Each change is measured against the scene as it
+   is, on the same mesh: what it saves, and how it alters the answers. */
 #include "study/study.h"
 #include "base/memory.h"
 
 enum { MOST_RIGID = 4, MOST_VARIANTS = 6 + MOST_RIGID, OPTION = 4 * NAME_LENGTH, TAKEN = 80 };
-static const double PAYS = 1.2; /* times as fast, to be worth a word */
+static const double PAYS = 1.2; /* a change must be this many times faster to be named */
 
-/* The scene with something changed. */
+/* The scene with one change. */
 typedef struct {
   char what[128];
   char *options; /* "-key\nvalue\n" ... */
   Attempt attempt;
-  PetscReal difference[2]; /* of AttemptDifference, from the scene as it is; rank 0 */
+  PetscReal difference[2]; /* AttemptDifference from the scene as it is; rank 0 */
 } Variant;
 
 typedef struct {
   MPI_Comm comm;
   PetscMPIInt rank;
   const Scene *scene;
-  MethodKind method; /* as the scene has it */
+  MethodKind method; /* method of the scene */
   const Model *m;
   Attempt base;
-  PetscInt most_options; /* of a variant: each of OPTION bytes at most */
+  PetscInt most_options; /* of a variant, each of at most OPTION bytes */
   PetscInt n;
   Variant variant[MOST_VARIANTS];
 } Advisor;
@@ -43,7 +43,7 @@ static PetscErrorCode add_variant(Advisor *a, const char *what, Variant **varian
 static PetscErrorCode drop_variant(Advisor *a)
 {
   a->n--;
-  return PetscFree(a->variant[a->n].options); // a macro: its argument stands there twice
+  return PetscFree(a->variant[a->n].options); // PetscFree is a macro that repeats its argument
 }
 
 static void add_option(Variant *v, const char *section, const char *name, const char *key, const char *value)
@@ -67,7 +67,7 @@ static PetscBool is_variable(const Stage *s)
   return (PetscBool)(s->variable != 0);
 }
 
-/* Simpler distributions of stress along the contacts. */
+/* Adds variants with simpler stress models of the contacts. */
 static PetscErrorCode stress_variants(Advisor *a)
 {
   static const StressModelKind simpler[] = {STRESS_T2PT, STRESS_PT};
@@ -92,7 +92,7 @@ static PetscBool is_plain(const Material *g)
   return (PetscBool)(!g->rigid && !g->condensed);
 }
 
-/* Blocks of one point, condensed bodies, rigid groups. */
+/* Adds variants with blocks of one point, condensed bodies, rigid groups. */
 static PetscErrorCode material_variants(Advisor *a)
 {
   const Scene *scene = a->scene;
@@ -140,7 +140,7 @@ static PetscErrorCode strain_variant(Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads and tries a variant: argv of the run, then its options. */
+/* Reads and tries a variant: argv of the run, then the variant's options. */
 static PetscErrorCode try_variant(Advisor *a, const char *scene_file, int argc, char **argv, Variant *v)
 {
   char *text, **words;
@@ -160,7 +160,7 @@ static PetscErrorCode try_variant(Advisor *a, const char *scene_file, int argc, 
 
 /* ---- what is printed */
 
-/* A number in a column, "-" for what is not known. */
+/* A number for a column; "-" when it is not known. */
 static const char *number(double value, const char *format, char text[32])
 {
   if (isfinite(value))
@@ -170,7 +170,7 @@ static const char *number(double value, const char *format, char text[32])
   return text;
 }
 
-/* Before anything is factorised. */
+/* Prints the memory before anything is factorised. */
 static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
 {
   const Model *m = a->m;
@@ -197,7 +197,7 @@ static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What an attempt had taken when it was given up. */
+/* Says what an attempt had taken when it was given up. */
 static const char *spent(const Attempt *t, char text[TAKEN])
 {
   snprintf(text, TAKEN, "%lld force evaluations, %lld solves", (long long)t->spent.evaluations,
@@ -205,7 +205,7 @@ static const char *spent(const Attempt *t, char text[TAKEN])
   return text;
 }
 
-/* What "-" means. */
+/* Explains "-". */
 static PetscErrorCode print_unknown(const Advisor *a)
 {
   PetscBool any = PETSC_FALSE;
@@ -220,8 +220,8 @@ static PetscErrorCode print_unknown(const Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cycles of a stage, or seconds of `each`: the likely number, or, marked, the least where there may be any
-   number of them. */
+/* Cycles of a stage, or seconds at `each` a cycle: the likely number, or the least number with a mark where
+   there may be any number of cycles. */
 static const char *likely(const Cost *c, double each, const char *format, char text[40])
 {
   char plain[32];
@@ -290,7 +290,7 @@ static PetscErrorCode print_row(const Advisor *a, const char *what, const Attemp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether all stages that are not dynamic take this way already, as far as they can. */
+/* Whether all stages that are not dynamic take this method already, as far as they can. */
 static PetscBool has_method(const Advisor *a, MethodKind how)
 {
   if (a->method != METHOD_AUTO) return (PetscBool)(a->method == how);
@@ -299,7 +299,7 @@ static PetscBool has_method(const Advisor *a, MethodKind how)
   return PETSC_TRUE;
 }
 
-/* The cheapest way among the scene and its variants whose first `answers` stay within the accuracy. */
+/* Prints the cheapest way: the scene or a variant whose first `answers` stay within the accuracy. */
 static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBool displacements)
 {
   const double now = AttemptAsItIs(a->scene, &a->base);
@@ -337,7 +337,7 @@ static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stages whose answers, such as where trials fail, were compared with nothing. */
+/* Prints the stages whose answers, such as where trials fail, were compared with nothing. */
 static PetscErrorCode print_untried(const Advisor *a)
 {
   PetscBool any = PETSC_FALSE;
@@ -355,7 +355,7 @@ static PetscErrorCode print_untried(const Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Connectivity that is variable, where nothing moves far enough to ask for it. */
+/* Prints whether variable connectivity is needed: nothing may move far enough to ask for it. */
 static PetscErrorCode print_connectivity(const Advisor *a)
 {
   const PetscReal moved = a->base.moved;

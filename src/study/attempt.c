@@ -1,28 +1,29 @@
-/* attempt.c: tries a scene for what it costs and what it answers. Its first static stages are brought to
-   equilibrium by Newton's method, which is short, and some explicit cycles are timed. Nothing is written.
+/* attempt.c: tries a scene for what it costs and what it answers. Newton's method, which is short, brings its
+   first static stages to equilibrium; then some explicit cycles are timed. Nothing is written.
 
-   Cycles. With scaled masses and damping (38) that is critical at the lowest frequency omega, all motions
-   decay as exp(-omega t): a stage takes its ramp and ln(1/tolerance)/omega cycles. Where contacts slip or
-   open the frequency is less than that with elastic joints, and alpha strays: more by PART_LOOSE times
-   their part, which fits the examples (docs/performance.md) to RANGE. */
+   The number of cycles follows from the lowest frequency omega. With scaled masses and damping (38) that is
+   critical at omega, all motions decay as exp(-omega t), so a stage takes its ramp and ln(1/tolerance)/omega
+   cycles. Where contacts slip or open, the frequency is lower than with elastic joints, and alpha strays: the
+   cycles grow by PART_LOOSE times the part of such contacts. This fits the examples (docs/performance.md) to
+   RANGE. */
 #include "study/study.h"
 
 static const PetscReal PART_LOOSE = 4., RANGE = 2.5;
-/* What that was fitted to: with more bodies, and more than some contacts that slip, the upper end is not
+/* The limits of that fit. With more bodies, and more than a few contacts that slip, the upper end is not
    known (20 000 stones took 13 times as many cycles). */
 static const PetscReal MOST_BODIES = 1000., FEW_LOOSE = 0.02;
-/* Newton's method, fitted to ten studies (docs/performance.md): force evaluations of a
-   trial, solves for each of them, and how both grow with the number of bodies; how far a study may be off. */
+/* The effort of Newton's method, fitted to ten studies (docs/performance.md): force evaluations of a trial,
+   solves for each evaluation, how both grow with the number of bodies, and how far a study may be off. */
 typedef struct {
   PetscReal evaluations, with_bodies, solves, solves_with_bodies;
 } TrialEffort;
 static const TrialEffort STANDS = {4.5, 0.12, 1.7, 0.22}, FAILS = {42., 0.2, 6.2, 0.};
 static const PetscReal EFFORT_RANGE = 2.5;
-static const PetscReal AFFORDABLE = 5e7; /* blocks, and contacts four times, of explicit cycles after Newton's
-                                            method has failed: some seconds */
+static const PetscReal AFFORDABLE = 5e7; /* explicit cycles after Newton's method has failed: blocks plus four
+                                            times the contacts, times cycles; some seconds */
 static const double TIMED =
-    0.001; /* [s] of cycles in a row that a clock can tell; short, so that some meet no other work */
-/* [solves] of Newton's method in a stage: affordable cycles over DEARER; at least LEAST_WORK */
+    0.001; /* [s] of cycles in a row: long enough for a clock, short enough that some meet no other work */
+/* [solves] Limit of Newton's method in a stage: affordable cycles over DEARER, at least LEAST_WORK. */
 static const PetscReal DEARER = 3., LEAST_WORK = 300.;
 enum { REPEATS = 40, FIRST_CYCLES = 1, DYNAMIC_CYCLES = 50 };
 
@@ -34,7 +35,7 @@ static double slowest(MPI_Comm comm, double seconds)
 
 /* ---- cycles */
 
-/* [s] of an explicit cycle, the least of some repeats, from the state as it is. */
+/* [s] Times an explicit cycle from the present state; the least of some repeats. */
 static PetscErrorCode time_cycles(const Problem *p, const Stage *stage, double *seconds)
 {
   PetscInt n = FIRST_CYCLES;
@@ -72,7 +73,7 @@ PetscErrorCode AttemptContacts(const Model *m, const Contacts *c, PetscInt n[2])
 
 static const Cost UNKNOWN = {NAN, NAN, NAN, {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, NAN, 1.};
 
-/* `times` relaxations of a stage, each after a ramp of so many cycles. */
+/* The cost of `times` relaxations of a stage, each after a ramp of so many cycles. */
 static Cost relaxations(const Attempt *a, const Stage *stage, PetscReal ramp, const PetscReal times[3])
 {
   const PetscReal decay = a->omega > 0.
@@ -87,7 +88,7 @@ static Cost relaxations(const Attempt *a, const Stage *stage, PetscReal ramp, co
                 .trials = times[0]};
 }
 
-/* [0] force evaluations, [1] solves of so many trials. */
+/* Adds the effort of so many trials: [0] force evaluations, [1] solves. */
 static void add_trials(const TrialEffort *e, PetscReal trials, PetscReal bodies, PetscReal sum[2])
 {
   const PetscReal evaluations = trials * e->evaluations * PetscPowReal(bodies, e->with_bodies);
@@ -95,8 +96,9 @@ static void add_trials(const TrialEffort *e, PetscReal trials, PetscReal bodies,
   sum[1] += evaluations * e->solves * PetscPowReal(bodies, e->solves_with_bodies);
 }
 
-/* By Newton's method. The last of the steps fails, and half of the bisections; at least, all stand up to the
-   limit or the second fails. */
+/* The effort of trials by Newton's method. The likely number assumes that the last of the steps fails, and
+   half of the bisections; the least number that all trials stand up to the limit, or that the second
+   fails. */
 static void trial_efforts(const Attempt *a, const PetscReal times[3], PetscReal bisections, PetscReal bodies,
                           Cost *cost)
 {
@@ -115,7 +117,7 @@ static void trial_efforts(const Attempt *a, const PetscReal times[3], PetscReal 
   cost->seconds = (double)(sum[0][0] + sum[0][1]) * a->unit;
 }
 
-/* How many trials: at best the second one fails, at worst the limit is reached; and bisections. */
+/* The number of trials: at best the second one fails, at worst the limit is reached; bisections are added. */
 static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const Stage *s)
 {
   const PetscReal full = s->what == REDUCE_FRICTION ? ReducedFriction(scene, s, NULL) : 1.,
@@ -135,7 +137,7 @@ static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const
 
 /* ---- stages */
 
-/* Of a stage that was solved: not a guess. */
+/* Takes over the cost of a stage that was solved, which is no guess. */
 static void known_effort(const Effort *e, double seconds, Cost *cost)
 {
   for (int i = 0; i < 3; i++)
@@ -143,8 +145,8 @@ static void known_effort(const Effort *e, double seconds, Cost *cost)
   cost->seconds = seconds;
 }
 
-/* The static stages by Newton's method, contacts as found at the start, as long as can be afforded; where it
-   fails, by as many explicit cycles. */
+/* Solves the static stages by Newton's method, with the contacts of the start, as long as that is affordable.
+   Where it fails, explicit cycles are run to the same limit. */
 static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
 {
   PetscInt n[2];
@@ -172,19 +174,19 @@ static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
     a->loose = (PetscReal)n[1] / (PetscReal)PetscMax(1, n[0]);
     PetscCall(NewtonLowestFrequency(p->m, p->state, p->relax->newton, &a->omega));
     a->cost[s] = relaxations(a, &stage, (PetscReal)stage.ramp, once);
-    if (!a->solved) { // it takes these cycles and more; how many more no frequency tells
+    if (!a->solved) { // the stage takes these cycles and more; no frequency tells how many more
       a->cost[s].least = PetscMax((PetscReal)result.cycles, a->omega > 0. ? a->cost[s].least : 0.);
       a->cost[s].cycles = a->cost[s].most = NAN;
     }
     if (a->solved && p->relax->effort.preconditioned) known_effort(&p->relax->effort, last, a->cost + s);
     if (a->solved && p->relax->effort.preconditioned) a->unit = last / (double)EffortWork(&p->relax->effort);
-    if (a->solved && p->relax->effort.explicit) // not a guess
+    if (a->solved && p->relax->effort.explicit) // the number is known
       a->cost[s].cycles = a->cost[s].least = a->cost[s].most = (PetscReal)result.cycles;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s] per step of the first dynamic stage, for which some steps are run: silently. */
+/* [s] Time of a step of the first dynamic stage. Some steps are run without a line. */
 static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds)
 {
   FILE *shown = PETSC_STDOUT;
@@ -206,7 +208,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What variable connectivity would do here: how far blocks have moved, and what a search takes. */
+/* Measures what variable connectivity would do here: how far blocks have moved, and what a search takes. */
 static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt *a)
 {
   StageResult counts = {.verdict = VERDICT_NONE};
@@ -223,7 +225,7 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stages that are not solved: trials, and motion in time, whose steps are known. */
+/* Estimates the stages that are not solved: trials, and motion in time, whose steps are known. */
 static PetscErrorCode other_stages(const Problem *p, Attempt *a)
 {
   static const PetscReal once[3] = {1., 1., 1.};
@@ -282,7 +284,7 @@ static void resultant(const ContactRow *c, PetscReal F[2])
   for (int x = 0; x < 2; x++) F[x] = c->end[0].force[x] + c->end[1].force[x];
 }
 
-/* Contacts of both in their order; one that only one of them has counts whole. */
+/* Compares the contacts of both in their order; a contact that only one of them has counts in full. */
 static PetscReal force_difference(const StageFields *a, const StageFields *b)
 {
   PetscReal sum = 0., apart = 0.;
@@ -338,13 +340,13 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   PetscCall(PetscMemzero(a, sizeof(*a)));
   PetscCall(QuoinGetParts(q, &scene, &p.m, &p.state, &p.contacts, &p.relax));
   p.scene = scene;
-  Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = scene}; // catches no signal
+  Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = scene}; // it catches no signal
   PetscCall(NewtonFits(p.m, memory, &fits));
   PetscCall(PetscMalloc2(scene->n_stages, &a->cost, scene->n_stages, &a->method));
   for (PetscInt s = 0; s < scene->n_stages; s++)
     PetscCall(StageMethod(scene, p.m, p.contacts, scene->stages + s, a->method + s));
   scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
-  scene->checkpoint_minutes = scene->wall_limit = 0.; // is never due
+  scene->checkpoint_minutes = scene->wall_limit = 0.; // so that no checkpoint is due
   scene->checkpoint_every = 0;
   output.checkpoint = &none;
   PetscCall(PetscCalloc1(4 * p.m->n_points + 1, &output.probes));
