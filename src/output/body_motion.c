@@ -4,12 +4,12 @@
 #include "output/output.h"
 #include "base/reproducible.h"
 
-static const PetscReal SLID = 0.1;   /* of its width, that every vertex of a body has moved by */
-static const PetscReal FALLEN = 0.5; /* of its height, that its mass centre has come down by */
+static const PetscReal SLID = 0.1;   /* part of a body's width that every vertex of it has moved by */
+static const PetscReal FALLEN = 0.5; /* part of its height that its mass centre has come down by */
 
 /* ---- centres and rotations, by sums over vertices and rigid bodies */
 
-/* First moment of the mass of a dof [kg m]; FALSE: a rotation. u NULL: the reference state. */
+/* First moment of the mass of a dof [kg m]; FALSE: the dof is a rotation. u NULL: in the reference state. */
 static PetscBool moment_of_dof(const Model *m, const PetscReal *u, PetscInt d, int *axis, PetscReal *moment)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -48,8 +48,9 @@ PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What rigid body or deformable vertex i adds to sum m r x (r + d) and sum m r . (r + d), r from the mass
-   centre of its macroblock in the reference state, d its displacement; returns the macroblock. */
+/* The terms that rigid body or deformable vertex i adds to sum m r x (r + d) and sum m r . (r + d). r is its
+   place from the mass centre of its macroblock in the reference state, d its displacement. Returns the
+   macroblock. */
 static PetscInt turn_terms(const Model *m, const PetscReal *u, const PetscReal *centre, PetscInt i,
                            PetscReal term[2])
 {
@@ -65,7 +66,7 @@ static PetscInt turn_terms(const Model *m, const PetscReal *u, const PetscReal *
   return body;
 }
 
-/* [rad] (n,) Rotation of each macroblock from the mesh, that which fits its vertices best. */
+/* [rad] (n,) Rotation of each macroblock from the mesh: the one that fits its vertices best. */
 static PetscErrorCode body_turns(const Model *m, const PetscReal *u, const PetscReal *centre, PetscReal *turn)
 {
   const PetscInt nb = m->n_bodies_global, n = m->n_bodies + m->n_deformable;
@@ -110,25 +111,25 @@ static PetscReal turn_of(const PetscReal *a, const PetscReal *b, const PetscReal
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/* Convex hull, counter-clockwise, of n corners in order of x, then y; hull: room for 2 n. Returns how many.
-   */
+/* Convex hull of n corners in order of x, then y. hull: receives the corners counter-clockwise, has room for
+   2 n. Returns how many there are. */
 static PetscInt convex_hull(PetscInt n, const Corner *corner, const PetscReal **hull)
 {
   PetscInt h = 0;
-  for (PetscInt i = 0; i < n; i++) { // below
+  for (PetscInt i = 0; i < n; i++) { // lower side
     while (h > 1 && turn_of(hull[h - 2], hull[h - 1], corner[i].X) <= 0.) h--;
     hull[h++] = corner[i].X;
   }
-  for (PetscInt i = n - 2, least = h + 1; i >= 0; i--) { // above
+  for (PetscInt i = n - 2, least = h + 1; i >= 0; i--) { // upper side
     while (h >= least && turn_of(hull[h - 2], hull[h - 1], corner[i].X) <= 0.) h--;
     hull[h++] = corner[i].X;
   }
   return PetscMax(h - 1, 1);
 }
 
-/* A body that turns on level ground stands highest where its mass centre is right above a corner of its hull:
-   [rad] the rotations, anticlockwise and clockwise, to the first such place. Beyond it lies another of its
-   sides. */
+/* [rad] The rotations of a body, anticlockwise and clockwise, to its first balance. A body that turns on
+   level ground stands highest where its mass centre is right above a corner of its hull; beyond that place it
+   comes to lie on another side. */
 static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscReal C[2], PetscReal balance[2])
 {
   const PetscReal least = 1e-6;
@@ -140,7 +141,7 @@ static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscRe
       const PetscReal *w = hull[(i + k + n) % n];
       if ((w[0] - C[0]) * r[0] + (w[1] - C[1]) * r[1] >= square * (1. - 1e-9)) peak = PETSC_FALSE;
     }
-    PetscReal angle = -0.5 * PETSC_PI - atan2(r[1], r[0]); // brings r to point downwards
+    PetscReal angle = -0.5 * PETSC_PI - atan2(r[1], r[0]); // the rotation that points r downwards
     if (angle < 0.) angle += 2. * PETSC_PI;
     if (!peak || angle < least || angle > 2. * PETSC_PI - least) continue;
     balance[0] = PetscMin(balance[0], angle);
@@ -148,7 +149,8 @@ static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscRe
   }
 }
 
-/* Rank 0 finds the angles from the outer corners of bodies that are judged, and tells all. */
+/* Rank 0 finds the angles of balance from the outer corners of the bodies that are judged, and gives them to
+   all ranks. */
 static PetscErrorCode balances(const Model *m, BodyMotion *b)
 {
   Corner *mine, *all;
@@ -156,7 +158,7 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
   PetscInt n = 0, n_all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_faces_local, &mine));
-  for (PetscInt f = 0; f < m->n_faces_local; f++) { // each outer vertex begins a face
+  for (PetscInt f = 0; f < m->n_faces_local; f++) { // a face begins at each outer vertex
     const PetscInt v = m->faces.vertex[2 * f];
     if (v < m->n_owned && b->size[2 * m->faces.body[f]] > 0.)
       mine[n++] = (Corner){m->faces.body[f], m->faces.group[f], {m->X[2 * v], m->X[2 * v + 1]}};
@@ -183,10 +185,10 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
 
 /* ---- what is looked at */
 
-/* [m] Width and height of each macroblock in the mesh; none of one that a support holds. */
+/* [m] Width and height of each macroblock in the mesh; 0 for a body that a support holds. */
 static PetscErrorCode sizes(const Model *m, BodyMotion *b)
 {
-  PetscReal *far; // (n,5) - low x, y, high x, y, whether it is held
+  PetscReal *far; // (n,5) - low x, y, high x, y, whether a support holds it
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(5 * b->n, &far));
   for (PetscInt i = 0; i < 5 * b->n; i++) far[i] = i % 5 == 4 ? 0. : -INFINITY;
@@ -206,8 +208,8 @@ static PetscErrorCode sizes(const Model *m, BodyMotion *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] How far supports have carried the ground: the middle between the least and the largest displacement of
-   what they hold, along x and y. */
+/* [m] How far supports have carried the ground along x and y: the middle between the least and the largest
+   displacement of what they hold. */
 static PetscErrorCode ground(const Model *m, const PetscReal *u, PetscReal carried[2])
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -223,7 +225,7 @@ static PetscErrorCode ground(const Model *m, const PetscReal *u, PetscReal carri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] (n,) How far that vertex of each macroblock has moved over the ground that has moved least. */
+/* [m] (n,) How far each macroblock's vertex has moved over the ground that has moved least. */
 static PetscErrorCode least_moved(const Model *m, const PetscReal *u, const PetscReal carried[2], PetscInt n,
                                   PetscReal *least)
 {
@@ -325,7 +327,7 @@ PetscErrorCode BodiesLoose(const Problem *p)
   if (b->n < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(b->n, &touches));
   for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (c->key[2 * i] == -1) continue; // padding
+    if (c->key[2 * i] == -1) continue; // a padding lane
     ContactEndVertices(c, i, 0, vertex);
     for (int k = 0; k < 2; k++) touches[m->vertex_body[vertex[k]]] = 1;
   }
@@ -389,7 +391,7 @@ PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
 
 static const char *const FateWords[BODY_FATES] = {"overturned", "fallen", "slid"};
 
-/* "overturned: macroblock 3 (block) at 0.52 s; ", of several the first. */
+/* Writes "overturned: macroblock 3 (block) at 0.52 s; ", of several bodies the first. */
 PetscErrorCode BodyMotionSay(const Model *m, const BodyMotion *b, size_t size, char *text)
 {
   PetscFunctionBeginUser;

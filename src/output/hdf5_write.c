@@ -1,4 +1,4 @@
-/* hdf5_write.c: datasets and attributes of an HDF5 file, each in one call; see hdf5_write.h. */
+/* hdf5_write.c: writes datasets and attributes of an HDF5 file, each in one call; see hdf5_write.h. */
 #include "output/output.h"
 #include "output/hdf5_write.h"
 #include <string.h>

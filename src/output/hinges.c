@@ -1,11 +1,11 @@
 /* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the
-   compressed part has a length, and the centre of its force lies a third of that inside the edge: about what
-   the limit of rigid blocks falls short by (docs/rigid_blocks.md). Rank 0 only. */
+   compressed part of a joint has a length, and the centre of its force lies a third of that length inside the
+   edge. The limit of rigid blocks falls short by about that part (docs/rigid_blocks.md). Rank 0 only. */
 #include "output/output.h"
 #include <math.h>
 #include <stdlib.h>
 
-/* A contact between two bodies, or the sum of all of them. */
+/* A contact between two bodies, or the sum of all contacts between them. */
 typedef struct {
   PetscInt body[2];
   PetscReal length, closed;  /* [m] */

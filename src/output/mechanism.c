@@ -1,5 +1,5 @@
-/* mechanism.c: how it fails: the motion in which a trial or a static stage has collapsed, and the joints that
-   part or slide in it. */
+/* mechanism.c: how a model fails: the motion in which a trial or a static stage has collapsed, and the joints
+   that part or slide in it. */
 #include "output/output.h"
 
 static const PetscReal TAKES_PART = 0.05; /* of the fastest joint: what moves less only follows the others */

@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* The input beside the results: scene_echo.yaml. */
+/* Writes scene_echo.yaml, the input beside the results. */
 static void write_echo(const char *folder, const Scene *scene, char message[MESSAGE_LENGTH])
 {
   FILE *f = PartOpen(folder, "scene_echo.yaml", message);
@@ -18,7 +18,8 @@ static void write_echo(const char *folder, const Scene *scene, char message[MESS
   PartFinish(f, folder, "scene_echo.yaml", message);
 }
 
-/* Collective. Values of the named points into output->probes, and the largest displacement [m]. */
+/* Collective. Writes the values of the named points into output->probes, and finds the largest displacement
+   [m]. */
 static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
 {
   const Model *model = p->m;
@@ -39,9 +40,9 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
   all[n] = 0;
   for (PetscInt i = 0; i < model->n_owned; i++) {
     const PetscReal square = u[2 * i] * u[2 * i] + u[2 * i + 1] * u[2 * i + 1];
-    if (!(square <= all[n])) all[n] = square; // NaN shows
+    if (!(square <= all[n])) all[n] = square; // the condition lets NaN through
   }
-  // one owner per point: the largest is its value
+  // a point has one owner, so the largest value is that of the owner
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n + 1, MPIU_REAL, MPI_MAX, model->comm));
   PetscCall(PetscArraycpy(p->output->probes, all, n));
   *u_max = PetscSqrtReal(all[n]);
@@ -49,7 +50,7 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a stage runs in time: then history.csv has columns of time and energies. */
+/* Whether a stage of the scene runs in time; then history.csv has columns of time and energies. */
 static PetscBool in_time(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -57,7 +58,7 @@ static PetscBool in_time(const Scene *scene)
   return PETSC_FALSE;
 }
 
-/* Energies of a static stage are not accounted for: nan. */
+/* Writes the energies of a row; nan in a static stage, which has no account of them. */
 static void history_energies(FILE *f, const Problem *p)
 {
   const Energies *e = &p->result->energy;
@@ -87,7 +88,7 @@ typedef struct {
   Output *output;
 } Memory;
 
-/* Rank 0: the rows are in the file of that name. */
+/* Rank 0. Checks that the file of that name has the rows. */
 static void check_history(const Output *o, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
@@ -99,7 +100,7 @@ static void check_history(const Output *o, char message[MESSAGE_LENGTH])
     snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
 }
 
-/* Rank 0: history.csv as far as it goes, on the disk. */
+/* Rank 0. Puts history.csv as far as it goes on the disk. */
 static void settle_history(Output *o, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
@@ -111,7 +112,7 @@ static void settle_history(Output *o, char message[MESSAGE_LENGTH])
     snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
 }
 
-/* Rank 0: the files of all stages that are over take their names. */
+/* Rank 0. Gives the files of all finished stages their names. */
 static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, char message[MESSAGE_LENGTH])
 {
   const double start = MPI_Wtime();
@@ -185,8 +186,8 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. As CheckpointRefuse. What is left in the buffer of history.csv cannot be written either: PETSc
-   would fail over it at the end. */
+/* Collective. As CheckpointRefuse. What is left in the buffer of history.csv cannot be written either, and
+   PETSc would fail over it at the end, so it is dropped. */
 static PetscErrorCode refuse(Output *o, const char *message)
 {
   PetscFunctionBeginUser;
@@ -218,7 +219,7 @@ static PetscErrorCode close_mesh(Output *o)
 
 /* ---- opening */
 
-/* Rank 0. */
+/* Rank 0. Checksum of the program. */
 static uint64_t checksum_of_program(void)
 {
   static const char program[] = "/proc/self/exe"; // of Linux
@@ -228,8 +229,8 @@ static uint64_t checksum_of_program(void)
   return sum;
 }
 
-/* Rank 0: the file that has the rows of this run up to the checkpoint, less the rows behind it. It may have
-   its final name already. */
+/* Rank 0. Goes on with the file that has the rows of this run up to the checkpoint, without the rows behind
+   it. The file may have its final name already. */
 static void continue_history(Output *o, char message[MESSAGE_LENGTH])
 {
   char path[2][PETSC_MAX_PATH_LEN + 64];
@@ -249,7 +250,7 @@ static void continue_history(Output *o, char message[MESSAGE_LENGTH])
   }
 }
 
-/* Rank 0: a new history.csv.part and results.h5.part, or those of the run that goes on. */
+/* Rank 0. Opens a new history.csv.part and results.h5.part, or those of the run that goes on. */
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
 {
@@ -315,7 +316,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   if (!model->rank && resumed) ResultsFileCheck(&output->results, output->n_stages, message);
   PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));
   if (!model->rank) PetscCall(open_files(scene, model, output, resumed, message));
-  PetscCall(close_mesh(output)); // a few bytes a block that only output reads
+  PetscCall(close_mesh(output)); // frees arrays, a few bytes a block, that only output reads
   PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -365,9 +366,10 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Files that hold all stages so far, and the checkpoint, are written whole: at the end of each of
-   many short stages this would cost the square of their number. So stages wait while they are few beside
-   those before, and the run has gone on for less time than the files take. */
+/* Rank 0. Whether it is time to write the files. Files that hold all stages so far, and the checkpoint, are
+   written whole; to write them at the end of each of many short stages would cost the square of their number.
+   So stages wait while they are few beside those before, and while they have run for less time than the files
+   take. */
 static PetscBool settle_now(const Problem *p)
 {
   enum { FEW = 16 };

@@ -1,5 +1,5 @@
 /* output.h: what is written for people: a stage gathered to rank 0, its safety factors, results.h5,
-   results.xdmf, summary.json, history.csv, what trials leave, lines on the terminal. */
+   results.xdmf, summary.json, history.csv, the results of trials, lines on the terminal. */
 #pragma once
 #include "motion/motion.h"
 
@@ -10,7 +10,7 @@ typedef struct {
   PetscInt *blocks;     /* (n_blocks,4) file vertices, -1 in the last column of a triangle */
   PetscInt *group;      /* (n_blocks,) */
   PetscInt *macroblock; /* (n_blocks,) */
-  PetscInt *rank;       /* (n_blocks,) that writes the block, when the run starts */
+  PetscInt *rank;       /* (n_blocks,) rank that has the block when the run starts */
   PetscInt *file;       /* (n_blocks,) file id of each block gid */
 } MeshFields;
 enum {
@@ -29,9 +29,9 @@ typedef struct {
   PetscReal closure;                   /* [m] plastic part of u_n */
   PetscReal sigma, tau;                /* [Pa] */
   PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
-  PetscInt state;                      /* ContactState bits */
+  PetscInt state;                      /* bits of ContactState */
 } ContactEnd;
-enum { FACE_NOT_WRITTEN = -1 }; /* in ContactRow.face: see WrittenStage */
+enum { FACE_NOT_WRITTEN = -1 }; /* value in ContactRow.face: see WrittenStage */
 typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
@@ -53,42 +53,42 @@ typedef struct {
   PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
   PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
 } StageFields;
-/* All collective. */
+/* These functions are collective. */
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
 PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
 PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
                            const Stage *stage, const MeshFields *mesh, StageFields *fields);
-/* Of a stage, fields->contact and n_contacts only. */
+/* Gathers only fields->contact and n_contacts of a stage. */
 PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *contacts,
                               const Stage *stage, const MeshFields *mesh, StageFields *fields);
 PetscErrorCode GatherStageDestroy(StageFields *fields);
-/* The mechanism of the trials: (n_owned,2) on each rank, NULL on all: nothing happens. */
+/* Gathers the mechanism of the trials: (n_owned,2) on each rank; NULL on all ranks: nothing happens. */
 PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
 
 /* ---- safety.c */
 typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
-/* Least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which it is; infinite
-   when nothing can fail. */
+/* The least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which one it is; infinite when nothing can
+   fail. */
 SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor);
 /* Writes fields->safety and safety_mode when a material has strengths. */
 PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
-/* The "safety" member of a stage's object. */
+/* Writes the "safety" member of a stage's object. */
 void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
 /* ---- written.c */
 typedef struct {
-  PetscBool partly;         /* false: everything does; then mesh is *all, and the lists are NULL */
+  PetscBool partly;         /* some rows are left out; false: mesh is *all, and the lists are NULL */
   MeshFields mesh;          /* rows that are written, in the order of model.h5; file: NULL when partly */
   PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) their numbers in model.h5 */
   PetscInt *block_row, *vertex_row; /* (all blocks,), (all vertices,) row among the written ones, -1: none */
 } Written;
-/* all must stay as long as what is written. */
+/* `all` must live as long as `written`. */
 PetscErrorCode WrittenCreate(const Scene *scene, const MeshFields *all, Written *written);
 PetscErrorCode WrittenDestroy(Written *written);
-/* Of a stage's fields; a face or vertex of a contact that is not written gets the number -1. */
+/* Picks the rows of a stage; a face or vertex of a contact that is not written gets the number -1. */
 PetscErrorCode WrittenStage(const Written *written, const StageFields *all, StageFields *some);
 PetscErrorCode WrittenStageDestroy(const Written *written, StageFields *some);
-/* The same for the same choice of blocks; 0: everything. */
+/* Checksum of the choice of blocks: the same choice has the same; 0: everything is written. */
 uint64_t WrittenChecksum(const Written *written);
 
 /* ---- results_file.c */
@@ -98,24 +98,24 @@ typedef struct {
   const Model *model; /* names only */
   Written written;    /* while a file is being written */
   uint64_t choice;    /* WrittenChecksum */
-  uint64_t run;       /* that writes them: CheckpointRun, after a restart CheckpointGoesOn */
+  uint64_t run;       /* the run that writes: CheckpointRun, after a restart CheckpointGoesOn */
   uint64_t origin;    /* the run of the checkpoint, whose files it takes over; else run */
   char *xdmf;         /* grids of the stages written so far */
   PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
-  PetscBool has_part; /* results.h5.part holds all so far, results.h5 less */
+  PetscBool has_part; /* results.h5.part has all stages so far, results.h5 has fewer */
   int64_t part;       /* results.h5.part, open while stages are added (hid_t); 0: closed */
-  int failed;         /* errno: something in it could not be written */
+  int failed;         /* errno of the first write into it that failed */
 } ResultsFile;
-/* Writes the mesh part into results.h5.part. */
+/* Writes the mesh into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
-/* Writes a frame on the way into <stage>_<frame>.h5, until the stage ends; not while stages wait for
+/* Writes a frame into <stage>_<frame>.h5, where it stays until the stage ends; not while stages wait for
    ResultsFileFinish. */
 PetscErrorCode ResultsFileFrame(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
-/* Adds the end of a stage and its frames to results.h5.part; what fails there ResultsFileFinish tells. */
+/* Adds the end of a stage and its frames to results.h5.part. ResultsFileFinish tells if that fails. */
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
                                 const StageFields *fields);
-/* The finished file replaces results.h5, then results.xdmf follows. stage: the last one in it. */
+/* Replaces results.h5 by the finished file, then writes results.xdmf. stage: the last one in the file. */
 void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_LENGTH]);
 /* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
    called. Frames of another run count as not there. */
@@ -130,13 +130,13 @@ PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 /* ---- xdmf.c */
 /* Entries of the mixed topology: the cell type before the vertices of each block. */
 PetscInt XdmfTopologySize(const MeshFields *mesh);
-/* Appends the grids of a stage, or of a frame of one, to results->xdmf; 0 or -1. name:
-   its group in results.h5. */
+/* Appends the grids of a stage, or of a frame of it, to results->xdmf; 0 or -1. name: its group in
+   results.h5. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
 /* Whether it has the grids of that group; and takes them out, if there are any. */
 PetscBool XdmfHas(const ResultsFile *results, const char *name);
 void XdmfDrop(ResultsFile *results, const char *name);
-/* results.xdmf from all grids so far, replaced in one go. */
+/* Writes results.xdmf from all grids so far, in one replacement. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
 
 /* ---- trials.c */
@@ -149,28 +149,28 @@ typedef struct {
   PetscInt n;
   char **json;               /* rank 0: (n,) one object each */
   PetscReal stable, failing; /* the bracket; NaN: no such trial */
-  PetscReal open;            /* value nearest to stable of which no trial has told; NaN: there is none */
-  PetscReal moved;           /* [m] in the stage as far as the last stable trial */
-  JointFactor *joints;       /* (n_joints,) of a reduction of friction that has ended; NULL: none */
-  PetscInt one;              /* joint whose factors are those of the stage, -1: it has no single factor */
-  PetscReal *mechanism;      /* (n_owned,2) velocities as it fails, largest 1; NULL: it does not */
+  PetscReal open;            /* value nearest to stable whose trial has no verdict; NaN: there is none */
+  PetscReal moved;           /* [m] moved in the stage up to the last stable trial */
+  JointFactor *joints;       /* (n_joints,) after a reduction of friction; NULL: there was none */
+  PetscInt one;              /* joint whose factors are those of the stage, -1: there is no single factor */
+  PetscReal *mechanism;      /* (n_owned,2) velocities of the failing trial, largest 1; NULL: none fails */
   PetscReal *joint_motion;   /* (n_joints,2) JointMotion of each joint in it; NULL likewise */
 } Trials;
-/* Collective. Keeps in p->output what the trial of this value, just run, has come to, and prints it. moved:
-   largest displacement [m] since the stage began. */
+/* Collective. Keeps the result of the trial of this value, which has just run, in p->output and prints it.
+   moved: largest displacement [m] since the stage began. */
 PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved);
-/* What a reduction of friction comes to, joint by joint. full: the joints before; has: (n_joints,)
+/* Finds the factors of a reduction of friction, joint by joint. full: the joints before; has: (n_joints,)
    ReducedJoints. */
 PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has);
-/* Why the stage has no single factor, or what it is: "" when there is nothing to say. */
+/* Says what the stage's single factor is, or why it has none; "" when there is nothing to say. */
 void TrialsSay(const Problem *p, size_t size, char *text);
 PetscErrorCode TrialsReset(Trials *trials);
-/* Members of a stage's object in summary.json. */
+/* Writes the members of a stage's object in summary.json. */
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
 
 /* ---- mechanism.c */
 enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
-/* Whether a joint slides, or opens, in it. */
+/* Whether a joint slides, or opens, in the mechanism. */
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
 
@@ -178,52 +178,52 @@ void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
 /* Joints between two bodies that are closed over less than half of their face, with tptm. */
 typedef struct {
   PetscInt n;
-  PetscReal least;    /* [-] the least compressed length over the face */
-  PetscReal point[2]; /* [m] where */
+  PetscReal least;    /* [-] least compressed length of a joint over its face */
+  PetscReal point[2]; /* [m] place of that hinge */
 } Hinges;
 Hinges HingesOf(const Problem *p, const StageFields *fields);
-/* The "hinges" member of a stage or trial, where there are some. */
+/* Writes the "hinges" member of a stage or trial, if it has hinges. */
 void SummaryHinges(FILE *f, const Hinges *hinges);
 
 /* ---- body_motion.c */
 typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
-/* Numbers of all macroblocks, the same on all ranks. */
+/* What has become of all macroblocks, the same on all ranks. */
 typedef struct {
   PetscInt n;
   PetscReal *centre; /* [m] (n,2) mass centre in the mesh */
   PetscReal
-      *balance; /* [rad] (n,2) rotation, anticlockwise and clockwise, beyond which it lies on another side */
-  PetscReal *size;   /* [m] (n,2) width and height in the mesh; 0: a support holds it, it is not judged */
-  PetscReal *since;  /* [s] (n,BODY_FATES) infinite: has not happened */
-  PetscReal *moved;  /* [m] (n,2) of the mass centre over the ground, at the last look */
-  PetscReal *turned; /* [rad] (n,) likewise, anticlockwise */
-  PetscInt *group;   /* (n,) of those that are judged */
+      *balance; /* [rad] (n,2) rotations, anticlockwise and clockwise, beyond which it lies on another side */
+  PetscReal *size;   /* [m] (n,2) width and height in the mesh; 0: a support holds it, so it is not judged */
+  PetscReal *since;  /* [s] (n,BODY_FATES) when each happened first; infinite: it has not */
+  PetscReal *moved;  /* [m] (n,2) way of the mass centre over the ground, at the last look */
+  PetscReal *turned; /* [rad] (n,) rotation at the last look, anticlockwise */
+  PetscInt *group;   /* (n,) group of the bodies that are judged */
 } BodyMotion;
-/* Collective. From the mesh; nothing has happened yet. */
+/* Collective. Sets up from the mesh; nothing has happened yet. */
 PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
 PetscErrorCode BodyMotionDestroy(BodyMotion *bodies);
-/* Collective. What the present displacements say, at the present time. */
+/* Collective. Judges the bodies by the present displacements, at the present time. */
 PetscErrorCode BodyMotionLook(const Model *model, const State *state, BodyMotion *bodies);
-/* The macroblock that it happened to first, -1: to none; n: to how many. */
+/* The macroblock to which this happened first, -1: to none. n: to how many it happened. */
 PetscInt BodyMotionFirst(const BodyMotion *bodies, BodyFate fate, PetscInt *n);
-/* For the evidence; "" when nothing has happened. */
+/* Says it for the evidence; "" when nothing has happened. */
 PetscErrorCode BodyMotionSay(const Model *model, const BodyMotion *bodies, size_t size, char *text);
-/* Collective. Fixed connectivity: warns of bodies without contacts, at the start; the first two blocks that
-   overlap deeper than closed joints and the mesh explain, "" when none do. */
+/* Collective, for fixed connectivity. Warns of bodies without contacts, at the start.  Finds the first two
+   blocks that overlap deeper than closed joints and the mesh explain, "" when none do. */
 PetscErrorCode BodiesLoose(const Problem *p);
 PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH]);
-/* The "bodies" member of a stage's object. */
+/* Writes the "bodies" member of a stage's object. */
 void SummaryBodies(FILE *f, const Model *model, const BodyMotion *bodies);
-/* Collective. Mass centre of every macroblock [m] (n_bodies_global,2) with displacements u of the dofs, NULL:
+/* Collective. Mass centre of every macroblock [m] (n_bodies_global,2) with displacements u of the dofs; NULL:
    in the mesh. */
 PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *centre);
 
 /* ---- terminal.c */
-/* Rank 0: whether it is time for a line about where the stage is: every ten seconds, on a terminal twice a
-   second; and that line. */
+/* Rank 0. Whether it is time for a line that says where the stage is: every ten seconds, on a terminal twice
+   a second. Prints that line. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
-/* Lines on stdout about how a stage ended. */
+/* Prints how a stage ended. */
 PetscErrorCode StageReport(const Problem *p);
 
 /* ---- output.c */
@@ -232,51 +232,51 @@ PetscErrorCode StageReport(const Problem *p);
 #endif
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;         /* that are over */
-  PetscInt n_settled;        /* rank 0: of these, what the files hold that have their names */
-  PetscBool settled;         /* all of them: a checkpoint is due */
-  double settle_wall;        /* rank 0: [s] that it took to write these files last */
-  PetscInt n_contacts;       /* at the end of the last one, */
-  PetscInt n_dofs;           /* likewise */
+  PetscInt n_stages;         /* stages that are over */
+  PetscInt n_settled;        /* rank 0: finished stages that the files with their final names hold */
+  PetscBool settled;         /* the files hold all finished stages: a checkpoint is due */
+  double settle_wall;        /* rank 0: [s] that these files took to write last */
+  PetscInt n_contacts;       /* contacts at the end of the last stage */
+  PetscInt n_dofs;           /* degrees of freedom at that end */
   char **stages;             /* rank 0: (n_stages,) their objects in summary.json */
   PetscReal *probes;         /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
   MeshFields mesh;           /* while a file is being written */
   ResultsFile results;       /* rank 0 */
   FILE *history;             /* rank 0 */
-  PetscInt64 history_bytes;  /* rank 0: how far it went when last looked at, */
-  uint64_t history_checksum; /* and FileChecksum of that */
+  PetscInt64 history_bytes;  /* rank 0: length of the file at the last look */
+  uint64_t history_checksum; /* FileChecksum at that length */
   uint64_t program_checksum; /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
-  int lock;                  /* rank 0: of the folder, -1: none */
-  Trials trials;             /* of the stage that runs */
-  BodyMotion bodies;         /* likewise, of a dynamic one */
+  int lock;                  /* rank 0: lock of the folder, -1: none */
+  Trials trials;             /* trials of the stage that runs */
+  BodyMotion bodies;         /* bodies of the dynamic stage that runs */
   struct _p_Checkpoint *checkpoint;
-  void *memory; /* output.c: for the checkpoint */
+  void *memory; /* output.c: memory for the checkpoint */
 } Output;
-/* Makes the folder of the scene; refuses one that cannot be written or that another run writes into, and
-   keeps others out until OutputClose. `output` is zero before. */
+/* Makes the folder of the scene and keeps other runs out of it until OutputClose. A folder that cannot be
+   written, or that another run writes into, is refused. `output` must be zero before. */
 PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output);
-/* Call when set-up has succeeded, after OutputLock: starts results.h5.part and history.csv.part; after a
-   restart goes on with the files there. Results of an older run stay until the first stage is complete.
-   `output` must not move in memory. */
+/* Starts results.h5.part and history.csv.part; after a restart, goes on with the files that are there. Call
+   after OutputLock, when set-up has succeeded. Results of an older run stay until the first stage is
+   complete. `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output);
-/* A row of history.csv. */
+/* Writes a row of history.csv. */
 PetscErrorCode OutputHistory(const Problem *p);
-/* A frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
+/* Writes a frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
-/* The end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv takes its
-   name. Or, where many short stages follow each other, they wait for a later stage or a checkpoint: not
+/* Writes the end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv
+   takes its name. Many short stages wait for a later stage or a checkpoint: then the files are not
    `settled`. */
 PetscErrorCode OutputStage(const Problem *p);
-/* message: what could not be written at the last moment, "" when nothing failed. */
+/* message: what could not be written at the last moment; "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
 
 /* ---- summary.c */
-/* One JSON object of a stage, to be freed with free(); the mesh, probes and trials of p->output. */
+/* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). */
 PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
 PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
                             char message[MESSAGE_LENGTH]);
 
 /* ---- summary_joints.c */
-/* The "joints" member of the object of a stage or trial, from its joints table; factors at rest only. */
+/* Writes the "joints" member of a stage's or trial's object, from its joints table; factors only at rest. */
 PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);

@@ -1,5 +1,5 @@
-/* results_file.c: results.h5 (docs/results_format.md). Rank 0 only: the
-   serial HDF5 interface. The only C file that knows the format. */
+/* results_file.c: results.h5 (docs/results_format.md). The only C file that knows the format. Rank 0 only,
+   through the serial HDF5 interface. */
 #include "output/output.h"
 #include "output/hdf5_disk.h"
 #include "output/hdf5_write.h"
@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* One column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
+/* Writes one column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
 static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
                          int width, int first)
 {
@@ -99,7 +99,7 @@ static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFie
          (fields->mechanism && Hdf5WriteReals(group, "mechanism", 2, plane, fields->mechanism));
 }
 
-/* A dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
+/* Writes a dataset (n_contacts,) or (n_contacts, 2 ends) of a member of ContactRow or ContactEnd. */
 static int write_contact_ints(hid_t group, const char *name, const StageFields *fields, int columns,
                               size_t offset, size_t stride)
 {
@@ -115,7 +115,8 @@ static int write_contact_ints(hid_t group, const char *name, const StageFields *
   return error;
 }
 
-/* width: reals of the member: 1 makes (n_contacts, 2 ends), 2 makes (n_contacts, 2 ends, 2). */
+/* Writes a member of ContactEnd. width: its reals; 1 makes (n_contacts, 2 ends), 2 makes (n_contacts, 2 ends,
+   2). */
 static int write_end_reals(hid_t group, const char *name, const StageFields *fields, int width, size_t offset)
 {
   const hsize_t dims[3] = {fields->n_contacts, 2, 2};
@@ -191,15 +192,16 @@ static int write_contacts(hid_t stage, const StageFields *fields)
 
 /* ---- whose a file is */
 
-/* Anew in a file that a branch has taken over. */
+/* Writes the number of the run, also into a file that a branch has taken over. */
 static int write_run(hid_t file, const ResultsFile *results)
 {
   if (H5Aexists(file, "run") > 0 && H5Adelete(file, "run") < 0) return -1;
   return Hdf5WriteAttribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
 }
 
-/* Names of stages are alike in many scenes: the checksum of mesh and options is not. A run that goes on with
-   other options takes over what its checkpoint's run has left, and makes it its own. */
+/* Whether the file belongs to this run. Names of stages are alike in many scenes, so the checksum of mesh and
+   options decides. A run that goes on with other options takes over the file of its checkpoint's run, and
+   makes it its own. */
 static PetscBool is_of_this_run(hid_t file, const ResultsFile *results)
 {
   uint64_t run = 0;

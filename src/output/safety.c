@@ -1,8 +1,8 @@
 /* safety.c: local failure factors (39)-(41) at the centres of deformable blocks, from the principal stresses
    and the strengths of the block's material. Rank 0 only, on the gathered fields.
 
-   Mean stress in (41): c cos(phi) - s_m sin(phi) with its sign; the paper prints |s_m|, which is the same
-   under compression but would make tension a strength. */
+   The mean stress enters (41) with its sign, as c cos(phi) - s_m sin(phi). The paper prints |s_m|, which is
+   the same under compression but would make tension a strength. */
 #include "output/output.h"
 #include <math.h>
 
@@ -13,14 +13,14 @@ SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, Pe
   const PetscReal phi = material->friction * (PETSC_PI / 180.), mean = 0.5 * (s1 + s2),
                   radius = 0.5 * (s1 - s2);
   PetscReal strength = material->cohesion * cos(phi) - mean * sin(phi);
-  if (strength < 0.) strength = 0.; // and NaN stays NaN
+  if (strength < 0.) strength = 0.; // a NaN stays NaN
   const PetscReal by_mode[] = {NAN,
                                s1 > 0. ? material->tension / s1 : NAN,      // (39)
                                s2 < 0. ? material->compression / -s2 : NAN, // (40)
                                radius > 0. ? strength / radius : NAN};      // (41)
   SafetyMode mode = SAFETY_NONE;
   *factor = PETSC_INFINITY;
-  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) // NaN: no such stress, or no such strength
+  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) // NaN: there is no such stress, or no such strength
     if (by_mode[k] < *factor) *factor = by_mode[k], mode = (SafetyMode)k;
   return mode;
 }
@@ -49,7 +49,7 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Area of a block [m2] and the mean of its vertices [m]. */
+/* Area of a block [m2]; centre: the mean of its vertices [m]. */
 static PetscReal block_area(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
 {
   const PetscInt *v = mesh->blocks + 4 * b, n = v[3] < 0 ? 3 : 4;
@@ -63,7 +63,7 @@ static PetscReal block_area(const MeshFields *mesh, PetscInt b, PetscReal centre
   return area;
 }
 
-/* The least factor of a group with its place and mode, and the areas where each mode governs. */
+/* Writes the least factor of a group with its place and mode, and the areas where each mode governs. */
 static void put_group(FILE *f, const MeshFields *mesh, const StageFields *s, PetscInt group)
 {
   PetscReal area[4] = {0., 0., 0., 0.}, failing = 0., least = PETSC_INFINITY, centre[2], at[2] = {NAN, NAN};

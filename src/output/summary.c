@@ -1,5 +1,5 @@
-/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums over the gathered
-   arrays in their order. */
+/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums run over the gathered arrays in their
+   order. */
 #include "output/output.h"
 #include <math.h>
 #include <stdio.h>
@@ -21,7 +21,7 @@ static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const 
   JsonNumber(f, "y", sum[1], "},\n");
 }
 
-/* The part of the reaction that each support adds. */
+/* Writes the part of the reaction that each support adds. */
 static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
 {
   PetscReal *sum; // (n_supports,2) [N]
@@ -67,7 +67,7 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
   JsonNumber(f, "kinetic", result->kinetic, "},\n");
 }
 
-/* The account of a dynamic stage. */
+/* Writes the account of a dynamic stage. */
 static void put_account(FILE *f, const Energies *e)
 {
   fprintf(f, "      \"energy\": {");
@@ -92,8 +92,8 @@ static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2]
   }
 }
 
-/* Largest s1 (sign 1) or smallest s2 (sign -1) at block centres of a group, -1: of all; the
-   first block at a tie. */
+/* Writes the largest s1 (sign 1) or the smallest s2 (sign -1) at block centres of a group, or of all (-1); of
+   equal values the first block's. */
 static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
                         PetscInt group, int sign, const char *tail)
 {
@@ -165,8 +165,8 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
 
 #define TO_TOLERANCE "to the tolerance"
 
-/* Whether a factor has a part in the state: this stage or one before it ran, or may have run, preconditioned.
-   The object of the stage before says so, after a restart too. */
+/* Whether a factor has had a part in the state: this stage or an earlier one ran, or may have run,
+   preconditioned. The object of the last stage tells, after a restart too. */
 static PetscBool factor_has_part(const Problem *p)
 {
   const char *before = p->number ? p->output->stages[p->number - 1] : NULL;

@@ -1,11 +1,11 @@
-/* summary_joints.c: the resultants of each joint, as the gravity method asks for them. Rank 0 only.
+/* summary_joints.c: the resultants of each joint, in the terms of the gravity method. Rank 0 only.
 
    A joint whose contacts lie along one line has a direction e from its start to its end (to the right;
    upwards when it is upright), and an upper side, to the left of e. R is the force of the upper side on the
-   lower one: N = -R.left (compression positive), T = R.e, M = moment of the normal forces about the middle of
-   the line, so that the gravity method's stress is (-N/L + 12 M x / L^3) / thickness at the distance x from
-   the middle. A joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of |shear
-   forces|, and no M. */
+   lower one. N = -R.left (compression positive), T = R.e, and M is the moment of the normal forces about the
+   middle of the line. So the gravity method's stress at the distance x from the middle is (-N/L + 12 M x /
+   L^3) / thickness. A joint that is no line (a net of joints) has N = -sum of the normal forces, T = sum of
+   |shear forces|, and no M. */
 #include "output/output.h"
 #include <math.h>
 #include <stdio.h>
@@ -16,18 +16,18 @@ typedef struct {
   PetscReal start[2], end[2];     /* [m] ends of the chord */
   PetscReal e[2];                 /* [-] from start to end */
   PetscReal chord, length;        /* [m] of the chord; sum over contacts */
-  const ContactEnd *first, *last; /* the outermost; of contacts that are no slivers, where there are such */
+  const ContactEnd *first, *last; /* the outermost contacts; without slivers, where others exist */
 } JointLine;
 
 typedef struct {
   PetscReal N, T, M;                  /* [N], [N m] */
   PetscReal R[2];                     /* [N] */
   PetscReal open, slipping, crushing; /* [m] */
-  ContactEnd lowest, highest;         /* of sigma over a control length */
+  ContactEnd lowest, highest;         /* extremes of sigma over a control length */
   PetscInt ends;
 } JointSums;
 
-/* Main direction of the end points, weighted by the length of their contacts. */
+/* Main direction of the contacts' end points, weighted by contact length. */
 static void main_direction(const StageFields *s, PetscInt joint, PetscReal e[2])
 {
   PetscReal weight = 0, mean[2] = {0, 0}, xx = 0, xy = 0, yy = 0;
@@ -63,8 +63,8 @@ static PetscReal deviation(const StageFields *s, PetscInt joint, const JointLine
   return most;
 }
 
-/* Outermost ends along e. What has slid leaves slivers there, whose stress is that of their own past: values
-   are taken from the outermost contact that is none. */
+/* Finds the outermost ends along e. Where blocks have slid, the outermost contacts may be slivers, whose
+   stress belongs to their own past; so values come from the outermost contact that is no sliver. */
 static void outermost(const StageFields *s, PetscInt joint, PetscBool slivers, JointLine *line)
 {
   PetscReal low = INFINITY, high = -INFINITY;
@@ -105,7 +105,7 @@ static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sum
 {
   const PetscReal *e = line->e, *n = end->normal, *F = end->force;
   const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0 ? 1
-                                                        : -1; // 1: side b, on which F acts, is the lower one
+                                                        : -1; // 1: F acts on side b, which is the lower one
   const PetscReal R[2] = {side * (F[0] * n[0] - F[1] * n[1]), side * (F[0] * n[1] + F[1] * n[0])};
   const PetscReal dx = end->point[0] - 0.5 * (line->start[0] + line->end[0]);
   const PetscReal dy = end->point[1] - 0.5 * (line->start[1] + line->end[1]), up = R[1] * e[0] - R[0] * e[1];
@@ -121,9 +121,10 @@ static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sum
   }
 }
 
-/* What a contact shorter than its control length bears counts over that length: else the stress of a joint
-   would be that of a corner, or of a millimetre where blocks have slid; left out, a corner that bears all
-   would not count. sign: -1 for compression, 1 for tension; what is of the other sign is no such peak. */
+/* The stress of a contact over its control length: a shorter contact counts with what it bears over that
+   length. Otherwise the stress of a joint would be that of a corner, or of a millimetre where blocks have
+   slid; and without such contacts, a corner that bears everything would not count. sign: -1 for compression,
+   1 for tension; stress of the other sign is no such peak. */
 static ContactEnd over_control(const ContactRow *c, int k, int sign)
 {
   ContactEnd end = c->end[k];
@@ -198,7 +199,7 @@ static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const
   return joint->law == LAW_ELASTIC ? NAN : strength / fabs(sums->T);
 }
 
-/* In no equilibrium the joint carries what friction leaves: that is no factor. */
+/* Writes the factors. Out of equilibrium a joint carries what friction leaves, which is no factor. */
 static void put_factors(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums,
                         PetscReal thickness, PetscBool at_rest)
 {

@@ -2,8 +2,8 @@
 #include "output/output.h"
 #include <unistd.h>
 
-/* Whether a person watches: our stdout is a terminal, and so is that of the parent process, because mpirun
-   puts a terminal of its own between its ranks and wherever its output goes. */
+/* Whether a person watches: our stdout is a terminal, and so is that of the parent process. The parent
+   matters because mpirun puts a terminal of its own between its ranks and wherever its output goes. */
 static PetscBool on_terminal(void)
 {
   char link[64], target[PETSC_MAX_PATH_LEN];

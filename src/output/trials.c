@@ -5,7 +5,7 @@
 
 static const char *const TrialWords[] = {"undecided", "stable", "fails", "fails", "undecided", "interrupted"};
 
-/* Displacements of the named points, from the gathered vertices. */
+/* Writes the displacements of the named points, from the gathered vertices. */
 static void put_probes(FILE *f, const Model *m, const PetscReal *probes)
 {
   fprintf(f, "\"probes\": {");
@@ -17,7 +17,7 @@ static void put_probes(FILE *f, const Model *m, const PetscReal *probes)
   fprintf(f, "},\n");
 }
 
-/* Collective. (n_points,2) on all ranks; each point has one owner. */
+/* Collective. Displacements of the named points, (n_points,2) on all ranks; each point has one owner. */
 static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal *probes)
 {
   PetscFunctionBeginUser;
@@ -30,7 +30,7 @@ static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Levels of all waters of a flood [m]. */
+/* Writes the levels of all waters of a flood [m]. */
 static void put_waters(FILE *f, const Problem *p)
 {
   const char *before = "";
@@ -98,7 +98,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
     hinges = HingesOf(p, &fields);
     PetscCall(write_trial(p, &fields, &hinges, probes, value, moved, trials->json + trials->n));
   }
-  if (hinges.n && result->verdict == VERDICT_CONVERGED) // in a mechanism they only pass by
+  if (hinges.n && result->verdict == VERDICT_CONVERGED) // hinges of a mechanism are only passing
     PetscCall(
         PetscSNPrintf(words, sizeof(words), ", hinges pressed over %.2g of the face", (double)hinges.least));
   PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s%s\n",
@@ -140,7 +140,7 @@ static PetscReal joint_factor(const Joint *joint, PetscReal value)
   return tangent(joint->friction[0]) / tangent(PetscMin(joint->friction[0], value));
 }
 
-/* Whether the angles of two joints, or of one before and after it has failed, are one. */
+/* Whether two joints have the same angles of friction, or one joint before and after it has failed. */
 static PetscBool one_angle(const Joint *a, const Joint *b)
 {
   const PetscReal far = PetscMax(PetscAbsReal(a->friction[0] - b->friction[0]),

@@ -1,9 +1,9 @@
-/* written.c: which of the gathered results are written: all, but blocks of groups with `output: false`,
-   vertices of such blocks only, and contacts between such blocks. Rank 0 only. Everything else (history,
+/* written.c: which of the gathered results are written: all but blocks of groups with `output: false`,
+   vertices of only such blocks, and contacts between such blocks. Rank 0 only. Everything else (history,
    probes, summary, checksum, checkpoints) is of the whole model. */
 #include "output/output.h"
 
-/* Numbers the rows that stay, in their order; from: (kept,) row they come from. */
+/* Numbers the rows that stay, in their order. from: (kept,) the old rows. */
 static PetscErrorCode keep_rows(PetscInt n, const PetscBool *stays, PetscInt *kept, PetscInt **from,
                                 PetscInt **row)
 {
@@ -51,7 +51,7 @@ PetscErrorCode WrittenCreate(const Scene *scene, const MeshFields *all, Written 
       some->blocks[4 * i + k] = v < 0 ? -1 : w->vertex_row[v];
     }
   }
-  some->file = NULL; // by gid: of the whole mesh only
+  some->file = NULL; // it goes by gid, for the whole mesh only
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,7 +69,7 @@ PetscErrorCode WrittenDestroy(Written *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows `from` of a table of reals; NULL stays NULL. */
+/* Picks the rows `from` of a table of reals; NULL stays NULL. */
 static PetscErrorCode pick(PetscInt n, const PetscInt *from, int width, const PetscReal *all,
                            PetscReal **some)
 {
@@ -82,7 +82,7 @@ static PetscErrorCode pick(PetscInt n, const PetscInt *from, int width, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Contacts with a face or a vertex that is written, numbered as these are. */
+/* Picks the contacts with a face or a vertex that is written, and numbers them as these are. */
 static PetscErrorCode pick_contacts(const Written *w, const StageFields *all, StageFields *some)
 {
   PetscFunctionBeginUser;
@@ -113,7 +113,7 @@ PetscErrorCode WrittenStage(const Written *w, const StageFields *all, StageField
   if (all->safety_mode) PetscCall(PetscMalloc1(nb + 1, &some->safety_mode));
   for (PetscInt i = 0; i < nb && all->safety_mode; i++) some->safety_mode[i] = all->safety_mode[w->block[i]];
   PetscCall(pick_contacts(w, all, some));
-  some->body = NULL; // of no use for what is written
+  some->body = NULL; // nothing that is written needs it
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

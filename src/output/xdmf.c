@@ -1,7 +1,7 @@
 /* xdmf.c: results.xdmf, which points into results.h5. Rank 0 only. */
 #include "output/output.h"
 
-/* Entries of the XDMF topology: the cell type before the vertices of each block. */
+/* Entries of the XDMF topology: each block has a cell type before its vertices. */
 PetscInt XdmfTopologySize(const MeshFields *mesh)
 {
   PetscInt size = 0;
@@ -60,7 +60,7 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
   fprintf(f, "</Attribute>\n     </Grid>\n");
 }
 
-/* Lines between the two ends of each contact, with the values at the ends. */
+/* Writes lines between the two ends of each contact, with the values at the ends. */
 static void put_contacts(FILE *f, PetscInt n, const char *stage)
 {
   static const char *const scalars[] = {"sigma", "tau", "opening", "sliding", "slip", "broken", "state"};
@@ -85,7 +85,7 @@ static void put_contacts(FILE *f, PetscInt n, const char *stage)
   fprintf(f, "     </Grid>\n");
 }
 
-/* The grids of a stage or frame in results->xdmf, and what follows; NULL: none. */
+/* Finds the grids of a stage or frame in results->xdmf, and what follows them; NULL: there are none. */
 static char *find_grids(const ResultsFile *results, const char *name)
 {
   char head[NAME_LENGTH + 64];
@@ -107,7 +107,7 @@ void XdmfDrop(ResultsFile *results, const char *name)
   memmove(grids, end, strlen(end) + 1);
 }
 
-/* Puts the text behind results->xdmf, and frees it. */
+/* Appends the text to results->xdmf and frees the text. */
 static int append(ResultsFile *results, char *text, size_t size)
 {
   const size_t before = results->xdmf ? strlen(results->xdmf) : 0;
@@ -117,7 +117,7 @@ static int append(ResultsFile *results, char *text, size_t size)
   return longer ? 0 : -1;
 }
 
-/* Appends the grids of a stage to results->xdmf. Its time counts 1 for each stage that is not dynamic, and
+/* Appends the grids of a stage to results->xdmf. The time counts 1 for each stage that is not dynamic, and
    the seconds of those that are. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
 {
