@@ -109,7 +109,7 @@ def compare_newton(quoin, case, folder):
             (float(first[-1]), sum(trial["wall_s"] for trial in trials)))
 
 
-NEWTON = ["study", "trials said", "run", "evaluations said", "range", "run", "solves said", "range", "run", "seconds said", "run"]
+NEWTON = ["study", "trials said", "run", "evaluations said", "range", "run", "solves said", "range", "run", "seconds said [s]", "run [s]"]
 
 
 def newton_rows(quoin):
@@ -144,7 +144,7 @@ def main():
                 lines.append([example, stage, said, run, f"{said / run:.2f}"])
                 print(*lines[-1], sep=", ", flush=True)
                 worst = max(worst, said / run, run / said)
-    replace_between("advise", table(["example", "stage", "said", "run", "ratio"], lines))
+    replace_between("advise", table(["example", "stage", "said [cycles]", "run [cycles]", "ratio"], lines))
     print(f"largest factor {worst:.2f}")
 
 

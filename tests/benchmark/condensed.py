@@ -90,7 +90,7 @@ def main():
             row = row_of(os.path.abspath(options.quoin), folder, name, options.repeat)
             rows = keep("condensed", [row], ("blocks", "run"))
             print(*row.values(), sep=", ", flush=True)
-    header = ["run", "blocks", "user s", "sparse Cholesky solves", "times less than plain", "stands, fails [degree]", "trials", "crest [mm]"]
+    header = ["run", "blocks", "user time [s]", "sparse Cholesky solves", "times less than plain", "stands, fails [degree]", "trials", "crest [mm]"]
     replace_between("condensed", table(header, cells_of(rows)))
     found = [r for r in rows if r["blocks"] == row["blocks"] and "stable" in r]
     return int(any((r["stable"], r["failing"]) != (found[0]["stable"], found[0]["failing"]) or abs(r["crest"] / found[0]["crest"] - 1) > 1e-3

@@ -97,12 +97,12 @@ def document(rows):
     told = [[row["n_elements"], EXCHANGE[row["exchange_by"]], *(f"{run.least(row, part) / 1e3:.3g}" for part in ("exchange", "sums", "cycle"))]
             for row in sorted(rows, key=lambda row: row["side"]) if row["ranks"] == 2]  # fmt: skip
     head = ["ratio", "cycle", "textbook", "ratio", "cycle, plain sums"]
-    replace_between("cycle", table(["blocks", "forces", "textbook", *head], lines_of(rows, "block", "n_elements", cycle)))
-    head = ["contacts", *(word for model in ("t2pt", "tptm", "tptm, half open") for word in (model, "plain", "ratio"))]
+    replace_between("cycle", table(["blocks (times in ns a block)", "forces", "textbook", *head], lines_of(rows, "block", "n_elements", cycle)))
+    head = ["contacts (times in ns each)", *(word for model in ("t2pt", "tptm", "tptm, half open") for word in (model, "plain", "ratio"))]
     replace_between("contacts", table(head, lines_of(rows, "t2pt", "n_contacts", contacts)))
-    head = ["", "of each", "ns", "over full", "instructions (x86-64-v3)", "over full"]
+    head = ["", "of each", "time [ns]", "over full", "instructions (x86-64-v3)", "over full"]
     replace_between("kernels", table(head, [kernel(*line) for line in KERNELS]))
-    replace_between("exchange", table(["blocks", "", "exchange", "sums", "cycle"], told))
+    replace_between("exchange", table(["blocks", "how", "exchange [us]", "sums [us]", "cycle [us]"], told))
 
 
 def main():

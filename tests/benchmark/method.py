@@ -99,7 +99,8 @@ def keep(row):
         writer = csv.DictWriter(file, HEAD)
         writer.writeheader()
         writer.writerows(rows)
-    replace_between("method", table(HEAD, [[row[name] for name in HEAD] for row in rows]))
+    titles = [name.replace(", s", " [s]") for name in HEAD]
+    replace_between("method", table(titles, [[row[name] for name in HEAD] for row in rows]))
 
 
 def main():

@@ -88,7 +88,8 @@ def keep(rows):
         writer = csv.DictWriter(file, HEAD)
         writer.writeheader()
         writer.writerows(rows)
-    replace_between("stones", table(HEAD, [[row[name] for name in HEAD] for row in rows]))
+    titles = [name.replace(", degree", " [degree]").replace(", mm", " [mm]") for name in HEAD]
+    replace_between("stones", table(titles, [[row[name] for name in HEAD] for row in rows]))
 
 
 def main():

@@ -47,7 +47,7 @@ def run(quoin, folder, study, method):
 
 
 METHODS = {"explicit": "explicit", "Newton": "preconditioned"}  # name in the table: in the scene
-HEADER = ["study", "by", "bracket", "trials", "force evaluations", "of one trial, the most", "solves", "factorisations", "user s"]
+HEADER = ["study", "by", "bracket", "trials", "force evaluations", "of one trial, the most", "solves", "factorisations", "user time [s]"]
 
 
 def row(quoin, name, by):

@@ -284,7 +284,7 @@ def write_table(path, records):
              "[verification](../verification.md) says how to read it.", ""]
     for record in records:
         lines += [f"## {record['case']}: {record['what']}", "", f"Source: {record['source']}", "",
-                  "| check | expected | ours | error | tolerance | ranks | s | |", "|---|---|---|---|---|---|---|---|"]
+                  "| check | expected | ours | error | tolerance | ranks | time [s] | |", "|---|---|---|---|---|---|---|---|"]
         lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells(check)) + " |"
                   for check in record["checks"]]
         lines += ["", f"This case broke: `{record['problem'].strip().splitlines()[-1]}`"] if record["problem"] else []
