@@ -1,6 +1,6 @@
-/* fields.c: brings what the ranks hold to rank 0, in file order (contacts: by their faces in file order).
-   Everything that is written or summed for people goes through here, so that it has the same bits on any
-   number of ranks. */
+/* fields.c: brings what the ranks have to rank 0, in file order (contacts: by their faces in file order).
+   Everything that is written or summed for people goes through here, so it has the same bits on any number of
+   ranks. */
 #include "output/output.h"
 #include <stdlib.h>
 
@@ -76,7 +76,7 @@ PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Displacement, reaction of supports, applied force and supports of the owned vertices. */
+/* Gathers displacement, reaction of supports, applied force and supports of the owned vertices. */
 static PetscErrorCode gather_motion(const Model *model, const State *state, StageFields *s)
 {
   const PetscInt n = model->n_owned, first = 3 * model->n_bodies;
@@ -101,7 +101,7 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same of the rigid bodies, about their centroids. */
+/* Gathers the same of the rigid bodies, about their centroids. */
 static PetscErrorCode gather_bodies(const Model *model, const State *state, StageFields *s)
 {
   PetscInt *place;
@@ -191,17 +191,17 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Part of a contact that is open: where the linear opening between its ends is positive. */
+/* Part of a contact that is open: the stretch where the linear opening between its ends is positive. */
 static PetscReal open_part(const ContactRow *c)
 {
   const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
   if (open[0] == open[1]) return open[0];
   const PetscReal in = c->end[open[1]].opening,
-                  out = c->end[open[0]].opening; // at the open, at the closed end
+                  out = c->end[open[0]].opening; // opening at the open end, at the closed end
   return in > 0 && out < 0 ? in / (in - out) : 0.5;
 }
 
-/* How much of a contact is open and crushing: of tptm that was crushed by its diagram. */
+/* Lengths of a contact that are open and crushing. With tptm its diagram tells the crushed length. */
 static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
 {
   PetscReal open = open_part(row), crushing = 0.;
@@ -211,7 +211,8 @@ static void contact_lengths(StressModelKind kind, const Joint *joint, const Cont
   row->open = row->length * open, row->crushing = row->length * crushing;
 }
 
-/* End forces [N] of a contact from its stored opening, slip and history. Nothing stored changes. */
+/* End forces [N] of a contact from its stored opening, slip and history. The function changes nothing that is
+   stored. */
 static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
                                PetscReal thickness, ContactPoint *p, ContactRow *row)
 {
@@ -233,9 +234,9 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
   }
 }
 
-/* Where end k of contact i stands, and the normal from side b to side a. The outward normal of the
-   destination leads from it to the vertex; turned round it leaves F_n and F_s as they are, for they act on
-   the other side. */
+/* Finds where end k of contact i is, and the normal from side b to side a. The outward normal of the
+   destination leads from the destination to the vertex. Turning it round leaves F_n and F_s as they are,
+   because then they act on the other side. */
 static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
                               ContactEnd *end)
 {
@@ -260,8 +261,9 @@ static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
   return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
 }
 
-/* Of the control length, a tenth of the shorter face, that a contact has: what is shorter is new or left
-   where blocks have slid, or a corner, and its stress is no stress of a face. */
+/* The part of its control length that a contact has, at most 1; the control length is a tenth of the shorter
+   face. A shorter contact is new or left over where blocks have slid, or a corner, so its stress is no stress
+   of a face. */
 static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i, PetscReal length)
 {
   PetscInt v[CONTACT_ROWS];
@@ -271,8 +273,8 @@ static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i,
   return PetscMin(1., length / (0.1 * face));
 }
 
-/* Whether a closed end bears all the shear it can. The law's own word is for the evaluation just done: a slip
-   that has been committed since leaves tau at the limit, or a rounding error below. */
+/* Whether a closed end carries all the shear it can. The law's own flag is that of the last evaluation: a
+   slip that was committed since leaves tau at the limit, or a rounding error below it. */
 static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k)
 {
   const ContactEnd *end = &row->end[k];
@@ -282,8 +284,9 @@ static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k
                      PetscAbsReal(end->tau) > (1. - 1e-6) * PetscMax(limit, 0.));
 }
 
-/* A vertex on a face: all its force is at end 0, with the length that gives N = sigma times it: half of that
-   of the point model, which gives two ends as much; of tptm what the closed part of its diagram makes. */
+/* Puts all the force of a vertex on a face at end 0, with the length that gives N = sigma times that length.
+   The length is half of the point model's, which gives two ends as much; with tptm the closed part of the
+   diagram gives it. */
 static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
 {
   const PetscReal N = row->end[0].force[0] + row->end[1].force[0], sigma = row->end[0].sigma;

@@ -1,9 +1,9 @@
 /* hdf5_disk.c: a driver of HDF5 for files that are written.
 
    HDF5 1.10 cannot go on from a write that has failed. It forgets data that stood in one of its buffers, so
-   that zeros are read later, or it crashes when MPI ends. So it never sees a failure: the driver remembers
-   the first one, tells HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are
-   complete, whatever a signal or a short write of the system leaves over.
+   that zeros are read later, or it crashes when MPI ends. So HDF5 never sees a failure: the driver remembers
+   the first one and tells HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are
+   completed, also after a signal or a short write of the system.
 
    The first 512 bytes, which HDF5 leaves to its users, are text: length and CRC-32 of the rest. */
 #include "output/output.h"
@@ -24,10 +24,10 @@
 typedef struct {
   H5FD_t base; /* HDF5's own part comes first */
   int file, writes;
-  haddr_t eoa, eof; /* end of what is allocated, of what is there */
+  haddr_t eoa, eof; /* end of the allocated part, end of the file */
 } DiskFile;
 
-/* Of the file that is open. */
+/* The state of the file that is open. */
 static int first_error; /* errno */
 static char *open_path; /* from strdup */
 
@@ -89,7 +89,7 @@ static haddr_t get_eof(const H5FD_t *base, H5FD_mem_t type)
   return ((const DiskFile *)base)->eof;
 }
 
-/* Behind the end of the file there are zeros. */
+/* Behind the end of the file the driver reads zeros. */
 static herr_t disk_read(H5FD_t *base, H5FD_mem_t type, hid_t options, haddr_t at, size_t size, void *buffer)
 {
   const DiskFile *disk = (const DiskFile *)base;
@@ -113,7 +113,7 @@ static herr_t disk_write(H5FD_t *base, H5FD_mem_t type, hid_t options, haddr_t a
   const char *from = buffer;
   (void)type, (void)options;
   disk->eof = at + size > disk->eof ? at + size : disk->eof;
-  while (size && !first_error) { // behind the first failure nothing counts any more
+  while (size && !first_error) { // after the first failure nothing counts
     const ssize_t n = pwrite(disk->file, from, size, (off_t)at);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
@@ -137,11 +137,11 @@ static herr_t disk_truncate(H5FD_t *base, hid_t options, hbool_t closing)
 static const H5FD_class_t DiskDriver = {
 #if H5_VERSION_GE(1, 13, 0)
     .version = H5FD_CLASS_VERSION,
-    .value = 512, /* from here on numbers are free */
+    .value = 512, /* numbers from here on are free for users */
 #endif
     .name = "quoin_disk",
     .maxaddr = (haddr_t)INT64_MAX,
-    .fc_degree = H5F_CLOSE_STRONG, /* what a failure has left open is closed too */
+    .fc_degree = H5F_CLOSE_STRONG, /* closes what a failure has left open, too */
     .open = disk_open,
     .close = disk_close,
     .query = disk_query,
@@ -154,7 +154,7 @@ static const H5FD_class_t DiskDriver = {
     .fl_map = H5FD_FLMAP_DICHOTOMY,
 };
 
-/* Access through the driver; negative: no memory. */
+/* Makes the access through the driver; negative: there is no memory. */
 static hid_t access_by_disk(void)
 {
   static hid_t driver = -1;
