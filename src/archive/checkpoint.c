@@ -137,7 +137,7 @@ PetscErrorCode CheckpointRefuse(const Checkpoint *c, PetscErrorCode code, const 
 /* ---- parts */
 
 /* Reads or writes one checkpoint part, whose names stand below its own. */
-static PetscErrorCode run_part(Archive *a, const CheckpointPart *part)
+static PetscErrorCode archive_part(Archive *a, const CheckpointPart *part)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscStrncpy(a->part, part->name, sizeof(a->part)));
@@ -159,7 +159,7 @@ PetscErrorCode CheckpointAttach(Checkpoint *c, const char *name, ArchiveFunction
   if (!c->resuming) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveHasPart(&c->resume, name, resumed));
   if (!*resumed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(run_part(&c->resume, part));
+  PetscCall(archive_part(&c->resume, part));
   if (c->resume.message[0])
     PetscCall(
         PetscSNPrintf(message, MESSAGE_LENGTH, "restart: '%.500s': %.400s", c->last, c->resume.message));
@@ -209,7 +209,7 @@ PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
   PetscFunctionBeginUser;
   PetscCall(ArchiveCreate(c->comm, &archive));
   PetscCall(ArchiveCounts(&archive, "mesh", 1, &mesh));
-  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
+  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
   if (!c->rank) {
     PetscCall(PetscStrncpy(message, archive.message, sizeof(message)));
     if (!message[0]) next_number(c, message);
@@ -234,10 +234,10 @@ PetscErrorCode CheckpointThrough(Checkpoint *c, PetscErrorCode (*renew)(void *co
   Archive archive;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCreate(c->comm, &archive));
-  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
+  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
   PetscCall(renew(context));
   archive.reading = archive.anew = PETSC_TRUE;
-  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(run_part(&archive, c->parts + i));
+  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
   PetscCall(CheckpointRefuse(c, ERROR_OUTPUT, archive.message));
   PetscCall(ArchiveDestroy(&archive));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -367,7 +367,7 @@ static PetscBool values_equal(const char *a, const char *b)
 }
 
 /* Prints the change of an option, with its key as the command line has it. */
-static void say(const char *line, const char *old, const char *new)
+static void print_change(const char *line, const char *old, const char *new)
 {
   char key[6 * NAME_LENGTH];
   snprintf(key, sizeof(key), "%.*s", (int)strcspn(line, " "), line);
@@ -383,12 +383,12 @@ static PetscBool compare_options(const char *old, const char *new)
   for (const char *line = new; *line; line = strchr(line, '\n') + 1) {
     const char *before = value_of(old, line), *now = line + strcspn(line, " ") + 1;
     if (is_idle(line) || (before && values_equal(before, now))) continue;
-    say(line, before, now);
+    print_change(line, before, now);
     differ = PETSC_TRUE;
   }
   for (const char *line = old; *line; line = strchr(line, '\n') + 1) {
     if (is_idle(line) || value_of(new, line)) continue;
-    say(line, line + strcspn(line, " ") + 1, NULL);
+    print_change(line, line + strcspn(line, " ") + 1, NULL);
     differ = PETSC_TRUE;
   }
   return differ;

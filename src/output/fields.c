@@ -191,8 +191,8 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Part of a contact that is open: the stretch where the linear opening between its ends is positive. */
-static PetscReal open_part(const ContactRow *c)
+/* [-] Fraction of a contact that is open: where the linear opening between its ends is positive. */
+static PetscReal open_fraction(const ContactRow *c)
 {
   const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
   if (open[0] == open[1]) return open[0];
@@ -204,7 +204,7 @@ static PetscReal open_part(const ContactRow *c)
 /* Lengths of a contact that are open and crushing. With tptm its diagram tells the crushed length. */
 static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
 {
-  PetscReal open = open_part(row), crushing = 0.;
+  PetscReal open = open_fraction(row), crushing = 0.;
   for (int k = 0; k < 2; k++) crushing += 0.5 * !!(row->end[k].state & CONTACT_CRUSHING);
   if (kind == STRESS_TPTM && row->klass != VERTEX_FACE && (p->closure[0] < 0. || p->closure[1] < 0.))
     StressModelParts(joint, p, &open, &crushing);

@@ -385,7 +385,7 @@ static void remove_frames(ResultsFile *results, PetscInt stage)
 
 /* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It
    stays open until ResultsFileFinish. */
-static int open_part(ResultsFile *results, PetscInt stage)
+static int open_unfinished(ResultsFile *results, PetscInt stage)
 {
   char path[PETSC_MAX_PATH_LEN + 64], part[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
@@ -445,7 +445,7 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const Stag
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   errno = 0;
-  int error = results->part <= 0 ? open_part(results, stage) : 0;
+  int error = results->part <= 0 ? open_unfinished(results, stage) : 0;
   const hid_t stages = error ? -1 : H5Gopen2(results->part, "stages", H5P_DEFAULT);
   if (stages < 0 || copy_frames(results, stages, stage)) results->failed = errno ? errno : EIO;
   PetscCall(write_stage(results, stages, stage, 0, result, fields, &error));

@@ -1,14 +1,14 @@
-/* attempt.c: tries a scene for what it costs and what it answers. Newton's method, which is short, brings its
-   first static stages to equilibrium; then some explicit cycles are timed. Nothing is written.
+/* attempt.c: tries a scene for what it costs and what it answers. Newton's method, which is short, brings
+   its first static stages to equilibrium; then some explicit cycles are timed. Nothing is written.
 
-   The number of cycles follows from the lowest frequency omega. With scaled masses and damping (38) that is
-   critical at omega, all motions decay as exp(-omega t), so a stage takes its ramp and ln(1/tolerance)/omega
-   cycles. Where contacts slip or open, the frequency is lower than with elastic joints, and alpha strays: the
-   cycles grow by PART_LOOSE times the part of such contacts. This fits the examples (docs/performance.md) to
-   RANGE. */
+   The number of cycles follows from the lowest frequency omega. With scaled masses and damping (38) that
+   is critical at omega, all motions decay as exp(-omega t), so a stage takes its ramp and
+   ln(1/tolerance)/omega cycles. Where contacts slip or open, the frequency is lower than with elastic
+   joints, and alpha strays: the cycles grow by LOOSE_FACTOR times the part of such contacts. This fits the
+   examples (docs/performance.md) to RANGE. */
 #include "study/study.h"
 
-static const PetscReal PART_LOOSE = 4., RANGE = 2.5;
+static const PetscReal LOOSE_FACTOR = 4., RANGE = 2.5;
 /* The limits of that fit. With more bodies, and more than a few contacts that slip, the upper end is not
    known (20 000 stones took 13 times as many cycles). */
 static const PetscReal MOST_BODIES = 1000., FEW_LOOSE = 0.02;
@@ -76,9 +76,9 @@ static const Cost UNKNOWN = {NAN, NAN, NAN, {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, 
 /* The cost of `times` relaxations of a stage, each after a ramp of so many cycles. */
 static Cost relaxations(const Attempt *a, const Stage *stage, PetscReal ramp, const PetscReal times[3])
 {
-  const PetscReal decay = a->omega > 0.
-                              ? (1. + PART_LOOSE * a->loose) * PetscLogReal(1. / stage->tolerance) / a->omega
-                              : NAN;
+  const PetscReal decay = a->omega > 0. ? (1. + LOOSE_FACTOR * a->loose) *
+                                              PetscLogReal(1. / stage->tolerance) / a->omega
+                                        : NAN;
   const PetscBool fits = (PetscBool)(a->bodies <= MOST_BODIES || a->loose <= FEW_LOOSE);
   return (Cost){.cycles = times[0] * (ramp + decay),
                 .least = times[1] * (ramp + decay) / RANGE,

@@ -139,3 +139,17 @@ def test_changelog_is_short():
     assert [part.split("\n")[0] for part in parts][0] == "[Unreleased]"
     for part in parts:
         assert len(part.rstrip().splitlines()) <= 61, f"CHANGELOG.md: {part.splitlines()[0]}: say what users get, in fewer words"
+
+
+def test_names_of_the_glossary():
+    """What its column "in code" names is in the source."""
+    rows = [row for row in table_rows("docs/glossary.md") if len(row) == 4][1:]
+    names = {name for row in rows for name in re.findall(r"`([^`]+)`", row[2])}
+    assert len(names) > 30
+    everything = "".join(path.read_text(encoding="utf-8") for path in SOURCES.values())
+    for name in names:
+        file, _, word = name.rpartition(": ")
+        assert not file or file in SOURCES, f"docs/glossary.md: no file {file}"
+        source = SOURCES[file].read_text(encoding="utf-8") if file else everything
+        word = word.rstrip(".").split(".")[-1] if not word.endswith((".c", ".h")) else word
+        assert word in SOURCES or word in source, f"docs/glossary.md: no {name} in the source"
