@@ -90,6 +90,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
+  TermsBound(m, state, k);
   PetscCall(ContactStiffnessAnywhere(scene, m, stage->joints, k));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};

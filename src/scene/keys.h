@@ -8,7 +8,8 @@
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
   "", "contact.", "relaxation.", "checkpoint.", "repartition.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
-  "loads.<name>.", "stages.<name>."};
+#define PATH_OF_TERM(SECTION, word, type) word ".<name>.",
+  "loads.<name>.", "stages.<name>.", TERM_SECTIONS(PATH_OF_TERM)};
 // clang-format on
 
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
@@ -296,6 +297,9 @@ static const Key Keys[] = {
       .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),
+#define TERM_KEYS
+#include "scene/term_sections.h"
+#undef TERM_KEYS
 };
 // clang-format on
 

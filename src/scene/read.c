@@ -103,6 +103,50 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static const struct {
+  const char *word;
+  Section section;
+  size_t size; /* [byte] of an entry */
+} TermSections[] = {
+#define ROW_OF_TERM(SECTION, word, type) {word, SECTION_##SECTION, sizeof(type)},
+    TERM_SECTIONS(ROW_OF_TERM){NULL, SECTIONS, 0}};
+
+static PetscErrorCode read_term_sections(Reader *r, Scene *scene)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(sizeof(TermSections) / sizeof(TermSections[0]), &scene->terms));
+  for (int t = 0; TermSections[t].word; t++) {
+    const char *word = TermSections[t].word;
+    PetscCall(AskNames(r, word, &scene->terms[t].n, &names));
+    PetscCall(PetscCalloc(scene->terms[t].n * TermSections[t].size, &scene->terms[t].entries));
+    if (scene->terms[t].n) PetscCall(EchoSection(r, 0, word));
+    for (PetscInt i = 0; i < scene->terms[t].n; i++) {
+      TermEntry *entry = (TermEntry *)((char *)scene->terms[t].entries + (size_t)i * TermSections[t].size);
+      memcpy(entry->name, names[i].name, NAME_LENGTH);
+      entry->line = names[i].line;
+      PetscCall(AskSection(r, word, entry->name, path));
+      PetscCall(EchoSection(r, 2, entry->name));
+      PetscCall(read_section(r, TermSections[t].section, path, entry, NULL));
+    }
+    PetscCall(PetscFree(names));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n)
+{
+  *n = 0;
+  for (int t = 0; scene->terms && TermSections[t].word; t++) {
+    if (strcmp(TermSections[t].word, section)) continue;
+    *n = scene->terms[t].n;
+    return scene->terms[t].entries;
+  }
+  return NULL;
+}
+
 /* ------------------------------------------------------------------------------------------ joints */
 
 // Finds where each joint's keys are given: given[j * KEYS + k] for key k of joint j, NULL: nowhere. Entries
@@ -283,60 +327,6 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
 
 /* ------------------------------------------------------------------------------------------- whole */
 
-enum { LARGEST_SCENE = 1 << 24 }; /* [byte] */
-
-// Gives the text of the file to all ranks; NULL and a message if nobody can read the file. Free it with
-// PetscFree.
-static PetscErrorCode read_text(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message)
-{
-  PetscMPIInt rank;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  *length = -1;
-  *text = NULL;
-  if (rank == 0) {
-    errno = 0;
-    FILE *file = fopen(path, "rb");
-    long size = file && !fseek(file, 0, SEEK_END) ? ftell(file) : -1;
-    if (size >= 0 && size < LARGEST_SCENE) {
-      rewind(file);
-      PetscCall(PetscMalloc1(size + 1, text));
-      if (fread(*text, 1, size, file) == (size_t)size) *length = (PetscInt)size;
-    }
-    if (size >= LARGEST_SCENE)
-      Complain(message, path, -1, "", "cannot read the scene: not a file of up to %d bytes", LARGEST_SCENE);
-    else if (*length < 0)
-      Complain(message, path, -1, "", "cannot read the scene: %s", errno ? strerror(errno) : "no file");
-    if (file) fclose(file);
-  }
-  PetscCallMPI(MPI_Bcast(length, 1, MPIU_INT, 0, comm));
-  PetscCallMPI(MPI_Bcast(message, MESSAGE_LENGTH, MPI_CHAR, 0, comm));
-  if (*length >= 0 && rank) PetscCall(PetscMalloc1(*length + 1, text));
-  if (*length >= 0) PetscCallMPI(MPI_Bcast(*text, *length, MPI_CHAR, 0, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-// Finds the model in the working directory or beside the scene.
-static PetscErrorCode find_model(MPI_Comm comm, Scene *scene)
-{
-  char beside[PETSC_MAX_PATH_LEN];
-  const char *slash = strrchr(scene->file, '/');
-  PetscBool here = PETSC_FALSE, there = PETSC_FALSE;
-  PetscMPIInt rank;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0 && slash && scene->model[0] != '/') {
-    int n = snprintf(beside, sizeof beside, "%.*s/%s", (int)(slash - scene->file), scene->file, scene->model);
-    PetscCall(PetscTestFile(scene->model, 'r', &here));
-    if (!here && n < (int)sizeof beside) PetscCall(PetscTestFile(beside, 'r', &there));
-    if (there) memcpy(scene->model, beside, sizeof beside);
-  }
-  PetscCallMPI(MPI_Bcast(scene->model, PETSC_MAX_PATH_LEN, MPI_CHAR, 0, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode read_all(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
@@ -362,6 +352,7 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_materials(r, scene));
   PetscCall(read_joints(r, scene, &given));
   PetscCall(read_supports(r, scene));
+  PetscCall(read_term_sections(r, scene));
   PetscCall(read_loads(r, scene));
   PetscCall(read_stages(r, scene, given));
   PetscCall(ConcludeMessage(r));
@@ -405,7 +396,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   memset(scene, 0, sizeof *scene);
   if (file) {
     snprintf(scene->file, sizeof scene->file, "%s", file);
-    PetscCall(read_text(comm, file, &text, &length, r.message));
+    PetscCall(SceneText(comm, file, &text, &length, r.message));
   }
   if (!r.message[0] && text) PetscCall(EntriesReadYAML(&r.entries, file, text, length, r.message));
   if (!r.message[0]) PetscCall(EntriesReadArguments(&r.entries, argc, argv, r.message));
@@ -417,7 +408,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   PetscCall(EntriesDestroy(&r.entries));
   if (r.message[0]) PetscCall(PetscSegBufferDestroy(&r.echo));
   PetscCall(CheckMessage(comm, r.message));
-  PetscCall(find_model(comm, scene));
+  PetscCall(SceneFindModel(comm, scene));
   PetscCall(EchoEnd(&r, &scene->echo));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -433,6 +424,8 @@ PetscErrorCode SceneDestroy(Scene *scene)
     PetscCall(PetscFree(scene->stages[i].rises));
     PetscCall(PetscFree2(scene->stages[i].level_rises, scene->stages[i].tail_rises));
   }
+  for (int t = 0; scene->terms && TermSections[t].word; t++) PetscCall(PetscFree(scene->terms[t].entries));
+  PetscCall(PetscFree(scene->terms));
   PetscCall(PetscFree(scene->echo));
   PetscCall(PetscFree(scene->damping_groups));
   free(scene->options);

@@ -136,6 +136,15 @@ typedef struct {
   int line;
 } Stage;
 
+/* What an entry of a section begins with that a force term has of its own. */
+typedef struct {
+  char name[NAME_LENGTH];
+  int line;
+} TermEntry;
+#define TERM_STRUCTS
+#include "scene/term_sections.h"
+#undef TERM_STRUCTS
+
 typedef struct {
   char file[PETSC_MAX_PATH_LEN];   /* the YAML file, for messages; "" when there is none */
   char model[PETSC_MAX_PATH_LEN];  /* path of model.h5 */
@@ -188,6 +197,10 @@ typedef struct {
   Support *supports;
   Load *loads;
   Stage *stages;
+  struct {
+    PetscInt n;
+    void *entries;
+  } * terms;     /* a row for each of TERM_SECTIONS */
   char *echo;    /* every key in force, as YAML: scene_echo.yaml */
   char *solvers; /* options for PETSc's solvers, NULL: none; petsc_options.c */
 } Scene;
@@ -204,6 +217,8 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
 PetscErrorCode SceneDestroy(Scene *scene);
+/* The entries of a section that a force term has of its own, as the struct of its file of keys. */
+const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 
 /* ---- joint_table.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,

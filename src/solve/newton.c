@@ -51,7 +51,7 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   PetscCall(PetscNew(newton));
   n = *newton;
   n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
-  PetscCall(StiffnessCreate(p->m, p->contacts, &n->stiffness));
+  PetscCall(StiffnessCreate(p->m, p->state, p->contacts, &n->stiffness));
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
   PetscCall(VecGetSize(n->r, &n->n_dof));
   PetscCall(VecDuplicate(n->r, &n->dragged));

@@ -336,7 +336,7 @@ PetscErrorCode StiffnessTangent(const Model *m, const Contacts *c, const PetscRe
 
 /* ---- life */
 
-PetscErrorCode StiffnessCreate(const Model *m, const Contacts *c, Stiffness *s)
+PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contacts *c, Stiffness *s)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
@@ -351,7 +351,7 @@ PetscErrorCode StiffnessCreate(const Model *m, const Contacts *c, Stiffness *s)
   PetscCall(MatCreate(m->comm, &s->bodies));
   PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(s->bodies, MATAIJ));
-  PetscCall(StiffnessPattern(m, c, s, s->bodies));
+  PetscCall(StiffnessPattern(m, state, c, s, s->bodies));
   PetscCall(MatDuplicate(s->bodies, MAT_DO_NOT_COPY_VALUES, &s->tangent));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -21,11 +21,13 @@ typedef struct _p_Stiffness {
 /* ---- stiffness_pattern.c */
 /* Collective. Gives an AIJ matrix, its sizes set, exactly the rows that StiffnessAdd will fill, with zeros.
    s: its rows are numbered. */
-PetscErrorCode StiffnessPattern(const Model *model, const Contacts *contacts, const Stiffness *s, Mat matrix);
+PetscErrorCode StiffnessPattern(const Model *model, const State *state, const Contacts *contacts,
+                                const Stiffness *s, Mat matrix);
 
 /* ---- stiffness.c */
 /* Collective. Numbers the rows and lays out both matrices for the model and its contacts as they are. */
-PetscErrorCode StiffnessCreate(const Model *model, const Contacts *contacts, Stiffness *s);
+PetscErrorCode StiffnessCreate(const Model *model, const State *state, const Contacts *contacts,
+                               Stiffness *s);
 PetscErrorCode StiffnessDestroy(Stiffness *s);
 /* Adds a dense stiffness k [N/m] (2n,2n), row after row, symmetric or not, that couples x and y of n local
    vertices: the one way into the matrix. Not collective; StiffnessBodies ends the assembly. */

@@ -1,6 +1,6 @@
 /* stiffness_pattern.c: which entries the stiffness has, before there are any numbers.
 
-   Vertices that meet in a block, a condensed body or a contact couple with each other. A rank knows every
+   Vertices that meet in a block, a contact or a force term couple with each other. A rank knows every
    one of these meetings that one of its own vertices takes part in, so that it can say its own rows
    exactly without asking another. A node is what rows belong to: a deformable vertex, or a rigid body
    with all its vertices. */
@@ -20,22 +20,49 @@ static void add_elements(const Elements *e, int n_nodes, Meetings *x)
   }
 }
 
-static PetscErrorCode meetings_create(const Model *m, const Contacts *c, Meetings *x)
+/* The meetings of force terms, as their tangents tell them: a size each, and all vertices. */
+typedef struct {
+  PetscSegBuffer sizes, vertices;
+} TermMeetings;
+
+static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k, void *context)
 {
-  PetscInt kept = 0;
+  TermMeetings *of = context;
+  PetscInt *to;
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed; b++) kept += m->condensed[b].n_kept / 2;
-  PetscCall(PetscMalloc2(m->q4.n + m->t3.n + m->n_condensed + c->n_padded + 1, &x->start,
-                         4 * m->q4.n + 3 * m->t3.n + kept + CONTACT_ROWS * c->n_padded, &x->vertex));
+  (void)k; // which entries there are, not what is in them
+  PetscCall(PetscSegBufferGetInts(of->sizes, 1, &to));
+  *to = n;
+  PetscCall(PetscSegBufferGetInts(of->vertices, n, &to));
+  PetscCall(PetscArraycpy(to, vertices, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode meetings_create(const Model *m, const State *state, const Contacts *c, Meetings *x)
+{
+  TermMeetings of;
+  SegmentCount n, n_vertices;
+  PetscInt *sizes, *vertices;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 1024, &of.sizes));
+  PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 1024, &of.vertices));
+  PetscCall(TermsTangent(m, state, NULL, add_of_term, &of));
+  PetscCall(PetscSegBufferGetSize(of.sizes, &n));
+  PetscCall(PetscSegBufferGetSize(of.vertices, &n_vertices));
+  PetscCall(PetscSegBufferExtractInPlace(of.sizes, &sizes));
+  PetscCall(PetscSegBufferExtractInPlace(of.vertices, &vertices));
+  PetscCall(PetscMalloc2(m->q4.n + m->t3.n + (PetscInt)n + c->n_padded + 1, &x->start,
+                         4 * m->q4.n + 3 * m->t3.n + (PetscInt)n_vertices + CONTACT_ROWS * c->n_padded,
+                         &x->vertex));
   x->n = x->start[0] = 0;
   add_elements(&m->q4, 4, x);
   add_elements(&m->t3, 3, x);
-  for (PetscInt b = 0; b < m->n_condensed; b++, x->n++) {
-    const Condensed *body = m->condensed + b;
-    PetscInt *v = x->vertex + x->start[x->n];
-    for (PetscInt k = 0; k < body->n_kept / 2; k++) v[k] = body->kept[2 * k] / 2;
-    x->start[x->n + 1] = x->start[x->n] + body->n_kept / 2;
+  for (PetscInt i = 0; i < (PetscInt)n; vertices += sizes[i++]) {
+    PetscCall(PetscArraycpy(x->vertex + x->start[x->n], vertices, sizes[i]));
+    x->start[x->n + 1] = x->start[x->n] + sizes[i], x->n++;
   }
+  PetscCall(PetscSegBufferDestroy(&of.sizes));
+  PetscCall(PetscSegBufferDestroy(&of.vertices));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     PetscInt *v = x->vertex + x->start[x->n];
     if (c->key[2 * i] < 0) continue; // padding
@@ -114,14 +141,15 @@ static PetscErrorCode add_row(const Model *m, const Stiffness *s, PetscInt dof, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessPattern(const Model *m, const Contacts *c, const Stiffness *s, Mat matrix)
+PetscErrorCode StiffnessPattern(const Model *m, const State *state, const Contacts *c, const Stiffness *s,
+                                Mat matrix)
 {
   const PetscInt at = 3 * m->n_bodies;
   Meetings x;
   PetscInt *start, *meeting, most, *column, *row_start, *all;
   PetscSegBuffer columns;
   PetscFunctionBeginUser;
-  PetscCall(meetings_create(m, c, &x));
+  PetscCall(meetings_create(m, state, c, &x));
   PetscCall(meetings_of_nodes(m, &x, &start, &meeting, &most));
   PetscCall(PetscMalloc2(3 * most, &column, m->n_dof + 1, &row_start));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64 * 1024, &columns));

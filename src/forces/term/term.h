@@ -39,7 +39,7 @@ typedef struct {
                 PetscReal *k); /* adds row sums (28)-(29): the time step */
   PetscReal (*energy)(const void *memory, const Model *m, const PetscReal *u); /* [J] stored, of this rank */
   /* adds its stiffness, which Newton's method needs of every term with `forces`. u: NULL, the reference
-     state. Vertices that it couples must share a block, a condensed body or a contact (stiffness_pattern.c). */
+     state. It tells the entries of the matrix, too: each coupling belongs to one rank. */
   PetscErrorCode (*tangent)(const void *memory, const Model *m, const PetscReal *u, TermAdd add,
                             void *context);
 

@@ -78,7 +78,7 @@ static PetscErrorCode TangentError(Fixture *f, PetscBool turns, const PetscReal 
   PetscCall(ForcesAt(f, u, -h, w, less));
   PetscCall(ForcesAt(f, u, h, w, more));
   PetscCall(ForcesAt(f, u, 0., w, at));
-  PetscCall(StiffnessCreate(f->model, f->contacts, &s));
+  PetscCall(StiffnessCreate(f->model, f->state, f->contacts, &s));
   PetscCall(StiffnessBodies(f->model, f->state, turns, &s));
   StiffnessJoints(f->scene->stages[0].joints, f->contacts, &s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
@@ -165,7 +165,7 @@ static PetscErrorCode TangentOfWhatHasTurned(void)
 static PetscErrorCode ElasticTangent(const Fixture *f, Stiffness *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(StiffnessCreate(f->model, f->contacts, s));
+  PetscCall(StiffnessCreate(f->model, f->state, f->contacts, s));
   PetscCall(StiffnessBodies(f->model, f->state, PETSC_FALSE, s));
   StiffnessJointsElastic(f->scene->stages[0].joints, f->contacts, s);
   PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, s));

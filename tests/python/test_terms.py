@@ -1,0 +1,87 @@
+"""The force term that docs/extend.md adds, springs from points to the ground, in the program built with it: what a new term
+gets from its row of the table, and nothing else."""
+# ranks: 2
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
+
+import yaml  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.meshing import rectangle  # noqa: E402
+from run import ENVIRONMENT  # noqa: E402
+
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin")).parent / "tests/quoin_springs"
+CORNERS = "bottom_left", "bottom_right", "top_left", "top_right"
+STIFFNESS, DENSITY, GRAVITY, WIDTH, HEIGHT = 2e6, 2400.0, 10.0, 2.0, 1.0
+MASS = DENSITY * WIDTH * HEIGHT
+
+
+def run(folder, material, stage, *options, ranks=1):
+    write(str(folder / "model.h5"), rectangle(0, 0, WIDTH, HEIGHT, nx=2, group="block"))
+    scene = {
+        "model": "model.h5", "gravity": GRAVITY,
+        "relaxation": {"allow_floating": True, "tolerance": 1e-9},
+        "materials": {"block": {"density": DENSITY} | material},
+        "joints": {"default": {"law": "elastic", "k_n": 1e9, "k_s": 1e9}},
+        "springs": {name: {"point": name, "stiffness": [STIFFNESS, STIFFNESS]} for name in CORNERS},
+        "loads": {"weight": {"type": "self_weight"}},
+        "stages": {"hang": {"loads": ["weight"]} | stage},
+    }
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    start = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
+    return subprocess.run([*start, QUOIN, "-options_file", "scene.yaml", *options], cwd=folder, capture_output=True, text=True,
+                          env=ENVIRONMENT | dict(os.environ))
+
+
+def stage_of(folder):
+    return json.loads((folder / "out/summary.json").read_text(encoding="utf-8"))["stages"][0]
+
+
+def sinking(folder):
+    """Sum of stiffness times settlement over weight: 1."""
+    probes = stage_of(folder)["probes"]
+    return -sum(STIFFNESS * probes[name]["u_y"] for name in CORNERS) / (MASS * GRAVITY)
+
+
+ELASTIC, RIGID = {"young": 1e9, "poisson": 0.2}, {"rigid": True}
+
+
+@pytest.mark.parametrize("material", [ELASTIC, RIGID])
+@pytest.mark.parametrize("method", ["explicit", "preconditioned"])
+def test_springs_carry_the_weight(tmp_path, material, method):
+    done = run(tmp_path, material, {}, "-relaxation_method", method)
+    assert done.returncode == 0, done.stderr
+    assert sinking(tmp_path) == pytest.approx(1, abs=1e-6)
+
+
+def test_the_same_bits_on_two_ranks(tmp_path):
+    checksums = set()
+    for ranks in (1, 2):
+        assert run(tmp_path, ELASTIC, {}, ranks=ranks).returncode == 0
+        checksums.add(stage_of(tmp_path)["checksum"])
+    assert len(checksums) == 1
+
+
+def test_motion_in_time_and_its_energy(tmp_path):
+    """Let go, the block swings about its settlement: after half a period it is twice as deep; the account has the springs."""
+    omega = math.sqrt(4 * STIFFNESS / MASS)
+    done = run(tmp_path, RIGID, {"type": "dynamic", "duration": math.pi / omega, "dt_factor": 0.02})
+    assert done.returncode == 0, done.stderr
+    assert "out by" not in done.stdout + done.stderr
+    assert sinking(tmp_path) == pytest.approx(2, rel=1e-3)
+
+
+def test_a_point_that_is_none(tmp_path):
+    done = run(tmp_path, ELASTIC, {}, "-springs_top_left_point", "nowhere")
+    assert done.returncode == 2 and done.stderr == "quoin: error: scene.yaml: springs.top_left: the mesh has no such point\n"
+    done = run(tmp_path, ELASTIC, {}, "-springs_top_left_stiffness", "stiff")
+    assert done.returncode == 2 and "springs" in done.stderr and "stiffness" in done.stderr
