@@ -17,6 +17,7 @@ minimised corpora into tests/fuzz/corpus.
 
 import argparse
 import collections
+import concurrent.futures
 import importlib.util
 import json
 import os
@@ -124,7 +125,7 @@ def fuzz(target, seconds, runs):
     start, done, found, ends = time.monotonic(), 0, [], collections.Counter()
     words = ["-timeout=10", "-rss_limit_mb=3000", "-malloc_limit_mb=1000000", "-print_funcs=0", "-print_final_stats=1", "-entropic=0"]
     if target.name.startswith("scene") or target.name == "motion":
-        words.append(f"-dict={dictionary(target, target.build / 'words.dict')}")
+        words.append(f"-dict={dictionary(target, target.build / f'{target.name}.dict')}")
     if target.name in FORGET:
         words.append("-detect_leaks=0")
     failed = False
@@ -230,6 +231,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, help="for each target (20)")
     parser.add_argument("--hours", type=float, help="for all targets together")
     parser.add_argument("--runs", type=int, help="executions of each target")
+    parser.add_argument("--jobs", type=int, default=1, help="targets side by side (%(default)s)")
     parser.add_argument("--input", type=pathlib.Path, help="an input to try again")
     parser.add_argument("--ship", action="store_true", help="pack the minimised corpora into tests/fuzz/corpus")
     parser.add_argument("--table", type=pathlib.Path, help="document to write the figures into")
@@ -254,8 +256,8 @@ def main():
     if options.input:
         return subprocess.run([*targets[0].command, options.input, f"-artifact_prefix={build}/again-"], env=targets[0].environment() | {"QUOIN_FUZZ_SAY": "1"}).returncode
     results = []
-    for target in targets:
-        result = fuzz(target, options.seconds, options.runs or 2**62)
+    pool = concurrent.futures.ThreadPoolExecutor(options.jobs)
+    for target, result in zip(targets, pool.map(lambda target: fuzz(target, options.seconds, options.runs or 2**62), targets)):
         results.append(result)
         rate = result["executions"] / max(1, result["seconds"])
         ends = f"; ends inside HDF5: {sum(result['library'].values())}" if result["library"] else ""

@@ -1,5 +1,4 @@
-"""The sheet of a run, its assessment, comparison and export: on runs of the solver, and in headless Chromium where it is installed.
-ranks: 1 2"""
+"""The sheet of a run, its assessment, comparison and export: on runs of the solver, and in headless Chromium where it is installed."""
 
 import csv
 import json
@@ -178,6 +177,7 @@ def test_flood_without_echo(flood, tmp_path):
 
 
 @solver
+@pytest.mark.alone
 def test_echo_of_the_scene_runs_to_the_same_bits(flood, tmp_path):
     """scene_echo.yaml is a scene: on 2 ranks it gives the checksums of the run that wrote it, and echoes itself."""
     command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2", QUOIN, "-options_file", str(flood / "scene_echo.yaml"),

@@ -38,6 +38,7 @@ sys.path.append(str(ROOT / "examples" / "fig6"))  # triangle_dam; last, for it h
 
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from turns import turn  # noqa: E402
 
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
@@ -107,11 +108,12 @@ class Case:
         """Run a scene on a mesh in a folder of its own."""
         return self.again(self.prepare(mesh, scene), *options, ranks=ranks)
 
-    def again(self, folder, *options, ranks=1):
-        """Run what is in a folder."""
-        start = time.monotonic()
-        done = self._start(folder, options, ranks)
-        seconds = time.monotonic() - start
+    def again(self, folder, *options, ranks=1, short=False):
+        """Run what is in a folder; short: it ends before its first cycle."""
+        with turn(alone=ranks > 1 and not short):
+            start = time.monotonic()
+            done = self._start(folder, options, ranks)
+            seconds = time.monotonic() - start
         self._since.append((ranks, seconds))
         run = Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
         if self.same_bits and run.exit_code != 2:
@@ -119,7 +121,8 @@ class Case:
         return run
 
     def _start(self, folder, options, ranks):
-        command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", self.quoin]
+        command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
+        command += [self.quoin]
         if (folder / "scene.yaml").exists():
             command += ["-options_file", "scene.yaml"]
         return subprocess.run(command + [str(word) for word in options], cwd=folder, capture_output=True, text=True,
@@ -139,7 +142,8 @@ class Case:
             if "-restart" in options:  # into a folder with what the run had left before its checkpoint
                 shutil.copytree(folder / "out", folder / "other_ranks")
             try:
-                done = self._start(folder, [*options, "-output", "other_ranks"], other)
+                with turn(alone=True):
+                    done = self._start(folder, [*options, "-output", "other_ranks"], other)
             except subprocess.TimeoutExpired:
                 self.bits.append((f"{folder.name}, which does not end,", other, False))
                 continue

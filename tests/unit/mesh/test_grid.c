@@ -3,6 +3,7 @@
 #include "check.h"
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 static PetscBool Touch(const PetscReal *a, const PetscReal *b)
 {
@@ -179,9 +180,9 @@ static PetscErrorCode TestManyBoxes(void)
     SetBox(box + 4 * i, Uniform(), Uniform(), size, size);
   }
   SetBox(box + 4 * (n / 2), -1, -1, 3, 3);
-  const double begun = MPI_Wtime();
+  const clock_t begun = clock(); // of this process: others may have the processor too
   PetscCall(GridRows(n, box, NULL, NULL, &start, &near));
-  ENSURE(MPI_Wtime() - begun < 10);
+  ENSURE((double)(clock() - begun) / CLOCKS_PER_SEC < 10);
   ENSURE(start[n / 2 + 1] - start[n / 2] == n - 1);
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt p = start[i] + 1; p < start[i + 1]; p++) descents += near[p] <= near[p - 1];

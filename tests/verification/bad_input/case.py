@@ -1,4 +1,3 @@
-# ranks: 2
 """Bad input at the command line: one line on stderr that names file, key and value; exit code 2; older results stay.
 
 tests/unit/scene/test_read.c has all faults of a scene; here are those a user meets first, those of the mesh and of the run."""
@@ -103,7 +102,7 @@ def refused(case, what, folder, options, words, ranks_list=(1, 2)):
     old.write_text("an older run", encoding="utf-8")
     faults = []
     for ranks in ranks_list:
-        result = case.again(folder, *options, ranks=ranks)
+        result = case.again(folder, *options, ranks=ranks, short=True)
         lines = result.stderr.splitlines()
         if result.exit_code != 2:
             faults.append(f"exit code {result.exit_code} on {ranks} ranks")

@@ -1,4 +1,3 @@
-# ranks: 2
 """Cantilever 10 m by 1 m in plane stress: how stiff the full Q4 and the T3 are in bending (V03)."""
 
 import sys

@@ -1,4 +1,3 @@
-# ranks: 2
 """A body that is loaded a little and pressed a lot: nothing holds it along its joints, and the unbalanced ratio does not see it.
 
 Light blocks between frictionless jaws, one or two that stick together, and a light cap on a slope steeper than its friction: none of them is

@@ -1,4 +1,3 @@
-# ranks: 4
 """Condensed bodies against the whole elastic solution: a beam against a direct solution of the same elements, G1 with
 an elastic and with a frictional base, one macroblock of condensed, deformable and rigid parts, a wall of all three kinds
 of bodies on 1 to 4 ranks, a strength reduction, and where the assumptions end."""

@@ -1,4 +1,3 @@
-# ranks: 2
 """Variable connectivity where nothing slides off: it must answer as fixed connectivity does.
 
 A corner that is pressed in lies level with the sides of its neighbours and at the end of faces that are flush: none of that is a

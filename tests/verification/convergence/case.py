@@ -1,4 +1,3 @@
-# ranks: 2
 """A rigid block on n contacts under an eccentric force: all models converge to the diagram without tension (V06)."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 2
 """A joint that is crushed stays crushed: one contact under a force that moves to its middle, and a block that is dropped."""
 
 import numpy as np

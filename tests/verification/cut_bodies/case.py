@@ -1,4 +1,3 @@
-# ranks: 4
 """Deformable bodies that slide, rock and land on each other, cut by the partition; and bodies left out of verification."""
 
 import json

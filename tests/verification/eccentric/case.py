@@ -1,4 +1,3 @@
-# ranks: 2
 """A rigid block on one contact under a force N at the eccentricity e (V06).
 
 The force acts as two point forces on the ends of the contact itself, so that its place does not depend on the rotation."""

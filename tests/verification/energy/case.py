@@ -1,4 +1,3 @@
-# ranks: 2
 """Energy in time (V25): an elastic block in free motion, a block that slides, and a rocking block by all six stress models."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 2
 """Explicit relaxation makes no energy: 598 Voronoi stones under their own weight, friction 45 to 75 degrees. Friction counted
 from the last equilibrium is a force that depends on place alone, with a curl; on the way to the equilibrium it must not be. Nor does
 slip that is kept as it comes chatter: the stage ends."""

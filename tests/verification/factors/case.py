@@ -1,4 +1,3 @@
-# ranks: 2
 """What a reduction of friction says of a stage whose joints have different angles: a factor of each joint that has contacts,
 and of the stage where the joints that slide had one angle.
 

@@ -1,4 +1,3 @@
-# ranks: 4
 """Blocks that fall: a column of ten drops and comes to rest; a block slides off an edge, falls and lands on another."""
 
 import hashlib

@@ -1,4 +1,3 @@
-# ranks: 1
 """What stands is not told to fall, and what falls is told so: gaps, motion before the stage, nothing that moves."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 3
 """What the path to an equilibrium leaves behind in its joints: nothing. Friction counts from the last equilibrium, and what it
 feeds into fast oscillations is taken out. Fig. 6 where the joint opens and slides at once, section G1 where it slides."""
 

@@ -1,4 +1,3 @@
-# ranks: 2
 """The triangle dam of the paper's Fig. 6 on rigid ground, elastic joint, self-weight and full reservoir."""
 
 import json

@@ -1,4 +1,3 @@
-# ranks: 3
 """Blocks that float in still water: pressure follows the faces as they move, in dynamic stages too."""
 
 import numpy as np

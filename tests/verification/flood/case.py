@@ -1,4 +1,3 @@
-# ranks: 2
 """Flood on section G1 (the paper's S4): the reservoir rises by 1 m a step, with the uplift from heel to drain.
 
 Rigid dam and rock: the linear diagram without tension, crack and toe stress by hand. Elastic: finite elements with a joint

@@ -1,4 +1,3 @@
-# ranks: 2
 """Section G1 of the Guilhofrei dam on its rock: self-weight (SW), hydrostatic pressure (HP) and both.
 
 With friction 45 degrees (SWHP_nl) the joint slips over some 0.1 m at the heel. The reference clips shear at 32 points of

@@ -1,4 +1,3 @@
-# ranks: 2
 """What becomes of bodies in motion: overturned, fallen, slid out of their place, with the time; bodies that fixed connectivity lets through."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 1
 """Where the method fails, what the user is told: step, connectivity, slivers, nearly parallel faces, support, a contact run over."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 1
 """A block pushed along its joint at 30 to 99.9 % of what friction carries: the way of the elastic-plastic spring, or a warning.
 
 A vertical force P at a third of the length presses the joint by a triangle, n = 2 P/L x/L. Pushed at its base a rigid block moves by u, and

@@ -1,4 +1,3 @@
-# ranks: 1
 """The limit of a dam of Voronoi polygons does not hang on how its mesh is numbered, nor on how it is solved at rest; and a trial
 without a verdict does not end the search.
 

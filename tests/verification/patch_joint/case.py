@@ -1,4 +1,3 @@
-# ranks: 2
 """Two bodies with faces that do not match on their joint: uniform pressure, and pressure with shear (V02)."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 2
 """Equilibrium by Newton's method with a factor of the stiffness (relaxation.method: preconditioned) against references and
 the explicit loop: opening and slip, stress models, rigid bodies, history, strength reduction, fallback."""
 

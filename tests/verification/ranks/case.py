@@ -1,4 +1,3 @@
-# ranks: 4
 """The same runs on 1, 2, 3 and 4 ranks, on 3 that send messages as if on several machines, and with every instruction
 set: all bits of the state, as its checksum after each stage, are the same. Two rigid bodies leave ranks without anything:
 through a stage that finds contacts, a collapse with its mechanism, and a restart between its trials."""

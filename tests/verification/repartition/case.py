@@ -1,4 +1,3 @@
-# ranks: 4
 """A row of blocks slides over another by its own length, cut in stripes from left to right at the start.
 
 What stood on its own rank stands on another's in the end; the run is dealt out anew on the way, in a dynamic stage and in

@@ -1,4 +1,3 @@
-# ranks: 2
 """Blocks in free flight that turn: a deformable bar by 90 degrees (V26), rigid ones 1000 times."""
 
 import numpy as np

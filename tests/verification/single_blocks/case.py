@@ -1,4 +1,3 @@
-# ranks: 2
 """From continuum to blocks on one mesh: `macroblocks: false` makes each block of a group a body of its own, with joints between."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 2
 """A rigid block that slides in time: down a plane of 30 degrees (V05), and on a base that is shaken (Newmark's block, V12)."""
 
 import numpy as np

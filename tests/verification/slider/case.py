@@ -1,4 +1,3 @@
-# ranks: 3
 """A block of 1 m slides over two fixed blocks of 1 m, from the first onto the second (V24): pushed, and by its weight.
 
 On two ranks, cut in stripes, the two fixed blocks belong to different ranks: the slider crosses their border."""

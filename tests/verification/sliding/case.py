@@ -1,4 +1,3 @@
-# ranks: 2
 """Sliding of section G1 on its base (the paper's S1 and S3): friction reduced until the dam moves.
 
 On a plane of one slope with ductile strength the limit is statics: S1 tan(phi) = T/N, S3 r = T/(N + c L). Sections of the

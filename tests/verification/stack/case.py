@@ -1,4 +1,3 @@
-# ranks: 2
 """Columns of blocks: two rigid ones under their weight (V04), ten deformable ones under weight, pressure and shear (V21)."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 2
 """Supports that follow a file: linear between its rows, steps where a time stands twice, a line of names; and stages without loads."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# ranks: 2
 """A block on a slope stays, slides or topples (V13); a block rocks."""
 
 import numpy as np

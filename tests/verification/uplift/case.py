@@ -1,4 +1,3 @@
-# ranks: 2
 """Water in the base joint of section G1: the diagram of each rule, its forces on the dam.
 
 The water is an external force on both faces, so what the joint carries changes by the water's resultant: N, T and M of the

@@ -1,4 +1,3 @@
-# ranks: 2
 """Undamped and damped vibration of a rigid block on a joint by the central difference scheme (V08).
 
 A static stage without damping is that vibration: after a sudden load the block swings about its equilibrium. Scaled masses make

@@ -1,4 +1,3 @@
-# ranks: 2
 """Section G1 of random Voronoi polygons between facing courses, on a fixed base (V27).
 
 Very stiff elastic joints make it the continuum: the same blocks in one macroblock, and the mesh of quoin_tools.dam.

@@ -1,4 +1,3 @@
-# ranks: 1
 """A flood with several waters: the highest reservoir rises alone, silt and tailwater stay, uplift follows the reservoirs it belongs to.
 
 Rigid wall 20 m by 40 m on rock, water 30 m, silt 10 m (250 kg/m3 more), tailwater 8 m, uplift linear between water and tailwater:

@@ -1,4 +1,3 @@
-# ranks: 2
 """A block pushes a wedge up a plane (V23): the force at which it moves."""
 
 import numpy as np
