@@ -8,7 +8,7 @@
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
   "", "contact.", "relaxation.", "checkpoint.", "repartition.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
-#define PATH_OF_TERM(SECTION, word, type) word ".<name>.",
+#define PATH_OF_TERM(SECTION, word, type) (word ".<name>."),
   "loads.<name>.", "stages.<name>.", TERM_SECTIONS(PATH_OF_TERM)};
 // clang-format on
 
