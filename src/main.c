@@ -70,6 +70,7 @@ static void start_alone(void)
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   setenv("OMPI_MCA_pml", "ob1", 0);
   setenv("OMPI_MCA_btl", "self", 0);
+  setenv("OMPI_MCA_sharedfp", "^sm", 0); // a parallel HDF5 file would want that folder
 }
 
 /* Keeps a run going when a terminal or a pipe goes away. SIGPIPE is ignored, and so is SIGHUP where it was

@@ -275,6 +275,19 @@ PetscErrorCode ArchiveApplied(Archive *a, const Model *m, const char *name, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode ArchiveVec(Archive *a, const Model *m, const char *name, PetscBool inner, Vec vec)
+{
+  PetscReal *x;
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(vec, &x));
+  if (inner)
+    PetscCall(ArchiveApplied(a, m, name, x));
+  else
+    PetscCall(ArchiveDofs(a, m, name, x));
+  PetscCall(VecRestoreArray(vec, &x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
 {
   PetscInt64 n[7] = {e->evaluations, e->solves, e->factorisations, e->preconditioned,

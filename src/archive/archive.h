@@ -54,6 +54,8 @@ PetscErrorCode ArchiveText(Archive *archive, const char *name, char **text);
 PetscErrorCode ArchiveDofs(Archive *archive, const Model *model, const char *name, PetscReal *x);
 /* (3 n_bodies + 2 n_owned,) values at the degrees of freedom of all owned vertices, inner ones included. */
 PetscErrorCode ArchiveApplied(Archive *archive, const Model *model, const char *name, PetscReal *x);
+/* A Vec of the state (StateGive before); inner: with the entries of all owned vertices, behind its own. */
+PetscErrorCode ArchiveVec(Archive *archive, const Model *model, const char *name, PetscBool inner, Vec vec);
 /* (n_owned,2) values at owned vertices. */
 PetscErrorCode ArchiveVertices(Archive *archive, const Model *model, const char *name, PetscReal *x);
 PetscErrorCode ArchiveEffort(Archive *archive, Effort *effort);

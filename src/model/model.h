@@ -143,15 +143,19 @@ typedef struct {
 } Model;
 
 /* ---------------------------------------------------------------------------------------------- State
-   What a step changes. u, v, f, f_old, f_ext share one layout (see Model): n_dof entries of this rank's dofs,
-   then the other vertices (u only). Vecs share the memory of the first n_dof entries. */
+   What a step changes. Its numbers are those of Vecs of the model's communicator. A Vec has the n_dof
+   entries of this rank's degrees of freedom; behind them in the same memory, which is the Vec's, u, f,
+   f_old and f_ext have those of the other vertices (see Model). The loop holds the arrays: u, v, f, f_old,
+   f_ext and m point into the Vecs. Who looks at a Vec itself (a norm, a viewer, an operation of PETSc)
+   calls StateGive first and StateTake afterwards: PETSc is told so that the numbers may have changed, and
+   drops norms it has kept. */
 
 typedef struct {
   PetscReal *u;     /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c,
                        rigid.c, ghost.c */
   PetscReal *v;     /* [m/s, rad/s] velocity at the half step; integrate.c */
   PetscReal *f;     /* [N, N m] resisting force; element.c, force.c, rigid.c */
-  PetscReal *f_old; /* [N, N m] that of the cycle before (the two pointers swap); integrate.c clears it */
+  PetscReal *f_old; /* [N, N m] that of the cycle before (StateSwapForces); integrate.c clears it */
   PetscBool f_old_clear; /* f_old is zero at all degrees of freedom */
   PetscReal *f_ext;      /* [N, N m] applied force, what acts inside condensed bodies passed on to their kept
                             vertices; at inner vertices what acts there; applied.c, condense.c */
@@ -161,7 +165,6 @@ typedef struct {
   PetscReal *m; /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); masses.c */
   PetscReal *m_inv;              /* (n_dof,) 1/m, 0 where held */
   PetscInt capacity;             /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
-  Vec u_vec, v_vec;              /* (n_dof,) views of u and v for PETSc */
   PetscReal dt;                  /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;               /* [1/s] Rayleigh damping (38) */
   PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
@@ -176,6 +179,9 @@ typedef struct {
   PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; verify.c; NULL: they never are */
   PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
   void **terms;          /* memory of each force term; terms.c */
+  Vec displacement, velocity; /* (n_dof,) own the memory of u, v */
+  Vec force, force_old;       /* of f, f_old: they change places with these */
+  Vec load, mass;             /* of f_ext, m */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */
@@ -322,6 +328,21 @@ PetscReal DofLength(const Model *model, const State *state, PetscInt d);
 /* Collective. The undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
+/* The Vecs get their arrays back (u, v, ... are NULL then): they may be looked at and changed. */
+PetscErrorCode StateGive(State *state);
+/* The arrays are the loop's again. */
+PetscErrorCode StateTake(State *state);
+/* Collective. Shows the Vecs that options of the user name, -displacement_view and so on, by PETSc's
+   viewers. */
+PetscErrorCode StateView(State *state);
+/* The present force becomes that of the cycle before, which gives its memory: arrays and Vecs. */
+static inline void StateSwapForces(State *s)
+{
+  PetscReal *const f = s->f;
+  const Vec force = s->force;
+  s->f = s->f_old, s->f_old = f;
+  s->force = s->force_old, s->force_old = force;
+}
 
 /* ---- valid.c */
 /* Collective checks of internal consistency, for tests and debug builds. */

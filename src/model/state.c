@@ -13,18 +13,104 @@ PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- Vecs and their arrays */
+
+enum { STATE_VECS = 6, VECS_WITH_VERTICES = 4 };
+
+/* Those that have vertices behind their degrees of freedom come first. f_old is a force too: whichever of the
+   two is the present one is looked at. */
+static void vecs_of(State *s, Vec *vec[STATE_VECS], PetscReal **array[STATE_VECS],
+                    const char *name[STATE_VECS])
+{
+  Vec *const vecs[STATE_VECS] = {&s->displacement, &s->force, &s->force_old,
+                                 &s->load,         &s->mass,  &s->velocity};
+  PetscReal **const arrays[STATE_VECS] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->m, &s->v};
+  static const StateVec names[STATE_VECS] = {STATE_DISPLACEMENT, STATE_FORCE, STATE_FORCE,
+                                             STATE_LOAD,         STATE_MASS,  STATE_VELOCITY};
+  for (int i = 0; i < STATE_VECS; i++)
+    vec[i] = vecs[i], array[i] = arrays[i], name[i] = StateVecNames[names[i]];
+}
+
+PetscErrorCode StateTake(State *s)
+{
+  Vec *vec[STATE_VECS];
+  PetscReal **array[STATE_VECS];
+  const char *name[STATE_VECS];
+  PetscFunctionBeginUser;
+  vecs_of(s, vec, array, name);
+  for (int i = 0; i < STATE_VECS; i++) PetscCall(VecGetArray(*vec[i], array[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateGive(State *s)
+{
+  Vec *vec[STATE_VECS];
+  PetscReal **array[STATE_VECS];
+  const char *name[STATE_VECS];
+  PetscFunctionBeginUser;
+  vecs_of(s, vec, array, name);
+  for (int i = 0; i < STATE_VECS; i++) PetscCall(VecRestoreArray(*vec[i], array[i]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateView(State *s)
+{
+  const Vec looked_at[STATE_VEC_NAMES] = {s->displacement, s->velocity, s->force, s->load, s->mass};
+  char option[NAME_LENGTH];
+  PetscFunctionBeginUser;
+  PetscCall(StateGive(s));
+  for (int i = 0; i < STATE_VEC_NAMES; i++) {
+    PetscCall(PetscSNPrintf(option, sizeof(option), "-%s_view", StateVecNames[i]));
+    PetscCall(VecViewFromOptions(looked_at[i], NULL, option));
+  }
+  PetscCall(StateTake(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Room for `new` numbers of which the first n_dof are the Vec's, which owns them all. */
+static PetscErrorCode grow_vec(PetscInt old, PetscInt new, Vec vec, PetscReal **array)
+{
+  PetscReal *grown;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(new, &grown));
+  PetscCall(PetscArraycpy(grown, *array, old));
+  PetscCall(VecRestoreArray(vec, array));
+  PetscCall(VecReplaceArray(vec, grown)); // frees the one it had
+  PetscCall(VecGetArray(vec, array));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode create_vecs(const Model *m, State *s)
+{
+  Vec *vec[STATE_VECS];
+  PetscReal **array[STATE_VECS];
+  const char *name[STATE_VECS];
+  PetscFunctionBeginUser;
+  vecs_of(s, vec, array, name);
+  for (int i = 0; i < STATE_VECS; i++) {
+    PetscCall(VecCreate(m->comm, vec[i]));
+    PetscCall(VecSetSizes(*vec[i], m->n_dof, PETSC_DECIDE));
+    PetscCall(VecSetType(*vec[i], VECSTANDARD)); // as MatCreateVecs makes them
+    PetscCall(VecSet(*vec[i], 0.));
+    PetscCall(PetscObjectSetName((PetscObject)*vec[i], name[i]));
+  }
+  PetscCall(StateTake(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- life */
+
 PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
 {
   PetscBool variable = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
+  PetscCall(create_vecs(m, s));
   PetscCall(StateResize(m, s));
-  PetscCall(PetscCalloc3(m->n_dof, &s->v, m->n_dof, &s->m, m->n_dof, &s->m_inv));
+  PetscCall(PetscCalloc1(m->n_dof, &s->m_inv));
   for (PetscInt i = 0; i < scene->n_stages; i++)
     variable = (PetscBool)(variable || scene->stages[i].variable);
   if (variable) PetscCall(PetscCalloc1(PetscMax(1, m->n_dof), &s->u_verified));
-  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->u, &s->u_vec));
-  PetscCall(VecCreateMPIWithArray(m->comm, 1, m->n_dof, PETSC_DECIDE, s->v, &s->v_vec));
   if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
   s->dt = s->caution = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -32,12 +118,15 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
 
 PetscErrorCode StateDestroy(State *s)
 {
-  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
+  Vec *vec[STATE_VECS];
+  PetscReal **array[STATE_VECS];
+  const char *name[STATE_VECS];
   PetscFunctionBeginUser;
-  PetscCall(VecDestroy(&s->u_vec));
-  PetscCall(VecDestroy(&s->v_vec));
-  for (int i = 0; i < 6; i++) PetscCall(PetscFree(*array[i]));
-  PetscCall(PetscFree3(s->v, s->m, s->m_inv));
+  vecs_of(s, vec, array, name);
+  for (int i = 0; i < STATE_VECS; i++) PetscCall(VecDestroy(vec[i]));
+  PetscCall(PetscFree(s->f_start));
+  PetscCall(PetscFree(s->f_target));
+  PetscCall(PetscFree(s->m_inv));
   PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -46,16 +135,17 @@ PetscErrorCode StateDestroy(State *s)
 PetscErrorCode StateResize(const Model *m, State *s)
 {
   const PetscInt old = s->capacity, new = 3 * m->n_bodies + 2 * m->vertex_capacity;
+  Vec *vec[STATE_VECS];
+  PetscReal **array[STATE_VECS];
+  const char *name[STATE_VECS];
   PetscFunctionBeginUser;
   if (new <= old) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscReal **array[6] = {&s->u, &s->f, &s->f_old, &s->f_ext, &s->f_start, &s->f_target};
-  for (int i = 0; i < 6; i++) PetscCall(ArrayGrow(sizeof(PetscReal), old, new, array[i]));
-  s->capacity = new;
   // this rank's arrays may grow when another's do not: nothing collective here
-  if (s->u_vec) {
-    PetscCall(VecResetArray(s->u_vec));
-    PetscCall(VecPlaceArray(s->u_vec, s->u));
-  }
+  vecs_of(s, vec, array, name);
+  for (int i = 0; i < VECS_WITH_VERTICES; i++) PetscCall(grow_vec(old, new, *vec[i], array[i]));
+  PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->f_start));
+  PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->f_target));
+  s->capacity = new;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

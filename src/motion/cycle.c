@@ -104,13 +104,11 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
                     Damping *damping, PetscReal *contact_scale)
 {
   const PetscBool clear = state->f_old_clear; // since the cycle before
-  PetscReal *swap = state->f_old;
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
   PartSample(state->cycle);
   state->local = scene->damping == DAMPING_LOCAL ? scene->local : 0.;
-  state->f_old = state->f;
-  state->f = swap;
+  StateSwapForces(state);
   state->f_old_clear = PETSC_FALSE;
   clear_forces(m, (PetscBool)!clear, state->f);
   PetscCall(contact_forces(m, joints, contacts, state, (PetscBool)(contact_scale != NULL), contact_scale));

@@ -49,6 +49,7 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
 {
   PetscFunctionBeginUser;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
+  PetscCall(StateViewsCheck(q->comm));
   PetscCall(SolverOptionsTake(&q->scene));
   MemorySetLimit(1e9 * (double)q->scene.memory_limit);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -279,6 +280,7 @@ PetscErrorCode QuoinRun(Quoin q)
                        &q->scene, stage,        q->stage,  &q->last};
     PetscCall(StageRun(&p));
     PetscCall(OutputStage(&p));
+    PetscCall(StateView(&q->state));
     // after any other verdict the next stage would not start from an equilibrium
     if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
     q->stage++;

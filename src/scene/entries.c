@@ -399,7 +399,7 @@ static PetscBool is_petsc_own(const char *key)
     size_t n = strlen(*own);
     if ((*own)[n - 1] == '_' ? !strncmp(key, *own, n) : !strcmp(key, *own)) return PETSC_TRUE;
   }
-  return PETSC_FALSE;
+  return IsStateView(key);
 }
 
 // The key of "-key" or "--key"; a negative number is no option.

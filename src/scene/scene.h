@@ -208,7 +208,22 @@ typedef struct {
 /* ---- petsc_options.c */
 /* Collects options of solvers into scene->solvers and, if there are any, as a line of scene->options. */
 PetscErrorCode SolverOptionsTake(Scene *scene);
-/* Warns of options that no solver has read: they are misspelt, or belong to a solver that did not run. */
+/* Vecs of the state (model.h) that PETSc's viewers show, and their names there: option -name_view. */
+typedef enum {
+  STATE_DISPLACEMENT,
+  STATE_VELOCITY,
+  STATE_FORCE,
+  STATE_LOAD,
+  STATE_MASS,
+  STATE_VEC_NAMES
+} StateVec;
+extern const char *const StateVecNames[];
+/* Whether an option, less its dash, asks for such a viewer. */
+PetscBool IsStateView(const char *option);
+/* Refuses viewers that PETSc does not have. */
+PetscErrorCode StateViewsCheck(MPI_Comm comm);
+/* Warns of options that nothing has read: they are misspelt, belong to a solver that did not run, or name
+   a view that no stage came to. */
 PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
 
 /* ---- read.c */

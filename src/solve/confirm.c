@@ -102,21 +102,28 @@ static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal
 /* By what part of itself the way is wrong by the law, whose forces are those just evaluated. */
 static PetscErrorCode wrong_part(const Problem *p, PetscReal *part)
 {
-  const PetscInt n = p->m->n_dof;
-  PetscReal here[3], behind[3], most[2], *u, *back;
+  PetscReal here[3], behind[3], most[2], *x;
+  const PetscReal *at;
+  Vec u, back;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(n, &u, n, &back));
-  PetscCall(PetscArraycpy(u, p->state->u, n));
-  for (PetscInt d = 0; d < n; d++) back[d] = u[d] - BACK * (u[d] - p->relax->account.u[d]);
-  PetscCall(work_along(p, u, here, most));
+  PetscCall(VecDuplicate(p->state->displacement, &u));
+  PetscCall(VecDuplicate(u, &back));
+  PetscCall(NewtonKeep(p, u));
+  PetscCall(VecGetArrayRead(u, &at));
+  PetscCall(VecGetArrayWrite(back, &x));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = at[d] - BACK * (at[d] - p->relax->account.u[d]);
+  PetscCall(VecRestoreArrayWrite(back, &x));
+  PetscCall(work_along(p, at, here, most));
   PetscCall(NewtonMove(p, back));
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
-  PetscCall(work_along(p, u, behind, most));
+  PetscCall(work_along(p, at, behind, most));
+  PetscCall(VecRestoreArrayRead(u, &at));
   PetscCall(NewtonMove(p, u));
   const PetscReal drives = PetscAbsReal(here[0]), holds = (here[1] - behind[1]) / BACK;
   *part = drives < holds ? drives / holds : drives > 0. ? 1. : 0.;
   if (most[0] < LEAST_WAY * most[1]) *part = 0.;
-  PetscCall(PetscFree2(u, back));
+  PetscCall(VecDestroy(&u));
+  PetscCall(VecDestroy(&back));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -83,14 +83,17 @@ static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
 {
   const Newton *n = p->relax->newton;
   PetscReal *before = p->relax->evidence.du_chunk, sum[3] = {0., 0., 0.}, place[2];
+  const PetscReal *from;
   PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(n->u_creep, &from));
   now->way = 0.;
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
-    const PetscReal du = p->state->u[d] - n->u_creep[d], mass = p->state->m[d];
+    const PetscReal du = p->state->u[d] - from[d], mass = p->state->m[d];
     now->way = PetscMax(now->way, PetscAbsReal(du) * DofLength(p->m, p->state, d));
     sum[0] += mass * du * before[d], sum[1] += mass * du * du, sum[2] += mass * before[d] * before[d];
     before[d] = du;
   }
+  PetscCall(VecRestoreArrayRead(n->u_creep, &from));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &now->way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPI_SUM, p->m->comm));
   now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
@@ -187,7 +190,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
   for (PetscInt i = 0; i < MOST_STEPS && drag < most && !*stop && !NewtonSpent(p); i++) {
     PetscInt iterations = 0;
     PetscBool good = PETSC_FALSE, again = PETSC_FALSE;
-    PetscCall(PetscArraycpy(n->u_creep, p->state->u, p->m->n_dof));
+    PetscCall(NewtonKeep(p, n->u_creep));
     PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
     n->drag = 0.;
     PetscCall(NewtonEvaluate(p, 0., NULL, &force));

@@ -55,7 +55,10 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
   PetscCall(VecGetSize(n->r, &n->n_dof));
   PetscCall(VecDuplicate(n->r, &n->dragged));
-  PetscCall(PetscMalloc4(n_dof, &n->u, n_dof, &n->u_base, n_dof, &n->u_creep, n_dof, &n->contact_scale));
+  PetscCall(VecDuplicate(n->r, &n->u));
+  PetscCall(VecDuplicate(n->r, &n->u_base));
+  PetscCall(VecDuplicate(n->r, &n->u_creep));
+  PetscCall(PetscMalloc1(n_dof, &n->contact_scale));
   PetscCall(PetscMalloc2(CONTACT_ROWS * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
   PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, CONTACT_ROWS * n_padded));
   for (PetscInt j = 0; j < n->n_joints; j++)
@@ -74,7 +77,10 @@ PetscErrorCode NewtonDestroy(Newton **newton)
   PetscCall(VecDestroy(&n->r));
   PetscCall(VecDestroy(&n->du));
   PetscCall(VecDestroy(&n->dragged));
-  PetscCall(PetscFree4(n->u, n->u_base, n->u_creep, n->contact_scale));
+  PetscCall(VecDestroy(&n->u));
+  PetscCall(VecDestroy(&n->u_base));
+  PetscCall(VecDestroy(&n->u_creep));
+  PetscCall(PetscFree(n->contact_scale));
   PetscCall(PetscFree2(n->vertex, n->k));
   PetscCall(PetscFree(*newton));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,7 +93,7 @@ static PetscErrorCode commit(const Problem *p)
   Newton *n = p->relax->newton;
   PetscFunctionBeginUser;
   n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
-  PetscCall(PetscArraycpy(n->u, p->state->u, p->m->n_dof));
+  PetscCall(NewtonKeep(p, n->u));
   ContactsHold(p->contacts);
   PartingOfBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,16 +5,16 @@
 
 struct _p_Newton {
   Stiffness stiffness;
-  KSP elastic, worn;     /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
-  PC pc;                 /* of elastic */
-  PetscInt n_dof;        /* of all ranks */
-  PetscInt last_solves;  /* that the last iteration took */
-  Vec r, du;             /* unbalanced force, correction */
-  Vec dragged;           /* drag times masses */
-  PetscReal *u, *u_base; /* (n_dof,) at the last committed equilibrium; before the line search */
-  PetscReal *u_creep;    /* (n_dof,) where the step of creep began */
-  PetscReal drag;        /* [1/cycle^2] of that step, the force is drag m (u - u_creep); 0: none, no creep */
-  StageResult result;    /* committed with u, and so are effort and cycle */
+  KSP elastic, worn;    /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
+  PC pc;                /* of elastic */
+  PetscInt n_dof;       /* of all ranks */
+  PetscInt last_solves; /* that the last iteration took */
+  Vec r, du;            /* unbalanced force, correction */
+  Vec dragged;          /* drag times masses */
+  Vec u, u_base;        /* displacements at the last committed equilibrium; before the line search */
+  Vec u_creep;          /* where the step of creep began */
+  PetscReal drag;       /* [1/cycle^2] of that step, the force is drag m (u - u_creep); 0: none, no creep */
+  StageResult result;   /* committed with u, and so are effort and cycle */
   Effort effort;
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
@@ -42,11 +42,13 @@ PetscErrorCode FactorElastic(const Problem *p);
 PetscErrorCode FactorWants(const Problem *p, const double memory[2]);
 
 /* ---- newton.c. Likewise. */
-/* Displacements u (n_dof,) become the present ones, on all ranks that read them. */
-PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u);
+/* The present displacements, into u. */
+PetscErrorCode NewtonKeep(const Problem *p, Vec u);
+/* Displacements u become the present ones, on all ranks that read them. */
+PetscErrorCode NewtonMove(const Problem *p, Vec u);
 /* Forces at u_base + part du (du NULL: at the present u) from the committed history; newton->r: the
    unbalanced force less the drag, and its norm [N]. */
-PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm);
+PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, Vec du, PetscReal *norm);
 /* Whether the way from the last equilibrium, or this stage (relax->most_work), has taken the work it may,
    alike on all ranks. */
 PetscBool NewtonSpent(const Problem *p);

@@ -7,35 +7,51 @@ static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one i
 static const PetscReal LARGEST_RISE = 10.,
                        LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
 
-PetscErrorCode NewtonMove(const Problem *p, const PetscReal *u)
+PetscErrorCode NewtonKeep(const Problem *p, Vec u)
+{
+  PetscFunctionBeginUser;
+  PetscCall(StateGive(p->state));
+  PetscCall(VecCopy(p->state->displacement, u));
+  PetscCall(StateTake(p->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonMove(const Problem *p, Vec u)
 {
   State *state = p->state;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(state->u, u, p->m->n_dof));
+  PetscCall(StateGive(state));
+  PetscCall(VecCopy(u, state->displacement));
+  PetscCall(StateTake(state));
   RigidMotion(p->m, state->u);
   PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
   PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal *du, PetscReal *norm)
+PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, Vec du, PetscReal *norm)
 {
   const Newton *n = p->relax->newton;
   const Model *m = p->m;
   State *state = p->state;
   PetscReal *r, sum = 0.;
+  const PetscReal *u_creep;
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < m->n_dof && du; d++) state->u[d] = n->u_base[d] + part * du[d];
+  PetscCall(StateGive(state));
+  if (du) PetscCall(VecWAXPY(state->displacement, part, du, n->u_base));
+  PetscCall(StateTake(state));
   RigidMotion(m, state->u);
   PetscCall(Forces(m, p->stage->joints, p->contacts, state, n->contact_scale));
   p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
   PetscCall(VecGetArrayWrite(n->r, &r));
+  PetscCall(VecGetArrayRead(n->u_creep, &u_creep));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     r[d] = Held(m, d) ? 0. : state->f_ext[d] - state->f[d];
-    if (n->drag > 0. && !Held(m, d)) r[d] -= n->drag * state->m[d] * (state->u[d] - n->u_creep[d]);
+    if (n->drag > 0. && !Held(m, d)) r[d] -= n->drag * state->m[d] * (state->u[d] - u_creep[d]);
     const PetscReal force = r[d] / DofLength(m, state, d);
     sum += force * force;
   }
+  PetscCall(VecRestoreArrayRead(n->u_creep, &u_creep));
   PetscCall(VecRestoreArrayWrite(n->r, &r));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPI_SUM, m->comm));
   *norm = PetscSqrtReal(sum);
@@ -46,11 +62,11 @@ PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, const PetscReal 
 static PetscErrorCode add_drag(const Problem *p)
 {
   Newton *n = p->relax->newton;
-  PetscReal *drag;
   PetscFunctionBeginUser;
-  PetscCall(VecGetArrayWrite(n->dragged, &drag));
-  for (PetscInt d = 0; d < p->m->n_dof; d++) drag[d] = n->drag * p->state->m[d];
-  PetscCall(VecRestoreArrayWrite(n->dragged, &drag));
+  PetscCall(StateGive(p->state));
+  PetscCall(VecCopy(p->state->mass, n->dragged));
+  PetscCall(StateTake(p->state));
+  PetscCall(VecScale(n->dragged, n->drag));
   PetscCall(MatDiagonalSet(n->stiffness.tangent, n->dragged, ADD_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -96,16 +112,18 @@ PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest part of du that moves nothing farther than the bound; 0: du is no number. */
-static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *part)
+/* Largest part of the correction du that moves nothing farther than the bound; 0: du is no number. */
+static PetscErrorCode bounded(const Problem *p, Vec correction, PetscReal *part)
 {
-  const PetscReal bound = LARGEST_STEP * p->m->diameter;
+  const PetscReal bound = LARGEST_STEP * p->m->diameter, *du;
   PetscReal most = 0.;
   PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(correction, &du));
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
     const PetscReal size = PetscAbsReal(du[d]) * DofLength(p->m, p->state, d);
     if (!(size <= most)) most = size < PETSC_MAX_REAL ? size : PETSC_MAX_REAL;
   }
+  PetscCall(VecRestoreArrayRead(correction, &du));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, p->m->comm));
   *part = most >= PETSC_MAX_REAL ? 0. : most > bound ? bound / most : 1.;
   p->result->increment = PetscMin(most, bound);
@@ -116,14 +134,14 @@ static PetscErrorCode bounded(const Problem *p, const PetscReal *du, PetscReal *
    asked for: while a joint opens farther, forces at the size of a block rise and say nothing about the error,
    and steps cut short to keep them down took twice the solves. The rise allowed in creep is larger: a step
    may press corners together as a body turns, but not lift it off, which the next step does not repair. */
-static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscReal *norm)
+static PetscErrorCode line_search(const Problem *p, Vec du, PetscReal *norm)
 {
   const Newton *n = p->relax->newton;
   const PetscReal most = *norm * (n->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
   PetscReal part = 0., trial = PETSC_MAX_REAL;
   PetscFunctionBeginUser;
   PetscCall(bounded(p, du, &part));
-  PetscCall(PetscArraycpy(n->u_base, p->state->u, p->m->n_dof));
+  PetscCall(NewtonKeep(p, n->u_base));
   for (int i = 0; i <= MOST_HALVINGS && !(trial < most); i++, part *= 0.5)
     PetscCall(NewtonEvaluate(p, part, du, &trial));
   *norm = trial;
@@ -132,13 +150,9 @@ static PetscErrorCode line_search(const Problem *p, const PetscReal *du, PetscRe
 
 PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm)
 {
-  Newton *n = p->relax->newton;
-  const PetscReal *du;
   PetscFunctionBeginUser;
   PetscCall(solve(p, tolerance));
-  PetscCall(VecGetArrayRead(n->du, &du));
-  PetscCall(line_search(p, du, norm));
-  PetscCall(VecRestoreArrayRead(n->du, &du));
+  PetscCall(line_search(p, p->relax->newton->du, norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -92,11 +92,10 @@ static PetscErrorCode start(const Problem *p)
 static PetscErrorCode evaluate(const Problem *p, EnergyAccount *energy)
 {
   State *s = p->state;
-  PetscReal *swap = s->f_old;
   PetscFunctionBeginUser;
   PartSample(s->cycle);
-  s->f_old = s->f, s->f_old_clear = PETSC_FALSE;
-  s->f = swap;
+  StateSwapForces(s);
+  s->f_old_clear = PETSC_FALSE;
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, s, NULL));
   EnergyOfContacts(p->m, p->contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
