@@ -40,7 +40,7 @@ static void put_waters(FILE *f, const Problem *p)
     if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT) continue;
     fprintf(f, "%s\"%s\": {", before, load->name);
     JsonNumber(f, "level", load->level, load->kind == LOAD_UPLIFT ? ", " : "}");
-    if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->tailwater, "}");
+    if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->uplift.tailwater, "}");
     before = ", ";
   }
   fprintf(f, "},\n      ");

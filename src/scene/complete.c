@@ -32,27 +32,29 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
 /* npb and usbr reduce the head at the drain to one third; usace and ferc need the efficiency of the drain. */
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
 {
-  const PetscBool fixed = (PetscBool)(load->rule == UPLIFT_NPB || load->rule == UPLIFT_USBR);
+  const PetscBool fixed = (PetscBool)(load->uplift.rule == UPLIFT_NPB || load->uplift.rule == UPLIFT_USBR);
   PetscBool given = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  load->drain_level = load->level;
+  load->uplift.drain_level = load->level;
   PetscCall(is_given(r, path, "gallery", &given));
-  if (given && isnan(load->drain)) COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  if (given && isnan(load->uplift.drain))
+    COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
   if (given && fixed) COMPLAIN(r, "the rules npb and usbr know no gallery; usace and ferc do");
   PetscCall(is_given(r, path, "efficiency", &given));
-  if (given && isnan(load->drain)) COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  if (given && isnan(load->uplift.drain))
+    COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
   if (given && fixed) COMPLAIN(r, "the rules npb and usbr fix it at 2/3; usace and ferc take a value");
-  if (fixed) load->efficiency = 2. / 3.;
-  if (load->rule != UPLIFT_LINEAR && !isnan(load->drain) && isnan(load->efficiency))
+  if (fixed) load->uplift.efficiency = 2. / 3.;
+  if (load->uplift.rule != UPLIFT_LINEAR && !isnan(load->uplift.drain) && isnan(load->uplift.efficiency))
     COMPLAIN_MISSING(r, "missing [-]: the rules usace and ferc need it");
   PetscCall(is_given(r, path, "drain", &given));
-  if (given && load->rule == UPLIFT_LINEAR)
+  if (given && load->uplift.rule == UPLIFT_LINEAR)
     COMPLAIN(r, "the rule linear knows no drain: choose npb, usbr, usace or ferc");
   PetscCall(is_given(r, path, "reaches", &given));
-  if (load->reaches == REACHES_ANY && !load->cracked) COMPLAIN(r, "it is for cracked: true");
+  if (load->uplift.reaches == REACHES_ANY && !load->uplift.cracked) COMPLAIN(r, "it is for cracked: true");
   PetscCall(is_given(r, path, "raise", &given));
-  if (load->raise == RAISE_TO_DRAIN && isnan(load->drain))
+  if (load->uplift.raise == RAISE_TO_DRAIN && isnan(load->uplift.drain))
     COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -206,13 +208,13 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   for (PetscInt l = 0; l < r->scene->n_loads; l++) {
     const Load *load = r->scene->loads + l;
     if (load->kind != LOAD_UPLIFT || !acts(stage, l)) continue;
-    if (!isnan(load->tailwater)) {
-      count_owners(r->scene, stage, load, load->tailwater, n);
+    if (!isnan(load->uplift.tailwater)) {
+      count_owners(r->scene, stage, load, load->uplift.tailwater, n);
       if (n[0] && n[1])
         COMPLAIN_MISSING(r,
                          "the tailwater %g m of loads.%s is the level of a reservoir that rises and of one "
                          "that stays: expected another level",
-                         (double)load->tailwater, load->name);
+                         (double)load->uplift.tailwater, load->name);
       stage->tail_rises[l] = n[0] > 0;
     }
     if (stage->level_rises[l]) continue;

@@ -93,7 +93,7 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     Load *load = &scene->loads[i];
     memcpy(load->name, names[i].name, NAME_LENGTH);
     load->line = names[i].line;
-    load->drain = load->gallery = load->tailwater = load->efficiency = NAN;
+    load->uplift.drain = load->uplift.gallery = load->uplift.tailwater = load->uplift.efficiency = NAN;
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));

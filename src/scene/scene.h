@@ -79,16 +79,8 @@ typedef struct {
   int line;
 } Support;
 
+/* What an uplift has besides the keys of a reservoir; see uplift.c. */
 typedef struct {
-  char name[NAME_LENGTH];
-  LoadKind kind;
-  PetscInt n_groups; /* self_weight: number of groups it acts on; 0: all */
-  char (*groups)[NAME_LENGTH];
-  char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
-  PetscReal level;          /* [m] reservoir: elevation of the water surface */
-  PetscReal density;        /* [kg/m3] reservoir: density of the water */
-  PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
-  /* uplift: level, density and target have the meaning they have for a reservoir; see uplift.c */
   UpliftRule rule;
   UpliftComponent component;
   UpliftHeel heel;           /* which end of the joint is upstream */
@@ -101,6 +93,18 @@ typedef struct {
   PetscReal gallery;         /* [m] elevation where the drain opens, NaN: none */
   PetscReal efficiency;      /* [-] efficiency of the drain, NaN until the rule has set it */
   PetscReal drain_level;     /* [m] level for the pressure at the drain; the same as level except in floods */
+} UpliftKeys;
+
+typedef struct {
+  char name[NAME_LENGTH];
+  LoadKind kind;
+  PetscInt n_groups; /* self_weight: number of groups it acts on; 0: all */
+  char (*groups)[NAME_LENGTH];
+  char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
+  PetscReal level;          /* [m] reservoir: elevation of the water surface */
+  PetscReal density;        /* [kg/m3] reservoir: density of the water */
+  PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  UpliftKeys uplift;        /* of an uplift; target, level and density as of a reservoir */
   int line;
 } Load;
 

@@ -128,10 +128,10 @@ static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, 
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     Load *load = loads + l;
     *load = scene->loads[l];
-    if (stage->tail_rises[l]) load->tailwater += rise;
+    if (stage->tail_rises[l]) load->uplift.tailwater += rise;
     if (!stage->level_rises[l]) continue;
     load->level += rise;
-    if (load->raise == RAISE_WHOLE) load->drain_level += rise;
+    if (load->uplift.raise == RAISE_WHOLE) load->uplift.drain_level += rise;
   }
 }
 

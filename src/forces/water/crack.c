@@ -89,8 +89,8 @@ static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const
   for (PetscInt i = 0; i < n; i++) {
     const PetscBool from_heel = (PetscBool)(open[i].from <= tie_of(u)),
                     inside = (PetscBool)(open[i].to < u->length - tie_of(u) &&
-                                         open[i].to - open[i].from > load->crack_tolerance);
-    if (from_heel || (inside && load->reaches == REACHES_ANY)) wet = open[i].to;
+                                         open[i].to - open[i].from > load->uplift.crack_tolerance);
+    if (from_heel || (inside && load->uplift.reaches == REACHES_ANY)) wet = open[i].to;
   }
   return wet > u->length - tie_of(u) ? u->length : wet;
 }
@@ -100,7 +100,8 @@ static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch 
 {
   u->n_dry = 0;
   for (PetscInt i = 0; i < n && u->n_dry < UPLIFT_MOST_DRY; i++) {
-    if (open[i].from < wet || open[i].to - open[i].from <= load->crack_tolerance || open[i].from <= tie_of(u))
+    if (open[i].from < wet || open[i].to - open[i].from <= load->uplift.crack_tolerance ||
+        open[i].from <= tie_of(u))
       continue;
     u->dry[u->n_dry++] = (UpliftDry){.from = open[i].from,
                                      .to = open[i].to,
@@ -137,7 +138,7 @@ PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = scene->loads + stage->loads[l];
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
-    if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
+    if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(m, v->contacts, load, u, &wet));
     for (PetscInt i = 0; i < u->n_dry && tell && !m->rank; i++) {
       const UpliftDry *d = u->dry + i;
@@ -182,12 +183,12 @@ PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *ag
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = v->scene->loads + stage->loads[l];
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
-    if (load->kind != LOAD_UPLIFT || !load->cracked) continue;
+    if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(v->m, v->contacts, load, u, &crack));
     const PetscBool runs = (PetscBool)(crack > through * u->length);
     // on the way only growth counts: at rest it may shrink again
     const PetscReal change = at_rest ? PetscAbsReal(crack - u->crack) : crack - u->crack;
-    if (!runs && change <= load->crack_tolerance) continue;
+    if (!runs && change <= load->uplift.crack_tolerance) continue;
     if (runs || u->rounds >= MOST_ROUNDS) {
       result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
       PetscCall(

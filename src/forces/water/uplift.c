@@ -29,8 +29,9 @@ static PetscReal head(PetscReal level, PetscReal y)
 static PetscReal drain_head(const Load *load, PetscReal H1, PetscReal H2, PetscReal H4, PetscReal L,
                             PetscReal T)
 {
-  const PetscReal K = 1. - load->efficiency, X = load->drain;
-  const PetscBool by_place = (PetscBool)(load->rule == UPLIFT_USACE || load->rule == UPLIFT_FERC);
+  const PetscReal K = 1. - load->uplift.efficiency, X = load->uplift.drain;
+  const PetscBool by_place = (PetscBool)(load->uplift.rule == UPLIFT_USACE ||
+                                         load->uplift.rule == UPLIFT_FERC);
   const PetscReal base = by_place ? PetscMax(H2, H4) : H2,
                   share = by_place && X > 0.05 * H1 ? (L - X) / (L - T) : 1.;
   return base + K * PetscMax(0., H1 - base) * share;
@@ -38,15 +39,16 @@ static PetscReal drain_head(const Load *load, PetscReal H1, PetscReal H2, PetscR
 
 void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, UpliftDiagram *d)
 {
-  const PetscReal rho_g = load->density * gravity, L = u->length, T = PetscMin(u->crack, L), X = load->drain;
+  const PetscReal rho_g = load->density * gravity, L = u->length, T = PetscMin(u->crack, L),
+                  X = load->uplift.drain;
   const PetscReal y_drain = u->heel[1] + (X > 0. ? X / L : 0.) * (u->toe[1] - u->heel[1]);
-  const PetscReal H1 = head(load->level, u->heel[1]), H2 = head(load->tailwater, u->toe[1]);
+  const PetscReal H1 = head(load->level, u->heel[1]), H2 = head(load->uplift.tailwater, u->toe[1]);
   d->n = 0;
   d->s[d->n] = 0., d->p[d->n++] = rho_g * H1;
   if (T > 0.) d->s[d->n] = T, d->p[d->n++] = rho_g * H1;
   if (X > T) // not without a drain (NaN)
-    d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->drain_level, u->heel[1]), H2,
-                                                      head(load->gallery, y_drain), L, T);
+    d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->uplift.drain_level, u->heel[1]), H2,
+                                                      head(load->uplift.gallery, y_drain), L, T);
   if (T < L) d->s[d->n] = L, d->p[d->n++] = rho_g * H2;
 }
 
@@ -108,8 +110,8 @@ void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, co
     for (int k = 0; k < 2; k++) s[k] = UpliftPlace(uplift, m->X + 2 * v[k]);
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
     UpliftOnFace(&diagram, s, x, m->thickness, f_face);
-    for (int k = load->component == UPLIFT_VERTICAL ? 1 : 0; k < 4; k++) {
-      if (load->component == UPLIFT_VERTICAL && k == 2) continue;
+    for (int k = load->uplift.component == UPLIFT_VERTICAL ? 1 : 0; k < 4; k++) {
+      if (load->uplift.component == UPLIFT_VERTICAL && k == 2) continue;
       if (v[k / 2] < m->n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
     }
   }
@@ -167,7 +169,7 @@ static PetscReal find_chord(const Load *load, PetscInt n, const ProfileRow *rows
 {
   PetscReal e[2], low = PETSC_INFINITY, high = PETSC_NINFINITY, most = 0.;
   main_direction(n, rows, e);
-  if (load->heel == HEEL_END) e[0] = -e[0], e[1] = -e[1];
+  if (load->uplift.heel == HEEL_END) e[0] = -e[0], e[1] = -e[1];
   for (PetscInt i = 0; i < 2 * n; i++) {
     const PetscReal *P = rows[i / 2].point[i % 2], at = P[0] * e[0] + P[1] * e[1];
     if (at < low) low = at, u->heel[0] = P[0], u->heel[1] = P[1];
@@ -205,11 +207,11 @@ static PetscErrorCode create_one(const Scene *scene, const Load *load, const Mod
                         "%s%s: loads.%s.faces: '%s' is no line: it leaves its chord by %.3g of its length, "
                         "at most 0.1 is allowed",
                         scene->file, where, load->name, load->target, (double)off));
-    else if (load->drain >= u->length)
+    else if (load->uplift.drain >= u->length)
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,
           "%s%s: loads.%s.drain: %.6g m from the heel is outside the joint '%s', which is %.6g m long",
-          scene->file, where, load->name, (double)load->drain, load->target, (double)u->length));
+          scene->file, where, load->name, (double)load->uplift.drain, load->target, (double)u->length));
   }
   PetscCall(PetscFree(gids));
   PetscCall(PetscFree(rows));

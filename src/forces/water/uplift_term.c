@@ -100,14 +100,15 @@ static void summary(FILE *f, const TermView *v)
     if (load->kind != LOAD_UPLIFT) continue;
     UpliftPressure(load, u, scene->gravity, &d);
     for (PetscInt k = 0; k + 1 < d.n; k++)
-      part[d.s[k] >= load->drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) * scene->thickness;
+      part[d.s[k] >= load->uplift.drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) *
+                                            scene->thickness;
     fprintf(f, "%s        \"%s\": {", before, load->name);
     JsonNumber(f, "open_length", u->crack, ", ");
     JsonCount(f, "rounds", u->rounds, ", ");
     JsonNumber(f, "length", u->length, ", ");
     JsonNumber(f, "to_drain", part[0], ", ");
     JsonNumber(f, "beyond_drain", part[1], ", ");
-    if (load->cracked) put_dry(f, u);
+    if (load->uplift.cracked) put_dry(f, u);
     fprintf(f, "\"diagram\": [");
     for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
     fprintf(f, "]}");

@@ -24,14 +24,14 @@ static void PressureOnFace(void)
 /* The crack takes the head along; past the drain the drain is lost. */
 static void DiagramsOfTheCrack(void)
 {
-  Load load = {.rule = UPLIFT_FERC,
+  Load load = {.uplift.rule = UPLIFT_FERC,
                .level = 30,
-               .drain_level = 30,
+               .uplift.drain_level = 30,
                .density = 1000,
-               .tailwater = NAN,
-               .gallery = NAN,
-               .drain = 5,
-               .efficiency = 0.5};
+               .uplift.tailwater = NAN,
+               .uplift.gallery = NAN,
+               .uplift.drain = 5,
+               .uplift.efficiency = 0.5};
   Uplift u = {.toe = {20, 0}, .length = 20};
   UpliftDiagram d;
   UpliftPressure(&load, &u, 10., &d);
