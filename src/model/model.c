@@ -153,14 +153,7 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED, KINDS } BlockKind;
-
-/* Lists quadrilaterals and triangles of each kind in turn. */
-static void element_lists(Model *m, Elements *list[2 * KINDS])
-{
-  Elements *const all[] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
-  memcpy(list, all, sizeof(all));
-}
+typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED } BlockKind; /* as Model.elements has them */
 
 static BlockKind block_kind(const PointRecord *r)
 {
@@ -168,7 +161,7 @@ static BlockKind block_kind(const PointRecord *r)
 }
 
 /* Fills one list of elements of one kind; n_nodes is 3 or 4. */
-static PetscErrorCode fill_elements(const Builder *b, const Model *m, PetscInt n_nodes, BlockKind kind,
+static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_nodes, BlockKind kind,
                                     Elements *e)
 {
   const PointRecord *record = b->d.record;
@@ -180,7 +173,7 @@ static PetscErrorCode fill_elements(const Builder *b, const Model *m, PetscInt n
     PetscCall(block_vertices(b, c, &v, &n_vertices));
     if (n_vertices == n_nodes && block_kind(record + c) == kind) point[n++] = c;
   }
-  e->n = n;
+  e->n = n, e->n_nodes = n_nodes;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
   e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
@@ -193,8 +186,7 @@ static PetscErrorCode fill_elements(const Builder *b, const Model *m, PetscInt n
     PetscCall(block_vertices(b, point[i], &v, &n_vertices));
     for (PetscInt k = 0; k < n_nodes; k++) {
       const PointRecord *r = record + v[k];
-      e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH] = LocalVertex(
-          m, r->gid, (PetscMPIInt)r->owner, b->index[v[k]]);
+      e->vertex[VertexPlace(e, i, k)] = LocalVertex(m, r->gid, (PetscMPIInt)r->owner, b->index[v[k]]);
       if (r->gid < lowest) lowest = r->gid, e->owned[i] = r->owner == m->rank;
     }
   }
@@ -299,7 +291,6 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *m)
 {
   Builder b = {0};
-  Elements *list[2 * KINDS];
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(m, sizeof(*m)));
   m->comm = comm;
@@ -315,9 +306,8 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(fill_materials(scene, mesh, m));
   PetscCall(fill_vertices(&b, m));
   PetscCall(fill_points(mesh, m));
-  element_lists(m, list);
-  for (int l = 0; l < 2 * KINDS; l++)
-    PetscCall(fill_elements(&b, m, l % 2 ? 3 : 4, (BlockKind)(l / 2), list[l]));
+  for (int l = 0; l < ELEMENT_LISTS; l++)
+    PetscCall(fill_elements(&b, m, l % 2 ? 3 : 4, (BlockKind)(l / 2), m->elements + l));
   PetscCall(DMDestroy(&b.d.dm));
   PetscCall(PetscSFDestroy(&b.d.migration));
   PetscCall(PetscFree(b.d.record));
@@ -329,7 +319,6 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
 
 PetscErrorCode ModelDestroy(Model *m)
 {
-  Elements *list[2 * KINDS];
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
@@ -337,11 +326,10 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree(m->in_quotient));
   PetscCall(PetscFree(m->chunk_done));
   PetscCall(PetscFree(m->hourglass));
-  element_lists(m, list);
-  for (int l = 0; l < 2 * KINDS; l++) {
-    PetscCall(PetscFree(list[l]->gid));
-    PetscCall(PetscFree2(list[l]->vertex, list[l]->group));
-    PetscCall(PetscFree2(list[l]->file, list[l]->owned));
+  for (Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++) {
+    PetscCall(PetscFree(list->gid));
+    PetscCall(PetscFree2(list->vertex, list->group));
+    PetscCall(PetscFree2(list->file, list->owned));
   }
   PetscCall(PetscFree(m->vertex_condensed));
   PetscCall(FacesDestroy(m));

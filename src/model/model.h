@@ -33,14 +33,30 @@ enum { DUMMY_VERTICES = 4 };
 
 typedef struct {
   PetscInt n;           /* elements of this shape that touch an owned vertex */
+  int n_nodes;          /* 3 or 4 */
   PetscInt n_padded;    /* n rounded up to a whole batch */
   StrainMeasure strain; /* as in the scene; small for condensed blocks */
-  PetscInt *vertex;     /* (n_padded / BATCH, 3 or 4, BATCH) local vertices */
+  PetscInt *vertex;     /* (n_padded / BATCH, n_nodes, BATCH) local vertices: VertexOf */
   PetscInt *group;      /* (n_padded,) */
   PetscInt *gid;        /* (n,) gid of the block, ascending */
   PetscInt *file;       /* (n,) file id */
   bool *owned;          /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
 } Elements;
+
+/* Local vertex k of element e, and where it stands in elements->vertex. Kernels, which take whole batches,
+   reckon for themselves. */
+static inline PetscInt VertexPlace(const Elements *elements, PetscInt e, PetscInt k)
+{
+  return ((e / BATCH) * elements->n_nodes + k) * BATCH + e % BATCH;
+}
+static inline PetscInt VertexOf(const Elements *elements, PetscInt e, PetscInt k)
+{
+  return elements->vertex[VertexPlace(elements, e, k)];
+}
+
+/* The lists of Model.elements: those whose vertices move by themselves, those of rigid bodies, those of
+   condensed ones; of each kind quadrilaterals, then triangles. */
+enum { DEFORMABLE_LISTS = 2, MOVING_LISTS = 4, ELEMENT_LISTS = 6 };
 
 typedef struct {
   PetscInt n;        /* outer faces known here: of local blocks, then remote ones near them */
@@ -97,11 +113,16 @@ typedef struct {
                              free; inner vertices are behind n_dof */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all enter */
 
-  Elements t3, q4;
+  union {
+    Elements elements[ELEMENT_LISTS]; /* the six below by number */
+    struct {
+      Elements q4, t3;
+      Elements rigid_q4, rigid_t3;         /* rigid blocks: for masses, loads and output only; no forces */
+      Elements condensed_q4, condensed_t3; /* for set-up, loads and output; they give no force in a cycle */
+    };
+  };
   PetscInt *chunk_done; /* (chunks of elements,) number of deformable vertices, from the first on, that have
                            all their forces after this chunk; see element.c */
-  Elements rigid_t3, rigid_q4;              /* rigid blocks: for masses, loads and output only; no forces */
-  Elements condensed_t3, condensed_q4;      /* for set-up, loads and output; they give no force in a cycle */
   PetscInt n_condensed, n_condensed_global; /* number of condensed bodies owned here, and of all */
   PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of the condensed bodies of all ranks */
   double condensed_wall;          /* [s] that their factors took; they are made once per run */

@@ -278,11 +278,10 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
 }
 
 /* Points the padding lanes of a list of elements to the dummy vertices, which may have moved. */
-static void point_padding(const Model *m, int n_nodes, Elements *e)
+static void point_padding(const Model *m, Elements *e)
 {
   for (PetscInt i = e->n; i < e->n_padded; i++)
-    for (int k = 0; k < n_nodes; k++)
-      e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH] = m->n_vertices + k;
+    for (int k = 0; k < e->n_nodes; k++) e->vertex[VertexPlace(e, i, k)] = m->n_vertices + k;
 }
 
 static PetscErrorCode append_ghosts(Model *m)
@@ -297,12 +296,7 @@ static PetscErrorCode append_ghosts(Model *m)
     m->vertex_body[i] = ghost->body, m->vertex_rigid[i] = ghost->rigid;
   }
   PetscCall(PetscArraycpy(m->X + 2 * m->n_vertices, square, 8));
-  point_padding(m, 4, &m->q4);
-  point_padding(m, 3, &m->t3);
-  point_padding(m, 4, &m->rigid_q4);
-  point_padding(m, 3, &m->rigid_t3);
-  point_padding(m, 4, &m->condensed_q4);
-  point_padding(m, 3, &m->condensed_t3);
+  for (int l = 0; l < ELEMENT_LISTS; l++) point_padding(m, m->elements + l);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -5,16 +5,15 @@
    ghosts carry their owner's coordinates. */
 PetscErrorCode ModelIsValid(const Model *m, PetscBool *valid)
 {
-  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   PetscInt count[4] = {m->n_owned, 0, m->n_bodies, 0};
   PetscReal *X;
   PetscFunctionBeginUser;
-  for (int l = 0; l < 6; l++)
-    for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
-      count[1] += list[l]->owned[e];
-      count[3] += e && list[l]->gid[e] <= list[l]->gid[e - 1];
-      for (PetscInt k = 0; k < n_nodes; k++) {
-        const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++) {
+      count[1] += list->owned[e];
+      count[3] += e && list->gid[e] <= list->gid[e - 1];
+      for (PetscInt k = 0; k < list->n_nodes; k++) {
+        const PetscInt v = VertexOf(list, e, k);
         count[3] += v < 0 || v >= m->n_vertices;
       }
     }

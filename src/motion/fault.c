@@ -12,19 +12,18 @@ static PetscBool is_bad(const PetscReal *x)
    share: blocks without a good vertex go first, then the lowest id. */
 PetscInt64 FaultFind(const Model *m, const State *s)
 {
-  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
   const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;
   PetscInt64 first = FAULT_NONE;
-  for (int l = 0; l < 4; l++)
-    for (PetscInt e = 0, n = l % 2 ? 3 : 4; e < list[l]->n; e++) {
+  for (const Elements *list = m->elements; list < m->elements + MOVING_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++) {
       PetscInt64 good = 0;
-      for (PetscInt k = 0; k < n; k++) {
-        const PetscInt v = list[l]->vertex[((e / BATCH) * n + k) * BATCH + e % BATCH];
+      for (PetscInt k = 0; k < list->n_nodes; k++) {
+        const PetscInt v = VertexOf(list, e, k);
         good += !is_bad(f + 2 * v) && !is_bad(u + 2 * v);
       }
-      if (good == n) continue;
-      const PetscInt64 key = (good << (FILE_BITS + GROUP_BITS)) +
-                             ((PetscInt64)list[l]->file[e] << GROUP_BITS) + list[l]->group[e];
+      if (good == list->n_nodes) continue;
+      const PetscInt64 key = (good << (FILE_BITS + GROUP_BITS)) + ((PetscInt64)list->file[e] << GROUP_BITS) +
+                             list->group[e];
       first = PetscMin(first, key);
     }
   return first;

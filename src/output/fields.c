@@ -7,8 +7,7 @@
 enum { BLOCK_ROW = 9 };
 
 /* file id, gid, group, macroblock, vertices and rank of the owned elements of one list */
-static void block_rows(const Model *model, const Elements *e, int n_nodes, PetscInt *n,
-                       PetscInt (*rows)[BLOCK_ROW])
+static void block_rows(const Model *model, const Elements *e, PetscInt *n, PetscInt (*rows)[BLOCK_ROW])
 {
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
@@ -16,11 +15,8 @@ static void block_rows(const Model *model, const Elements *e, int n_nodes, Petsc
     row[0] = e->file[i];
     row[1] = e->gid[i];
     row[2] = e->group[i];
-    row[3] = model->vertex_body[e->vertex[(i / BATCH * n_nodes) * BATCH + i % BATCH]];
-    for (int k = 0; k < 4; k++) {
-      row[4 + k] = k < n_nodes ? model->vertex_file[e->vertex[(i / BATCH * n_nodes + k) * BATCH + i % BATCH]]
-                               : -1;
-    }
+    row[3] = model->vertex_body[VertexOf(e, i, 0)];
+    for (int k = 0; k < 4; k++) row[4 + k] = k < e->n_nodes ? model->vertex_file[VertexOf(e, i, k)] : -1;
     row[8] = model->rank;
   }
 }
@@ -40,17 +36,15 @@ static PetscErrorCode gather_vertices(const Model *model, MeshFields *mesh)
 
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
 {
-  const Elements *lists[] = {&model->t3,       &model->q4,           &model->rigid_t3,
-                             &model->rigid_q4, &model->condensed_t3, &model->condensed_q4};
   PetscInt n = 0, n_all, most = 1, (*rows)[BLOCK_ROW], (*all)[BLOCK_ROW];
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
   mesh->n_vertices = model->n_vertices_global;
   mesh->n_blocks = model->n_blocks_global;
   PetscCall(gather_vertices(model, mesh));
-  for (int l = 0; l < 6; l++) most += lists[l]->n;
+  for (int l = 0; l < ELEMENT_LISTS; l++) most += model->elements[l].n;
   PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
-  for (int l = 0; l < 6; l++) block_rows(model, lists[l], 3 + l % 2, &n, rows);
+  for (int l = 0; l < ELEMENT_LISTS; l++) block_rows(model, model->elements + l, &n, rows);
   PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   PetscCall(PetscFree(rows));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
@@ -151,13 +145,13 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
 
 /* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from
    vertex n_deformable on. */
-static void rigid_rows(const Model *model, const State *state, const Elements *e, int n_nodes,
-                       const PetscInt *body_of, PetscInt *n, PetscInt *place, PetscReal *rows)
+static void rigid_rows(const Model *model, const State *state, const Elements *e, const PetscInt *body_of,
+                       PetscInt *n, PetscInt *place, PetscReal *rows)
 {
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
     PetscReal *row = rows + BLOCK_WIDTH * *n;
-    const PetscInt vertex = e->vertex[i / BATCH * n_nodes * BATCH + i % BATCH];
+    const PetscInt vertex = VertexOf(e, i, 0);
     place[(*n)++] = e->file[i];
     for (int k = 0; k < BLOCK_WIDTH; k++) row[k] = NAN;
     row[6] = 0;
@@ -168,11 +162,10 @@ static void rigid_rows(const Model *model, const State *state, const Elements *e
 static PetscErrorCode gather_blocks(const Model *model, const State *state, StageFields *s)
 {
   const PetscReal *u = state->u + 3 * model->n_bodies;
-  PetscInt n = 0, most = 1 + model->t3.n + model->q4.n + model->rigid_t3.n + model->rigid_q4.n, *place,
-           *body_of;
-  most += model->condensed_t3.n + model->condensed_q4.n;
+  PetscInt n = 0, most = 1, *place, *body_of;
   PetscReal *rows;
   PetscFunctionBeginUser;
+  for (int l = 0; l < ELEMENT_LISTS; l++) most += model->elements[l].n;
   PetscCall(PetscMalloc1(most, &place));
   PetscCall(PetscMalloc1(BLOCK_WIDTH * most, &rows));
   PetscCall(PetscMalloc1(1 + model->n_moving - model->n_deformable, &body_of));
@@ -184,8 +177,8 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
   PetscCall(element_rows(model, &model->condensed_t3, 3, u, &n, place, rows));
   PetscCall(element_rows(model, &model->condensed_q4, 4, u, &n, place, rows));
-  rigid_rows(model, state, &model->rigid_t3, 3, body_of, &n, place, rows);
-  rigid_rows(model, state, &model->rigid_q4, 4, body_of, &n, place, rows);
+  rigid_rows(model, state, &model->rigid_t3, body_of, &n, place, rows);
+  rigid_rows(model, state, &model->rigid_q4, body_of, &n, place, rows);
   PetscCall(PetscFree(body_of));
   PetscCall(GatherPlaced(model->comm, n, place, BLOCK_WIDTH, rows, model->n_blocks_global, &s->block));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -111,19 +111,18 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
 
 /* ---- blocks */
 
-static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const PetscReal *u_vertex,
+static PetscErrorCode add_elements(const Model *m, const Elements *e, const PetscReal *u_vertex,
                                    const Stiffness *s, Mat matrix)
 {
   PetscReal k[4][64];
   PetscFunctionBeginUser;
   for (PetscInt first = 0; first < e->n; first += 4) {
-    ElementMatrices(m, e, n_nodes, first, u_vertex, k);
+    ElementMatrices(m, e, e->n_nodes, first, u_vertex, k);
     for (PetscInt i = first; i < PetscMin(first + 4, e->n); i++) {
       PetscInt vertices[4];
       if (!e->owned[i]) continue; // another rank adds it
-      for (int v = 0; v < n_nodes; v++)
-        vertices[v] = e->vertex[((i / BATCH) * n_nodes + v) * BATCH + i % BATCH];
-      PetscCall(StiffnessAdd(m, s, matrix, n_nodes, vertices, k[i - first]));
+      for (int v = 0; v < e->n_nodes; v++) vertices[v] = VertexOf(e, i, v);
+      PetscCall(StiffnessAdd(m, s, matrix, e->n_nodes, vertices, k[i - first]));
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,8 +153,8 @@ static PetscErrorCode add_bodies(const Model *m, const State *state, const Petsc
     if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->lame[g].mu * m->thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
-  PetscCall(add_elements(m, &m->q4, 4, u_vertex, s, matrix));
-  PetscCall(add_elements(m, &m->t3, 3, u_vertex, s, matrix));
+  PetscCall(add_elements(m, &m->q4, u_vertex, s, matrix));
+  PetscCall(add_elements(m, &m->t3, u_vertex, s, matrix));
   PetscCall(TermsTangent(m, state, u_vertex, add_of_term, &(TermMatrix){m, s, matrix}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

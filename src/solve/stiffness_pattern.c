@@ -11,12 +11,12 @@ typedef struct {
   PetscInt *vertex;
 } Meetings;
 
-static void add_elements(const Elements *e, int n_nodes, Meetings *x)
+static void add_elements(const Elements *e, Meetings *x)
 {
   for (PetscInt i = 0; i < e->n; i++) {
     PetscInt *v = x->vertex + x->start[x->n];
-    for (int k = 0; k < n_nodes; k++) v[k] = e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH];
-    x->start[x->n + 1] = x->start[x->n] + n_nodes, x->n++;
+    for (int k = 0; k < e->n_nodes; k++) v[k] = VertexOf(e, i, k);
+    x->start[x->n + 1] = x->start[x->n] + e->n_nodes, x->n++;
   }
 }
 
@@ -55,8 +55,8 @@ static PetscErrorCode meetings_create(const Model *m, const State *state, const 
                          4 * m->q4.n + 3 * m->t3.n + (PetscInt)n_vertices + CONTACT_ROWS * c->n_padded,
                          &x->vertex));
   x->n = x->start[0] = 0;
-  add_elements(&m->q4, 4, x);
-  add_elements(&m->t3, 3, x);
+  add_elements(&m->q4, x);
+  add_elements(&m->t3, x);
   for (PetscInt i = 0; i < (PetscInt)n; vertices += sizes[i++]) {
     PetscCall(PetscArraycpy(x->vertex + x->start[x->n], vertices, sizes[i]));
     x->start[x->n + 1] = x->start[x->n] + sizes[i], x->n++;

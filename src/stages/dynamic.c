@@ -13,18 +13,17 @@ static const PetscReal PRESSED_THROUGH =
 /* Velocities the materials start with, at the time of the displacements. */
 static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State *s)
 {
-  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
   const PetscInt at = 3 * m->n_bodies;
   PetscReal *centre;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * m->n_bodies_global, &centre));
   PetscCall(BodyCentres(m, s->u, centre));
-  for (int l = 0; l < 4; l++)
-    for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
-      const Material *material = scene->materials + list[l]->group[e];
+  for (const Elements *list = m->elements; list < m->elements + MOVING_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++) {
+      const Material *material = scene->materials + list->group[e];
       if (material->velocity[0] == 0. && material->velocity[1] == 0. && material->spin == 0.) continue;
-      for (PetscInt k = 0; k < n_nodes; k++) {
-        const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+      for (PetscInt k = 0; k < list->n_nodes; k++) {
+        const PetscInt v = VertexOf(list, e, k);
         if (v >= m->n_owned) continue;
         const PetscReal *C = centre + 2 * m->vertex_body[v];
         if (v < m->n_deformable) {

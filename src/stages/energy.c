@@ -201,14 +201,13 @@ void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
 
 PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
 {
-  const Elements *list[2] = {&m->q4, &m->t3};
   PetscReal *energy;
   PetscFunctionBeginUser;
   e->strain = 0.;
-  for (int l = 0; l < 2; l++) {
-    PetscCall(PetscMalloc1(list[l]->n, &energy));
-    PetscCall(ElementEnergy(m, list[l], l ? 3 : 4, s->u + 3 * m->n_bodies, energy));
-    for (PetscInt i = 0; i < list[l]->n; i++) e->strain += energy[i];
+  for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
+    PetscCall(PetscMalloc1(list->n, &energy));
+    PetscCall(ElementEnergy(m, list, list->n_nodes, s->u + 3 * m->n_bodies, energy));
+    for (PetscInt i = 0; i < list->n; i++) e->strain += energy[i];
     PetscCall(PetscFree(energy));
   }
   e->strain += TermsEnergy(m, s, s->u + 3 * m->n_bodies);

@@ -327,13 +327,12 @@ static PetscErrorCode report(Bench *b, double seconds)
 {
   enum { BLOCKS, CONTACTS, VERTICES, INELASTIC, BODIES, ENTRIES, COUNTS };
   const Model *m = b->model;
-  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const Contacts *c = b->contacts;
   Times times = {{0.}, {0.}, 0.};
   PetscInt n[COUNTS] = {[VERTICES] = m->n_owned, [BODIES] = m->n_bodies};
   PetscFunctionBeginUser;
-  for (int l = 0; l < 6; l++)
-    for (PetscInt e = 0; e < list[l]->n; e++) n[BLOCKS] += list[l]->owned[e];
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++) n[BLOCKS] += list->owned[e];
   for (PetscInt i = 0; i < c->n_padded; i++) {
     n[CONTACTS] += c->owned[i];
     n[INELASTIC] += c->owned[i] && (c->state[SUB(i, 0)] || c->state[SUB(i, 1)]);

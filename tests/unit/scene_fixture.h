@@ -256,7 +256,7 @@ static inline PetscErrorCode EnsureRefused(const Sketch *s, const char *yaml, co
 /* ---- finding things again */
 
 /* local vertex of a vertex of the sketch, -1: not here */
-static inline PetscInt VertexOf(const Model *m, PetscInt file)
+static inline PetscInt LocalOfFile(const Model *m, PetscInt file)
 {
   for (PetscInt v = 0; v < m->n_vertices; v++)
     if (m->vertex_file[v] == file) return v;
@@ -266,7 +266,7 @@ static inline PetscInt VertexOf(const Model *m, PetscInt file)
 /* first dof of the owned rigid body at a vertex of the sketch, or of the owned deformable vertex */
 static inline PetscInt DofOf(const Model *m, PetscInt file)
 {
-  const PetscInt v = VertexOf(m, file);
+  const PetscInt v = LocalOfFile(m, file);
   return v < m->n_deformable ? 3 * m->n_bodies + 2 * v : 3 * RigidOfVertex(m, v);
 }
 

@@ -177,12 +177,12 @@ static PetscErrorCode DofsOfBodiesComeFirst(void)
   PetscCall(OpenTwo(0, "friction: 30", &f));
   const Model *m = f.model;
   ENSURE(m->n_bodies == 1 && m->n_deformable == 4 && m->n_dof == 3 + 8 && m->n_vertices == 8);
-  for (int v = 4; v < 8; v++) ENSURE(DofOf(m, v) == 3 + 2 * VertexOf(m, v));
+  for (int v = 4; v < 8; v++) ENSURE(DofOf(m, v) == 3 + 2 * LocalOfFile(m, v));
   for (int i = 0; i < 3; i++) ENSURE(Held(m, i));
   for (int i = 3; i < 11; i++) ENSURE(!Held(m, i));
   f.state->u[2] = 0.5 * PETSC_PI;
   RigidMotion(m, f.state->u);
-  const PetscInt v = VertexOf(m, 1); // (2, -1) about (1, -0.5): to (1.5, 0.5)
+  const PetscInt v = LocalOfFile(m, 1); // (2, -1) about (1, -0.5): to (1.5, 0.5)
   ENSURE_NEAR(m->X[2 * v] + f.u_vertex[2 * v], 1.5, 1e-15);
   ENSURE_NEAR(m->X[2 * v + 1] + f.u_vertex[2 * v + 1], 0.5, 1e-15);
   PetscCall(FixtureClose(&f));

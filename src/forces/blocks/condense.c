@@ -126,15 +126,13 @@ static PetscErrorCode check_memory(const Model *m, double memory[2])
    its own vertex's two. */
 static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
 {
-  const Elements *list[2] = {&m->condensed_q4, &m->condensed_t3};
   PetscInt *width, *nnz;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc2(m->n_owned, &width, 2 * m->n_owned, &nnz));
   for (PetscInt v = 0; v < m->n_owned; v++) width[v] = 2;
-  for (int l = 0; l < 2; l++)
-    for (PetscInt e = 0, n_nodes = 4 - l; e < list[l]->n; e++)
-      for (PetscInt k = 0; k < n_nodes; k++)
-        width[list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH]] += 2 * (n_nodes - 1);
+  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt k = 0; k < list->n_nodes; k++) width[VertexOf(list, e, k)] += 2 * (list->n_nodes - 1);
   for (PetscInt i = 0; i < m->n_condensed; i++) {
     const Condensed *c = m->condensed + i;
     const PetscInt n = c->n_inner + c->n_kept;
@@ -150,18 +148,15 @@ static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, con
 /* Sums the stiffness of all blocks, in ascending order, into the K of their bodies. */
 static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
 {
-  const Elements *list[2] = {&m->condensed_q4, &m->condensed_t3};
   PetscFunctionBeginUser;
-  for (int l = 0; l < 2; l++)
-    for (PetscInt e = 0, n_nodes = 4 - l; e < list[l]->n; e++) {
+  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0, n_nodes = list->n_nodes; e < list->n; e++) {
       PetscReal K_e[4][64];
       PetscInt rows[8];
-      if (e % 4 == 0) ElementMatrices(m, list[l], (int)n_nodes, e, NULL, K_e);
-      for (PetscInt k = 0; k < 2 * n_nodes; k++)
-        rows[k] = row[2 * list[l]->vertex[((e / BATCH) * n_nodes + k / 2) * BATCH + e % BATCH] + k % 2];
-      const PetscInt v = list[l]->vertex[(e / BATCH) * n_nodes * BATCH + e % BATCH];
-      PetscCall(MatSetValues(K[local[m->vertex_condensed[v]]], 2 * n_nodes, rows, 2 * n_nodes, rows,
-                             K_e[e % 4], ADD_VALUES));
+      if (e % 4 == 0) ElementMatrices(m, list, list->n_nodes, e, NULL, K_e);
+      for (PetscInt k = 0; k < 2 * n_nodes; k++) rows[k] = row[2 * VertexOf(list, e, k / 2) + k % 2];
+      PetscCall(MatSetValues(K[local[m->vertex_condensed[VertexOf(list, e, 0)]]], 2 * n_nodes, rows,
+                             2 * n_nodes, rows, K_e[e % 4], ADD_VALUES));
     }
   for (PetscInt i = 0; i < m->n_condensed; i++) {
     PetscCall(MatAssemblyBegin(K[i], MAT_FINAL_ASSEMBLY));

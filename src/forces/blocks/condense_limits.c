@@ -48,19 +48,18 @@ static void add_vertices(const Model *m, const PetscReal *u, BodyMotion *motion)
     }
 }
 
-static PetscErrorCode add_elements(const Model *m, const Elements *e, int n_nodes, const PetscReal *u,
-                                   BodyMotion *motion)
+static PetscErrorCode add_elements(const Model *m, const Elements *e, const PetscReal *u, BodyMotion *motion)
 {
   PetscReal *energy;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(e->n_padded, &energy));
-  PetscCall(ElementEnergy(m, e, n_nodes, u, energy));
+  PetscCall(ElementEnergy(m, e, e->n_nodes, u, energy));
   for (PetscInt i = 0; i < e->n; i++) {
     PetscInt vertex[4];
     PetscReal area, centroid[2], polar;
-    for (int k = 0; k < n_nodes; k++) vertex[k] = e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH];
+    for (int k = 0; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
     BodyMotion *b = motion + m->vertex_condensed[vertex[0]];
-    BlockGeometry(m->X, vertex, n_nodes, &area, centroid, &polar);
+    BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
     b->energy += energy[i];
     const Lame lame = m->lame[e->group[i]];
     b->modulus += (lame.lambda + 2. * lame.mu) * area * m->thickness;
@@ -82,8 +81,8 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
   if (!m->n_condensed_global || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(m->n_condensed_global, &motion));
   add_vertices(m, u, motion);
-  PetscCall(add_elements(m, &m->condensed_q4, 4, u, motion));
-  PetscCall(add_elements(m, &m->condensed_t3, 3, u, motion));
+  PetscCall(add_elements(m, &m->condensed_q4, u, motion));
+  PetscCall(add_elements(m, &m->condensed_t3, u, motion));
   for (PetscInt i = 0; i < m->n_condensed; i++) {
     const BodyMotion *b = motion + m->condensed[i].number;
     const PetscReal theta = b->turn / b->arm, strain = PetscSqrtReal(2. * b->energy / b->modulus);

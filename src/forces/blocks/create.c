@@ -18,16 +18,15 @@ static PetscErrorCode hourglass(const Scene *scene, Model *m)
 static PetscErrorCode damping_groups(const Scene *scene, Model *m)
 {
   const PetscInt at = 3 * m->n_bodies;
-  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   PetscFunctionBeginUser;
   if (!scene->n_damping_groups) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(m->n_dof, &m->in_quotient));
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
-    for (int l = 0; l < 6; l++)
-      for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
-        if (strcmp(m->group_names[list[l]->group[e]], scene->damping_groups[g])) continue;
-        for (PetscInt k = 0; k < n_nodes; k++) {
-          const PetscInt v = list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH];
+    for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+      for (PetscInt e = 0; e < list->n; e++) {
+        if (strcmp(m->group_names[list->group[e]], scene->damping_groups[g])) continue;
+        for (PetscInt k = 0; k < list->n_nodes; k++) {
+          const PetscInt v = VertexOf(list, e, k);
           if (v < m->n_deformable) m->in_quotient[at + 2 * v] = m->in_quotient[at + 2 * v + 1] = 1.;
           if (v < m->n_deformable || v >= m->n_moving) continue;
           for (int i = 0; i < 3; i++) m->in_quotient[3 * RigidOfVertex(m, v) + i] = 1.;

@@ -9,15 +9,15 @@ typedef struct {
   PetscReal area, area_x, area_y, mass, mass_x, mass_y, inertia;
 } BodySums;
 
-static void add_blocks(const Model *m, const Elements *e, int n_nodes, const PetscReal *about, BodySums *sum)
+static void add_blocks(const Model *m, const Elements *e, const PetscReal *about, BodySums *sum)
 {
   for (PetscInt i = 0; i < e->n; i++) {
     PetscInt vertex[4];
     PetscReal area, centroid[2], polar;
-    for (int k = 0; k < n_nodes; k++) vertex[k] = e->vertex[((i / BATCH) * n_nodes + k) * BATCH + i % BATCH];
+    for (int k = 0; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
     if (vertex[0] >= m->n_owned) continue; // a ghost: its body is elsewhere
     const PetscInt body = RigidOfVertex(m, vertex[0]);
-    BlockGeometry(m->X, vertex, n_nodes, &area, centroid, &polar);
+    BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
     const PetscReal mass = m->density[e->group[i]] * m->thickness * area;
     const PetscReal dx = centroid[0] - (about ? about[2 * body] : 0.),
                     dy = centroid[1] - (about ? about[2 * body + 1] : 0.);
@@ -50,8 +50,8 @@ static PetscErrorCode body_masses(Model *m)
   PetscCall(PetscCalloc1(m->n_bodies, &sum));
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
-  add_blocks(m, &m->rigid_q4, 4, NULL, sum);
-  add_blocks(m, &m->rigid_t3, 3, NULL, sum);
+  add_blocks(m, &m->rigid_q4, NULL, sum);
+  add_blocks(m, &m->rigid_t3, NULL, sum);
   add_hanging(m, vertex_mass, NULL, sum);
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     const PetscBool heavy = (PetscBool)(sum[b].mass > 0.);
@@ -59,8 +59,8 @@ static PetscErrorCode body_masses(Model *m)
     m->body_X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
   }
   PetscCall(PetscArrayzero(sum, m->n_bodies));
-  add_blocks(m, &m->rigid_q4, 4, m->body_X, sum);
-  add_blocks(m, &m->rigid_t3, 3, m->body_X, sum);
+  add_blocks(m, &m->rigid_q4, m->body_X, sum);
+  add_blocks(m, &m->rigid_t3, m->body_X, sum);
   add_hanging(m, vertex_mass, m->body_X, sum);
   for (PetscInt b = 0; b < m->n_bodies; b++)
     m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;

@@ -25,7 +25,6 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
 
 static void hold_target(const Support *s, Model *m, BodyHold *body)
 {
-  const Elements *list[6] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3, &m->condensed_q4, &m->condensed_t3};
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target),
                  point = NameRow(m->n_points, m->point_names, s->target);
   if (set >= 0) {
@@ -34,11 +33,10 @@ static void hold_target(const Support *s, Model *m, BodyHold *body)
   } else if (point >= 0) {
     hold_vertex(s, m, m->point_vertex[point], body);
   } else {
-    for (int l = 0; l < 6; l++)
-      for (PetscInt e = 0, n_nodes = l % 2 ? 3 : 4; e < list[l]->n; e++) {
-        if (strcmp(m->group_names[list[l]->group[e]], s->target)) continue;
-        for (PetscInt k = 0; k < n_nodes; k++)
-          hold_vertex(s, m, list[l]->vertex[((e / BATCH) * n_nodes + k) * BATCH + e % BATCH], body);
+    for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+      for (PetscInt e = 0; e < list->n; e++) {
+        if (strcmp(m->group_names[list->group[e]], s->target)) continue;
+        for (PetscInt k = 0; k < list->n_nodes; k++) hold_vertex(s, m, VertexOf(list, e, k), body);
       }
   }
 }

@@ -7,7 +7,6 @@
 static PetscErrorCode weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex)
 {
   Model chosen = *m; // the same model where the other groups weigh nothing
-  const Elements *list[2] = {&m->rigid_q4, &m->rigid_t3};
   PetscReal *mass;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_groups, &chosen.density));
@@ -17,16 +16,15 @@ static PetscErrorCode weight(const Scene *scene, const Load *load, const Model *
                             ? 0.
                             : m->density[g];
   PetscCall(ElementMasses(&chosen, mass));
-  for (int l = 0; l < 2; l++)
-    for (PetscInt e = 0, n_nodes = l ? 3 : 4; e < list[l]->n; e++)
-      for (PetscInt triangle = 0; triangle < n_nodes - 2; triangle++) {
+  for (const Elements *list = m->elements + DEFORMABLE_LISTS; list < m->elements + MOVING_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt triangle = 0; triangle < list->n_nodes - 2; triangle++) {
         PetscInt vertex[3];
         PetscReal area, centroid[2], polar;
-        for (PetscInt k = 0; k < 3; k++)
-          vertex[k] = list[l]->vertex[((e / BATCH) * n_nodes + (k ? k + triangle : 0)) * BATCH + e % BATCH];
+        for (PetscInt k = 0; k < 3; k++) vertex[k] = VertexOf(list, e, k ? k + triangle : 0);
         BlockGeometry(m->X, vertex, 3, &area, centroid, &polar);
         for (int k = 0; k < 3; k++)
-          mass[vertex[k]] += chosen.density[list[l]->group[e]] * m->thickness * area / 3.;
+          mass[vertex[k]] += chosen.density[list->group[e]] * m->thickness * area / 3.;
       }
   for (PetscInt v = 0; v < m->n_owned; v++) f_vertex[2 * v + 1] -= scene->gravity * mass[v];
   PetscCall(PetscFree(mass));

@@ -72,7 +72,7 @@ static PetscErrorCode EnsureOwnedOnce(const Fixture *f, WallKind kind)
   for (PetscInt v = m->n_owned + 1; v < m->n_vertices; v++) // those of elements, then those of contacts
     ENSURE(m->vertex_gid[v] > m->vertex_gid[v - 1] || v == m->n_owned + m->n_element_ghosts);
   for (PetscInt v = m->n_owned; v < m->n_vertices; v++)
-    ENSURE(VertexOf(m, m->vertex_file[v]) == v); // each once
+    ENSURE(LocalOfFile(m, m->vertex_file[v]) == v); // each once
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,7 +176,7 @@ static PetscErrorCode SetsAndPointsAreFoundWhereTheyAreNeeded(void)
       for (PetscInt i = 0; i < sketch.set_n[k]; i++)
         for (int e = 0; e < 2; e++) {
           const int *face = sketch.set_faces[k] + 2 * i, *ring = sketch.blocks + 4 * face[0];
-          const PetscInt v = VertexOf(m, ring[(face[1] + e) % (ring[3] < 0 ? 3 : 4)]);
+          const PetscInt v = LocalOfFile(m, ring[(face[1] + e) % (ring[3] < 0 ? 3 : 4)]);
           expected += v >= 0 && v < m->n_owned;
         }
       ENSURE(here == expected);
@@ -211,7 +211,7 @@ static PetscErrorCode ParallelRunHasTheBitsOfTheSerialOne(void)
     ENSURE(sum[0][0] == sum[1][0] && sum[0][1] == sum[1][1] && sum[0][0] != sum[0][1]);
     ENSURE(f[0].state->alpha == f[1].state->alpha && f[0].state->alpha > 0);
     for (PetscInt v = 0; v < f[0].model->n_owned; v++) {
-      const PetscInt twin = VertexOf(f[1].model, f[0].model->vertex_file[v]);
+      const PetscInt twin = LocalOfFile(f[1].model, f[0].model->vertex_file[v]);
       for (int i = 0; i < 2; i++) ENSURE(f[0].u_vertex[2 * v + i] == f[1].u_vertex[2 * twin + i]);
     }
     for (int i = 0; i < 2; i++) PetscCall(FixtureClose(&f[i]));

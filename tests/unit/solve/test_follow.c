@@ -29,7 +29,7 @@ static PetscErrorCode OpenSlider(double friction, Fixture *f)
                   friction));
   PetscCall(StageStart(f, 0));
   for (int v = 6; v < 8; v++)
-    f->u_vertex[2 * VertexOf(f->model, v)] = 0.02, f->u_vertex[2 * VertexOf(f->model, v) + 1] = -0.002;
+    f->u_vertex[2 * LocalOfFile(f->model, v)] = 0.02, f->u_vertex[2 * LocalOfFile(f->model, v) + 1] = -0.002;
   ContactsHold(f->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -37,7 +37,7 @@ static PetscErrorCode OpenSlider(double friction, Fixture *f)
 /* Place in the dof arrays of the free dof i: vertices 4 and 5 are the lower ones. */
 static PetscInt FreeDof(const Fixture *f, int i)
 {
-  return 3 * f->model->n_bodies + 2 * VertexOf(f->model, 4 + i / 2) + i % 2;
+  return 3 * f->model->n_bodies + 2 * LocalOfFile(f->model, 4 + i / 2) + i % 2;
 }
 
 /* Resisting forces by the law at u, and, by differences, K (by columns). */

@@ -33,7 +33,7 @@ static void PatchCreate(Patch *p, int n_vertices, const PetscReal (*X)[2], int n
   memcpy(p->X, X, sizeof(PetscReal) * 2 * n_vertices);
   memcpy(p->X + 2 * n_vertices, dummy, sizeof dummy);
   Elements *e = List(p);
-  e->n = n;
+  e->n = n, e->n_nodes = n_nodes;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
   e->vertex = p->vertex;
   e->group = p->group;

@@ -27,7 +27,7 @@ static void Start(int *light, int *heavy, int *soft)
 /* row of the rigid body at a vertex of the sketch */
 static PetscInt BodyOf(const Fixture *f, int vertex)
 {
-  return RigidOfVertex(f->model, VertexOf(f->model, vertex));
+  return RigidOfVertex(f->model, LocalOfFile(f->model, vertex));
 }
 
 static void EnsureBody(const Fixture *f, int vertex, double mass, double x, double y, double inertia)

@@ -139,7 +139,6 @@ static int FoundOrder(const void *a, const void *b)
 static PetscErrorCode Gather(const Fixture *f, int *n_found, Found **found)
 {
   const Model *m = f->model;
-  const Elements *list[4] = {&m->q4, &m->t3, &m->rigid_q4, &m->rigid_t3};
   const Contacts *c = f->contacts;
   PetscInt *file;
   int n = 0, counts[16], starts[16], bytes;
@@ -147,8 +146,8 @@ static PetscErrorCode Gather(const Fixture *f, int *n_found, Found **found)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_blocks_global, &file));
   for (PetscInt b = 0; b < m->n_blocks_global; b++) file[b] = -1;
-  for (int l = 0; l < 4; l++)
-    for (PetscInt e = 0; e < list[l]->n; e++) file[list[l]->gid[e]] = list[l]->file[e];
+  for (const Elements *list = m->elements; list < m->elements + MOVING_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++) file[list->gid[e]] = list->file[e];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, file, (int)m->n_blocks_global, MPIU_INT, MPI_MAX, m->comm));
   Found *mine = calloc((size_t)c->n + 1, sizeof *mine);
   for (PetscInt i = 0; i < c->n_padded; i++) {

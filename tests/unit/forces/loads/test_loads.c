@@ -184,7 +184,7 @@ static PetscErrorCode RampGoesFromOldLoadsToNew(void)
                   "%sloads: {a: {type: traction, faces: top, value: [8, 0]}, b: {type: traction, faces: top, "
                   "value: [0, 4]}}\nstages: [a: {loads: [a], ramp: 0}, b: {loads: [b], ramp: 4}]\n",
                   materials));
-  const PetscInt v = VertexOf(f.model, 12), d = 3 * f.model->n_bodies + 2 * v; // inside the top
+  const PetscInt v = LocalOfFile(f.model, 12), d = 3 * f.model->n_bodies + 2 * v; // inside the top
   const PetscBool mine = (PetscBool)(v >= 0 && v < f.model->n_deformable);
   PetscCall(StageStart(&f, 0));
   if (mine) ENSURE_NEAR(f.state->f_ext[d], 12, 1e-12);
