@@ -79,6 +79,13 @@ PetscErrorCode IsaSelect(MPI_Comm comm, InstructionSet asked, const char *file);
 const char *IsaName(void);                  /* of the set in use: base, v3 or v4 */
 extern const char *const InstructionSets[]; /* PetscEnum-style names: widest base v3 v4 */
 
+/* Root of i in a forest of parents: a tree holds what is known to be joined. Halves the path on the way. */
+static inline PetscInt UnionRoot(PetscInt *parent, PetscInt i)
+{
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
 /* ---- hash.c */
 /* Spreads every bit of a number over the whole word. */
 uint64_t HashWord(uint64_t x);
@@ -123,6 +130,9 @@ PetscErrorCode PartReportSetUp(MPI_Comm comm);
 /* ---- rows.c */
 /* Collective. Gathers rows of all ranks on rank 0, in order of rank; NULL elsewhere. unit: bytes of a row. */
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all);
+/* Collective. The same rows on all ranks; *all is from PetscMalloc. */
+PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
 /* Collective. Gathers rows on rank 0 into given places. place: (n,) row of the result for each of the n rows;
    the function frees place and rows. all: (n_all, width) on rank 0, from PetscMalloc. */

@@ -1,4 +1,4 @@
-/* rows.c: gathers rows of all ranks on rank 0. */
+/* rows.c: gathers rows of all ranks on rank 0 or on all ranks. */
 #include "base/base.h"
 
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
@@ -25,6 +25,29 @@ PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *r
   PetscCallMPI(MPI_Type_free(&row));
   if (!rank) PetscCall(PetscFree2(counts, starts));
   *n_all = total;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
+                           void **all)
+{
+  PetscMPIInt size, mine, *counts, *starts;
+  MPI_Datatype row;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMPIIntCast(n, &mine));
+  PetscCall(PetscMalloc2(size, &counts, size + 1, &starts));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, counts, 1, MPI_INT, comm));
+  starts[0] = 0;
+  for (PetscMPIInt r = 0; r < size; r++)
+    PetscCall(PetscMPIIntCast((PetscInt)starts[r] + counts[r], &starts[r + 1]));
+  *n_all = starts[size];
+  PetscCall(PetscMalloc((size_t)PetscMax(*n_all, 1) * unit, all));
+  PetscCallMPI(MPI_Type_contiguous((int)unit, MPI_BYTE, &row));
+  PetscCallMPI(MPI_Type_commit(&row));
+  if (*n_all) PetscCallMPI(MPI_Allgatherv(rows, mine, row, *all, counts, starts, row, comm));
+  PetscCallMPI(MPI_Type_free(&row));
+  PetscCall(PetscFree2(counts, starts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -11,12 +11,6 @@ enum {
   CONTACT_WEIGHT = 2
 }; /* weights of edges: a ghost of a contact costs more than a shared vertex */
 
-static PetscInt root_of(PetscInt *parent, PetscInt i)
-{
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
 typedef struct {
   const BlockMesh *mesh;
   const PetscInt *faces; /* (n,2) block, k */
@@ -67,12 +61,12 @@ static PetscErrorCode graph_nodes(const BlockMesh *mesh, const BodyNumbers *bodi
       if (bodies->rigid[blocks[i]] >= 0 || bodies->condensed[blocks[i]] >= 0) holder = blocks[i];
     if (holder < 0) continue;
     for (PetscInt i = start[v]; i < start[v + 1]; i++)
-      parent[root_of(parent, blocks[i])] = root_of(parent, holder);
+      parent[UnionRoot(parent, blocks[i])] = UnionRoot(parent, holder);
   }
   *n_nodes = 0;
   for (PetscInt b = 0; b < mesh->n_blocks; b++) node[b] = -1;
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscInt r = root_of(parent, b);
+    const PetscInt r = UnionRoot(parent, b);
     if (node[r] < 0) node[r] = (*n_nodes)++;
     node[b] = node[r];
   }

@@ -6,13 +6,6 @@
 
 /* ---- macroblocks */
 
-/* Finds the root of a tree of connected vertices, and halves the path on the way. */
-static PetscInt find_root(PetscInt *parent, PetscInt v)
-{
-  for (; parent[v] != v; v = parent[v]) parent[v] = parent[parent[v]];
-  return v;
-}
-
 /* Finds the connected components of blocks over shared vertices, numbered by first appearance, and sets the
    file numbers to identity. Entries out of range are skipped here, because MeshCheck names them. */
 PetscErrorCode MeshBodies(BlockMesh *mesh)
@@ -36,11 +29,11 @@ PetscErrorCode MeshBodies(BlockMesh *mesh)
       if (mesh->body[b] < 0)
         mesh->body[b] = v;
       else
-        parent[find_root(parent, v)] = find_root(parent, mesh->body[b]);
+        parent[UnionRoot(parent, v)] = UnionRoot(parent, mesh->body[b]);
     }
   }
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscInt root = mesh->body[b] < 0 ? -1 : find_root(parent, mesh->body[b]);
+    const PetscInt root = mesh->body[b] < 0 ? -1 : UnionRoot(parent, mesh->body[b]);
     if (root >= 0 && label[root] < 0) label[root] = mesh->n_bodies++;
     mesh->body[b] = root < 0 ? mesh->n_bodies++ : label[root];
   }

@@ -413,24 +413,12 @@ PetscErrorCode VerticesFree(Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Place of a value in an ascending list, -1: the list does not have it. */
-static PetscInt place_of(PetscInt value, PetscInt n, const PetscInt *list)
-{
-  PetscInt low = 0, high = n;
-  while (low < high) {
-    const PetscInt middle = low + (high - low) / 2;
-    if (list[middle] < value)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < n && list[low] == value ? low : -1;
-}
-
 PetscInt FaceRow(const Model *m, PetscInt gid)
 {
-  const PetscInt n = m->n_faces_local, near = place_of(gid, n, m->faces.gid);
+  const PetscInt n = m->n_faces_local;
+  PetscInt near, far;
+  PetscCallAbort(PETSC_COMM_SELF, PetscFindInt(gid, n, m->faces.gid, &near));
   if (near >= 0) return near;
-  const PetscInt far = place_of(gid, m->faces.n - n, m->faces.gid + n);
+  PetscCallAbort(PETSC_COMM_SELF, PetscFindInt(gid, m->faces.n - n, m->faces.gid + n, &far));
   return far < 0 ? -1 : n + far;
 }

@@ -19,7 +19,7 @@
 #include "motion/motion.h"
 #include "base/reproducible.h"
 
-static const PetscReal ALPHA_DT_MAX = 1.9, GROWTH = 1048576.; /* GROWTH: see integrate.c */
+static const PetscReal ALPHA_DT_MAX = 1.9;
 enum { STALL_CYCLES = 2500 };
 
 PetscErrorCode DampingCreate(const Model *m, Damping *damping)
@@ -57,8 +57,8 @@ PetscErrorCode DampingEnd(const Scene *scene, const Model *m, State *state, Damp
   PetscCall(SumsEnd(m, damping->over_ranks, &total));
   const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
   damping->fault = (PetscBool) !(PetscAbsReal(num) + den < PETSC_MAX_REAL);
-  const PetscBool fits = (PetscBool)(total.num_max <= GROWTH * damping->sums.num_max &&
-                                     total.den_max <= GROWTH * damping->sums.den_max);
+  const PetscBool fits = (PetscBool)(total.num_max <= SUMS_GROWTH * damping->sums.num_max &&
+                                     total.den_max <= SUMS_GROWTH * damping->sums.den_max);
   if (fits && num > 0. && den > 0.) damping->q_ray = num / (den * state->dt); // (37)
   const PetscReal q = damping->q_secant > 0. && scene->damping == DAMPING_ADAPTIVE
                           ? PetscMin(damping->q_ray, damping->q_secant)

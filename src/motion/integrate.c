@@ -5,10 +5,6 @@
 #include "base/lanes.h"
 #include "base/reproducible.h"
 
-/* Terms of the next cycle may be this much larger than the largest of the last before
-   the bins are too small. */
-static const PetscReal GROWTH = 1048576.;
-
 /* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
   PetscReal dt, d1, d2, beta; /* (12), (13); stiffness-proportional damping, see damping.c */
@@ -157,8 +153,8 @@ void IntegrateRange(const Model *m, State *state, const QuotientSums *last, Pets
              .d2 = 1. / (1. + half),
              .beta = state->beta,
              .local = state->local,
-             .num_bins = BinsFor(PetscMax(last->num_max * GROWTH, least)),
-             .den_bins = BinsFor(PetscMax(last->den_max * GROWTH, least))};
+             .num_bins = BinsFor(PetscMax(last->num_max * SUMS_GROWTH, least)),
+             .den_bins = BinsFor(PetscMax(last->den_max * SUMS_GROWTH, least))};
   Move(m, state, from, to, &w);
   for (int lane = 0; lane < LANES; lane++) {
     for (int k = 0; k < 2; k++) sums->num[k] += w.num[k][lane], sums->den[k] += w.den[k][lane];

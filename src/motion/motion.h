@@ -26,6 +26,9 @@ typedef struct {
   PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
   PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
 } QuotientSums;
+/* So many times larger than the largest terms of the last cycle may those of the next one be: the bins still
+   hold them. */
+#define SUMS_GROWTH 1048576.
 /* What two ranks, or more, have together; `lower` comes from the lower ranks, so that all get the same even
    where something is not a number. */
 static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const QuotientSums *higher)

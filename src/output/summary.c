@@ -50,6 +50,8 @@ static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sums of what was gathered, in file order, so that they have the same bits on any number of ranks; stored.c
+   sums what each rank has, for the account of a motion in time. */
 static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
 {
   PetscReal strain = 0, joints = 0;

@@ -45,10 +45,7 @@ static void main_direction(const StageFields *s, PetscInt joint, PetscReal e[2])
     xy += c->length * dx * dy;
     yy += c->length * dy * dy;
   }
-  const PetscReal angle = 0.5 * atan2(2 * xy, xx - yy);
-  e[0] = cos(angle);
-  e[1] = sin(angle);
-  if (e[0] < -1e-6 || (e[0] < 1e-6 && e[1] < 0)) e[0] = -e[0], e[1] = -e[1];
+  JointDirection(xx, xy, yy, e);
 }
 
 /* Largest distance of an end point from the chord. */

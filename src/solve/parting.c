@@ -70,14 +70,17 @@ static PetscBool may_fail(const Problem *p, PetscInt i)
   return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
 }
 
+/* The contact that has moved farthest, as MPI_MAXLOC wants it. */
+typedef struct {
+  double moved; /* [-] over its length */
+  int rank;
+} Farthest;
+
 PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2])
 {
   const Model *m = p->m;
   const Contacts *c = p->contacts;
-  struct {
-    double moved;
-    int rank;
-  } worst = {0., m->rank};
+  Farthest worst = {0., m->rank};
   PetscFunctionBeginUser;
   place[0] = place[1] = 0.;
   for (PetscInt i = 0; i < c->n_padded; i++)
@@ -123,12 +126,9 @@ PetscErrorCode JudgeContacts(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The contact that has moved farthest: slid since it was found, or parted in the stages that count. */
-typedef struct {
-  double moved; /* [-] over its length */
-  int rank;
-} Farthest;
-
+/* Not what ContactsParted says, which asks whether blocks have gone: this one asks whether the contact itself
+   still stands where its faces are. So slip counts since it was found, not since static stages began; over
+   the contact's own length, not the face's; and elastic joints count too. */
 PetscErrorCode FixedOutgrown(const Problem *p)
 {
   const Model *m = p->m;

@@ -94,6 +94,15 @@ static inline int ContactSideOfVertex(const Contacts *c, PetscInt i, int k)
   return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
 }
 
+/* Direction from start to end of a joint, by the second moments of its ends about their mean: along the
+   longest spread, to the right, upwards when it is upright. Start is where uplift has its heel. */
+static inline void JointDirection(PetscReal xx, PetscReal xy, PetscReal yy, PetscReal e[2])
+{
+  const PetscReal angle = 0.5 * atan2(2. * xy, xx - yy);
+  e[0] = cos(angle), e[1] = sin(angle);
+  if (e[0] < -1e-6 || (e[0] < 1e-6 && e[1] < 0.)) e[0] = -e[0], e[1] = -e[1];
+}
+
 /* ---- store.c */
 /* Collective. Finds all face-to-face contacts that touch an owned vertex, in the
    reference state (section 2.2). */

@@ -95,20 +95,11 @@ static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *
 /* All ranks' keys, sorted, on all ranks. */
 static PetscErrorCode share_keys(MPI_Comm comm, PetscInt *n, Key **keys)
 {
-  PetscMPIInt size, mine = (PetscMPIInt)(*n * (PetscInt)sizeof(Key)), *count, *at;
-  Key *all;
+  Key *mine = *keys;
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PetscCalloc2(size, &count, size + 1, &at));
-  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, comm));
-  for (PetscMPIInt p = 0; p < size; p++) at[p + 1] = at[p] + count[p];
-  *n = at[size] / (PetscInt)sizeof(Key);
-  PetscCall(PetscMalloc1(*n + 1, &all));
-  if (*n) PetscCallMPI(MPI_Allgatherv(*keys, mine, MPI_BYTE, all, count, at, MPI_BYTE, comm));
-  if (*n) qsort(all, *n, sizeof(Key), key_order);
-  PetscCall(PetscFree2(count, at));
-  PetscCall(PetscFree(*keys));
-  *keys = all;
+  PetscCall(GatherToAll(comm, *n, sizeof(Key), mine, n, (void **)keys));
+  if (*n) qsort(*keys, *n, sizeof(Key), key_order);
+  PetscCall(PetscFree(mine));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

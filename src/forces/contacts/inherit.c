@@ -215,7 +215,8 @@ static PetscBool has_potential(const Contacts *c, PetscInt at)
 }
 
 /* [m3] What the normal springs of a contact of pt or tptm store, over k_n and thickness: of u_n+, the closed
-   part, int u_n^2 / 2. */
+   part, int u_n^2 / 2. By openings alone, for contacts that do not exist yet; stored.c goes by the forces of
+   those that do. */
 static PetscReal stored_in(PetscBool moving, PetscReal length, PetscReal u_0, PetscReal u_1)
 {
   const PetscReal a = PetscMax(-u_0, -u_1), b = PetscMin(-u_0, -u_1); // pressed in
@@ -391,20 +392,11 @@ static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const O
 /* Every rank gets the heirs of all; sorted, the first of each contact is the one that counts. */
 static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
 {
-  PetscMPIInt size, mine = (PetscMPIInt)(*n * (PetscInt)sizeof(Heir)), *count, *at;
-  Heir *all;
+  Heir *mine = *heirs;
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PetscCalloc2(size, &count, size + 1, &at));
-  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, comm));
-  for (PetscMPIInt p = 0; p < size; p++) at[p + 1] = at[p] + count[p];
-  *n = at[size] / (PetscInt)sizeof(Heir);
-  PetscCall(PetscMalloc1(*n, &all));
-  if (*n) PetscCallMPI(MPI_Allgatherv(*heirs, mine, MPI_BYTE, all, count, at, MPI_BYTE, comm));
-  if (*n) qsort(all, *n, sizeof(Heir), heir_order);
-  PetscCall(PetscFree2(count, at));
-  PetscCall(PetscFree(*heirs));
-  *heirs = all;
+  PetscCall(GatherToAll(comm, *n, sizeof(Heir), mine, n, (void **)heirs));
+  if (*n) qsort(*heirs, *n, sizeof(Heir), heir_order);
+  PetscCall(PetscFree(mine));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

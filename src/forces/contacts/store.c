@@ -228,12 +228,6 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscInt root_of(PetscInt *parent, PetscInt i)
-{
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
 /* Supports of each union of bodies that touch, at its root: largest y and -y of what is held in x, x and -x
    of what is held in y, and 1 when a rotation is held; (n_bodies_global,5), -infinity: none. */
 enum { HOLDS = 5 };
@@ -245,7 +239,7 @@ static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal 
   for (PetscInt d = 0; d < ModelApplied(m); d++) {
     if (!Held(m, d)) continue;
     const PetscInt rigid = 3 * m->n_bodies, i = d < rigid ? d % 3 : (d - rigid) % 2;
-    PetscReal *h = hold + HOLDS * root_of(parent, DofBody(m, d));
+    PetscReal *h = hold + HOLDS * UnionRoot(parent, DofBody(m, d));
     const PetscReal *x = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2);
     if (i == 2) {
       h[4] = 1.;
@@ -287,22 +281,22 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     if (c->key[2 * i] < 0) continue;
     const PetscInt a = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
                    b = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
-    parent[PetscMax(root_of(parent, a), root_of(parent, b))] = PetscMin(root_of(parent, a),
-                                                                        root_of(parent, b));
+    parent[PetscMax(UnionRoot(parent, a), UnionRoot(parent, b))] = PetscMin(UnionRoot(parent, a),
+                                                                            UnionRoot(parent, b));
   }
   while (changed) { // every rank takes over the others' links until nothing changes; a handful of rounds
-    for (PetscInt b = 0; b < n; b++) all[b] = root_of(parent, b);
+    for (PetscInt b = 0; b < n; b++) all[b] = UnionRoot(parent, b);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, n, MPIU_INT, MPI_MIN, m->comm));
     changed = 0;
     for (PetscInt b = 0; b < n; b++) {
-      const PetscInt p = root_of(parent, b), q = root_of(parent, all[b]);
+      const PetscInt p = UnionRoot(parent, b), q = UnionRoot(parent, all[b]);
       if (p != q) parent[PetscMax(p, q)] = PetscMin(p, q), changed = 1;
     }
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, m->comm));
   }
   PetscCall(collect_holds(m, parent, hold));
   for (PetscInt b = 0, e; b < n && !message[0]; b++) {
-    const char *problem = free_motion(hold + HOLDS * root_of(parent, b), m->diameter);
+    const char *problem = free_motion(hold + HOLDS * UnionRoot(parent, b), m->diameter);
     if (!problem) continue;
     for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // where it is, if this rank knows
     if (e < m->n_owned)

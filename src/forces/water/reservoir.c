@@ -1,12 +1,21 @@
 /* reservoir.c: water of a reservoir on the faces it touches. */
 #include "forces/water/water.h"
 
+void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4])
+{
+  const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], N[2] = {1. - at, at};
+  for (int k = 0; k < 2; k++) {
+    f[2 * k] -= N[k] * push * ey; // the outward normal times length is (ey, -ex)
+    f[2 * k + 1] += N[k] * push * ex;
+  }
+}
+
 /* Water pressure rho g (level - y) into the face from a to b, exact for the linear pressure and
    linear shape functions: two Gauss points on the wet part. x: (4) present ends of the face; f: (4)
    forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])
 {
-  const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], za = level - x[1], zb = level - x[3];
+  const PetscReal za = level - x[1], zb = level - x[3];
   PetscReal from = 0., to = 1.;
   for (int i = 0; i < 4; i++) f[i] = 0.;
   if (za <= 0. && zb <= 0.) return;
@@ -14,13 +23,7 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   if (zb < 0.) to = za / (za - zb);
   for (int g = -1; g <= 1; g += 2) {
     const PetscReal at = 0.5 * (from + to) + g * 0.5 * (to - from) / PetscSqrtReal(3.);
-    const PetscReal push = 0.5 * (to - from) * rho_g * (za + at * (zb - za)) *
-                           thickness; // times face length in ex, ey
-    const PetscReal N[2] = {1. - at, at};
-    for (int k = 0; k < 2; k++) {
-      f[2 * k] -= N[k] * push * ey; // the outward normal times length is (ey, -ex)
-      f[2 * k + 1] += N[k] * push * ex;
-    }
+    PushOnFace(x, at, 0.5 * (to - from) * rho_g * (za + at * (zb - za)) * thickness, f);
   }
 }
 

@@ -58,15 +58,9 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
 static void add_piece(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
                       PetscReal f[4])
 {
-  const PetscReal ex = x[2] - x[0], ey = x[3] - x[1];
   for (int g = -1; g <= 1; g += 2) {
     const PetscReal w = 0.5 + g * 0.5 / PetscSqrtReal(3.), at = t[0] + w * (t[1] - t[0]);
-    const PetscReal push = 0.5 * PetscAbsReal(t[1] - t[0]) * (p[0] + w * (p[1] - p[0])) * thickness;
-    const PetscReal N[2] = {1. - at, at};
-    for (int k = 0; k < 2; k++) {
-      f[2 * k] -= N[k] * push * ey; // the outward normal times length is (ey, -ex)
-      f[2 * k + 1] += N[k] * push * ex;
-    }
+    PushOnFace(x, at, 0.5 * PetscAbsReal(t[1] - t[0]) * (p[0] + w * (p[1] - p[0])) * thickness, f);
   }
 }
 
@@ -128,7 +122,7 @@ static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n
   n_mine = m->face_set_start[s + 1] - m->face_set_start[s];
   PetscCall(PetscMalloc1(n_mine, &mine));
   for (PetscInt i = 0; i < n_mine; i++) mine[i] = m->faces.gid[m->face_set_faces[m->face_set_start[s] + i]];
-  PetscCall(GatherAll(m->comm, n_mine, sizeof(PetscInt), mine, n, gids));
+  PetscCall(GatherToAll(m->comm, n_mine, sizeof(PetscInt), mine, n, (void **)gids));
   PetscCall(PetscSortRemoveDupsInt(n, *gids));
   PetscCall(PetscFree(mine));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -143,12 +137,14 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   for (PetscInt i = 0; i < 2 * n; i++) u->gids[i] = rows[i / 2].key[i % 2];
   PetscCall(PetscSortRemoveDupsInt(&u->n_gids, u->gids));
   PetscCall(PetscMalloc1(m->n_faces_local, &u->faces));
-  for (PetscInt f = 0; f < m->n_faces_local; f++)
-    if (ProfileHas(u->n_gids, u->gids, m->faces.gid[f])) u->faces[u->n_faces++] = f;
+  for (PetscInt f = 0, at; f < m->n_faces_local; f++) {
+    PetscCall(PetscFindInt(m->faces.gid[f], u->n_gids, u->gids, &at));
+    if (at >= 0) u->faces[u->n_faces++] = f;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Direction of the longest spread of the ends of contacts, to the right, upwards when upright. */
+/* Of the ends of contacts, each of the same weight. */
 static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
 {
   PetscReal mean[2] = {0., 0.}, xx = 0., xy = 0., yy = 0.;
@@ -158,9 +154,7 @@ static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
     const PetscReal dx = rows[i / 2].point[i % 2][0] - mean[0], dy = rows[i / 2].point[i % 2][1] - mean[1];
     xx += dx * dx, xy += dx * dy, yy += dy * dy;
   }
-  const PetscReal angle = 0.5 * atan2(2. * xy, xx - yy);
-  e[0] = cos(angle), e[1] = sin(angle);
-  if (e[0] < -1e-6 || (e[0] < 1e-6 && e[1] < 0.)) e[0] = -e[0], e[1] = -e[1];
+  JointDirection(xx, xy, yy, e);
 }
 
 /* Heel and toe are the outermost ends; returns the largest distance of an end from the
