@@ -13,10 +13,21 @@ static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)
   return h;
 }
 
+/* The numbers of contact i in these arrays, end by end of each; returns how many. */
+static PetscInt history_of(PetscInt i, int n, PetscReal *const array[], PetscReal x[2 * END_ARRAYS])
+{
+  for (int a = 0; a < n; a++)
+    for (int k = 0; k < 2; k++) x[2 * a + k] = array[a][SUB(i, k)];
+  return 2 * n;
+}
+
 PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts *c, uint64_t *checksum)
 {
   const PetscInt at = 3 * m->n_bodies;
   uint64_t sum = 0;
+  PetscReal *history[END_ARRAYS], *crushed[END_ARRAYS], x[2 * END_ARRAYS];
+  const int n_history = ContactsEndArrays(c, FIELD_HISTORY, history),
+            n_crushed = ContactsEndArrays(c, FIELD_CRUSHED, crushed);
   PetscFunctionBeginUser;
   for (PetscInt v = 0; v < m->n_owned; v++)
     sum += hash_reals((uint64_t)m->vertex_gid[v], 2, state->u + at + 2 * v);
@@ -28,13 +39,12 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
   }
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (!c->owned[i]) continue;
-    const PetscReal history[4] = {c->slip[SUB(i, 0)], c->slip[SUB(i, 1)], c->broken[SUB(i, 0)],
-                                  c->broken[SUB(i, 1)]};
-    const PetscReal crushed[4] = {c->closure[SUB(i, 0)], c->closure[SUB(i, 1)], c->closure_far[SUB(i, 0)],
-                                  c->closure_far[SUB(i, 1)]};
     const uint64_t name = HashWord((uint64_t)c->key[2 * i]) ^ (uint64_t)c->key[2 * i + 1];
-    sum += hash_reals(name, 4, history);
-    if (crushed[0] < 0. || crushed[1] < 0.) sum += hash_reals(HashWord(name), 4, crushed);
+    PetscInt n = history_of(i, n_history, history, x);
+    sum += hash_reals(name, n, x);
+    if (!(c->closure[SUB(i, 0)] < 0. || c->closure[SUB(i, 1)] < 0.)) continue;
+    n = history_of(i, n_crushed, crushed, x);
+    sum += hash_reals(HashWord(name), n, x);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, m->comm));
   *checksum = sum;

@@ -31,11 +31,12 @@ typedef struct {
 
 static PetscErrorCode ask_law(Contacts *c, Kept *kept)
 {
-  PetscReal *const history[] = {c->slip, c->broken, c->closure, c->closure_far};
+  PetscReal *history[END_ARRAYS];
+  const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
   const PetscInt n = 2 * c->n_padded;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(4 * n, &kept->history));
-  for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(kept->history + i * n, history[i], n));
+  PetscCall(PetscMalloc1(arrays * n, &kept->history));
+  for (int i = 0; i < arrays; i++) PetscCall(PetscArraycpy(kept->history + i * n, history[i], n));
   kept->held = c->held, kept->pull = c->pull, kept->springs = c->springs;
   c->held = PETSC_TRUE, c->pull = 0., c->springs = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -43,11 +44,12 @@ static PetscErrorCode ask_law(Contacts *c, Kept *kept)
 
 static PetscErrorCode as_before(Contacts *c, const Kept *kept)
 {
-  PetscReal *const history[] = {c->slip, c->broken, c->closure, c->closure_far};
+  PetscReal *history[END_ARRAYS];
+  const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
   const PetscInt n = 2 * c->n_padded;
   PetscFunctionBeginUser;
   c->held = kept->held, c->pull = kept->pull, c->springs = kept->springs;
-  for (int i = 0; i < 4; i++) PetscCall(PetscArraycpy(history[i], kept->history + i * n, n));
+  for (int i = 0; i < arrays; i++) PetscCall(PetscArraycpy(history[i], kept->history + i * n, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

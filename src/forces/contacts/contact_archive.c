@@ -2,11 +2,11 @@
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CLOSURE_ARRAYS };
+enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CRUSHES_ARRAYS };
 
 /* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
-   end the reals of ContactsEndArrays, those of closure last. Where nothing is crushed they are not written.
-   */
+   end its reals in the order of CONTACT_FIELDS, those of FIELD_CRUSHES last. Where nothing is crushed these
+   are not written. */
 typedef struct {
   PetscInt64 count[COUNTS];
   PetscReal real[REALS];
@@ -24,14 +24,13 @@ static int row_order(const void *a, const void *b)
 static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row)
 {
   PetscReal *array[END_ARRAYS], *x = row->real;
-  ContactsEndArrays(c, array);
+  const int n = ContactsEndArrays(c, FIELD_ANY, array), uncrushed = n - CRUSHES_ARRAYS;
 #define MOVE(here, there) (reading ? ((here) = (there)) : ((there) = (here)))
-  const int closure = END_ARRAYS - CLOSURE_ARRAYS;
   MOVE(c->length[at], *x), x++;
   for (int k = 0; k < 2; k++)
-    for (int i = 0; i < closure; i++, x++) MOVE(array[i][SUB(at, k)], *x);
+    for (int i = 0; i < uncrushed; i++, x++) MOVE(array[i][SUB(at, k)], *x);
   for (int k = 0; k < 2; k++) {
-    for (int i = closure; i < END_ARRAYS; i++, x++) MOVE(array[i][SUB(at, k)], *x);
+    for (int i = uncrushed; i < n; i++, x++) MOVE(array[i][SUB(at, k)], *x);
     if (reading)
       c->state[SUB(at, k)] = (uint8_t)row->count[5 + k];
     else

@@ -19,50 +19,89 @@ enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
 
 typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
 
+/* How many numbers an array has: one a contact, (n_padded,); one a face, (n_padded, 2); one a vertex of the
+   faces, (n_padded/BATCH, 4, BATCH); one an end, (n_padded/BATCH, 2, BATCH). */
+typedef enum { PER_CONTACT, PER_FACE, PER_ROW, PER_END } ContactShape;
+/* What an array is. Bits, so that several kinds can be asked for at once. */
+typedef enum {
+  FIELD_IDENTITY = 1,      /* which contact it is; store.c */
+  FIELD_GEOMETRY = 2,      /* where it is; store.c, verify.c */
+  FIELD_DERIVED = 4,       /* follows from the others: ContactsSetTraits */
+  FIELD_HISTORY = 8,       /* what the joint has suffered; force.c. In the checksum */
+  FIELD_RESULT = 16,       /* last evaluation; force.c */
+  FIELD_HELD = 32,         /* history of the last equilibrium, and where motion counts from */
+  FIELD_CRUSHED = 64,      /* of what was crushed: in the checksum, and in checkpoints, only where that is */
+  FIELD_CRUSHED_HELD = 128 /* the same of the last equilibrium; not in the checksum */
+} ContactFieldKind;
+enum { FIELD_CRUSHES = FIELD_CRUSHED | FIELD_CRUSHED_HELD, FIELD_ANY = 255 };
+/* ROOM_ZEROS: stays zero where nothing has slipped, overlapped, been crushed or moved in time. Its pages take
+   no memory until something else is written there. */
+typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
+
+/* All arrays of Contacts. This list declares, allocates, copies, archives, checksums and frees them
+   (contact_fields.c): a new array is one line here. A checkpoint has the reals of ends in this order, those
+   of FIELD_CRUSHES last; another order is another version of checkpoints.
+
+   key     a vertex on a face has the gid of the face and -2 - gid of the vertex; a padding lane -1 -1
+   t       P projects on (1-t) A + t B
+   rest    the initial overlap, <= 0, so that a contact starts stress-free
+   length  L = L_i,0 + L_i,1; the two are equal
+   broken  there the joint has residual strength; LOOSE: it has met in motion and never held together
+   closure plastic part of u_n, <= 0: the lower envelope of 0 and two lines, one by each end; closure is this
+           end's line here, closure_far the same line at the other end
+   u_n_0   where the contact first bore; PETSC_MAX_REAL: it has not; parting.c
+   speed   over the step that led here; dynamic stages
+   sigma   and tau stand at the control points that are the two ends
+   F_n     and F_s are per metre of thickness, with the signs of sigma and tau */
+// clang-format off
+#define CONTACT_FIELDS(X)                                                                                   \
+  X(PetscInt,  key,           PER_FACE,    FIELD_IDENTITY,     ROOM_FULL)  /* gids, the lower first */      \
+  X(uint8_t,   klass,         PER_CONTACT, FIELD_IDENTITY,     ROOM_FULL)  /* ContactClass */               \
+  X(PetscInt,  joint,         PER_CONTACT, FIELD_IDENTITY,     ROOM_FULL)  /* row of the joints table */    \
+  X(bool,      owned,         PER_CONTACT, FIELD_IDENTITY,     ROOM_FULL)  /* this rank writes it */        \
+  X(PetscInt,  vertex,        PER_ROW,     FIELD_GEOMETRY,     ROOM_FULL)  /* local: rows P A B Q */        \
+  X(PetscReal, length,        PER_CONTACT, FIELD_GEOMETRY,     ROOM_FULL)  /* [m] L */                      \
+  X(uint16_t,  traits,        PER_CONTACT, FIELD_DERIVED,      ROOM_FULL)  /* what LANES contacts share */  \
+  X(PetscReal, t,             PER_END,     FIELD_GEOMETRY,     ROOM_FULL)  /* [-] L_d over length of A-B */ \
+  X(PetscReal, rest,          PER_END,     FIELD_GEOMETRY,     ROOM_ZEROS) /* [m] u_n where sigma = 0 */    \
+  X(PetscReal, slip,          PER_END,     FIELD_HISTORY,      ROOM_ZEROS) /* [m] plastic part of u_s */    \
+  X(PetscReal, broken,        PER_END,     FIELD_HISTORY,      ROOM_ZEROS) /* [-] failed part of L */       \
+  X(PetscReal, u_n,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [m] opening */                \
+  X(PetscReal, u_s,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [m] sliding */                \
+  X(PetscReal, speed,         PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of opening */           \
+  X(PetscReal, sigma,         PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [Pa] normal stress */         \
+  X(PetscReal, tau,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [Pa] shear stress */          \
+  X(PetscReal, F_n,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [N/m] normal end force */     \
+  X(PetscReal, F_s,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [N/m] shear end force */      \
+  X(uint8_t,   state,         PER_END,     FIELD_RESULT,       ROOM_FULL)  /* ContactState bits */          \
+  X(PetscReal, slip_0,        PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [m] of the last equilibrium */\
+  X(PetscReal, broken_0,      PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [-] of it, too */             \
+  X(PetscReal, u_n_0,         PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [m] partings count from it */ \
+  X(PetscReal, u_s_0,         PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [m] slidings from this */     \
+  X(PetscReal, moved,         PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [-] over L, since a chunk */  \
+  X(PetscReal, closure,       PER_END,     FIELD_CRUSHED,      ROOM_ZEROS) /* [m] what was crushed, here */ \
+  X(PetscReal, closure_far,   PER_END,     FIELD_CRUSHED,      ROOM_ZEROS) /* [m] and at the other end */   \
+  X(PetscReal, closure_0,     PER_END,     FIELD_CRUSHED_HELD, ROOM_ZEROS) /* [m] of the last equilibrium */\
+  X(PetscReal, closure_far_0, PER_END,     FIELD_CRUSHED_HELD, ROOM_ZEROS) /* [m] and of it, too */
+// clang-format on
+
 typedef struct _p_Contacts {
   PetscInt n;                              /* real contacts: padding lanes are not counted */
   PetscInt n_padded;                       /* size of the arrays in contacts */
   PetscInt model_start[STRESS_MODELS + 1]; /* first contact (in the padded numbering) of each stress model */
-  /* identity, written by store.c */
-  PetscInt *key;  /* (n_padded,2) gid of the two faces, lower first; a vertex on a face: gid of the face, -2 -
-                     gid of the vertex; -1 -1: padding */
-  uint8_t *klass; /* (n_padded,) ContactClass */
-  PetscInt *joint; /* (n_padded,) row of the joints table */
-  bool *owned;     /* (n_padded,) this rank writes it */
-  /* geometry, hot */
-  PetscInt *vertex;  /* (n_padded/BATCH, 4, BATCH) local vertices: rows P A B Q */
-  PetscReal *t;      /* [-] (.., 2, BATCH) L_d over the length of A-B: P projects on (1-t) A + t B */
-  PetscReal *rest;   /* [m] (.., 2, BATCH) opening at which sigma = 0: initial overlap (<= 0), so that a
-                        contact starts stress-free */
-  PetscReal *length; /* [m] (n_padded,) L = L_i,0 + L_i,1; the two are equal */
-  uint16_t *traits;  /* what few contacts at a time have in common; force.c */
-  /* history, written by force.c */
-  PetscReal *slip;        /* [m] (.., 2, BATCH) plastic part of u_s */
-  PetscReal *broken;      /* [-] (.., 2, BATCH) part of L, from this end, where the joint has failed: residual
-                        strength there; LOOSE: has met in motion and never held together */
-  PetscReal *closure;     /* [m] (.., 2, BATCH) plastic part of u_n, <= 0: what was crushed, as it is at this
-                             end: the lower envelope of 0 and two lines, one by each end */
-  PetscReal *closure_far; /* [m] (.., 2, BATCH) where the line by this end is at the other one */
-  PetscBool held;         /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the
-                             last one ended */
-  PetscReal *slip_0, *broken_0, *closure_0, *closure_far_0; /* (as above) of the last equilibrium */
+#define DECLARE(type, name, shape, kind, room) type *name;
+  CONTACT_FIELDS(DECLARE)
+#undef DECLARE
+  char *memory;   /* of the arrays of ROOM_FULL */
+  PetscBool held; /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the last one
+                     ended */
   PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
                      to what the history held gives; 0: friction is that at once. follow.c */
-  PetscBool
-      springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in time */
-  PetscReal *u_n_0, *u_s_0; /* [m] (as u_n, u_s) where partings and slidings count from: where the
-                               contact first bore, u_n_0 = PETSC_MAX_REAL: it has not; parting.c */
-  PetscReal
-      *moved; /* [-] (as u_n) parted or slid by since then, over the length, when the last chunk began */
+  PetscBool springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in
+                        time */
   PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
-  /* last evaluation, written by force.c */
-  PetscReal *u_n, *u_s;   /* [m] (.., 2, BATCH) */
-  PetscReal *speed;       /* [m/s] (.., 2, BATCH) of opening, over the step that led here; dynamic stages */
-  PetscReal *sigma, *tau; /* [Pa] (.., 2, BATCH) at the control points that are the two ends */
-  PetscReal *F_n, *F_s;   /* [N/m] (.., 2, BATCH) end forces per metre of thickness, signs of sigma and tau */
-  uint8_t *state;         /* (.., 2, BATCH) ContactState bits */
 } Contacts;
 
 /* Ends of contact i: one of a vertex on a face. */
@@ -103,16 +142,27 @@ static inline void JointDirection(PetscReal xx, PetscReal xy, PetscReal yy, Pets
   if (e[0] < -1e-6 || (e[0] < 1e-6 && e[1] < 0.)) e[0] = -e[0], e[1] = -e[1];
 }
 
+/* ---- contact_fields.c */
+#define COUNT_ENDS(type, name, shape, kind, room) +((shape) == PER_END && sizeof(type) == sizeof(PetscReal))
+#define COUNT_CRUSHES(type, name, shape, kind, room) +!!((kind)&FIELD_CRUSHES)
+/* How many arrays of reals the ends have, and how many of them are of FIELD_CRUSHES. */
+enum { END_ARRAYS = CONTACT_FIELDS(COUNT_ENDS), CRUSHES_ARRAYS = CONTACT_FIELDS(COUNT_CRUSHES) };
+#undef COUNT_ENDS
+#undef COUNT_CRUSHES
+/* The arrays of n_padded contacts, zero. */
+PetscErrorCode ContactsAllocate(Contacts *contacts);
+PetscErrorCode ContactsDestroy(Contacts *contacts);
+/* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
+PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
+/* Contact `from` to place `at` of other contacts, all but what is derived. */
+void ContactsCopyOne(const Contacts *contacts, PetscInt from, Contacts *copy, PetscInt at);
+/* Arrays of reals of the ends, of these kinds, in the order of the list; returns how many. */
+int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_ARRAYS]);
+
 /* ---- store.c */
 /* Collective. Finds all face-to-face contacts that touch an owned vertex, in the
    reference state (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
-PetscErrorCode ContactsDestroy(Contacts *contacts);
-/* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
-PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
-/* The (.., 2, BATCH) arrays of reals; last the four of closure, mostly zero. */
-enum { CLOSURE_ARRAYS = 4, END_ARRAYS = 16 + CLOSURE_ARRAYS };
-void ContactsEndArrays(const Contacts *contacts, PetscReal *array[END_ARRAYS]);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);

@@ -22,42 +22,6 @@ static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n zeros, in pages that take no memory until something else is written there; PetscCalloc writes them. To be
-   freed by free(). */
-static PetscErrorCode zeros(PetscInt n, PetscReal **x)
-{
-  PetscFunctionBeginUser;
-  *x = calloc((size_t)n + 1, sizeof **x);
-  PetscCheck(*x, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for %" PetscInt_FMT " numbers", n);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What stays zero where nothing has slipped, overlapped, been crushed or moved in time. */
-enum { HISTORY_ARRAYS = 13 };
-
-static void history_arrays(Contacts *c, PetscReal **array[HISTORY_ARRAYS])
-{
-  PetscReal **const all[] = {&c->rest,   &c->slip,     &c->broken,    &c->closure,       &c->closure_far,
-                             &c->slip_0, &c->broken_0, &c->closure_0, &c->closure_far_0, &c->speed,
-                             &c->u_n_0,  &c->u_s_0,    &c->moved};
-  for (int i = 0; i < HISTORY_ARRAYS; i++) array[i] = all[i];
-}
-
-static PetscErrorCode allocate(Contacts *c)
-{
-  const PetscInt n = c->n_padded;
-  PetscReal **history[HISTORY_ARRAYS];
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc7(2 * n, &c->key, n, &c->klass, n, &c->joint, n, &c->owned, CONTACT_ROWS * n,
-                         &c->vertex, n, &c->length, 2 * n, &c->state));
-  PetscCall(PetscCalloc2(2 * n, &c->t, n, &c->traits));
-  PetscCall(PetscCalloc6(2 * n, &c->u_n, 2 * n, &c->u_s, 2 * n, &c->sigma, 2 * n, &c->tau, 2 * n, &c->F_n,
-                         2 * n, &c->F_s));
-  history_arrays(c, history);
-  for (int i = 0; i < HISTORY_ARRAYS; i++) PetscCall(zeros(2 * n, history[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A padding lane: a contact of length 0 between dummy vertices, its ends closed. */
 static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts *c)
 {
@@ -93,21 +57,9 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
 static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *vertex_now, PetscInt at,
                        Contacts *c)
 {
-  const PetscInt from = p->before;
-  c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
-  c->klass[at] = old->klass[from], c->joint[at] = old->joint[from];
-  c->owned[at] = old->owned[from], c->length[at] = old->length[from];
+  ContactsCopyOne(old, p->before, c, at);
   for (int i = 0; i < CONTACT_ROWS; i++)
-    c->vertex[CONTACT_ROW(at, i)] = vertex_now[old->vertex[CONTACT_ROW(from, i)]];
-  PetscReal *to[END_ARRAYS], *of[END_ARRAYS];
-  ContactsEndArrays(c, to);
-  ContactsEndArrays(old, of);
-  for (int k = 0; k < 2; k++) {
-    for (int i = 0; i < END_ARRAYS; i++)
-      if (i < END_ARRAYS - CLOSURE_ARRAYS || of[i][SUB(from, k)] != 0.)
-        to[i][SUB(at, k)] = of[i][SUB(from, k)];
-    c->state[SUB(at, k)] = old->state[SUB(from, k)];
-  }
+    c->vertex[CONTACT_ROW(at, i)] = vertex_now[old->vertex[CONTACT_ROW(p->before, i)]];
 }
 
 PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const CandidateList *list,
@@ -125,7 +77,7 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const Candidate
   }
   c->n = list->n;
   c->n_padded = c->model_start[STRESS_MODELS];
-  PetscCall(allocate(c));
+  PetscCall(ContactsAllocate(c));
   for (int s = 0; s < STRESS_MODELS; s++)
     for (PetscInt at = c->model_start[s]; at < c->model_start[s + 1]; at++) {
       const PetscInt i = at - c->model_start[s];
@@ -151,51 +103,6 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, NULL, NULL, c));
   PetscCall(PetscFree(list.item));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void ContactsEndArrays(const Contacts *c, PetscReal *array[END_ARRAYS])
-{
-  PetscReal *const all[END_ARRAYS] = {c->t,     c->rest,    c->slip,        c->broken,    c->u_n,
-                                      c->u_s,   c->speed,   c->sigma,       c->tau,       c->F_n,
-                                      c->F_s,   c->slip_0,  c->broken_0,    c->u_n_0,     c->u_s_0,
-                                      c->moved, c->closure, c->closure_far, c->closure_0, c->closure_far_0};
-  for (int i = 0; i < END_ARRAYS; i++) array[i] = all[i];
-}
-
-PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
-{
-  const PetscInt n = c->n_padded;
-  PetscFunctionBeginUser;
-  *copy = *c;
-  PetscCall(allocate(copy));
-  PetscCall(PetscArraycpy(copy->key, c->key, 2 * n));
-  PetscCall(PetscArraycpy(copy->klass, c->klass, n));
-  PetscCall(PetscArraycpy(copy->joint, c->joint, n));
-  PetscCall(PetscArraycpy(copy->owned, c->owned, n));
-  PetscCall(PetscArraycpy(copy->vertex, c->vertex, CONTACT_ROWS * n));
-  PetscCall(PetscArraycpy(copy->length, c->length, n));
-  PetscCall(PetscArraycpy(copy->state, c->state, 2 * n));
-  PetscCall(PetscArraycpy(copy->traits, c->traits, n));
-  PetscReal *to[END_ARRAYS], *from[END_ARRAYS];
-  ContactsEndArrays(copy, to);
-  ContactsEndArrays(c, from);
-  for (int i = 0; i < END_ARRAYS - CLOSURE_ARRAYS; i++) PetscCall(PetscArraycpy(to[i], from[i], 2 * n));
-  for (int i = END_ARRAYS - CLOSURE_ARRAYS; i < END_ARRAYS; i++)
-    for (PetscInt j = 0; j < 2 * n; j++) // pages of zeros take no memory
-      if (from[i][j] != 0.) to[i][j] = from[i][j];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode ContactsDestroy(Contacts *c)
-{
-  PetscReal **history[HISTORY_ARRAYS];
-  PetscFunctionBeginUser;
-  PetscCall(PetscFree7(c->key, c->klass, c->joint, c->owned, c->vertex, c->length, c->state));
-  PetscCall(PetscFree2(c->t, c->traits));
-  PetscCall(PetscFree6(c->u_n, c->u_s, c->sigma, c->tau, c->F_n, c->F_s));
-  history_arrays(c, history);
-  for (int i = 0; i < HISTORY_ARRAYS; i++) free(*history[i]), *history[i] = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
