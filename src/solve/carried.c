@@ -14,7 +14,10 @@
 
    w must be small against the body's own loads. Bodies that stick to each other along a whole contact are
    asked as one part as well. A contact whose ends slip in opposite directions sticks in between. Lengths of
-   rotations are radii of gyration of vertices. No stiffness comes in: what little there is holds. */
+   rotations are radii of gyration of vertices. No stiffness comes in: what little there is holds.
+
+   A body without loads that nothing resists may be anywhere. The tangent of Newton's method has no say in where
+   it goes, and a step took it centimetres away: FreeBodies finds it, and newton_step.c holds it a little. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 
@@ -22,6 +25,7 @@ static const PetscReal NOISE = 1e-11;        /* of all forces on it are rounding
 static const PetscReal NOISE_OF_ALL = 1e-14; /* of those on the part that carries most */
 static const PetscReal FREE = 1e-4;          /* delta, over the length of contacts: a hundredth of a turn */
 static const PetscReal STICKS = 1e-6;        /* of the shear limit: nearer to it a place slips */
+static const PetscReal NEGLIGIBLE = 1e-6;    /* of the forces on the part that carries most: drives nothing */
 
 enum { X, Y, SQUARES, COUNT, PLACES };
 enum { FORCE = 0, LOAD = 3, PRESSED, LENGTH, RESISTS, FORCES = RESISTS + 6 };
@@ -186,7 +190,7 @@ static void add_forces(const Problem *p, const Place *places, Tally *t)
 /* ---- what drives */
 
 /* |w| = |delta (A + delta I)^-1 F|: by Cholesky's factor of A + delta I, lower triangle row after row. */
-static PetscReal free_part(const Tally *t, PetscInt part)
+static PetscReal free_part_of(const Tally *t, PetscInt part, const PetscReal F[3])
 {
   const PetscReal delta = FREE * tallied(t, part, LENGTH) + 1e-30;
   PetscReal L[3][3], w[3], square = 0.;
@@ -197,7 +201,7 @@ static PetscReal free_part(const Tally *t, PetscInt part)
       L[i][j] = i == j ? PetscSqrtReal(PetscMax(L[i][i], 0.5 * delta)) : L[i][j] / L[j][j];
     }
   for (int i = 0; i < 3; i++) {
-    w[i] = delta * tallied(t, part, FORCE + i);
+    w[i] = delta * F[i];
     for (int k = 0; k < i; k++) w[i] -= L[i][k] * w[k];
     w[i] /= L[i][i];
   }
@@ -206,6 +210,12 @@ static PetscReal free_part(const Tally *t, PetscInt part)
     w[i] /= L[i][i], square += w[i] * w[i];
   }
   return PetscSqrtReal(square);
+}
+
+static PetscReal free_part(const Tally *t, PetscInt part)
+{
+  const PetscReal F[3] = {tallied(t, part, FORCE), tallied(t, part, FORCE + 1), tallied(t, part, FORCE + 2)};
+  return free_part_of(t, part, F);
 }
 
 /* A part whose own loads are not carried. */
@@ -282,6 +292,54 @@ static PetscErrorCode look(const Problem *p, PetscReal allowed, Loose *loose)
   PetscCall(find_loose(p, allowed, part, places, sum, loose));
   if (loose->part < 0) PetscCall(find_parts(p, part, &joined));
   if (loose->part < 0 && joined) PetscCall(find_loose(p, allowed, part, places, sum, loose));
+  PetscCall(PetscFree3(part, places, sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Bodies that have neither a load nor a support. */
+static PetscErrorCode find_bare(const Problem *p, PetscInt *bare, PetscInt *n_bare)
+{
+  const Model *m = p->m;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_bodies_global; b++) bare[b] = 1;
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (Held(m, d) || p->state->f_ext[d] != 0.) bare[DofBody(m, d)] = 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bare, m->n_bodies_global, MPIU_INT, MPI_MIN, m->comm));
+  *n_bare = 0;
+  for (PetscInt b = 0; b < m->n_bodies_global; b++) *n_bare += bare[b];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether a body can move along or about one of three axes against next to no resistance. */
+static PetscBool can_move(const Tally *t, PetscInt body)
+{
+  static const PetscReal axes[3][3] = {{1., 0., 0.}, {0., 1., 0.}, {0., 0., 1.}};
+  for (int i = 0; i < 3; i++)
+    if (free_part_of(t, body, axes[i]) > 0.5) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_free)
+{
+  const PetscInt n = p->m->n_bodies_global;
+  PetscInt *part;
+  PetscReal *sum, most = 0.;
+  Place *places;
+  PetscFunctionBeginUser;
+  PetscCall(find_bare(p, free_body, n_free));
+  if (!*n_free) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc3(n, &part, n, &places, 2 * FORCES * n, &sum));
+  for (PetscInt b = 0; b < n; b++) part[b] = b;
+  Tally t = {.part = part, .sum = sum};
+  PetscCall(find_places(p, &t, places));
+  t.per = FORCES;
+  PetscCall(sum_over_ranks(p, places, add_forces, &t));
+  for (PetscInt b = 0; b < n; b++) most = PetscMax(most, tallied(&t, b, LOAD) + tallied(&t, b, PRESSED));
+  *n_free = 0;
+  for (PetscInt b = 0; b < n; b++) {
+    free_body[b] = free_body[b] && free_part(&t, b) <= NEGLIGIBLE * most && can_move(&t, b);
+    *n_free += free_body[b];
+  }
   PetscCall(PetscFree3(part, places, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
 
 enum { MOST_HALVINGS = 6 };
 enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
+static const PetscReal HOLDS_FREE = 1e-3;   /* of the scaled masses, which are of the size of the stiffness */
 static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one iteration */
 static const PetscReal LARGEST_RISE = 10.,
                        LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
@@ -71,6 +72,27 @@ static PetscErrorCode add_drag(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Bodies that the tangent leaves where it likes are held by a little of their own stiffness. */
+static PetscErrorCode hold_free(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  const Model *m = p->m;
+  PetscInt *is_free, n_free;
+  PetscReal *diagonal;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_bodies_global, &is_free));
+  PetscCall(FreeBodies(p, is_free, &n_free));
+  if (n_free) {
+    PetscCall(VecGetArrayWrite(n->dragged, &diagonal));
+    for (PetscInt d = 0; d < m->n_dof; d++)
+      diagonal[d] = is_free[DofBody(m, d)] ? HOLDS_FREE * p->state->m[d] : 0.;
+    PetscCall(VecRestoreArrayWrite(n->dragged, &diagonal));
+    PetscCall(MatDiagonalSet(n->stiffness.tangent, n->dragged, ADD_VALUES));
+  }
+  PetscCall(PetscFree(is_free));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* du from K_t du = r to the relative residual `tolerance`. */
 static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
 {
@@ -81,7 +103,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
     PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
-  if (n->drag > 0.) PetscCall(add_drag(p));
+  PetscCall(n->drag > 0. ? add_drag(p) : hold_free(p));
   if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
   KSP ksp = n->worn ? n->worn : n->elastic;

@@ -1,7 +1,7 @@
 """A body that is loaded a little and pressed a lot: nothing holds it along its joints, and the unbalanced ratio does not see it.
 
 Light blocks between frictionless jaws, one or two that stick together, and a light cap on a slope steeper than its friction: none of them is
-in equilibrium, whatever they weigh. With friction enough, and with no weight at all, they are."""
+in equilibrium, whatever they weigh. With friction enough, and with no weight at all, they are. Weightless caps stay with what they stand on."""
 
 import json
 import math
@@ -78,6 +78,37 @@ def cap(case):
                abs(none.probe("sw", "cap")).max() < 1.05 * abs(none.stage("sw").displacement).max(), True)  # fmt: skip
 
 
+def courses(nx, ny, size, width):
+    """Stones of size by size/2 in courses that are offset by half a stone, a cap of size/4 on the last; its first stone can be pushed."""
+    parts = [renamed(rectangle(-5, -1, 10 + nx * size, 1, group="base", rigid=True), {})]
+    for j in range(ny):
+        for i in range(nx):
+            faces = {"pushed": "left"} if not i and j == ny - 1 else {}
+            parts.append(renamed(rectangle((i + j % 2 / 2) * size, j * size / 2, size, size / 2, group="stone", rigid=True), faces, {}))
+    left = (size * nx - width) / 2 + (ny - 1) % 2 * size / 2
+    return join([*parts, renamed(rectangle(left, ny * size / 2, width, size / 4, group="cap", rigid=True), {"cap": "bottom"}, {"cap": "bottom_left"})])
+
+
+def drift(case):
+    """A weightless cap without friction may be anywhere; stones that settle by centimetres and are pushed a little do not send it away."""
+    rows = ((6, 4, 0.5, 3.0, 40, 33600, 1e-4), (6, 4, 0.5, 3.0, 40, 4966, 1e-4), (6, 4, 0.5, 3.0, 20, 3399, 1e-4), (3, 4, 0.5, 0.75, 30, 1236, 1e-6))
+    verdicts, farther = [], []
+    for nx, ny, size, width, friction, push, tolerance in rows:
+        scene = {"relaxation": {"method": "preconditioned", "tolerance": tolerance}, "materials": {"base": {"density": 0}, "stone": {"density": 2400}, "cap": {"density": 0}},
+                 "joints": {"default": {"k_n": 1e9, "k_s": 4e8, "friction": friction}, "cap": {"k_n": 1e9, "k_s": 4e8, "friction": 0}}, "supports": {"base": {"fix": "xy"}},
+                 "loads": {"weight": {"type": "self_weight", "groups": ["stone"]}, "push": {"type": "traction", "faces": "pushed", "value": [push, 0]}},
+                 "stages": [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}]}  # fmt: skip
+        mesh = courses(nx, ny, size, width)
+        result = case.run(mesh, scene)
+        moved = abs(result.stage("push").displacement - result.stage("weight").displacement).max(axis=1)
+        of_cap = mesh.vertices[:, 1] > ny * size / 2
+        of_cap[np.unique(mesh.blocks[-1][mesh.blocks[-1] >= 0])] = True
+        verdicts.append(result.verdict)
+        farther.append(bool(moved[of_cap].max() > 1.5 * moved[~of_cap].max()))
+    case.check("weightless caps without friction on courses that are pushed a little: verdicts", json.dumps(verdicts), json.dumps(["converged"] * len(rows)))
+    case.check("... move farther than what they stand on", json.dumps(farther), json.dumps([False] * len(rows)))
+
+
 def ranks(case):
     sums = [case.run(jaws(False, 2), JAWS, ranks=n).stage_summary("all")["checksum"] for n in (1, 2)]
     case.check("explicit, 1 and 2 ranks: the same verdict in the same cycle: checksums", sums[1], sums[0])
@@ -86,4 +117,5 @@ def ranks(case):
 def run(case):
     between_jaws(case)
     cap(case)
+    drift(case)
     ranks(case)
