@@ -16,8 +16,9 @@
    asked as one part as well. A contact whose ends slip in opposite directions sticks in between. Lengths of
    rotations are radii of gyration of vertices. No stiffness comes in: what little there is holds.
 
-   A body without loads that nothing resists may be anywhere. The tangent of Newton's method has no say in where
-   it goes, and a step took it centimetres away: FreeBodies finds it, and newton_step.c holds it a little. */
+   A body without loads that nothing resists may be anywhere. The tangent of Newton's method has no say in
+   where it goes, and a step took it centimetres away: FreeBodies finds it, and newton_step.c holds it a
+   little. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 

@@ -105,8 +105,8 @@ PetscErrorCode FixedOutgrown(const Problem *p);
 /* Collective. Forces evaluated: whether bodies, and parts of bodies that stick to each other, are held
    against their own loads, but for a part `allowed` of these. */
 PetscErrorCode LoadsCarried(const Problem *p, PetscReal allowed, PetscBool *carried);
-/* Collective. Forces evaluated: marks bodies (n_bodies_global,) without loads and supports that nothing drives,
-   but can move without resistance; how many. */
+/* Collective. Forces evaluated: marks bodies (n_bodies_global,) without loads and supports that nothing
+   drives, but can move without resistance; how many. */
 PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_free);
 /* Collective. Of a stage that ended otherwise than converged: adds to its evidence what is not held, where
    the unbalanced ratio does not show it. */
