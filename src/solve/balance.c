@@ -1,4 +1,4 @@
-/* confirm.c: unbalanced forces, body by body. */
+/* balance.c: unbalanced forces, body by body. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 #include <float.h>
