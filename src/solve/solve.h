@@ -1,4 +1,4 @@
-/* newton.c: equilibrium: how it is found, and what a stage is told to have come to. */
+/* solve.h: equilibrium: how it is found, and what a stage is told to have come to. */
 #pragma once
 #include "output/output.h"
 
