@@ -102,8 +102,8 @@ PetscErrorCode ConcludeMessage(Reader *r);
 /* "a, b, c" of a list in the manner of PetscEnum. */
 void DescribeChoices(const char *const *choices, char text[256]);
 /* ---- scene_files.c. Collective. */
-/* The text of the file on all ranks, length bytes and a zero; NULL and a message where nobody can read it. Free it with
-   PetscFree. */
+/* The text of the file on all ranks, length bytes and a zero; NULL and a message where nobody can read it.
+   Free it with PetscFree. */
 PetscErrorCode SceneText(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message);
 /* scene->model: found in the working directory or beside the scene. */
 PetscErrorCode SceneFindModel(MPI_Comm comm, Scene *scene);
