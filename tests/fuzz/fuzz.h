@@ -4,7 +4,7 @@
    one line of message. Any other error code is a finding. With QUOIN_FUZZ_SAY in the environment messages are
    shown. Built with -DQUOIN_FUZZ=ON and clang; run by tests/fuzz/run.py. */
 #pragma once
-#include "motion/motion.h"
+#include "run/run.h"
 #include <fcntl.h>
 #include <hdf5.h>
 #include <sanitizer/lsan_interface.h>
