@@ -77,6 +77,17 @@ static const ArchiveEntry *wanted(Archive *a, const char *name, ArchiveKind kind
   return NULL;
 }
 
+PetscInt64 ArchiveWithin(Archive *a, const char *what, PetscInt64 x, PetscInt64 low, PetscInt64 high)
+{
+  char full[2 * NAME_LENGTH];
+  if (x >= low && x <= high) return x;
+  full_name(a, what, full);
+  if (!a->rank && !a->message[0])
+    snprintf(a->message, MESSAGE_LENGTH, "%s: %lld is not from %lld to %lld", full, (long long)x,
+             (long long)low, (long long)high);
+  return low;
+}
+
 /* Adds an entry with a copy of data. */
 static PetscErrorCode put(Archive *a, const char *name, ArchiveKind kind, size_t rows, size_t columns,
                           const void *data)
@@ -320,7 +331,8 @@ PetscErrorCode ArchiveResult(Archive *a, const char *name, StageResult *r)
   PetscCall(ArchiveText(a, label, &evidence));
   if (a->reading) {
     for (int i = 0; i < REALS; i++) *reals[i] = x[i];
-    r->verdict = (Verdict)n[0], r->cycles = n[1], r->worst_body = (PetscInt)n[2], r->finite = (PetscBool)n[3];
+    r->verdict = (Verdict)ArchiveWithin(a, "verdict", n[0], VERDICT_NONE, VERDICT_COMPLETED),
+    r->cycles = n[1], r->worst_body = (PetscInt)n[2], r->finite = (PetscBool)n[3];
     r->verifications = n[4], r->contacts_made = n[5], r->contacts_lost = n[6];
     snprintf(r->evidence, sizeof(r->evidence), "%s", evidence ? evidence : "");
     PetscCallMPI(MPI_Bcast(r->evidence, sizeof(r->evidence), MPI_CHAR, 0, a->comm));

@@ -42,6 +42,9 @@ PetscErrorCode ArchiveHasPart(const Archive *archive, const char *part, PetscBoo
 PetscErrorCode ArchiveReals(Archive *archive, const char *name, PetscInt n, PetscReal *x);
 PetscErrorCode ArchiveInts(Archive *archive, const char *name, PetscInt n, PetscInt *x);
 PetscErrorCode ArchiveCounts(Archive *archive, const char *name, PetscInt n, PetscInt64 *x);
+/* A number that has just been read, alike on all ranks; where it is not one of low .. high that is told and
+   it is low. */
+PetscInt64 ArchiveWithin(Archive *archive, const char *what, PetscInt64 x, PetscInt64 low, PetscInt64 high);
 /* Sums over ranks: rank 0 reads the sum, the other ranks read 0. */
 PetscErrorCode ArchiveSums(Archive *archive, const char *name, PetscInt n, PetscReal *x);
 /* What each rank has added up so far, (n,). On the same number of ranks, each with as many numbers, every

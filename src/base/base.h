@@ -158,9 +158,13 @@ void PartText(const char *folder, const char *name, const char *text, size_t siz
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
 /* Flushes a folder to the disk, so that a renaming outlasts a loss of power; 0 or errno. */
 int FolderSync(const char *path);
+/* After an attempt to read, whose errno is why: whether the file is there all the same. That is told: what
+   cannot be read now is not to be replaced. */
+PetscBool FileUnreadable(const char *path, int why, char message[MESSAGE_LENGTH]);
 /* Copies a file; 0 or -1. */
 int FileCopy(const char *from, const char *to);
-/* CRC-32 (of zlib) of the first bytes of a file; 0, or -1: it is shorter, or cannot be read (errno). */
+/* CRC-32 (of zlib) of the first bytes of a file; 0, or -1: it is shorter (errno is 0), or cannot be
+   read (errno). */
 int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
 
 /* ---- json.c */

@@ -147,6 +147,13 @@ void PartText(const char *folder, const char *name, const char *text, size_t siz
   PartFinish(f, folder, name, message);
 }
 
+PetscBool FileUnreadable(const char *path, int why, char message[MESSAGE_LENGTH])
+{
+  if (!why || why == ENOENT || why == ENOTDIR) return PETSC_FALSE;
+  if (!message[0]) snprintf(message, MESSAGE_LENGTH, "output: cannot read '%.800s': %s", path, strerror(why));
+  return PETSC_TRUE;
+}
+
 int FileCopy(const char *from, const char *to)
 {
   const int target = open(to, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -170,16 +177,17 @@ int FileChecksum(const char *path, size_t bytes, uint64_t *checksum)
   FILE *f = fopen(path, "rb");
   unsigned char *chunk = f ? malloc(CHUNK) : NULL;
   uLong crc = crc32(0, NULL, 0);
-  errno = f ? 0 : errno;
+  errno = f && chunk ? 0 : errno;
   while (chunk && bytes) {
     const size_t n = fread(chunk, 1, PetscMin(bytes, CHUNK), f);
     if (!n) break;
     crc = crc32(crc, chunk, (uInt)n);
     bytes -= n;
   }
-  const int error = !chunk || bytes;
+  const int error = !chunk || bytes, why = errno;
   if (f) fclose(f);
   free(chunk);
+  errno = why;
   *checksum = (uint64_t)crc;
   return -error;
 }

@@ -173,9 +173,14 @@ static hid_t opened(hid_t file, const char *path)
 
 hid_t DiskFileRead(const char *path)
 {
-  const hid_t access = DiskFileIsWhole(path) ? access_by_disk() : -1;
+  const int before = first_error, whole = DiskFileIsWhole(path), why = errno;
+  const hid_t access = whole ? access_by_disk() : -1;
+  first_error = 0;
   const hid_t file = access < 0 ? -1 : H5Fopen(path, H5F_ACC_RDONLY, access);
   if (access >= 0) H5Pclose(access);
+  const int opening = first_error;
+  if (before) first_error = before;
+  errno = file >= 0 ? 0 : whole ? opening : why;
   return file;
 }
 
@@ -247,9 +252,12 @@ int DiskFileClose(hid_t file)
 int DiskFileIsWhole(const char *path)
 {
   char header[DISK_HEADER], wanted[DISK_HEADER];
+  errno = 0;
   const int file = open(path, O_RDONLY | O_CLOEXEC);
-  const int whole = file >= 0 && pread(file, header, DISK_HEADER, 0) == DISK_HEADER &&
-                    !make_header(file, wanted) && !memcmp(header, wanted, DISK_HEADER);
+  const int read = file >= 0 && pread(file, header, DISK_HEADER, 0) == DISK_HEADER &&
+                   !make_header(file, wanted),
+            why = read ? 0 : errno;
   if (file >= 0) close(file);
-  return whole;
+  errno = why;
+  return read && !memcmp(header, wanted, DISK_HEADER);
 }

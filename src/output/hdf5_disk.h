@@ -10,8 +10,9 @@ hid_t DiskFileOpen(const char *path);
    all of it is on the disk, else the errno of the first call of the system that failed. */
 enum { DISK_HEADER = 512 };
 int DiskFileClose(hid_t file);
-/* Whether such a file is what was written. */
+/* Whether such a file is what was written; if not, errno says why it cannot be read, 0: it can. */
 int DiskFileIsWhole(const char *path);
-/* Such a file to be read, closed by H5Fclose; negative: it is not there, or not whole. A failure on the way
+/* Such a file to be read, closed by H5Fclose; negative: it is not there, cannot be read
+   (errno), or is not whole (errno is 0). A failure on the way
    is told by the DiskFileClose of the file that is written meanwhile. */
 hid_t DiskFileRead(const char *path);

@@ -163,6 +163,12 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     if (!a->rank && counts[6] != written)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
+    PetscInt most = a->n; // trials have a text each
+    PetscCallMPI(MPI_Bcast(&most, 1, MPIU_INT, 0, a->comm));
+    counts[0] = ArchiveWithin(a, "stages", counts[0], 0, memory->scene->n_stages);
+    counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
+    counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most);
+    counts[4] = ArchiveWithin(a, "bytes of history.csv", counts[4], 0, INT64_MAX);
     if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
     if (!a->anew) { // the same run goes on, on another partition
       o->results.origin = (uint64_t)counts[7];
@@ -241,7 +247,9 @@ static void continue_history(Output *o, char message[MESSAGE_LENGTH])
   const int wanted = o->n_stages > 0;
   for (int i = 0; i < 2 && !o->history; i++) {
     const int which = i ? !wanted : wanted;
-    if (FileChecksum(path[which], bytes, &sum) || sum != o->history_checksum) continue;
+    const int unread = FileChecksum(path[which], bytes, &sum);
+    if (unread && FileUnreadable(path[which], errno, message)) return;
+    if (unread || sum != o->history_checksum) continue;
     if (which != wanted && rename(path[which], path[wanted])) continue;
     if (!truncate(path[wanted], (off_t)bytes)) o->history = fopen(path[wanted], "ae");
     if (!o->history)

@@ -120,8 +120,9 @@ void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_L
 /* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
    called. Frames of another run count as not there. */
 void ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
-/* Whether results.h5 is there, whole, and holds the first n stages of the scene. */
-PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n);
+/* Whether results.h5 is there, whole, and holds the first n stages of the scene; message: it is there and
+   cannot be read. */
+PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 /* After a restart: goes on with results.h5 when it holds the first n stages of the scene, else begins it anew
    with a warning; grids of stages and frames that are not in the folder are forgotten. */
 PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
@@ -138,7 +139,6 @@ PetscBool XdmfHas(const ResultsFile *results, const char *name);
 void XdmfDrop(ResultsFile *results, const char *name);
 /* Writes results.xdmf from all grids so far, in one replacement. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
-
 /* ---- trials.c */
 typedef struct {
   PetscReal friction;        /* [degree] before it was reduced */

@@ -220,7 +220,10 @@ void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSA
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   const hid_t file = n ? DiskFileRead(path) : -1;
-  if (file < 0) return;
+  if (file < 0) {
+    if (n) (void)FileUnreadable(path, errno, message);
+    return;
+  }
   if (!is_of_this_run(file, results))
     snprintf(message, MESSAGE_LENGTH,
              "restart: '%.800s' is of another run than the checkpoint: give another folder as output", path);
@@ -266,11 +269,13 @@ static void group_name(const ResultsFile *results, PetscInt stage, PetscInt fram
   if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
 }
 
-PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
+PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  const hid_t file = DiskFileRead(path), stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
+  const hid_t file = DiskFileRead(path);
+  if (file < 0) (void)FileUnreadable(path, errno, message);
+  const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   PetscBool holds = (PetscBool)(stages >= 0);
   for (PetscInt s = 0; s < n && holds; s++)
     holds = (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
@@ -279,9 +284,11 @@ PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n)
   return holds;
 }
 
-static hid_t open_with(const ResultsFile *results, const char *path, const char *group)
+static hid_t open_with(const ResultsFile *results, const char *path, const char *group,
+                       char message[MESSAGE_LENGTH])
 {
   hid_t file = DiskFileRead(path);
+  if (file < 0) (void)FileUnreadable(path, errno, message);
   if (file >= 0 && (!is_of_this_run(file, results) || H5Lexists(file, group, H5P_DEFAULT) <= 0)) {
     H5Fclose(file);
     file = -1;
@@ -291,26 +298,27 @@ static hid_t open_with(const ResultsFile *results, const char *path, const char 
 
 /* The file that has a frame, and its group within; negative: none. Its own file; after a restart from before
    the end of the stage it may be in results.h5 already. */
-static hid_t open_frame_of(const ResultsFile *results, const char *name, char within[2 * NAME_LENGTH])
+static hid_t open_frame_of(const ResultsFile *results, const char *name, char within[2 * NAME_LENGTH],
+                           char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
   snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
   snprintf(within, 2 * NAME_LENGTH, "/%s", name);
-  const hid_t file = open_with(results, path, within);
-  if (file >= 0) return file;
+  const hid_t file = open_with(results, path, within, message);
+  if (file >= 0 || message[0]) return file;
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
   snprintf(within, 2 * NAME_LENGTH, "/stages/%s", name);
-  return open_with(results, path, within);
+  return open_with(results, path, within, message);
 }
 
 /* Forgets the grids of frames that are not there; how many these are. */
-static PetscInt forget_frames(ResultsFile *results, PetscInt stage)
+static PetscInt forget_frames(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
 {
   char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
   PetscInt n = 0;
-  for (PetscInt frame = 1; frame <= results->n_frames; frame++) {
+  for (PetscInt frame = 1; frame <= results->n_frames && !message[0]; frame++) {
     group_name(results, stage, frame, name);
-    const hid_t file = open_frame_of(results, name, within);
+    const hid_t file = open_frame_of(results, name, within, message);
     if (file >= 0) H5Fclose(file);
     if (file < 0 && XdmfHas(results, name)) XdmfDrop(results, name), n++;
   }
@@ -322,7 +330,8 @@ PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[
   char name[NAME_LENGTH + 16];
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  const PetscBool holds = (PetscBool)(n && ResultsFileHolds(results, n));
+  const PetscBool holds = (PetscBool)(n && ResultsFileHolds(results, n, message));
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (n && !holds)
     fprintf(stderr,
             "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint, or is "
@@ -334,7 +343,8 @@ PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[
       group_name(results, s, frame, name);
       XdmfDrop(results, name);
     }
-  const PetscInt lost = forget_frames(results, n);
+  const PetscInt lost = forget_frames(results, n, message);
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (lost)
     fprintf(stderr,
             "quoin: warning: restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
@@ -360,12 +370,12 @@ static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
 /* Frames to where they belong, but for those that a restart has not found. */
 static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
 {
-  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
+  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH], message[MESSAGE_LENGTH] = "";
   int error = 0;
   for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
     group_name(results, stage, frame, name);
     if (!XdmfHas(results, name)) continue;
-    const hid_t file = open_frame_of(results, name, within);
+    const hid_t file = open_frame_of(results, name, within, message);
     error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
     if (file >= 0) H5Fclose(file);
   }

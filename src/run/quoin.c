@@ -203,6 +203,7 @@ static PetscErrorCode archive_run(Archive *a, void *context)
   PetscBool within;
   PetscFunctionBeginUser;
   PetscCall(ArchiveInts(a, "stage", 1, &q->stage));
+  q->stage = (PetscInt)ArchiveWithin(a, "stage", q->stage, 0, scene->n_stages);
   PetscCall(ArchiveResult(a, "last", &q->last));
   PetscCall(ArchiveHasPart(a, "stage", &within));
   const PetscInt n = a->reading ? PetscMin(q->stage + (PetscInt)within, scene->n_stages) : scene->n_stages;

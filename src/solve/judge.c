@@ -73,6 +73,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
   if (a->reading) {
     for (int i = 0; i < REALS; i++) *reals[i] = x[i];
     r->damping.tangent_only = (PetscBool)n[0], r->damping.best_cycle = n[1];
+    n[2] = ArchiveWithin(a, "ratios", n[2], 0, PETSC_MAX_INT);
     r->evidence.n_ratios = (PetscInt)PetscMin(n[2], r->evidence.max_ratios),
     r->evidence.steady = (PetscInt)n[3];
     r->evidence.chunk_start = n[4], r->evidence.chunk_length = n[5], r->evidence.n_alpha = (PetscInt)n[6],

@@ -24,7 +24,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
   snprintf(head, sizeof head, "quoin-results\nbytes %zu\ncrc32 %08lx\n", size,
            (unsigned long)crc32(crc32(0, NULL, 0), data, (uInt)size));
   FuzzFile(head, sizeof head, data, size);
-  if (ResultsFileHolds(&results, 2)) ResultsFileCheck(&results, 2, message);
+  if (ResultsFileHolds(&results, 2, message)) ResultsFileCheck(&results, 2, message);
   if (message[0]) FuzzLine(message);
   FuzzClosed();
   return 0;

@@ -2,14 +2,18 @@
 
     python tests/reliability/calls.py --quoin build/quoin                    # every call, every failure, every scene: half an hour
     python tests/reliability/calls.py --quoin build/quoin --sample 40        # as many calls, spread over all of them
+    python tests/reliability/calls.py --quoin build/quoin --only report --tools 1000    # all calls of one of them
 
-A run must end with exit code 8 and one line about it, and go on with -restart auto to the results of an undisturbed run; or end with 0 and
-these results. Tools that write into the folder (pictures, the sheet) must end with one line and an exit code that is not 0, or with 0; each of
-their files is whole then, the new one or that of before. fail_call (tests/reliability/fail_call.c) is expected beside the program, or is compiled."""
+A run must end with exit code 8 and one line about it, and go on with -restart auto to the results of an undisturbed run, every number of
+results.h5, results.xdmf and history.csv; or end with 0 and these results. So must a restart in the middle of a run; it may end with 10, too, without a change. Tools that write into the folder
+(pictures, the sheet) must end with one line and an exit code that is not 0, or with 0; each of their files is whole then, the new one or that of
+before. fail_call (tests/reliability/fail_call.c) is expected beside the program, or is compiled."""
 
 import argparse
+import hashlib
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -17,6 +21,8 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
+import h5py
+import numpy as np
 import yaml
 
 HERE = Path(__file__).resolve().parent
@@ -28,7 +34,7 @@ from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from run import ENVIRONMENT, outcome  # noqa: E402
 
 FAILURES = ("EIO", "ENOSPC", "EDQUOT", "SHORT")
-OK, OUTPUT = 0, 8
+OK, OUTPUT, NO_RESTART = 0, 8, 10
 CANNOT = 2  # of a tool
 
 
@@ -43,10 +49,32 @@ def frames():
 SCENES = {"static": lambda: scenes.static(4), "frames": frames}
 
 
+def content(folder):
+    """What a run has left, but for times of day: all of results.h5 as digests by name, results.xdmf, history.csv, and the outcome in the summary."""
+    found = {}
+
+    def keep(name, item):
+        found.update({f"{name} {key}": str(value) for key, value in item.attrs.items()})
+        if isinstance(item, h5py.Dataset):
+            found[name] = hashlib.sha256(np.asarray(item).tobytes()).hexdigest()
+
+    with h5py.File(folder / "out" / "results.h5") as file:
+        keep("/", file)
+        file.visititems(keep)
+    return [found, *((folder / "out" / name).read_bytes() for name in ("results.xdmf", "history.csv")), outcome(folder)]
+
+
+def file_of(call):
+    """Of a line of the log: the kind of call, and the file whose name it was to get."""
+    kind, _, path = call.partition(" ")
+    name = re.sub(r"^\.(.*)\.\w{8}$", r"\1", path.removesuffix(".part"))
+    return kind, "the folder" if not name else "checkpoints" if name.startswith("checkpoints") else "pictures" if name.endswith(".png") else name
+
+
 class Scene:
     """A folder with a scene, what its undisturbed run comes to, and how many calls that makes."""
 
-    kind = "run"
+    kind, ends = "run", (OK, OUTPUT)
 
     def __init__(self, name, quoin, tool, folder):
         self.name, self.quoin, self.tool, self.folder = name, quoin, tool, folder
@@ -55,7 +83,7 @@ class Scene:
         write(str(folder / "model.h5"), mesh)
         (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
         self.calls = {failure: self.fail(failure, 0)[2] for failure in FAILURES}
-        self.expected = outcome(folder)
+        self.expected = content(folder)
 
     def run(self, *before, more=()):
         command = [*before, self.quoin, "-options_file", "scene.yaml", *more]
@@ -67,7 +95,10 @@ class Scene:
         """Exit code, stderr, number of calls, and the one that failed."""
         shutil.rmtree(self.folder / "out", ignore_errors=True)
         (self.folder / "out").mkdir()
-        code, error = self.run(self.tool, "out", "all", failure, str(n), "log")
+        return self.fail_on(failure, n)
+
+    def fail_on(self, failure, n, more=()):
+        code, error = self.run(self.tool, "out", "all", failure, str(n), "log", more=more)
         lines = (self.folder / "log").read_text(encoding="utf-8").splitlines()
         return code, error, int(lines[-1].split()[0]), lines[0]
 
@@ -76,14 +107,14 @@ class Scene:
         check_folder(self.folder / "out")
         left = [path.name for path in (self.folder / "out").rglob("*.part")]
         assert not left, f"left behind: {left}"
-        assert outcome(self.folder) == self.expected, "the results are others"
+        assert content(self.folder) == self.expected, "the results are others"
 
     def check(self, failure, n):
         """Raises AssertionError or what a reader raises; the exit code and the call otherwise."""
         code, error, _, call = self.fail(failure, n)
         said = [line for line in error.splitlines() if line.startswith("quoin: error:")]
-        assert code in (OK, OUTPUT), f"exit code {code}: {error}"
-        if code == OUTPUT:
+        assert code in self.ends, f"exit code {code}: {error}"
+        if code != OK:
             assert len(said) == 1, f"expected one line, not {error!r}"
             again, error = self.run(more=("-restart", "auto"))
             assert again == OK, f"exit code {again} after the restart: {error}"
@@ -91,10 +122,35 @@ class Scene:
         return code, call
 
 
+class Restart(Scene):
+    """A restart from the one checkpoint in the middle of a run; beside it the results of a run that had come further."""
+
+    kind, ends = "restart", (OK, OUTPUT, NO_RESTART)
+
+    def __init__(self, name, quoin, tool, folder):
+        self.name, self.quoin, self.tool, self.folder = name, quoin, tool, folder
+        folder.mkdir()
+        mesh, scene = scenes.static(4)
+        write(str(folder / "model.h5"), mesh)
+        (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+        assert self.run(more=("-checkpoint_every", "150", "-checkpoint_keep", "1000"))[0] == OK
+        self.expected = content(folder)
+        files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
+        for path in {*files} - {files[len(files) // 2]}:
+            path.unlink()
+        shutil.copytree(folder / "out", folder / "before")
+        self.calls = {failure: self.fail(failure, 0)[2] for failure in FAILURES}
+
+    def fail(self, failure, n):
+        shutil.rmtree(self.folder / "out")
+        shutil.copytree(self.folder / "before", self.folder / "out")
+        return self.fail_on(failure, n, more=("-restart", "auto"))
+
+
 class Tool(Scene):
     """A tool that makes files of a run, in a folder where it has made them before."""
 
-    kind = "pictures, sheet"
+    kind = "tools"
 
     def __init__(self, name, quoin, tool, folder):
         self.name, self.quoin, self.tool, self.folder = name, quoin, tool, folder
@@ -122,6 +178,7 @@ class Tool(Scene):
         return code, call
 
 
+RUNS = dict.fromkeys(SCENES, Scene) | {"restart": Restart}
 TOOLS = ("plots", "report")
 
 
@@ -138,11 +195,27 @@ def works(tool, folder):
     return subprocess.run([tool, folder, "all", "EIO", "0", folder / "log", "true"], capture_output=True).returncode == 0
 
 
+def every_call(runs):
+    return [(run, failure, n) for run in runs for failure in FAILURES for n in range(1, run.calls[failure] + 1)]
+
+
+def lines_of(ends):
+    """One for each file: how many calls failed, of which kinds, how, and the exit codes."""
+    lines = []
+    for who, name in sorted({(who, name) for who, _, name, _, _ in ends}):
+        mine = [((kind, failure, f"exit code {code}:"), n) for (w, kind, f, failure, code), n in ends.items() if (w, f) == (who, name)]
+        sums = [Counter(key[i] for key, n in mine for _ in range(n)) for i in range(3)]
+        counted = "; ".join(", ".join(f"{key} {n}" for key, n in sorted(one.items())) for one in sums)
+        lines.append(f"{who}, {name}: {sums[0].total()} ({counted})")
+    return lines
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", default="build/quoin")
     parser.add_argument("--sample", type=int, help="so many calls, drawn at random; all by default")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", nargs="+", choices=(*RUNS, *TOOLS), default=(*RUNS, *TOOLS), help="some of the runs and tools; all by default")
     parser.add_argument("--tools", type=int, default=0, metavar="N", help="as many calls of the tools that make pictures and the sheet, 5 s each")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -151,25 +224,22 @@ def main():
         if not works(tool, folder):
             print("calls: left out: processes cannot be traced here (ptrace)")
             return 0
-        runs = [Scene(name, str(Path(options.quoin).resolve()), tool, folder / name) for name in SCENES]
-        tries = [(run, failure, n) for run in runs for failure in FAILURES for n in range(1, run.calls[failure] + 1)]
+        quoin = str(Path(options.quoin).resolve())
+        tries = every_call(make(name, quoin, tool, folder / name) for name, make in RUNS.items() if name in options.only)
         if options.sample:
             tries = random.Random(options.seed).sample(tries, min(options.sample, len(tries)))  # noqa: S311
         if options.tools:
-            made = [Tool(name, str(Path(options.quoin).resolve()), tool, folder / name) for name in TOOLS]
-            more = [(run, failure, n) for run in made for failure in FAILURES for n in range(1, run.calls[failure] + 1)]
+            more = every_call(Tool(name, quoin, tool, folder / name) for name in TOOLS if name in options.only)
             tries += random.Random(options.seed).sample(more, min(options.tools, len(more)))  # noqa: S311
         ends, bad = Counter(), 0
         for run, failure, n in tries:
             try:
                 code, call = run.check(failure, n)
-                ends[run.kind, failure, call.split()[0], code] += 1
+                ends[(run.kind, *file_of(call), failure, code)] += 1
             except (AssertionError, ValueError, OSError, KeyError) as error:
                 bad += 1
                 print(f"{run.name}, {failure}, call {n}: {(run.folder / 'log').read_text().splitlines()[0]}: {error}", flush=True)
-        for who, code in sorted({(who, code) for who, _, _, code in ends}):
-            mine = {(kind, failure): count for (w, failure, kind, c), count in sorted(ends.items()) if (w, c) == (who, code)}
-            print(f"{who}, exit code {code}: {sum(mine.values())} ({', '.join(f'{kind} {failure} {n}' for (kind, failure), n in mine.items())})")
+        print("\n".join(lines_of(ends)))
         print(f"{len(tries)} failed calls: {bad} lost something")
     return int(bad > 0)
 

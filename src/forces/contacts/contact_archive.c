@@ -168,8 +168,27 @@ static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All rows on all ranks. */
-static PetscErrorCode read_rows(Archive *a, const char *const name[2], PetscInt *n, Row **rows)
+/* What of a row is no contact of this model; NULL: it may be one. A checksum tells damage from what was
+   written, not who wrote it: numbers that lead to places in memory are looked at all the same. before: the
+   row before it, or NULL. */
+static const char *fault_of_row(const Scene *scene, const Model *m, const Row *row, const Row *before)
+{
+  const PetscInt64 *n = row->count, most_states = CONTACT_OPEN | CONTACT_SLIPPING | CONTACT_CRUSHING,
+                   faces = 4 * (PetscInt64)m->n_blocks_global,
+                   lowest = -2 - (PetscInt64)(m->n_vertices_global - 1);
+  if (n[0] < 0 || n[0] >= STRESS_MODELS) return "stress model";
+  if (n[1] < 0 || n[1] >= faces || n[2] < lowest || n[2] == -1 || n[2] >= faces) return "face";
+  if (n[3] < 0 || n[3] > VERTEX_FACE || (n[3] == VERTEX_FACE) != (n[2] < 0)) return "class";
+  if (n[4] < 0 || n[4] >= scene->n_joints) return "joint";
+  for (int k = 5; k < COUNTS; k++)
+    if (n[k] < 0 || n[k] > most_states) return "state";
+  if (!(row->real[0] >= 0.) || PetscIsInfReal(row->real[0])) return "length";
+  return before && row_order(before, row) >= 0 ? "place" : NULL;
+}
+
+/* All rows on all ranks; none where one of them is no contact. */
+static PetscErrorCode read_rows(Archive *a, const Scene *scene, const Model *m, const char *const name[2],
+                                PetscInt *n, Row **rows)
 {
   const ArchiveEntry *e[2] = {a->rank ? NULL : ArchiveFind(a, name[0]),
                               a->rank ? NULL : ArchiveFind(a, name[1])};
@@ -189,6 +208,15 @@ static PetscErrorCode read_rows(Archive *a, const char *const name[2], PetscInt 
     PetscCall(PetscArraycpy((*rows)[i].count, (PetscInt64 *)e[0]->data + (size_t)i * COUNTS, COUNTS));
     PetscCall(PetscArraycpy((*rows)[i].real, (PetscReal *)e[1]->data + (size_t)i * columns, columns));
   }
+  for (PetscInt i = 0; i < *n; i++) {
+    const char *fault = a->rank ? NULL : fault_of_row(scene, m, *rows + i, i ? *rows + i - 1 : NULL);
+    if (!fault) continue;
+    if (!a->message[0])
+      snprintf(a->message, MESSAGE_LENGTH, "%s: the %s of row %" PetscInt_FMT " is none of this model",
+               name[0], fault, i);
+    *n = 0;
+  }
+  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, a->comm));
   enum { CHUNK = 1 << 20 };
   for (PetscInt i = 0; i < *n; i += CHUNK) {
     PetscCall(PetscMPIIntCast(PetscMin(CHUNK, *n - i) * (PetscInt)sizeof(Row), &bytes));
@@ -201,7 +229,7 @@ PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, c
 {
   char label[2][2 * NAME_LENGTH];
   const char *const names[2] = {label[0], label[1]};
-  PetscInt n;
+  PetscInt n, wanted, owned = 0;
   Row *rows;
   Candidate *list;
   PetscFunctionBeginUser;
@@ -211,12 +239,18 @@ PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, c
     PetscCall(write_rows(a, m, names, c));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(read_rows(a, names, &n, &rows));
+  PetscCall(read_rows(a, scene, m, names, &n, &rows));
+  wanted = n;
   PetscCall(keep_rows(m, &n, rows, &list));
   PetscCall(ContactsDestroy(c));
   PetscCall(ContactsStore(scene, m, &(CandidateList){.n = n, .item = list}, NULL, NULL, c));
   for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
-    if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++);
+    if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++), owned += c->owned[at];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &owned, 1, MPIU_INT, MPI_SUM, a->comm));
+  if (!a->rank && owned != wanted && !a->message[0])
+    snprintf(a->message, MESSAGE_LENGTH,
+             "%s: %" PetscInt_FMT " of its %" PetscInt_FMT " contacts join no faces of this model", names[0],
+             wanted - owned, wanted);
   ContactsSetTraits(m, c);
   PetscCall(PetscFree(list));
   PetscCall(PetscFree(rows));

@@ -146,12 +146,108 @@ static PetscErrorCode WhatIsMissingIsTold(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One number of the contacts in the archive becomes another: told in one line, nothing outside is touched. */
+static PetscErrorCode forged(Archive *archive, Fixture *f, PetscInt row, int column, PetscInt64 other,
+                             const char *wanted)
+{
+  PetscInt64 kept = 0, *at = NULL;
+  PetscFunctionBeginUser;
+  ArchiveEntry *e = archive->rank ? NULL : ArchiveFind(archive, "state/contacts_key");
+  if (e) {
+    at = (PetscInt64 *)e->data + e->columns * (size_t)(row < 0 ? (PetscInt)e->rows + row : row) + column;
+    kept = *at, *at = other;
+  }
+  archive->message[0] = 0;
+  PetscCall(all_parts(archive, f));
+  ENSURE(archive->rank || strstr(archive->message, wanted));
+  if (!archive->rank && !strstr(archive->message, wanted))
+    printf("wanted '%s', not '%s'\n", wanted, archive->message);
+  if (at) *at = kept;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Behind a checksum that fits: whoever wrote the file may have been another program, or meant no good. */
+static PetscErrorCode ContactsOfNoModelAreTold(void)
+{
+  static const struct {
+    PetscInt row;
+    int column;
+    PetscInt64 other;
+    const char *wanted;
+  } cases[] = {
+      {0, 0, STRESS_MODELS, "state/contacts_key: the stress model of row 0 is none of this model"},
+      {0, 0, -1, "the stress model of row 0"},
+      {1, 1, -1, "the face of row 1"},
+      {1, 1, (PetscInt64)1 << 40, "the face of row 1"},
+      {-1, 2, (PetscInt64)1 << 33, "the face of row"}, // its lower half is 0
+      {1, 2, -1, "the face of row 1"},
+      {1, 2, -1000000, "the face of row 1"},
+      {2, 3, VERTEX_FACE, "the class of row 2"},
+      {2, 3, 5, "the class of row 2"},
+      {2, 3, -1, "the class of row 2"},
+      {3, 4, 1, "the joint of row 3"},
+      {3, 4, 1000000, "the joint of row 3"},
+      {3, 4, -1, "the joint of row 3"},
+      {3, 5, 8, "the state of row 3"},
+      {3, 6, 256, "the state of row 3"},
+      {2, 1, 0, "the place of row 2"},
+      {-1, 2, 1, "1 of its "}, // another side of a block, which is no face that contacts have
+  };
+  Fixture f;
+  Archive archive;
+  uint64_t before, now;
+  PetscFunctionBeginUser;
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", yaml));
+  PetscCall(start(&f));
+  PetscCall(cycles(&f, 333));
+  PetscCall(ArchiveCreate(PETSC_COMM_WORLD, &archive));
+  PetscCall(all_parts(&archive, &f));
+  PetscCall(StateChecksum(f.model, f.state, f.contacts, &before));
+  archive.reading = PETSC_TRUE;
+  for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++)
+    PetscCall(forged(&archive, &f, cases[i].row, cases[i].column, cases[i].other, cases[i].wanted));
+  archive.message[0] = 0;
+  PetscCall(all_parts(&archive, &f));
+  ENSURE(!archive.message[0]);
+  PetscCall(StateChecksum(f.model, f.state, f.contacts, &now));
+  ENSURE(now == before);
+  PetscCall(ArchiveDestroy(&archive));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers that others are counted by. */
+static PetscErrorCode NumbersOutOfRangeAreTold(void)
+{
+  Archive a;
+  StageResult result = {.verdict = VERDICT_CONVERGED};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCreate(PETSC_COMM_WORLD, &a));
+  PetscCall(PetscStrncpy(a.part, "part", sizeof(a.part)));
+  ENSURE(ArchiveWithin(&a, "n", 3, 0, 3) == 3 && !a.message[0]);
+  ENSURE(ArchiveWithin(&a, "n", 4, 1, 3) == 1);
+  ENSURE(a.rank || !strcmp(a.message, "part/n: 4 is not from 1 to 3"));
+  ENSURE(ArchiveWithin(&a, "other", -1, 0, 3) == 0);
+  ENSURE(a.rank || strstr(a.message, "part/n")); // the first one stands
+  a.message[0] = 0;
+  PetscCall(ArchiveResult(&a, "last", &result));
+  a.reading = PETSC_TRUE;
+  if (!a.rank) *(PetscInt64 *)ArchiveFind(&a, "part/last_counts")->data = 99;
+  PetscCall(ArchiveResult(&a, "last", &result));
+  ENSURE(result.verdict == VERDICT_NONE);
+  ENSURE(a.rank || !strcmp(a.message, "part/verdict: 99 is not from 0 to 6"));
+  PetscCall(ArchiveDestroy(&a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   make_sketch();
   RUN_TEST(ReadOnOneRankGoesOnWithTheSameBits);
   RUN_TEST(WhatIsMissingIsTold);
+  RUN_TEST(ContactsOfNoModelAreTold);
+  RUN_TEST(NumbersOutOfRangeAreTold);
   const int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

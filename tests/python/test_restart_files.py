@@ -1,0 +1,70 @@
+"""A restart does not replace what it cannot read just now: it ends with one line, and the next one goes on."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
+
+import yaml  # noqa: E402
+from calls import content  # noqa: E402
+from quoin_tools.blockmesh import write  # noqa: E402
+from run import ENVIRONMENT  # noqa: E402
+from scenes import dynamic, static  # noqa: E402
+
+pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
+
+
+def moving():
+    """Blocks that fall, with frames; rows of history.csv often enough that checkpoints have some."""
+    mesh, scene = dynamic(0.02, 2)
+    scene["stages"][0]["fall"]["frames"] = 4
+    scene["relaxation"]["history_every"] = 50
+    return mesh, scene
+
+
+def run(folder, *options):
+    done = subprocess.run([QUOIN, "-options_file", "scene.yaml", *options], cwd=folder, capture_output=True, text=True, env=os.environ | ENVIRONMENT)
+    return done.returncode, done.stderr.strip()
+
+
+@pytest.fixture(scope="module", params=["static", "moving"])
+def before(request, tmp_path_factory):
+    """A folder with a checkpoint in the middle of a run and what it had written by then, and what the run comes to."""
+    folder = tmp_path_factory.mktemp(request.param)
+    mesh, scene = static(4) if request.param == "static" else moving()
+    write(str(folder / "model.h5"), mesh)
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    every = "150" if request.param == "static" else "500"
+    code, error = run(folder, "-checkpoint_every", every, "-checkpoint_keep", "1000")
+    assert code == 0, error
+    expected = content(folder)
+    numbers = sorted(int(path.stem.split("_")[1]) for path in (folder / "out" / "checkpoints").glob("*.h5"))
+    middle = f"checkpoint_{numbers[2 * len(numbers) // 3]:06d}.h5"
+    for path in (folder / "out" / "checkpoints").glob("*.h5"):
+        if path.name != middle:
+            path.unlink()
+    return folder, expected
+
+
+@pytest.mark.parametrize("name", ["history.csv", "results.h5"])
+def test_what_cannot_be_read_stays(before, name, tmp_path):
+    """A link to itself cannot be opened by anybody, the superuser included. It was replaced: rows and stages up to the checkpoint were lost."""
+    folder, expected = before
+    shutil.copytree(folder, tmp_path / "run")
+    path, kept = tmp_path / "run" / "out" / name, tmp_path / name
+    shutil.move(path, kept)
+    path.symlink_to(name)
+    code, error = run(tmp_path / "run", "-restart", "auto")
+    assert code in (8, 10) and f"output: cannot read 'out/{name}': Too many levels of symbolic links" in error, (code, error)
+    assert len(error.splitlines()) == 1 and path.is_symlink()
+    path.unlink()
+    shutil.move(kept, path)
+    code, error = run(tmp_path / "run", "-restart", "auto")
+    assert code == 0 and content(tmp_path / "run") == expected, error
