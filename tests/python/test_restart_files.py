@@ -14,7 +14,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from calls import content  # noqa: E402
-from quoin_tools.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from run import ENVIRONMENT  # noqa: E402
 from scenes import dynamic, static  # noqa: E402
 

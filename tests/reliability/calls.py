@@ -36,6 +36,7 @@ from run import ENVIRONMENT, outcome  # noqa: E402
 FAILURES = ("EIO", "ENOSPC", "EDQUOT", "SHORT")
 OK, OUTPUT, NO_RESTART = 0, 8, 10
 CANNOT = 2  # of a tool
+LONGEST = 1200  # s: what hangs is found, however busy the machine is
 
 
 def frames():
@@ -87,7 +88,7 @@ class Scene:
 
     def run(self, *before, more=()):
         command = [*before, self.quoin, "-options_file", "scene.yaml", *more]
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, errors="replace", timeout=120,
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, errors="replace", timeout=LONGEST,
                               env=ENVIRONMENT | dict(os.environ))
         return done.returncode, done.stderr
 
@@ -164,7 +165,7 @@ class Tool(Scene):
 
     def fail(self, failure, n):
         command = [self.tool, "out", "all", failure, str(n), "log", sys.executable, "-m", f"quoin_tools.{self.name}", "out"]
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, errors="replace", timeout=300,
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, errors="replace", timeout=LONGEST,
                               env=os.environ | {"PYTHONPATH": str(HERE.parents[1] / "tools")})
         lines = (self.folder / "log").read_text(encoding="utf-8").splitlines()
         return done.returncode, done.stderr, int(lines[-1].split()[0]), lines[0]

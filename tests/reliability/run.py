@@ -35,10 +35,19 @@ from quoin_tools.mesh.blockmesh import write  # noqa: E402
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
                "OMPI_MCA_mpi_yield_when_idle": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-LONGEST = 300  # s, then a run counts as hung
+LONGEST = 300  # s in which a run writes nothing, then it counts as hung
 EVERY = {"static": 300, "cracked": 1000, "reduction": 700, "flood": 700, "variable": 500, "dynamic": 2000, "condensed": 300,
          "newton": 20, "stages": 10000}
 TRIES = 8  # runs that were over before the signal, one after the other
+
+
+def written(folder):
+    """When its files were written; one may be gone before it is looked at."""
+    times = {}
+    for path in folder.rglob("*"):
+        with contextlib.suppress(FileNotFoundError):
+            times[path] = path.stat().st_mtime_ns
+    return times
 
 
 class Job:
@@ -75,14 +84,18 @@ class Job:
         return pids
 
     def end(self, longest=LONGEST):
-        """Exit code, stdout, stderr; a run that hangs is an error."""
-        try:
-            out, error = self.process.communicate(timeout=longest)
-        except subprocess.TimeoutExpired:
-            self.kill("all ranks")
-            self.process.kill()
-            raise AssertionError(f"{self.folder}: hangs") from None
-        return self.process.returncode, out, error
+        """Exit code, stdout, stderr; a run that hangs is an error: one that writes nothing for so long, however slow a busy machine is."""
+        seen = None
+        while True:
+            try:
+                out, error = self.process.communicate(timeout=longest)
+                return self.process.returncode, out, error
+            except subprocess.TimeoutExpired:
+                last, seen = seen, written(self.folder)
+                if seen == last:
+                    self.kill("all ranks")
+                    self.process.kill()
+                    raise AssertionError(f"{self.folder}: hangs") from None
 
 
 def orphans(pids, patience=15.0):
