@@ -25,7 +25,7 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
 {
   const PetscInt at = 3 * m->n_bodies;
   uint64_t sum = 0;
-  PetscReal *history[END_ARRAYS], *crushed[END_ARRAYS], x[2 * END_ARRAYS];
+  PetscReal *history[END_ARRAYS], *crushed[END_ARRAYS], x[2 * END_ARRAYS] = {0.};
   const int n_history = ContactsEndArrays(c, FIELD_HISTORY, history),
             n_crushed = ContactsEndArrays(c, FIELD_CRUSHED, crushed);
   PetscFunctionBeginUser;

@@ -55,9 +55,9 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
   PetscCall(PetscMalloc1(e->n_padded, &energy));
   PetscCall(ElementEnergy(m, e, e->n_nodes, u, energy));
   for (PetscInt i = 0; i < e->n; i++) {
-    PetscInt vertex[4];
+    PetscInt vertex[4] = {VertexOf(e, i, 0)};
     PetscReal area, centroid[2], polar;
-    for (int k = 0; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
+    for (int k = 1; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
     BodyMotion *b = motion + m->vertex_condensed[vertex[0]];
     BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
     b->energy += energy[i];

@@ -12,9 +12,9 @@ typedef struct {
 static void add_blocks(const Model *m, const Elements *e, const PetscReal *about, BodySums *sum)
 {
   for (PetscInt i = 0; i < e->n; i++) {
-    PetscInt vertex[4];
+    PetscInt vertex[4] = {VertexOf(e, i, 0)};
     PetscReal area, centroid[2], polar;
-    for (int k = 0; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
+    for (int k = 1; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
     if (vertex[0] >= m->n_owned) continue; // a ghost: its body is elsewhere
     const PetscInt body = RigidOfVertex(m, vertex[0]);
     BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);

@@ -143,7 +143,9 @@ static inline void JointDirection(PetscReal xx, PetscReal xy, PetscReal yy, Pets
 }
 
 /* ---- contact_fields.c */
+// NOLINTNEXTLINE(bugprone-macro-parentheses): the plus joins what the list counts
 #define COUNT_ENDS(type, name, shape, kind, room) +((shape) == PER_END && sizeof(type) == sizeof(PetscReal))
+// NOLINTNEXTLINE(bugprone-macro-parentheses): the plus joins what the list counts
 #define COUNT_CRUSHES(type, name, shape, kind, room) +!!((kind)&FIELD_CRUSHES)
 /* How many arrays of reals the ends have, and how many of them are of FIELD_CRUSHES. */
 enum { END_ARRAYS = CONTACT_FIELDS(COUNT_ENDS), CRUSHES_ARRAYS = CONTACT_FIELDS(COUNT_CRUSHES) };
