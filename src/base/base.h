@@ -93,6 +93,8 @@ uint64_t HashWord(uint64_t x);
 uint64_t HashBytes(uint64_t seed, const void *data, size_t bytes);
 
 /* ---- parts.c */
+/* [s] Processor time of this thread: other programs on the machine do not count. */
+double ProcessorSeconds(void);
 /* Parts of the cost, for -log_view and for the line about cost under each stage. The first ones are parts of
    a cycle and are timed in some cycles only: PartSample chooses them. */
 typedef enum {

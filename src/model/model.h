@@ -126,6 +126,7 @@ typedef struct {
   PetscInt n_condensed, n_condensed_global; /* number of condensed bodies owned here, and of all */
   PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of the condensed bodies of all ranks */
   double condensed_wall;          /* [s] that their factors took; they are made once per run */
+  double condensed_processor;     /* [s] of the slowest rank's processor for them */
   struct _p_Condensed *condensed; /* (n_condensed,) ascending number; condense.c */
   Faces faces;                    /* neighbours.c */
   PetscInt n_faces_local;         /* the first n_faces_local faces belong to blocks at owned vertices; loads

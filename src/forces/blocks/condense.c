@@ -240,7 +240,7 @@ static PetscErrorCode factor_bodies(Model *m, const PetscInt *local, const doubl
 
 PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
 {
-  const double start = MPI_Wtime();
+  const double start = MPI_Wtime(), worked = ProcessorSeconds();
   double memory[2];
   PetscInt *local;
   PetscFunctionBeginUser;
@@ -256,8 +256,10 @@ PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
     m->condensed_dofs[1] += m->condensed[b].n_inner;
   }
   m->condensed_wall = MPI_Wtime() - start;
+  m->condensed_processor = ProcessorSeconds() - worked;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->condensed_dofs, 2, MPIU_INT, MPI_SUM, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_wall, 1, MPI_DOUBLE, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_processor, 1, MPI_DOUBLE, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
