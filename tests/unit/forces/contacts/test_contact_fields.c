@@ -66,10 +66,11 @@ static PetscErrorCode OneContactIsCopied(void)
   PetscCall(ContactsAllocate(&c));
   PetscCall(ContactsAllocate(&other));
   write_all(&c, 0);
+  for (PetscInt i = 0; i < CONTACTS; i++) c.owned[i] = i % 2 == 1; // read as what it is
   ContactsCopyOne(&c, FROM, &other, AT);
   ENSURE(other.key[2 * AT] == c.key[2 * FROM] && other.key[2 * AT + 1] == c.key[2 * FROM + 1]);
   ENSURE(other.klass[AT] == c.klass[FROM] && other.joint[AT] == c.joint[FROM]);
-  ENSURE(other.length[AT] == c.length[FROM]);
+  ENSURE(other.length[AT] == c.length[FROM] && other.owned[AT] == c.owned[FROM]);
   for (int row = 0; row < CONTACT_ROWS; row++)
     ENSURE(other.vertex[CONTACT_ROW(AT, row)] == c.vertex[CONTACT_ROW(FROM, row)]);
   PetscReal *from[END_ARRAYS], *to[END_ARRAYS];
