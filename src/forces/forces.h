@@ -5,21 +5,23 @@
 #include "forces/water/water.h"
 
 /* ---- terms.c: the table of force terms (term.h), row by row */
-/* Collective. Memory of all terms, into state->terms. */
+/* Collective. Creates the memory of all terms in state->terms. */
 PetscErrorCode TermsCreate(const Scene *scene, const Model *model, const Contacts *contacts, State *state);
 PetscErrorCode TermsDestroy(const Scene *scene, State *state);
-/* u, f, k: vertex arrays. Resisting forces besides those of contacts and deformable blocks; row sums; [J]. */
+/* TermsForces adds to f the resisting forces besides those of contacts and deformable blocks; TermsBound adds
+   row sums to k; TermsEnergy returns the stored energy of this rank [J]; TermsTangent gives `add` the
+   stiffness. u, f, k: vertex arrays. */
 void TermsForces(const Model *model, const State *state, const PetscReal *u, PetscReal *f);
 void TermsBound(const Model *model, const State *state, PetscReal *k);
 PetscReal TermsEnergy(const Model *model, const State *state, const PetscReal *u);
 PetscErrorCode TermsTangent(const Model *model, const State *state, const PetscReal *u, TermAdd add,
                             void *context);
-/* Whether the load presses on faces that move. */
+/* Whether the load presses on faces and follows their motion. */
 PetscBool TermPresses(const Scene *scene, const Load *load);
 /* Adds the forces of one load, a row of scene->loads. f: vertex array. */
 PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *stage, const State *state,
                            PetscInt load, PetscReal *f);
-/* Collective. See term.h. */
+/* Collective, all but TermsHistory. These call the functions of the same name in each row; see term.h. */
 PetscErrorCode TermsBegin(const Scene *scene, const Stage *stage, const Model *model,
                           const Contacts *contacts, const State *state);
 PetscErrorCode TermsSettle(const Scene *scene, const Stage *stage, const Model *model,
@@ -31,27 +33,30 @@ void TermsHistory(const Scene *scene, const State *state, TermHistory what);
 PetscErrorCode TermsArchive(Archive *archive, const Scene *scene, const Model *model, const State *state);
 PetscErrorCode TermsArchiveStable(Archive *archive, const Scene *scene, const Model *model,
                                   const State *state);
-/* Rank 0. */
+/* Rank 0. Writes the members of all terms into summary.json. */
 void TermsSummary(FILE *f, const Scene *scene, const Stage *stage, const Model *model, const State *state);
 
 /* ---- applied.c */
-/* Sets state->f_target from the stage's loads in the present position (water pressure stays normal to its
-   face); again after blocks have moved. */
+/* Sets state->f_target from the stage's loads in the present position. It must be called again after blocks
+   have moved, because water pressure stays normal to its face. */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Whether water acts that follows the faces it presses on. */
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
-/* Whether applied forces change with the displacements: by such water, or because the arms of forces about
-   the mass centre of a rigid body turn with it. */
+/* Whether applied forces change with the displacements: because of such water, or because the lever arms of
+   forces about the mass centre of a rigid body turn with the body. */
 PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage);
-/* For stages in time, which have no ramp: the loads that are not such into state->f_start; and, every step,
-   state->f_target from these and the water on the faces as they are. Nothing is allocated. */
+/* For stages in time, which have no ramp and so no other use for f_start. LoadsDead puts the loads that do
+   not follow the motion into state->f_start. LoadsFollow, called every step, makes state->f_target of these
+   and of the water on the faces as they are; it allocates nothing. */
 PetscErrorCode LoadsDead(const Scene *scene, const Model *model, const Stage *stage, State *state);
 PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *stage, State *state);
-/* Forces and present moments on rigid bodies, into the first 3 n_bodies entries of f, from the loads at their
-   vertices behind them; no moment where the resultant stands at the mass centre however a body turns. Whether
-   a body that may turn has a moment now or when turned. Local. */
+/* Sums the loads at vertices of rigid bodies into forces and present moments in the first 3 n_bodies entries
+   of f. The moment is zero where the resultant stands at the mass centre however the body turns. Returns
+   whether a body of this rank that may turn has a moment now or when turned. f: dof array with the vertex
+   array behind it. Not collective. */
 PetscBool LoadsTurn(const Model *model, const PetscReal *u, PetscReal *f);
-/* Where applied forces change with the displacements: those of now, at the present ramp. */
+/* Takes the applied forces anew, at the present displacements and ramp, where they change with the
+   displacements. */
 PetscErrorCode LoadsRenew(const Scene *scene, const Model *model, const Stage *stage, State *state);
-/* f_ext = (1 - ramp) f_start + ramp f_target. */
+/* Sets f_ext = (1 - ramp) f_start + ramp f_target. */
 void LoadsApply(const Model *model, State *state, PetscReal ramp);

@@ -1,21 +1,22 @@
 /* damping.c: adaptive Rayleigh damping (35)-(38).
 
-   Damping. With du = v dt the products k_tan du^2 of (37) are df.du, df the change of the RESISTING force
-   over the step, so
+   The tangent quotient. With du = v dt the products k_tan du^2 of (37) are df.du, where df is the change of
+   the RESISTING force over the step. So
 
-   Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)), alpha = 2 sqrt(Q),
+   Q = sum(df.du) / sum(m du.du) = sum(v.(f - f_old)) / (dt sum(v.m v)), alpha = 2 sqrt(Q).
 
-   the value of (35)-(37) without a division per dof (0/0 for dofs at rest). Applied loads are not in f:
-   their ramp must not look like stiffness. Q <= 0 happens when contacts open: the last positive value stays.
-   alpha dt is capped at 1.9.
+   This is the value of (35)-(37) without a division per dof, which would be 0/0 for dofs at rest. Applied
+   loads are not in f, because their ramp must not look like stiffness. Q <= 0 occurs when contacts open; the
+   last positive value then stays. alpha dt is capped at 1.9.
 
-   Where joints slip and open, a few sub-contacts that chatter raise that tangent quotient and overdamp the
-   slow modes, 2 to 5 times. The secant over the stage,
+   The secant quotient. Where joints slip and open, a few sub-contacts that chatter raise the tangent quotient
+   and overdamp the slow modes, 2 to 5 times. The secant over the stage,
 
    (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
 
-   looks at the motion that matters: the smaller of the two is taken. Once slip is kept as it comes (below) it
-   counts from where the ratio last halved or stalled: what still moves then is slower than what has moved. */
+   looks at the motion that matters, so the smaller of the two quotients is taken. Once slip is kept as it
+   comes (follow.c), the secant counts from where the unbalanced ratio last halved or stalled, because what
+   still moves then is slower than what has moved. */
 #include "motion/motion.h"
 #include "base/reproducible.h"
 
@@ -80,9 +81,9 @@ PetscErrorCode DampingStart(const Model *m, const State *state, Damping *damping
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Friction can feed an oscillation that the smaller damping does not still: when the unbalanced ratio has not
-   fallen by a tenth over STALL_CYCLES, the stage goes on with the tangent alone; not where slip is kept as it
-   comes, for springs feed nothing. */
+/* Gives the secant up for the rest of the stage when the unbalanced ratio has not fallen by a tenth over
+   STALL_CYCLES, because friction can feed an oscillation that the smaller damping of the secant does not
+   still. springs: slip is kept as it comes; then the secant stays, because springs feed no oscillation. */
 static void guard_secant(const State *state, PetscReal ratio, PetscBool springs, Damping *damping)
 {
   if (state->ramp < 1. || ratio < 0.9 * damping->best_ratio)
@@ -100,7 +101,7 @@ PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Petsc
     damping->q_secant = 0.;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
+  for (int pass = 0; pass < 2; pass++) { // first the largest terms, then the binned sums
     const Bins num_bins = BinsFor(PetscMax(top[0], 1e-290)), den_bins = BinsFor(PetscMax(top[1], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {
       // f belongs to the displacements before this cycle's step

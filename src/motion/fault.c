@@ -1,4 +1,4 @@
-/* fault.c: where numbers have stopped being numbers. */
+/* fault.c: finds the block where a force or displacement has stopped being a number. */
 #include "motion/motion.h"
 
 enum { GROUP_BITS = 16, FILE_BITS = 40 };
@@ -8,8 +8,9 @@ static PetscBool is_bad(const PetscReal *x)
   return (PetscBool) !(PetscAbsReal(x[0]) < PETSC_MAX_REAL && PetscAbsReal(x[1]) < PETSC_MAX_REAL);
 }
 
-/* A force that is no number spoils all vertices of the block it arises in, of its neighbours only those they
-   share: blocks without a good vertex go first, then the lowest id. */
+/* Blocks with fewer good vertices go first, then those with the lower file id. For a force that is no number
+   spoils all vertices of the block where it arises, but of the block's neighbours only the vertices they
+   share. */
 PetscInt64 FaultFind(const Model *m, const State *s)
 {
   const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;

@@ -1,21 +1,21 @@
-/* integrate.c: the central difference (11)-(20). One loop over degrees of freedom: displacements of
-   deformable vertices, translations and rotations of rigid bodies alike ((7) and (14) have one
-   form); LANES at once. */
+/* integrate.c: the central difference (11)-(20). One loop moves all degrees of freedom, LANES at once:
+   displacements of deformable vertices as well as translations and rotations of rigid bodies. It can, because
+   (7) and (14) have one form. */
 #include "motion/motion.h"
 #include "base/lanes.h"
 #include "base/reproducible.h"
 
 /* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
-  PetscReal dt, d1, d2, beta; /* (12), (13); stiffness-proportional damping, see damping.c */
-  PetscReal local;            /* part of the unbalanced force that opposes the velocity */
+  PetscReal dt, d1, d2, beta; /* d1, d2: (12), (13); beta: stiffness-proportional damping, see follow.c */
+  PetscReal local;            /* fraction of the unbalanced force that opposes the velocity */
   Bins num_bins, den_bins;
   Lanes num[2], den[2], num_max, den_max;
 } Sweep;
 
 KERNEL void BinAddLanes(const Bins *bins, Lanes x, Lanes sum[2])
 {
-#ifdef PLAIN_SUMS // for bench_plain_sums: what sums with the same bits in any order cost
+#ifdef PLAIN_SUMS // bench_plain_sums measures with it what sums with the same bits in any order cost
   (void)bins, sum[0] += x;
   return;
 #endif
@@ -37,16 +37,17 @@ KERNEL void AddTerms(Sweep *w, Terms t)
   BinAddLanes(&w->den_bins, t.den, w->den);
 }
 
-/* LANES degrees of freedom. in_q: NULL when all enter the quotient. f_old has done its work then and is
-   cleared for the forces of the next cycle while it is in the cache. local: local non-viscous damping, a
-   force against the velocity in proportion to the unbalanced one, whose work is never positive. */
+/* Moves LANES degrees of freedom. in_q: NULL when all enter the quotient. This is the last reader of f_old,
+   so it clears f_old for the forces of the next cycle while the values are in the cache. local: whether local
+   non-viscous damping acts; its force is proportional to the unbalanced force and opposes the velocity, so
+   its work is never positive. */
 KERNEL Terms MoveLanes(const Sweep *w, int local, const PetscReal *f_now, PetscReal *f_old,
                        const PetscReal *f_ext, const PetscReal *mass, const PetscReal *m_inv,
                        const PetscReal *in_q, PetscReal *v_at, PetscReal *u_at)
 {
   const Lanes f = LoadLanes(f_now), df = f - LoadLanes(f_old), v = LoadLanes(v_at);
   StoreLanes(f_old, LanesOf(0.));
-  // terms of (37) with the velocity that led here: v.(f - f_old) and v.m v, see damping.c
+  // terms of (37), v.(f - f_old) and v.m v, with the velocity that led here; see damping.c
   Lanes num = v * df, den = LoadLanes(mass) * v * v;
   if (in_q) num *= LoadLanes(in_q), den *= LoadLanes(in_q);
   // (11), (16): the new velocity at the half step; (17)-(20): the displacement at the step
@@ -61,8 +62,8 @@ KERNEL Terms MoveLanes(const Sweep *w, int local, const PetscReal *f_now, PetscR
   return (Terms){num, den};
 }
 
-/* x + y of the vertices of two vectors, a term of each: the same on any rank, and half as many to be cut into
-   bins as degrees of freedom. */
+/* Makes one term of each vertex: the sum of its x and its y. The term does not depend on where the vertex
+   stands on its rank, and there are half as many terms to cut into bins as degrees of freedom. */
 KERNEL Lanes ByVertex(Lanes p, Lanes q)
 {
   return __builtin_shufflevector(p, q, 0, 4, 2, 6) + __builtin_shufflevector(p, q, 1, 5, 3, 7);
@@ -73,14 +74,14 @@ KERNEL void AddVertices(Sweep *w, Terms p, Terms q)
   AddTerms(w, (Terms){ByVertex(p.num, q.num), ByVertex(p.den, q.den)});
 }
 
-/* Degrees of freedom from d on, in arrays of the state. */
+/* Moves LANES degrees of freedom from d on, in the arrays of the state. */
 KERNEL Terms MoveAt(const Sweep *w, int local, const State *s, const PetscReal *q, PetscInt d)
 {
   return MoveLanes(w, local, s->f + d, s->f_old + d, s->f_ext + d, s->m + d, s->m_inv + d, q ? q + d : NULL,
                    s->v + d, s->u + d);
 }
 
-/* The last n < LANES of them, by way of copies filled up with zeros. */
+/* Moves the last n < LANES degrees of freedom, in copies that are filled up with zeros. */
 static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, PetscInt d, PetscInt n)
 {
   const PetscReal *const in[8] = {s->f + d,     s->f_old + d,     s->f_ext + d, s->m + d,
@@ -97,7 +98,7 @@ static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, Petsc
   return t;
 }
 
-/* vertices: the range is of whole vertices, not of bodies. */
+/* vertices: whether the range holds whole vertices; otherwise it holds rigid bodies. */
 KERNEL void MoveLoop(Sweep *w, int local, const State *s, const PetscReal *q, int vertices, PetscInt from,
                      PetscInt to)
 {
@@ -118,8 +119,8 @@ KERNEL void MoveLoop(Sweep *w, int local, const State *s, const PetscReal *q, in
 
 KERNEL void Move_code(const Model *m, State *state, PetscInt from, PetscInt to, Sweep *w)
 {
-  const State s = *state; // no store changes its pointers, the compiler sees
-  Sweep sums = *w;        // in registers
+  const State s = *state; // a copy shows the compiler that no store changes these pointers
+  Sweep sums = *w;        // a copy stays in registers
   const PetscInt at = 3 * m->n_bodies;
   const PetscReal *q = m->in_quotient;
   if (sums.local > 0.) {

@@ -6,18 +6,18 @@ struct _p_Relaxation;
 struct _p_Output;
 
 /* ---- state_checksum.c */
-/* Collective. Sum over owned vertices, bodies and contacts of a hash of (number, bits of the state): the same
-   on any number of ranks when every bit is. */
+/* Collective. Sums a hash of (number, bits of the state) over owned vertices, bodies and contacts. The sum is
+   the same on any number of ranks when every bit of the state is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
                              uint64_t *checksum);
 
 /* ---- masses.c */
-/* Scaled masses (33)-(34) for dt = 1: the largest frequency of blocks and closed elastic joints
-   times dt is 2 safety. */
+/* Writes the scaled masses (33)-(34) for dt = 1. With these masses the largest frequency of blocks and
+   closed elastic joints, times dt, is at most 2 safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints,
                             const Contacts *contacts, State *state);
-/* Collective. True masses into state->m, and the largest stable step [s] for them, with contacts wherever
-   they may come. Refuses free degrees of freedom without mass. */
+/* Collective. Writes the true masses into state->m, and finds the largest step [s] that is stable for them
+   with contacts wherever they may come. Refuses free degrees of freedom without mass. */
 PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, State *state,
                                PetscReal *limit);
 
@@ -26,11 +26,10 @@ typedef struct {
   PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
   PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
 } QuotientSums;
-/* So many times larger than the largest terms of the last cycle may those of the next one be: the bins still
-   hold them. */
+/* The largest terms of a cycle may be this many times those of the cycle before; the bins still hold them. */
 #define SUMS_GROWTH 1048576.
-/* What two ranks, or more, have together; `lower` comes from the lower ranks, so that all get the same even
-   where something is not a number. */
+/* The sums of two groups of ranks together. `lower` comes from the lower ranks on every rank, so that all
+   ranks get the same result even where something is not a number. */
 static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const QuotientSums *higher)
 {
   return (QuotientSums){{lower->num[0] + higher->num[0], lower->num[1] + higher->num[1]},
@@ -38,21 +37,22 @@ static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const Quoti
                         PetscMax(lower->num_max, higher->num_max),
                         PetscMax(lower->den_max, higher->den_max)};
 }
-/* One central-difference step (11)-(20) of all dofs of this rank; sums of the
-   Rayleigh quotient on the way. */
+/* Makes one central-difference step (11)-(20) of all dofs of this rank, and sums the Rayleigh quotient on the
+   way. last: sums of the cycle before, of which the largest terms place the bins. */
 void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
-/* What IntegrateRange reads there, less u and f. */
+/* The arrays that IntegrateRange reads from `from` on, besides u and f. */
 Ahead IntegrateAhead(const State *state, PetscInt from);
-/* The same for the degrees of freedom `from` to `to` - 1; their terms are added to sums. */
+/* As Integrate, for the degrees of freedom `from` to `to` - 1; adds their terms to sums. */
 void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums);
 
 /* ---- fault.c */
-/* Of this rank: the block where a force or displacement is not finite, as a number that orders them; a large
-   one: none. Right at the cycle when it has happened, it is the block where it arose. */
+/* Finds the first block of this rank where a force or displacement is not finite: a number that orders such
+   blocks, FAULT_NONE when there is none. Called in the cycle in which that happened, it finds the block where
+   the fault arose. */
 #define FAULT_NONE ((PetscInt64)1 << 62)
 PetscInt64 FaultFind(const Model *model, const State *state);
-/* Collective. In words, the first of what the ranks have found. */
+/* Collective. Puts the first of the blocks that the ranks have found into words. */
 PetscErrorCode FaultName(const Model *model, PetscInt64 found, char text[128]);
 
 /* ---- sums.c */
@@ -60,7 +60,7 @@ typedef struct _p_Sums Sums;
 /* Collective. */
 PetscErrorCode SumsCreate(const Model *model, Sums **sums);
 PetscErrorCode SumsDestroy(Sums **sums);
-/* Tells what this rank has. Collective: waits for what all have together. */
+/* Collective, both. SumsBegin tells the sums of this rank; SumsEnd waits for those of all ranks together. */
 void SumsBegin(const Model *model, Sums *sums, const QuotientSums *mine);
 PetscErrorCode SumsEnd(const Model *model, Sums *sums, QuotientSums *all);
 
@@ -74,54 +74,56 @@ typedef struct _p_Damping {
   PetscReal q_secant;             /* [1/s2] Rayleigh quotient of the motion since then, 0: none */
   PetscBool tangent_only;         /* the secant damped too little in this stage */
   PetscReal best_ratio;           /* [-] least unbalanced ratio of the stage that counted as progress */
-  PetscInt64 best_cycle;          /* and its cycle */
+  PetscInt64 best_cycle;          /* the cycle that had best_ratio */
   PetscBool fault;                /* a sum over forces and velocities of this cycle is not a number */
 } Damping;
 PetscErrorCode DampingCreate(const Model *model, Damping *damping);
 PetscErrorCode DampingDestroy(Damping *damping);
-/* The secant starts from here. */
+/* Lets the secant start from the present state. */
 PetscErrorCode DampingStart(const Model *model, const State *state, Damping *damping);
-/* Collective. The secant quotient at this cycle. springs: slip is kept as it comes, and feeds no
-   oscillation. */
+/* Collective. Finds the secant quotient at this cycle. ratio: the unbalanced ratio. springs: slip is kept as
+   it comes, so friction feeds no oscillation. */
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, PetscBool springs,
                       Damping *damping);
-/* Collective. alpha from (35)-(38), division-free, from the sums of the cycle just done: Begin tells those of
-   this rank, End waits for those of the others. */
+/* Collective, both. They find alpha (35)-(38) from the sums of the cycle just done: DampingBegin tells those
+   of this rank, DampingEnd waits for those of the others. */
 void DampingBegin(const Scene *scene, const Model *model, Damping *damping, const QuotientSums *local);
 PetscErrorCode DampingEnd(const Scene *scene, const Model *model, State *state, Damping *damping);
 
 /* ---- state_archive.c */
-/* Collective. Faces and ghosts of model as they are where the dofs have displacements u (n_dof,); the state
-   keeps its own. Local numbers of vertices in contacts hold where the contacts were found. */
+/* Collective. Rebuilds the faces and ghosts of the model for displacements u (n_dof,) of the dofs; the state
+   keeps its own displacements. It is needed because the local numbers of vertices in contacts hold only with
+   the ghosts of the state in which the contacts were found. */
 PetscErrorCode NeighboursAt(Model *model, State *state, const PetscReal *u);
-/* The state of a run: State, Contacts, and what of Model follows the motion. */
+/* Collective. Writes or reads the state of a run: State, Contacts, and what of Model follows the motion. */
 PetscErrorCode StateArchive(Archive *archive, const Scene *scene, Model *model, State *state,
                             Contacts *contacts);
 
 /* ---- cycle.c */
-/* Collective. Ghost exchange, then the resisting forces of all contacts and blocks at the
-   present displacements. */
+/* Collective. Exchanges the ghosts, then finds the resisting forces of all contacts, terms and blocks at the
+   present displacements. Always writes the arrays of contacts for the last evaluation. contact_scale: as in
+   Step. */
 PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
                       PetscReal *contact_scale);
-/* Collective. One cycle, from displacements that ghosts have too, to displacements that ghosts have too.
-   contact_scale: NULL, or (n_dof,) receives |contact force| per dof; then the
-   contacts' arrays of the last evaluation are written too. */
+/* Collective. Makes one cycle. Ghosts must have the displacements of their owners before it, and have them
+   after it. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; the arrays of contacts for the
+   last evaluation are then written too. */
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                     State *state, Damping *damping, PetscReal *contact_scale);
 
-/* A stage that runs, and all that its functions hand on to each other; owns nothing. Who starts a stage puts
-   it together: quoin.c a stage of the scene, trial_stage.c a trial, attempt.c what it tries. None of the
-   pointers changes while the stage runs; what they point to does. */
+/* A stage that runs: all that its functions hand on to each other. A Problem owns nothing. Whoever starts a
+   stage puts it together: quoin.c for a stage of the scene, trial_stage.c for a trial, attempt.c for an
+   attempt. None of the pointers changes while the stage runs; what they point to does. */
 typedef struct {
-  /* of the run: the same in all its stages; on a new partition they are built anew in their places */
+  /* of the run: the same in all its stages; on a new partition the objects are built anew in their places */
   Model *m;
   Contacts *contacts;
   State *state;
   struct _p_Relaxation *relax; /* static stages and trials only */
-  struct _p_Output *output;    /* has the checkpoint too */
+  struct _p_Output *output;    /* it has the checkpoint too */
   /* of the stage */
   const Scene *scene;  /* that of the run; a trial of a flood has one with levels of water of its own */
-  const Stage *stage;  /* its row, or a copy; a trial has joints and a ramp of its own */
-  PetscInt number;     /* of that row in scene->stages */
-  StageResult *result; /* so far, from zero at the start of the stage or trial */
+  const Stage *stage;  /* the row of the scene, or a copy; a trial has joints and a ramp of its own */
+  PetscInt number;     /* the number of that row in scene->stages */
+  StageResult *result; /* the result so far, from zero at the start of the stage or trial */
 } Problem;

@@ -1,8 +1,8 @@
-/* state_archive.c: the state of a run, by gid; see archive.h. */
+/* state_archive.c: writes and reads the state of a run, by gid; see archive.h. */
 #include "motion/motion.h"
 
-/* Displacements of all vertices this rank knows, from those of its degrees of freedom. */
-static PetscErrorCode spread(const Model *m, PetscReal *u)
+/* Passes the displacements of this rank's degrees of freedom on to all vertices that it knows. */
+static PetscErrorCode pass_on(const Model *m, PetscReal *u)
 {
   PetscFunctionBeginUser;
   RigidMotion(m, u);
@@ -18,15 +18,16 @@ PetscErrorCode NeighboursAt(Model *m, State *s, const PetscReal *u)
   PetscCall(PetscMalloc1(m->n_dof, &kept));
   PetscCall(PetscArraycpy(kept, s->u, m->n_dof));
   PetscCall(PetscArraycpy(s->u, u, m->n_dof));
-  PetscCall(spread(m, s->u));
+  PetscCall(pass_on(m, s->u));
   PetscCall(NeighboursUpdate(m, s));
   PetscCall(PetscArraycpy(s->u, kept, m->n_dof));
-  PetscCall(spread(m, s->u));
+  PetscCall(pass_on(m, s->u));
   PetscCall(PetscFree(kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In a run that never verifies contacts they are those of the reference state. */
+/* Archives where contacts were last verified. In a run that never verifies, contacts are those of the
+   reference state, so zeros are written. */
 static PetscErrorCode archive_verified(Archive *a, Model *m, State *s)
 {
   PetscReal *reference = NULL;
@@ -72,11 +73,11 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   PetscCall(TermsArchive(a, scene, m, s));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
-  s->loads_turn = (PetscBool)turn; // a rank that has no such loads turns none
+  s->loads_turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
   c->springs = (PetscBool)(reals[10] > 0.);
-  PetscCall(spread(m, s->u));
+  PetscCall(pass_on(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* state_checksum.c: proofs that the parallel run is the serial one. */
+/* state_checksum.c: the checksum of a state, which shows that a run on several ranks is the run on one. */
 #include "motion/motion.h"
 
 static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)
@@ -13,7 +13,7 @@ static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)
   return h;
 }
 
-/* The numbers of contact i in these arrays, end by end of each; returns how many. */
+/* x: the numbers of contact i in these n arrays, both ends of an array after each other. Returns how many. */
 static PetscInt history_of(PetscInt i, int n, PetscReal *const array[], PetscReal x[2 * END_ARRAYS])
 {
   for (int a = 0; a < n; a++)

@@ -1,10 +1,10 @@
-/* sums.c: the one reduction of a cycle: the sums of the damping (37) over all ranks. They are binned
+/* sums.c: the one reduction of a cycle: the sums of the damping (37) over all ranks. The sums are binned
    (reproducible.h), so any order gives the same bits.
 
-   On one machine through shared memory, by recursive doubling: in round k a rank and the one whose number
-   differs in bit k tell each other what they have so far. With two ranks that is one cache line each way,
-   0.06 us against 0.3 to 0.45 of MPI_Allreduce; with n ranks log2(n) times as much. Ranks beyond the largest
-   power of two give theirs away first and hear the result at the end. */
+   On one machine the sums go through shared memory, by recursive doubling: in round k a rank and the rank
+   whose number differs in bit k tell each other what they have so far. With two ranks that is one cache line
+   each way and takes 0.06 us, where MPI_Allreduce takes 0.3 to 0.45; with n ranks it takes log2(n) times as
+   long. Ranks beyond the largest power of two give their sums away first and hear the result at the end. */
 #include "motion/motion.h"
 #include "base/shared.h"
 
@@ -17,15 +17,15 @@ typedef struct {
 enum { ROUNDS = 33 };
 
 typedef struct _p_Sums {
-  MPI_Op op; /* by messages, where the ranks are on several machines */
+  MPI_Op op; /* op and type are for messages, where there is no shared memory */
   MPI_Datatype type;
-  Shared memory; /* mine NULL: none */
-  uint64_t count;
-  QuotientSums so_far; /* of the ranks heard of in this reduction */
-  PetscInt n;
+  Shared memory;       /* memory.mine is NULL where there is none */
+  uint64_t count;      /* reductions so far */
+  QuotientSums so_far; /* of this rank and those heard of in this reduction */
+  PetscInt n;          /* number of rounds */
   struct {
-    Line *mine, *theirs;     /* NULL: nothing to tell, to hear; [2] copies */
-    PetscBool lower, result; /* theirs comes from lower ranks; is the result */
+    Line *mine, *theirs;     /* two copies each; NULL: this rank tells, or hears, nothing in this round */
+    PetscBool lower, result; /* theirs comes from lower ranks; theirs is the result of all ranks */
   } round[ROUNDS];
 } Sums;
 
@@ -37,7 +37,8 @@ static void MPIAPI reduce(void *in, void *inout, PetscMPIInt *n, MPI_Datatype *t
   for (PetscMPIInt i = 0; i < *n; i++) higher[i] = QuotientSumsOf(lower + i, higher + i);
 }
 
-/* With rank `with`: `tell` and `hear` it, or one of them. place: of the round in everybody's memory. */
+/* Adds a round in which this rank exchanges sums with the rank `with`. tell, hear: the directions in which it
+   does. place: where the round stands in every rank's memory. */
 static PetscErrorCode add_round(Sums *s, PetscMPIInt rank, PetscMPIInt with, PetscInt place, PetscBool tell,
                                 PetscBool hear)
 {
@@ -120,7 +121,8 @@ static PetscErrorCode hear(const Model *m, Sums *s, PetscInt k)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* By messages all is left to the end: MPI_Iallreduce took 0.7 us longer than MPI_Allreduce. */
+/* With messages this only stores the sums: MPI_Iallreduce, begun here, took 0.7 us longer than the
+   MPI_Allreduce in SumsEnd. */
 void SumsBegin(const Model *m, Sums *s, const QuotientSums *mine)
 {
   s->so_far = *mine;

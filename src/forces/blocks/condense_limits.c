@@ -1,9 +1,9 @@
-/* condense_limits.c: where the assumptions of condensed bodies (condense.c) end: contacts on faces that are
-   not kept, and large rotation. */
+/* condense_limits.c: tests whether the assumptions of condensed bodies (condense.c) still hold. They end at
+   contacts on faces that are not kept, and at large rotation. */
 #include "forces/blocks/blocks.h"
 
-/* Of an error of stress by linear rotation over the stress in the body: told above the first,
-   refused above the second. */
+/* Limits of the error of strain by linear rotation, over the strain in the body. Above the first a warning
+   tells it, above the second the stage is refused. */
 static const PetscReal ROTATION_TOLD = 1e-3, ROTATION_REFUSED = 1e-2;
 
 PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const Contacts *c)
@@ -25,8 +25,8 @@ PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Per condensed body: sums for the mean rotation about the mean vertex, stored energy, int E' dA with E' =
-   lambda + 2 mu. */
+/* Sums over a condensed body: those for its mean rotation about its mean vertex, the stored energy, and
+   int E' dA with E' = lambda + 2 mu. */
 typedef struct {
   PetscReal n, X, Y, u, v, turn, arm, energy, modulus;
 } BodyMotion;
@@ -68,8 +68,9 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A rotation by theta makes the false strain 1 - cos theta = theta^2/2 in both directions; the root mean
-   square of the strain in the body, weighted by its modulus, is sqrt(2 W / int E' dA). */
+/* Linear kinematics turns a rotation by theta into a false strain 1 - cos(theta) = theta^2/2 in both
+   directions. It is compared with the root mean square of the strain in the body, weighted by its modulus,
+   which is sqrt(2 W / int E' dA). */
 PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const Stage *stage,
                                       const State *state)
 {

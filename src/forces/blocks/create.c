@@ -1,4 +1,4 @@
-/* create.c: what follows from blocks and materials at set-up: stiffness against hourglass modes, rigid
+/* create.c: set-up of what follows from blocks and materials: stiffness against hourglass modes, rigid
    bodies, true masses. */
 #include "forces/blocks/blocks.h"
 
@@ -14,7 +14,8 @@ static PetscErrorCode hourglass(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks the dofs of the groups that enter the Rayleigh quotient (all when none is named). */
+/* Marks the dofs that enter the Rayleigh quotient, those of the named groups. When no group is named,
+   in_quotient stays NULL and all dofs enter. */
 static PetscErrorCode damping_groups(const Scene *scene, Model *m)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -35,7 +36,8 @@ static PetscErrorCode damping_groups(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* True masses and share in the damping quotient; supports come later (supports.c). */
+/* Allocates and fills what each degree of freedom has: true mass, part in the damping quotient, and support.
+   No dof has a support yet; supports.c sets them later. */
 static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
 {
   const PetscInt at = 3 * m->n_bodies;

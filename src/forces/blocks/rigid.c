@@ -1,10 +1,11 @@
-/* rigid.c: rigid bodies, single blocks or rigid macroblocks: three dofs at the centroid. Vertex
-   forces go to the centroid, vertex positions come from centroid and angle (never by adding
-   velocities: the shape would drift). In small strain both are linear: u + theta x r, arms of the
+/* rigid.c: rigid bodies (single blocks or rigid macroblocks), with three dofs at the centre of mass. Vertex
+   forces are summed at the centre. Vertex positions come from centre and angle, never by adding velocities,
+   because then the shape would drift. In small strain both are linear: u + theta x r, and lever arms of the
    reference state. */
 #include "forces/blocks/blocks.h"
 
-/* Sums over the blocks of a body, moments about `about` (n_bodies,2), NULL: the origin. */
+/* Sums over the blocks of a body. The functions that add to them take moments about `about` (n_bodies,2);
+   NULL: about the origin. */
 typedef struct {
   PetscReal area, area_x, area_y, mass, mass_x, mass_y, inertia;
 } BodySums;
@@ -15,7 +16,7 @@ static void add_blocks(const Model *m, const Elements *e, const PetscReal *about
     PetscInt vertex[4] = {VertexOf(e, i, 0)};
     PetscReal area, centroid[2], polar;
     for (int k = 1; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
-    if (vertex[0] >= m->n_owned) continue; // a ghost: its body is elsewhere
+    if (vertex[0] >= m->n_owned) continue; // the body of a ghost belongs to another rank
     const PetscInt body = RigidOfVertex(m, vertex[0]);
     BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
     const PetscReal mass = m->density[e->group[i]] * m->thickness * area;
@@ -28,7 +29,8 @@ static void add_blocks(const Model *m, const Elements *e, const PetscReal *about
   }
 }
 
-/* Deformable blocks that hang on a body leave their share (27) at its vertices: it moves with the body. */
+/* Adds the lumped masses (27) that deformable blocks leave at vertices of a body they share: these masses
+   move with the body. */
 static void add_hanging(const Model *m, const PetscReal *vertex_mass, const PetscReal *about, BodySums *sum)
 {
   for (PetscInt b = 0; b < m->n_bodies; b++)
@@ -41,7 +43,8 @@ static void add_hanging(const Model *m, const PetscReal *vertex_mass, const Pets
     }
 }
 
-/* Centre of mass (of area for a weightless body), then mass and inertia (30) about it, exact for polygons. */
+/* Finds the centre of mass (of area for a weightless body), then mass and inertia (30) about it. All are
+   exact for polygons. */
 static PetscErrorCode body_masses(Model *m)
 {
   BodySums *sum;
@@ -97,7 +100,7 @@ void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
     const PetscReal *C = m->body_X + 2 * b;
     PetscReal fx = 0., fy = 0., moment = 0.;
     for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      // lever arm in the present position: vertex minus centroid (small strain: in the reference state)
+      // lever arm from the centre in the present position (small strain: in the reference position)
       const PetscReal rx = (m->X[2 * v] - C[0]) + moving * (u_vertex[2 * v] - u[3 * b]);
       const PetscReal ry = (m->X[2 * v + 1] - C[1]) + moving * (u_vertex[2 * v + 1] - u[3 * b + 1]);
       fx += f_vertex[2 * v];
@@ -116,7 +119,7 @@ void RigidMotion(const Model *m, PetscReal *u)
     const PetscReal *C = m->body_X + 2 * b, theta = u[3 * b + 2],
                     half = large ? PetscSinReal(0.5 * theta) : 0.;
     const PetscReal s = large ? PetscSinReal(theta) : theta,
-                    c1 = -2. * half * half; // cos theta - 1 without loss of digits
+                    c1 = -2. * half * half; // cos(theta) - 1 without loss of digits
     for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
       const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
       u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);         // (21) integrated exactly

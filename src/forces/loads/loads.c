@@ -1,12 +1,12 @@
 /* loads.c: dead loads: self-weight, tractions, point forces. */
 #include "forces/loads/loads.h"
 
-/* Weight of the groups the load names: the lumped masses (27) times g downwards. A rigid block is one or two
-   triangles, each with a third of its weight at each vertex: the resultant stays at the block's centroid
-   however the body turns. */
+/* Adds the weight of the groups that the load names (all groups when it names none): the lumped masses (27)
+   times g downwards. A rigid block counts as one or two triangles, each with a third of its weight at each
+   vertex, so that the resultant stays at the centroid of the block however the body turns. */
 static PetscErrorCode weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex)
 {
-  Model chosen = *m; // the same model where the other groups weigh nothing
+  Model chosen = *m; // the same model, in which the other groups weigh nothing
   PetscReal *mass;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_groups, &chosen.density));

@@ -1,7 +1,8 @@
-/* crack.c: the cracked base: open length -> pressure -> equilibrium -> open length. */
+/* crack.c: the cracked base. The open length of a joint decides the pressure in it, the pressure the
+   equilibrium, and the equilibrium the open length; UpliftCrack makes one round of this iteration. */
 #include "forces/water/uplift.h"
 
-/* A contact along the joint: its ends in the order of s. */
+/* A contact along the joint, its two ends in the order of s (the place along the chord from the heel). */
 typedef struct {
   PetscReal s[2], u_n[2];
   PetscInt open[2];
@@ -13,7 +14,7 @@ static int span_order(const void *a, const void *b)
   return (p->s[0] > q->s[0]) - (p->s[0] < q->s[0]);
 }
 
-/* Contacts in the order of s. */
+/* spans: (n,) the contacts in the order of s. */
 static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow *rows, Span **spans)
 {
   Span *span;
@@ -32,11 +33,13 @@ static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stretch that is open; closure: of the joint at most [m] between the one before, or the heel, and it. */
+/* A stretch of the joint that is open. closure: [m] by how much the joint is closed, at most, between the
+   stretch before (or the heel) and this one. */
 typedef struct {
   PetscReal from, to, closure;
 } Stretch;
 
+/* Appends an open stretch; joins it to the last one where the gap between them is no more than tie. */
 static void add_open(PetscReal tie, PetscReal from, PetscReal to, PetscReal *closure, PetscInt *n,
                      Stretch *open)
 {
@@ -48,12 +51,14 @@ static void add_open(PetscReal tie, PetscReal from, PetscReal to, PetscReal *clo
   }
 }
 
+/* [m] Places along the joint that are nearer to each other than this are one. */
 static PetscReal tie_of(const Uplift *u)
 {
   return 1e-6 * u->length;
 }
 
-/* Where the joint is open, from heel to toe; where there is no contact, faces have parted. open: (3 n + 1) */
+/* open: (n_open of 3 n + 1,) where the joint is open, from heel to toe. A place without a contact is open,
+   because its faces have parted. */
 static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileRow *rows, PetscInt *n_open,
                                      Stretch *open)
 {
@@ -81,8 +86,9 @@ static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far the full head reaches: as far as the joint is open from the heel; with reaches: any, to the end of
-   the last stretch that does not run out at the toe, where it has the tailwater. */
+/* [m] How far the full head reaches: as far as the joint is open from the heel. With the key `reaches: any`
+   it reaches to the end of the last open stretch that does not run out at the toe; one that does has the
+   tailwater. */
 static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const Stretch *open)
 {
   PetscReal wet = 0.;
@@ -95,7 +101,7 @@ static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const
   return wet > u->length - tie_of(u) ? u->length : wet;
 }
 
-/* Open stretches that the full head does not reach. */
+/* Notes in u->dry the open stretches that the full head does not reach. */
 static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch *open, Uplift *u)
 {
   u->n_dry = 0;
@@ -111,7 +117,8 @@ static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch 
   }
 }
 
-/* Collective. Measures the joint of a cracked load as it is now; wet: how far the full head should reach. */
+/* Collective. Measures the joint of a cracked load as it is now. wet: [m] how far the full head should
+   reach. */
 static PetscErrorCode measure(const Model *m, const Contacts *c, const Load *load, Uplift *u, PetscReal *wet)
 {
   PetscInt n, n_open = 0;
@@ -142,7 +149,7 @@ PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
     PetscCall(measure(m, v->contacts, load, u, &wet));
     for (PetscInt i = 0; i < u->n_dry && tell && !m->rank; i++) {
       const UpliftDry *d = u->dry + i;
-      if (d->at_toe) continue; // the tailwater stands there
+      if (d->at_toe) continue; // a stretch at the toe has the tailwater
       fprintf(
           stderr,
           "quoin: warning: stage %s: %s: the joint is open over %.4g m, from %.4g to %.4g m from the heel, "
@@ -175,7 +182,7 @@ PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *ag
 {
   const Stage *stage = v->stage;
   enum { MOST_ROUNDS = 200 };
-  const PetscReal through = 0.99; // of the joint: what is left is crushed before it holds
+  const PetscReal through = 0.99; // of the joint's length: the rest would be crushed before it holds
   const PetscBool at_rest = (PetscBool)(result->verdict == VERDICT_CONVERGED);
   PetscReal crack = 0.;
   PetscFunctionBeginUser;
@@ -186,7 +193,7 @@ PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *ag
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(v->m, v->contacts, load, u, &crack));
     const PetscBool runs = (PetscBool)(crack > through * u->length);
-    // on the way only growth counts: at rest it may shrink again
+    // before equilibrium only growth counts; the crack may shrink again at rest
     const PetscReal change = at_rest ? PetscAbsReal(crack - u->crack) : crack - u->crack;
     if (!runs && change <= load->uplift.crack_tolerance) continue;
     if (runs || u->rounds >= MOST_ROUNDS) {

@@ -1,4 +1,4 @@
-/* profile.c: the contacts of a joint, the same on all ranks. */
+/* profile.c: gathers the contacts of a joint, in the same order on all ranks. */
 #include "forces/water/uplift.h"
 
 static int row_order(const void *a, const void *b)
@@ -9,7 +9,6 @@ static int row_order(const void *a, const void *b)
   return 0;
 }
 
-/* Contacts with a face in the list of gids, by their faces. */
 PetscErrorCode GatherProfile(const Model *m, const Contacts *c, PetscInt n_gids, const PetscInt *gids,
                              PetscInt *n, ProfileRow **rows)
 {

@@ -5,14 +5,13 @@ void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[
 {
   const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], N[2] = {1. - at, at};
   for (int k = 0; k < 2; k++) {
-    f[2 * k] -= N[k] * push * ey; // the outward normal times length is (ey, -ex)
+    f[2 * k] -= N[k] * push * ey; // the outward normal times the length is (ey, -ex)
     f[2 * k + 1] += N[k] * push * ex;
   }
 }
 
-/* Water pressure rho g (level - y) into the face from a to b, exact for the linear pressure and
-   linear shape functions: two Gauss points on the wet part. x: (4) present ends of the face; f: (4)
-   forces at the two ends [N]. */
+/* Two Gauss points on the wet stretch of the face are exact, because pressure and shape functions are
+   linear. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])
 {
   const PetscReal za = level - x[1], zb = level - x[3];

@@ -1,10 +1,10 @@
 /* uplift.c: water pressure in a joint, on both of its faces.
 
-   The water is an external force on the blocks, so what the contacts of the joint carry IS the effective
-   stress, and the joint law sees it without a word about water. The pressure p(s) runs in straight lines
-   along the chord from the heel, s = 0, to the toe, s = L, and presses normal to each face in its present
-   position. H1, H2: heads at heel and toe, H3 at the drain, s = X; K = 1 - efficiency; T: open length. The
-   rules:
+   The water is an external force on the blocks. So the stress that the contacts of the joint carry IS the
+   effective stress, and the joint law needs to know nothing about water. The pressure p(s) runs in straight
+   lines along the chord from the heel, s = 0, to the toe, s = L, and presses normal to each face in its
+   present position (in small strain: in the reference position). H1, H2: heads at heel and toe; H3: head at
+   the drain, s = X; K = 1 - efficiency; T: open length. The rules:
 
      linear        H1 to H2
      npb, usbr     H3 = H2 + K (H1 - H2), K = 1/3: "reduced by two thirds"
@@ -14,18 +14,18 @@
      cracked       H1 as far as T, then to H3 while T < X; T >= X: the drain is lost, H1 to H2 from T on
      reaches       T ends where the crack from the heel does, or (any) the last open stretch short of the toe
 
-   npb is the paper's; what the user must compare with the guideline in force: usbr (written for X <= 0.05
-   H1), usace and ferc, and the crack in all of them (docs/scene.md). */
+   npb is the rule of the paper. The user must compare the others with the guideline in force: usbr (written
+   for X <= 0.05 H1), usace and ferc, and the crack in all of them (docs/scene.md). */
 #include "forces/water/uplift.h"
 
 /* ---- the diagram */
 
 static PetscReal head(PetscReal level, PetscReal y)
 {
-  return level > y ? level - y : 0.; // none where there is no level (NaN)
+  return level > y ? level - y : 0.; // a level that is not given is NaN and gives no head
 }
 
-/* Head at the drain. */
+/* The head H3 at the drain. */
 static PetscReal drain_head(const Load *load, PetscReal H1, PetscReal H2, PetscReal H4, PetscReal L,
                             PetscReal T)
 {
@@ -46,7 +46,7 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
   d->n = 0;
   d->s[d->n] = 0., d->p[d->n++] = rho_g * H1;
   if (T > 0.) d->s[d->n] = T, d->p[d->n++] = rho_g * H1;
-  if (X > T) // not without a drain (NaN)
+  if (X > T) // false without a drain, where X is NaN
     d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->uplift.drain_level, u->heel[1]), H2,
                                                       head(load->uplift.gallery, y_drain), L, T);
   if (T < L) d->s[d->n] = L, d->p[d->n++] = rho_g * H2;
@@ -54,7 +54,8 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
 
 /* ---- forces */
 
-/* Pressure from p[0] at t[0] to p[1] at t[1] (parameters along the face): exact by two Gauss points. */
+/* Adds the forces of pressure that runs from p[0] at t[0] to p[1] at t[1] (parameters along the face). Two
+   Gauss points are exact for it. */
 static void add_piece(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
                       PetscReal f[4])
 {
@@ -72,7 +73,7 @@ void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal 
   for (PetscInt i = 0; i + 1 < d->n; i++) {
     const PetscReal width = d->s[i + 1] - d->s[i], slope = width > 0. ? (d->p[i + 1] - d->p[i]) / width : 0.;
     PetscReal t[2], p[2];
-    if (PetscAbsReal(span) < 1e-9 * d->s[d->n - 1]) { // a step across the joint: one pressure
+    if (PetscAbsReal(span) < 1e-9 * d->s[d->n - 1]) { // a face across the joint, a step, has one pressure
       if (s[0] < d->s[i] || s[0] >= d->s[i + 1]) continue;
       t[0] = 0., t[1] = 1., p[0] = p[1] = d->p[i] + slope * (s[0] - d->s[i]);
     } else {
@@ -85,7 +86,6 @@ void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal 
   }
 }
 
-/* Place along the chord of a point in the reference state. */
 PetscReal UpliftPlace(const Uplift *u, const PetscReal X[2])
 {
   return ((X[0] - u->heel[0]) * (u->toe[0] - u->heel[0]) + (X[1] - u->heel[1]) * (u->toe[1] - u->heel[1])) /
@@ -113,7 +113,7 @@ void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, co
 
 /* ---- the joint line, the same on all ranks */
 
-/* Faces of the named set on all ranks: ascending gids. */
+/* Collective. gids: (n,) the faces of the named set on all ranks, ascending. */
 static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n, PetscInt **gids)
 {
   PetscInt s = 0, n_mine, *mine;
@@ -128,7 +128,8 @@ static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Both faces of every contact: the faces that the water presses on, even if the set names one side only. */
+/* Lists the faces that the water presses on: both faces of every contact, even if the set names one side
+   only. */
 static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *rows, Uplift *u)
 {
   PetscFunctionBeginUser;
@@ -144,7 +145,7 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the ends of contacts, each of the same weight. */
+/* e: direction of the joint, from the ends of its contacts, all with the same weight. */
 static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
 {
   PetscReal mean[2] = {0., 0.}, xx = 0., xy = 0., yy = 0.;
@@ -157,8 +158,8 @@ static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
   JointDirection(xx, xy, yy, e);
 }
 
-/* Heel and toe are the outermost ends; returns the largest distance of an end from the
-   chord, over its length. */
+/* Takes the outermost ends for heel and toe. Returns the largest distance of an end from the chord, over the
+   length of the chord. */
 static PetscReal find_chord(const Load *load, PetscInt n, const ProfileRow *rows, Uplift *u)
 {
   PetscReal e[2], low = PETSC_INFINITY, high = PETSC_NINFINITY, most = 0.;

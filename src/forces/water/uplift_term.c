@@ -1,4 +1,5 @@
-/* uplift_term.c: water in joints as a force term. Its memory: an Uplift for each load of the scene. */
+/* uplift_term.c: water in joints as a force term. The memory of the term is an Uplift for each load of the
+   scene. */
 #include "forces/water/uplift.h"
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -68,7 +69,7 @@ static PetscErrorCode archive_stable(Archive *a, const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Open stretches that the full head does not reach. */
+/* Writes the open stretches that the full head does not reach. */
 static void put_dry(FILE *f, const Uplift *u)
 {
   fprintf(f, "\"dry\": [");
@@ -85,8 +86,8 @@ static void put_dry(FILE *f, const Uplift *u)
   fprintf(f, "], ");
 }
 
-/* Of each uplift load that acts: open length, and the diagram with its resultants on
-   both sides of the drain. */
+/* Writes of each uplift load that acts its open length, and its diagram with the resultants on both sides of
+   the drain. */
 static void summary(FILE *f, const TermView *v)
 {
   const Scene *scene = v->scene;

@@ -5,8 +5,10 @@
 /* Rows of the table of force terms. */
 extern const TermKind Reservoir_term, Uplift_term;
 
-/* Adds to f what a Gauss point at `at` of the face from x[0..1] to x[2..3] gives its ends. push: [N/m] weight
-   times pressure times thickness; the face's length comes to it here. */
+/* Adds to f the forces that a Gauss point at `at` (0..1) of the face from x[0..1] to x[2..3] gives to the
+   ends of the face. push: [N/m] weight of the point times pressure times thickness; the function multiplies
+   it by the length of the face. */
 void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4]);
-/* Water pressure on one face, see reservoir.c. x: (4) its ends, f: (4) forces at them [N]. */
+/* Finds the forces of water with its surface at `level` on one face: pressure rho_g (level - y), normal to
+   the face. x: (4) present ends of the face. f: (4) forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);
