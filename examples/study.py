@@ -17,7 +17,7 @@ HEADER = ("section", "quantity", "unit", "paper", "ours", "independent")
 
 
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
     rows, missing = [], []
     for section, name in PARTS.items():

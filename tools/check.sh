@@ -9,6 +9,10 @@ source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 cd "$QUOIN_ROOT"
 
 quoin_checkers_make() {
+  if quoin_is_anothers checkers; then
+    echo "build/checkers leads to $(readlink -f build/checkers), which has no mypy: remove the link"
+    return 1
+  fi
   build/venv/bin/python -m venv --clear build/checkers &&
     build/checkers/bin/pip install --disable-pip-version-check ruff==0.17.6 mypy==2.4.1 types-PyYAML==6.0.12.20261113
 }

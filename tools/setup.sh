@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the checkout ready to run: Debian packages, Python environment build/venv, program build/quoin.
-# Does only what is missing; details of each step go to build/setup.log.
+# Does only what is missing; details of each step go to build/setup.log. A build/venv that is a link to another checkout's stays as it is.
 #
 #   ./tools/setup.sh             once
 #   source tools/setup.sh        the same, and leaves the environment in this shell: venv, Open MPI, threads
@@ -106,12 +106,27 @@ quoin_tools_check() {
   fi
 }
 
+# whether build/<name> leads, by a link, to a folder that this checkout has not made: it is neither emptied nor given packages
+quoin_is_anothers() {
+  local folder=$QUOIN_ROOT/build/$1
+  [ "$(readlink -f "$folder")" != "$(readlink -f "$QUOIN_ROOT")/build/$1" ] && [ -n "$(ls -A "$folder/" 2>/dev/null)" ] &&
+    ! grep -qsF -- " $folder" "$folder/pyvenv.cfg"
+}
+
 # build/venv with the pinned packages; the stamp names place, Python and pins
 quoin_venv() {
   local python=/usr/bin/python3 venv=$QUOIN_ROOT/build/venv stamp
   [ -x "$python" ] || python=$(command -v python3) || return 1
   stamp="$venv $("$python" --version) $(sha256sum <"$QUOIN_ROOT/tools/requirements.txt")"
   if [ -x "$venv/bin/python" ] && [ "$(cat "$venv/stamp" 2>/dev/null)" = "$stamp" ]; then
+    return 0
+  fi
+  if quoin_is_anothers venv; then
+    if [ ! -x "$venv/bin/python" ]; then
+      echo "setup: build/venv leads to $(readlink -f "$venv"), which is no Python environment: remove the link"
+      return 1
+    fi
+    echo "setup: build/venv leads to $(readlink -f "$venv"), which is used as it is"
     return 0
   fi
   quoin_step "Python environment build/venv" quoin_venv_make "$python" "$venv" || return 1
@@ -129,6 +144,10 @@ quoin_peers() {
   local venv=$QUOIN_ROOT/build/venv list=$QUOIN_ROOT/tools/requirements_peers.txt
   if [ -z "${QUOIN_PEERS:-}" ] || cmp -s "$list" "$venv/peers"; then
     return 0
+  fi
+  if quoin_is_anothers venv; then
+    echo "setup: build/venv leads to $(readlink -f "$venv"): programs to compare with are installed from there"
+    return 1
   fi
   quoin_step "programs to compare with" "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps -r "$list" &&
     cp "$list" "$venv/peers"

@@ -238,6 +238,14 @@ def test_study_table(dam, local, voronoi, sliding, tmp_path):
     assert crest["paper"] == "6.5" and float(crest["ours"]) == pytest.approx(6.26, abs=0.01)
 
 
+@pytest.mark.parametrize("words", [["-h"], ["--help"], []])
+def test_study_usage(words, tmp_path):
+    """Asked how it is called it says so; it made a folder of the name -h."""
+    done = subprocess.run([sys.executable, str(ROOT / "examples/study.py"), *words], cwd=tmp_path, capture_output=True, text=True, check=False,
+                          env=dict(os.environ, PYTHONPATH=str(ROOT / "tools")))  # fmt: skip
+    assert "python examples/study.py OUT" in done.stderr and not done.stdout and not list(tmp_path.iterdir())
+
+
 def test_motion(tmp_path):
     """Frames of the block that slides off an edge; half a second of the rocking block: pt keeps its energy, t2pt does not."""
     chart = load(ROOT / "examples/motion/chart.py")

@@ -1,0 +1,80 @@
+"""tools/setup.sh where build/venv is a link: an environment that another checkout has made is used as it is, never emptied."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MAKE = 'quoin_venv_make() { mkdir -p "$2/bin" && echo "command = python -m venv --clear $2" >"$2/pyvenv.cfg" && ln -sf "$1" "$2/bin/python"; }'
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """The functions of the script without its last line, which calls them; making an environment is told only, and needs no network."""
+    *functions, call = (ROOT / "tools/setup.sh").read_text(encoding="utf-8").splitlines()
+    assert call.startswith("quoin_setup ||")
+    folder = tmp_path / "checkout"
+    (folder / "tools").mkdir(parents=True)
+    (folder / "build").mkdir()
+    (folder / "tools/setup.sh").write_text("\n".join([*functions, 'eval "$MAKE"', ""]), encoding="utf-8")
+    for name in ("requirements.txt", "requirements_peers.txt"):
+        shutil.copy(ROOT / "tools" / name, folder / "tools")
+    return folder
+
+
+def call(checkout, function, **more):
+    done = subprocess.run(["bash", "-c", f"source tools/setup.sh; {function}"], cwd=checkout, capture_output=True, text=True, check=False,
+                          env={"PATH": "/usr/bin:/bin", "MAKE": MAKE} | more)  # fmt: skip
+    assert not done.stderr
+    return done.returncode, re.sub(r"\d+ s$", "done", done.stdout, flags=re.M)
+
+
+def content(folder):
+    return sorted((str(path.relative_to(folder)), path.read_bytes() if path.is_file() else None) for path in folder.rglob("*"))
+
+
+def environment(folder, command):
+    """What stands in an environment that this command has made."""
+    (folder / "bin").mkdir(parents=True)
+    (folder / "bin/python").symlink_to("/bin/true")
+    (folder / "pyvenv.cfg").write_text(f"command = {command}\n", encoding="utf-8")
+    (folder / "stamp").write_text("/another/build/venv Python 3.11.2 of other packages\n", encoding="utf-8")
+
+
+def test_of_another_checkout(checkout, tmp_path):
+    other = tmp_path / "other/build/venv"
+    environment(other, f"/usr/bin/python3 -m venv --clear {other}")
+    (checkout / "build/venv").symlink_to(other)
+    before = content(other)
+    assert call(checkout, "quoin_venv") == (0, f"setup: build/venv leads to {other}, which is used as it is\n")
+    assert call(checkout, "quoin_peers", QUOIN_PEERS="1") == (1, f"setup: build/venv leads to {other}: programs to compare with are installed from there\n")
+    assert content(other) == before
+
+
+def test_of_no_environment(checkout, tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data/precious").write_text("yes")
+    (checkout / "build/venv").symlink_to(tmp_path / "data")
+    code, said = call(checkout, "quoin_venv")
+    assert code == 1 and said == f"setup: build/venv leads to {tmp_path / 'data'}, which is no Python environment: remove the link\n"
+    assert (tmp_path / "data/precious").read_text() == "yes"
+
+
+@pytest.mark.parametrize("linked", ["", "build", "venv"])
+def test_its_own_is_made_and_renewed(checkout, tmp_path, linked):
+    """On another disk, too; and again where it is half made, or for other packages."""
+    if linked == "build":
+        (checkout / "build").rmdir()
+    if linked:
+        (tmp_path / "disk").mkdir()
+        (checkout / "build" / (linked if linked == "venv" else "")).symlink_to(tmp_path / "disk")
+    made = "setup: Python environment build/venv ... done\n"
+    assert call(checkout, "quoin_venv") == (0, made) and call(checkout, "quoin_venv") == (0, "")
+    (checkout / "build/venv/stamp").unlink()
+    assert call(checkout, "quoin_venv") == (0, made)
+    with open(checkout / "tools/requirements.txt", "a", encoding="utf-8") as file:
+        file.write("# more\n")
+    assert call(checkout, "quoin_venv") == (0, made) and call(checkout, "quoin_venv") == (0, "")
