@@ -3,7 +3,7 @@
 #include "base/reproducible.h"
 #include <float.h>
 
-/* Largest terms over all ranks, so that the sums can be binned; not finite: "bad" > 0. */
+/* The largest terms of the sums over all ranks: bins need them. bad: > 0 when something is not finite. */
 typedef struct {
   PetscReal unbalanced, scale, kinetic, displacement, increment, bad;
 } Largest;
@@ -38,7 +38,8 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   result->finite = (PetscBool)(l.bad == 0.);
   if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
 
-  // per macroblock: sum |unbalanced| over free dofs, sum |applied| + |contact| + |reaction|; two bins each
+  // of each macroblock, in two bins each: the sum of |unbalanced| over its free dofs, and the sum of
+  // |applied| + |contact| + |reaction|; behind them the kinetic energy
   const Bins r_bins = BinsFor(PetscMax(l.unbalanced, 1e-290)), s_bins = BinsFor(PetscMax(l.scale, 1e-290)),
              k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
   PetscCall(PetscCalloc1(4 * nb + 2, &sum));
@@ -50,7 +51,7 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
     BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (Held(m, d) ? r : 0.), s + 2);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4 * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
-  // a body that carries next to nothing is not judged by rounding noise
+  // the floor keeps rounding noise from judging a body that carries next to nothing
   for (PetscInt b = 0; b < nb; b++) floor = PetscMax(floor, 1e-6 * (sum[4 * b + 2] + sum[4 * b + 3]));
   result->ratio = 0.;
   result->worst_body = -1;

@@ -1,34 +1,36 @@
-/* confirm.c: how near a stage that is told converged is to its equilibrium.
+/* confirm.c: how near a stage that has converged is to its equilibrium.
 
-   Friction that is on its way to the law, or that has kept slip as it came, is in balance with other forces
-   than those of the law. The law itself is asked: friction from the last equilibrium. Its unbalanced ratio
-   says little near a limit load, where a hair of force is a long way. So the law is asked a second time, a
-   part BACK of the stage's way du back, and
+   The law. Friction that still follows the law, or that has kept slip as it came, balances other forces than
+   those of the law. So the forces of the law itself, with friction from the committed history, are evaluated.
+   Their unbalanced ratio says little near a limit load, where a tiny force makes a large displacement. So
+   they are evaluated a second time, at u - BACK du, where du is the displacement since the stage began. The
+   fraction of du by which du is wrong is then the Newton step along it,
 
-     part = du.r / du.K du,   K du = (f(u) - f(u - BACK du))/BACK,
+     fraction = du.r / du.K du,   K du = (f(u) - f(u - BACK du))/BACK.
 
-   is by how much of itself the way is wrong: the Newton step along it. Where by the law a body slips all
-   along, nothing holds it where it is, and how far it is off is not known (carried.c).
+   Where by the law a body slips along all its contacts, nothing holds it where it is, and its error is not
+   known (carried.c).
 
-   The ratio measures by all forces on a body. A stage that changes little of them is told converged while
-   part of its own change is out of balance: du.r / du.(f - f_0) of it, along its way. */
+   The stage's own change. The unbalanced ratio measures by all forces on a body. A stage that changes little
+   of these converges while its own change is still out of balance, by the fraction du.r / du.(f - f_0) along
+   du. */
 #include "solve/newton.h"
 
-static const PetscReal PATH_RATIO = 5e-4; /* unbalanced, with friction from the last equilibrium: is told, */
-static const PetscReal PATH_WAY = 0.01;   /* and so is this part of the way, */
-static const PetscReal PATH_TIMES = 10.;  /* from so many tolerances on */
-static const PetscReal SHORT = 0.005;     /* of a stage's own change, out of balance, is told */
-static const PetscReal LEAST_WAY = 1e-5;  /* of the largest displacement: less is no way */
+static const PetscReal PATH_RATIO = 5e-4; /* unbalanced ratio by the law that is warned of */
+static const PetscReal PATH_WAY = 0.01;   /* error of du, as a fraction of it, that is warned of */
+static const PetscReal PATH_TIMES = 10.;  /* tolerances: up to these the ratio by the law is good enough */
+static const PetscReal SHORT = 0.005;     /* fraction of a stage's own change, out of balance, warned of */
+static const PetscReal LEAST_WAY = 1e-5;  /* over the largest displacement: less is not judged */
 static const PetscReal BACK = 0.01;
-static const PetscReal TURNING =
-    0.0025; /* of the work of a stage, by moments that condensed bodies lack: is told */
+static const PetscReal TURNING = 0.0025; /* fraction of a stage's work by missing moments, warned of */
 
-/* The history of contacts, kept while the law is asked. */
+/* The history of contacts and how they use it, kept while the forces of the law are evaluated. */
 typedef struct {
   PetscReal *history, pull;
   PetscBool held, springs;
 } Kept;
 
+/* From here on forces are those of the law; `kept` receives what as_before needs. */
 static PetscErrorCode ask_law(Contacts *c, Kept *kept)
 {
   PetscReal *history[END_ARRAYS];
@@ -42,6 +44,7 @@ static PetscErrorCode ask_law(Contacts *c, Kept *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* From here on forces are again those of the stage. */
 static PetscErrorCode as_before(Contacts *c, const Kept *kept)
 {
   PetscReal *history[END_ARRAYS];
@@ -80,8 +83,8 @@ PetscErrorCode ConfirmByLaw(const Problem *p, PetscReal *contact_scale)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Over all ranks, with du the way of the stage: work[0]: r.du, work[1]: f.du, work[2]: (f - f_0).du; most:
-   the largest entry of du and of u. */
+/* Sums over all ranks, with du the displacement from where the account was opened (guard.c) to u. work:
+   r.du, f.du, (f - f_0).du; most: the largest entries of du and of u. */
 static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal work[3], PetscReal most[2])
 {
   const State *s = p->state;
@@ -101,8 +104,9 @@ static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* By what part of itself the way is wrong by the law, whose forces are those just evaluated. */
-static PetscErrorCode wrong_part(const Problem *p, PetscReal *part)
+/* The fraction of du by which du is wrong by the law, as the head of this file says. The forces of the law
+   must be those last evaluated. */
+static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
 {
   PetscReal here[3], behind[3], most[2], *x;
   const PetscReal *at;
@@ -122,8 +126,8 @@ static PetscErrorCode wrong_part(const Problem *p, PetscReal *part)
   PetscCall(VecRestoreArrayRead(u, &at));
   PetscCall(NewtonMove(p, u));
   const PetscReal drives = PetscAbsReal(here[0]), holds = (here[1] - behind[1]) / BACK;
-  *part = drives < holds ? drives / holds : drives > 0. ? 1. : 0.;
-  if (most[0] < LEAST_WAY * most[1]) *part = 0.;
+  *fraction = drives < holds ? drives / holds : drives > 0. ? 1. : 0.;
+  if (most[0] < LEAST_WAY * most[1]) *fraction = 0.;
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&back));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -140,8 +144,8 @@ static PetscErrorCode say_path(PetscReal ratio, const char *off, StageResult *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Local damping lets blocks run past their place, and slip keeps that: another place of balance by the law.
-   */
+/* Warns of local damping, once something has slipped. It lets blocks run past their equilibrium, and slip
+   keeps them there: the place is an equilibrium by the law too, so no check of balance can find it. */
 static PetscErrorCode say_overshoot(const Problem *p)
 {
   const Contacts *c = p->contacts;
@@ -166,23 +170,24 @@ PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale)
 {
   const Scene *scene = p->scene;
   const PetscReal least = PATH_TIMES * p->stage->tolerance;
-  PetscReal ratio, part = 0.;
+  PetscReal ratio, fraction = 0.;
   PetscBool carried = PETSC_TRUE;
   Kept kept;
   PetscFunctionBeginUser;
   PetscCall(ask_law(p->contacts, &kept));
   PetscCall(unbalanced(p, contact_scale, &ratio));
   if (ratio > least) PetscCall(LoadsCarried(p, least, &carried));
-  if (ratio > least) PetscCall(wrong_part(p, &part));
+  if (ratio > least) PetscCall(wrong_fraction(p, &fraction));
   PetscCall(as_before(p->contacts, &kept));
   PetscCall(PetscFree(kept.history));
   char off[32] = "an unknown part";
-  if (carried && part < 1.)
-    PetscCall(PetscSNPrintf(off, sizeof(off), "about %.2g %%", (double)(100. * part)));
+  if (carried && fraction < 1.)
+    PetscCall(PetscSNPrintf(off, sizeof(off), "about %.2g %%", (double)(100. * fraction)));
   if (scene->damping == DAMPING_ADAPTIVE) PetscCall(say_path(ratio, off, p->result));
-  const PetscBool tells = (PetscBool)(!p->relax->told && (ratio > PATH_RATIO || part > PATH_WAY || !carried));
+  const PetscBool tells = (PetscBool)(!p->relax->told &&
+                                      (ratio > PATH_RATIO || fraction > PATH_WAY || !carried));
   if (scene->damping == DAMPING_LOCAL && !tells && !p->relax->told) PetscCall(say_overshoot(p));
-  if (tells) p->relax->told = PETSC_TRUE; // once a stage is enough, however many trials it has
+  if (tells) p->relax->told = PETSC_TRUE; // one warning is enough for a stage with many trials
   if (p->m->rank || !tells) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
@@ -201,20 +206,22 @@ PetscErrorCode ConfirmWay(const Problem *p)
   PetscFunctionBeginUser;
   if (p->stage->kind != STAGE_STATIC) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(work_along(p, p->state->u, work, most));
-  const PetscReal part = work[2] > 0. ? PetscAbsReal(work[0]) / work[2] : 0.;
-  if (p->m->rank || !(part > SHORT) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  const PetscReal fraction = work[2] > 0. ? PetscAbsReal(work[0]) / work[2] : 0.;
+  if (p->m->rank || !(fraction > SHORT) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
       "quoin: warning: stage %s: it changes little of the forces there were, and about %.2g %% of its own "
       "change is still out of balance, so its displacements are that far from their end: use a tolerance "
       "of %.1g\n",
-      p->stage->name, (double)(100. * part), (double)(p->stage->tolerance * 0.1 * SHORT / part));
+      p->stage->name, (double)(100. * fraction), (double)(p->stage->tolerance * 0.1 * SHORT / fraction));
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Moments about the places of condensed bodies as they are, [0] times their turn since the account was
-   opened, [1] sum over all ranks. Bodies are linear: forces act on them where they were. */
+/* work [J]: the sum over all condensed bodies of the moment that a body lacks times its turn since the
+   account was opened. A condensed body is linear, so forces act on it where it was before it moved; the
+   moment that it lacks is the sum of u x f. Its turn is the rotation that fits the displacements of its kept
+   vertices best. */
 static PetscErrorCode turning_work(const Problem *p, PetscReal *work)
 {
   enum { COUNT, X, Y, U, V, DU, DV, TURN, ARM, MOMENT, SUMS };
@@ -258,13 +265,14 @@ PetscErrorCode ConfirmCondensed(const Problem *p)
   if (!p->m->n_condensed_global || p->scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(work_along(p, p->state->u, work, most));
   PetscCall(turning_work(p, &turning));
-  const PetscReal part = work[2] > 0. ? PetscAbsReal(turning) / work[2] : 0.;
-  if (p->m->rank || !(part > TURNING) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  const PetscReal fraction = work[2] > 0. ? PetscAbsReal(turning) / work[2] : 0.;
+  if (p->m->rank || !(fraction > TURNING) || most[0] < LEAST_WAY * most[1])
+    PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(stderr,
           "quoin: warning: stage %s: forces act on condensed bodies where these were before they moved: "
           "displacements are off by about %.2g %% of the way since the stage began; do not condense slender "
           "bodies under strain: large\n",
-          p->stage->name, (double)(100. * part));
+          p->stage->name, (double)(100. * fraction));
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

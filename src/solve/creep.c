@@ -1,29 +1,32 @@
-/* creep.c: where Newton's method finds no equilibrium: overdamped motion, in implicit steps that grow.
+/* creep.c: overdamped motion in implicit steps that grow, where Newton's method finds no equilibrium.
 
-   The explicit loop, its inertia left out, is creep alpha m du/dt = r(u). A step of backward Euler over tau,
+   Creep. Without its inertia the explicit loop is the motion alpha m du/dt = r(u). A step of backward Euler
+   over tau is
 
-     drag m (u - u_creep) = r(u),   drag = alpha/tau,
+     drag m (u - u_creep) = r(u),   drag = alpha/tau.
 
-   is an equilibrium with springs to where the step began, and Newton's method finds it: the springs hold what
-   slips and is open, and a step that is not found is taken again, shorter. tau grows fourfold with each step
-   that is easy. So creep ends in one of two ways (for monotone r: proximal point iteration, Rockafellar
-   1976). Where there is an equilibrium, tau soon is that of Newton's method, which it becomes. Where there is
-   none, the motion goes on for ever, r tends to a constant (Pazy 1971), and steps as long as one likes follow
-   the mechanism until its faces have parted or slid too far (JudgeContacts): the verdict of the explicit
-   loop, on its path.
+   That is an equilibrium with springs to where the step began. Newton's method finds it, because the springs
+   hold what slips and what is open. A step that is not found is taken again, shorter. tau grows fourfold with
+   each step that is easy. So creep ends in one of two ways (for monotone r it is proximal point iteration,
+   Rockafellar 1976). Where there is an equilibrium, the drag soon is next to nothing, and steps are those of
+   Newton's method. Where there is none, the motion goes on for ever and r tends to a constant (Pazy 1971).
+   Then long steps follow the mechanism until its faces have parted or slid too far (JudgeContacts). That is
+   the verdict of the explicit loop, on its path.
 
-   Evidence. The same verdict, sooner: over three steps, of a way that grows at least twelvefold, the motion
-   keeps its direction and neither unbalanced ratio nor pace falls by a twentieth: the rule of the explicit
-   loop (judge.c: judge_chunk), over a longer way. An equilibrium in large strain that is farther away than
-   half of what makes the verdict, and a mechanism that turns back, prove nothing: water that follows its face
-   and a plane that rises hold a dam again, some centimetres beyond the limit of its shape; then the explicit
-   loop judges. Along every step r.du = drag du.m du > 0, to the accuracy asked for (STEP_ERROR): what the
-   loads do along the mechanism exceeds what friction takes and blocks store. A step carries no face by more
-   than half of what makes the verdict, so it is seen from several states, not from one that an iteration was
-   thrown to. Friction starts from the last equilibrium, as everywhere in newton.c.
+   Evidence. Three steps can give the same verdict sooner. Their way grows at least twelvefold, the motion
+   keeps its direction, and neither the unbalanced ratio nor the pace falls by a twentieth. That is the rule
+   of the explicit loop (judge.c: judge_chunk) over a longer way. Two outcomes prove nothing: an equilibrium
+   in large strain farther away than half of what makes the verdict, and a mechanism that turns back. Water
+   that follows its face and a plane that rises can hold a dam again, some centimetres beyond the limit of its
+   shape. Then the explicit loop judges.
 
-   A mechanism has no stiffness but that of bodies and faces that turn under their forces: the tangent has it
-   here (stiffness.c). Loads that follow the motion are those of where the step began. */
+   Along every step r.du = drag du.m du > 0, to the accuracy asked for (STEP_ERROR). So the loads do more work
+   along the mechanism than friction takes and blocks store. A step carries no face by more than half of what
+   makes the verdict. So the mechanism is seen from several states, not from one that an iteration was thrown
+   to. Friction starts from the last equilibrium, as everywhere in newton.c.
+
+   A mechanism has no stiffness but that of bodies and faces that turn under the forces they carry. The
+   tangent includes it here (stiffness.c). Loads that follow the motion are those at the start of the step. */
 #include "solve/newton.h"
 
 enum {
@@ -33,34 +36,35 @@ enum {
   FEW_ITERATIONS = 4,
   SOME_ITERATIONS = 8
 };
-static const PetscReal STEP_ERROR = 0.03; /* of the unbalanced force at its start: how exact a step is */
+static const PetscReal STEP_ERROR = 0.03; /* unbalanced force that a step may leave, over that at its start */
 static const PetscReal LOOSEST = 0.1, TIGHTEST = 1e-3; /* relative residual of a linear solve */
-static const PetscReal SHORTER = 8.;                   /* the drag of a step that is taken again */
-static const PetscReal MOST_PARTED = 0.05;             /* of a face, in one step, and of an equilibrium */
-static const PetscReal MOST_DRAG = 1e6;                /* over the first: gives up */
-static const PetscReal SEEN = 0.01;                    /* of a face: from there on a mechanism is */
-/* told by three steps: how the way grows, cosine, ratio and pace over those before; faces moved by */
+static const PetscReal SHORTER = 8.;                   /* factor on the drag of a step that is taken again */
+static const PetscReal MOST_PARTED = 0.05; /* fraction of a face: in one step, and up to an equilibrium */
+static const PetscReal MOST_DRAG = 1e6;    /* over the first drag: creep gives up */
+static const PetscReal SEEN = 0.01;        /* fraction of a face: a motion beyond it may not turn back */
+/* What three steps must show for a mechanism: growth of the way, cosine, ratio and pace over those before,
+   fraction of a face that faces have moved by. */
 static const PetscReal LONGER = 12., STRAIGHT = 0.98, STEADY = 0.95, THROUGH = 1e-3;
 
 /* A step, and the state it led to. */
 typedef struct {
   PetscReal parted; /* [-] farthest that two faces have moved, over their length: ContactsParted */
-  PetscReal ratio;  /* [-] unbalanced */
-  PetscReal way;    /* [m] farthest that something went */
-  PetscReal pace;   /* [m/cycle] the same over tau */
-  PetscReal cosine; /* between it and the step before */
+  PetscReal ratio;  /* [-] unbalanced ratio */
+  PetscReal way;    /* [m] largest displacement of the step */
+  PetscReal pace;   /* [m/cycle] way over tau */
+  PetscReal cosine; /* between this step and the one before */
 } Sight;
 
-/* The way so far. */
+/* The creep so far. */
 typedef struct {
-  PetscReal omega;  /* [1/cycle] of the elastic answer at the start: alpha is twice that */
-  PetscReal parted; /* [-] at the start */
-  Sight seen;       /* where the mechanism could be seen */
+  PetscReal omega;  /* [1/cycle] frequency of the elastic answer at the start: alpha is twice that */
+  PetscReal parted; /* [-] ContactsParted at the start */
+  Sight seen;       /* the last step that left faces within SEEN, or the first step */
   Sight last[3];    /* the last steps, the last one first */
   PetscInt steps;
 } Course;
 
-/* One step from u_creep, where the unbalanced force is `force`: its iterations, and whether it was found. */
+/* Takes one step from u_creep, where the norm of the unbalanced force is `force`. */
 static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *iterations, PetscBool *found)
 {
   PetscReal norm = force, before = force, least = force;
@@ -78,8 +82,9 @@ static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *it
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Motion since the step began, kept in relax->evidence.du_chunk, and the state it led to. */
-static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
+/* Measures the step just taken. Its motion goes into relax->evidence.du_chunk, which had that of the step
+   before. */
+static PetscErrorCode measure_step(const Problem *p, const Course *c, Sight *now)
 {
   const Newton *n = p->relax->newton;
   PetscReal *before = p->relax->evidence.du_chunk, sum[3] = {0., 0., 0.}, place[2];
@@ -104,7 +109,7 @@ static PetscErrorCode look(const Problem *p, const Course *c, Sight *now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rule of the explicit loop. */
+/* Whether three steps show a mechanism: the rule of the explicit loop. */
 static PetscBool moves_on(const Course *c)
 {
   const Sight *now = c->last, *first = c->last + 2;
@@ -113,7 +118,8 @@ static PetscBool moves_on(const Course *c)
                      now->ratio > STEADY * first->ratio && now->pace > STEADY * first->pace);
 }
 
-/* The mechanism is the last step's motion; what it is told by. */
+/* Gives the verdict with its evidence. The mechanism is the motion of the last step: chunk_start makes
+   MechanismTake read it in du_chunk. */
 static PetscErrorCode collapsed(const Problem *p, const Course *c)
 {
   const Sight *now = c->last, *from = p->result->verdict == VERDICT_NONE ? now + 2 : &c->seen;
@@ -136,13 +142,13 @@ static PetscErrorCode collapsed(const Problem *p, const Course *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step was found: the verdict, if there is one; or it was too long (again), or has turned back (lost). */
+/* Judges a step that was found. again: it was too long; lost: the mechanism has turned back. */
 static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, PetscBool *lost)
 {
   const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
   Sight now;
   PetscFunctionBeginUser;
-  PetscCall(look(p, c, &now));
+  PetscCall(measure_step(p, c, &now));
   *lost = (PetscBool)(parted > c->parted + SEEN && now.cosine < 0.);
   *again = (PetscBool)(now.parted > parted + MOST_PARTED);
   if (*again || *lost) PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,7 +160,9 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Equilibrium where a step begins: the way fell as it would not if steps only grew. Near enough: found. */
+/* Whether a step begins at an equilibrium: the ratio is small, and the last step was shorter than the one
+   before, which a mechanism in growing steps is not. found: the equilibrium is near enough; lost: it is too
+   far away to prove anything, or something is not finite. */
 static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *found, PetscBool *lost)
 {
   const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
@@ -171,15 +179,15 @@ static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *foun
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drag of the next step: the more work this one was the less it falls, and no less than gain, how far faces
-   have parted in it over the most that they may, tells. */
+/* Drag of the next step. It falls the less the more iterations this step took. gain, the motion of faces in
+   this step over the most that is allowed, is the least factor: so the next step will not be too long. */
 static PetscReal next_drag(PetscReal drag, PetscInt iterations, PetscReal gain)
 {
   const PetscReal factor = iterations <= FEW_ITERATIONS ? 0.25 : iterations <= SOME_ITERATIONS ? 0.5 : 1.;
   return drag * PetscMax(factor, gain);
 }
 
-/* Steps, until one of them has an answer. */
+/* Takes steps until one of them has an answer. */
 static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->relax->newton;

@@ -1,5 +1,6 @@
-/* factor.c: the factor of the assembled stiffness for Newton's method, and the memory it takes: asked for
-   before it is made, and where it runs out all the same, the explicit loop goes on (newton.c). */
+/* factor.c: the factor of the assembled stiffness for Newton's method, and the memory it takes. Whether there
+   is enough is asked before the factor is made. Where memory runs out all the same, the explicit loop goes on
+   (newton.c). */
 #include "base/memory.h"
 #include "solve/newton.h"
 
@@ -36,7 +37,8 @@ PetscErrorCode FactorWants(const Problem *p, const double memory[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* CHOLMOD says by an error whether it had no memory, or no factor. */
+/* Finds out from CHOLMOD's error whether it lacked memory or the matrix has no factor. context: PetscBool, it
+   lacked memory. */
 static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function, const char *file,
                                   PetscErrorCode code, PetscErrorType type, const char *message,
                                   void *context)
@@ -51,8 +53,9 @@ static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
-/* KSPSetUp by CHOLMOD. Its own line about an error is said better by ours; who asks for CHOLMOD's messages
-   gets them. Our option does not stay: another preconditioner of the user's would leave it unread. */
+/* Calls KSPSetUp with CHOLMOD silent, because our own warning says better what its error means. A user who
+   asks for CHOLMOD's messages gets them. Our option is taken away again: with another preconditioner of the
+   user's nothing would read it, and it would be reported as unread. */
 static PetscErrorCode set_up_silently(KSP ksp, PetscBool *wants)
 {
   PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
@@ -71,9 +74,9 @@ static PetscErrorCode set_up_silently(KSP ksp, PetscBool *wants)
 
 /* ---- the factor */
 
-enum { LARGE_FACTOR = 20000 }; /* degrees of freedom: from here on it is told before it is made */
+enum { LARGE_FACTOR = 20000 }; /* degrees of freedom from which on a line of progress precedes the factor */
 
-/* A line of progress with every solve, when it is time for one. */
+/* Shows a line of progress at a solve, when it is time for one. */
 static PetscErrorCode show_solve(KSP ksp, PetscInt i, PetscReal residual, void *context)
 {
   const Newton *n = context;
@@ -117,7 +120,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, type));
   PetscCall(PCFactorSetMatSolverType(pc, package));
-  PetscCall(KSPSetFromOptions(*ksp)); // -ksp_*, -pc_*; check_factor sees whether it is still a factor
+  PetscCall(KSPSetFromOptions(*ksp)); // options may replace the factor: check_factor tests what they give
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
   n->wants = PETSC_FALSE;
@@ -138,8 +141,9 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On one rank by CHOLMOD, whose solves take half as long as those of MUMPS; by MUMPS on several, and where
-   rounding has left a pivot below zero, which it can live with. */
+/* Factorises a symmetric tangent. On one rank CHOLMOD does it, whose solves take half as long as those of
+   MUMPS. MUMPS does it on several ranks, and where rounding has left a negative pivot, at which CHOLMOD
+   fails. */
 static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
 {
   const Newton *n = p->relax->newton;
@@ -153,8 +157,9 @@ static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A body that can still move freely (nothing holds it, a joint has no k_s) leaves a pivot of rounding size,
-   and its motion in a solution is noise: K0 x = K0 x_0 is solved for a known x_0. */
+/* Checks the factor by solving K0 x = K0 x_0 for a known x_0. The check is needed because a body that can
+   move freely (nothing holds it, or a joint has no k_s) leaves a pivot of rounding size, and its motion in a
+   solution is noise. */
 static PetscErrorCode check_factor(const Problem *p)
 {
   Newton *n = p->relax->newton;
@@ -191,7 +196,8 @@ PetscErrorCode FactorElastic(const Problem *p)
   PetscCall(KSPGetPC(n->elastic, &n->pc));
   if (!n->fails) PetscCall(check_factor(p));
   if (!n->wants) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPDestroy(&n->elastic)); // the explicit loop can use what they hold
+  // the explicit loop needs the memory of both
+  PetscCall(KSPDestroy(&n->elastic));
   PetscCall(StiffnessDestroy(&n->stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,10 +2,9 @@
    contacts. */
 #include "solve/solve.h"
 
-static const PetscReal CLOSES_FROM =
-    0.05; /* of the fastest motion: what moves less only follows the others */
+static const PetscReal CLOSES_FROM = 0.05; /* over the fastest motion: a slower end only follows the others */
 
-/* Motion of the vertices, (n_vertices,2) with ghosts, where the degrees of freedom move by du (n_dof,). */
+/* Motion v of all local vertices (n_vertices,2) when the degrees of freedom move by du (n_dof,). */
 static PetscErrorCode vertex_motion(const Model *m, const State *state, const PetscReal *du, PetscReal *v)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -25,7 +24,7 @@ static PetscErrorCode vertex_motion(const Model *m, const State *state, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What end k of contact i moves by where vertices move by v: along the joint, and apart. */
+/* Motion of end k of contact i when vertices move by v: along the joint, and apart. */
 static void end_motion(const Model *m, const State *state, const Contacts *c, PetscInt i, int k,
                        const PetscReal *v, PetscReal *along, PetscReal *apart)
 {
@@ -42,6 +41,7 @@ static void end_motion(const Model *m, const State *state, const Contacts *c, Pe
   *apart = (dv[0] * e[1] - dv[1] * e[0]) / length; // the outward normal is (e_y, -e_x)
 }
 
+/* The largest opening and sliding motion of each joint that can fail; motion: (n_joints,2). */
 static PetscErrorCode joint_motion(const Problem *p, const PetscReal *v, PetscReal *motion)
 {
   const Contacts *c = p->contacts;
@@ -71,14 +71,14 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   Trials *trials = &p->output->trials;
   PetscReal most = 0., *v, *du;
   PetscFunctionBeginUser;
-  // never NULL: that says "none", to all ranks
+  // a rank that owns nothing has an array too: NULL tells all ranks that there is no mechanism
   if (!trials->mechanism) {
     PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));
     PetscCall(PetscMalloc1(2 * p->scene->n_joints, &trials->joint_motion));
   }
   PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &v));
   PetscCall(PetscMalloc1(m->n_dof, &du));
-  // of the last chunk of cycles: single velocities still carry what vibrates in the blocks
+  // the motion is that over the last chunk of cycles, because velocities still carry what vibrates in blocks
   for (PetscInt d = 0; d < m->n_dof; d++) {
     if (from)
       du[d] = state->u[d] - from[d];
@@ -89,7 +89,8 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   PetscCall(PetscFree(du));
   for (PetscInt i = 0; i < m->n_owned; i++) most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
-  for (PetscInt i = 0; most > 0. && i < 2 * m->n_vertices; i++) v[i] /= most; // time is fictitious
+  // only the shape of the motion means something: its time is fictitious
+  for (PetscInt i = 0; most > 0. && i < 2 * m->n_vertices; i++) v[i] /= most;
   PetscCall(PetscArraycpy(trials->mechanism, v, 2 * m->n_owned));
   PetscCall(joint_motion(p, v, trials->joint_motion));
   PetscCall(PetscFree(v));

@@ -1,29 +1,32 @@
 /* follow.c: friction while a static stage is on its way to equilibrium.
 
-   Friction flutter. Slip by a rule that is not associated makes the tangent stiffness unsymmetric: fast
-   oscillations along a sliding joint grow by some 1e-3 a cycle and never let it rest, for mass-proportional
-   damping hardly touches them, and they carry the joint along as shaking would. So adaptive damping has a
-   part proportional to stiffness too where joints can slip, a force beta (f - f_old): a quarter of critical
-   at the highest frequency, nothing at the lowest. When the unbalanced ratio has not halved in two periods
-   it is doubled and the secant left alone: only what moves on then is a collapse.
+   Friction flutter. Slip is not associated, so the tangent stiffness is unsymmetric, and fast oscillations
+   along a sliding joint can grow by some 1e-3 a cycle. Mass-proportional damping hardly touches them: the
+   joint never rests, and they carry it along as shaking would. So where joints can slip, adaptive damping
+   also has a part proportional to stiffness, a force beta (f - f_old). With beta = 0.25, the default, that is
+   a quarter of critical at the highest frequency and nothing at the lowest. When the unbalanced ratio has not
+   halved in two chunks (judge.c), beta is raised to 0.5 and the secant is given up: only what moves on after
+   that is a collapse.
 
-   Friction on the way. A static stage has the history of its last equilibrium (false slip: theory.md, ab),
-   so its friction is a force that depends on place alone, tau = f(slip held, u). Where a contact slides,
+   Friction on the way. In a static stage every evaluation starts from the committed history (false slip:
+   theory.md, ab), so friction is a force that depends on place alone, tau = f(committed slip, u). Where a
+   contact slides,
 
-   d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0],
+     d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0].
 
-   pressure drives shear and not the other way round: that force has a curl, and a closed path of opening and
-   sliding gains work k_n tan(phi) times its area. With an elastic surrounding that couples the two the
-   eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So contacts do not
-   have that force on the way: they have elastic-plastic springs that keep their slip and take energy, which
-   each cycle draws by `pull` (contacts.h: Contacts) towards the force of the law. What is faster than 1/pull
-   cycles meets springs; what is slow, and every equilibrium, meets the law (stress_models.h:
-   RespondFollowing, confirm.c: ConfirmByLaw). */
+   Pressure drives shear here, and shear does not drive pressure. So the force has a curl, and a closed path
+   of opening and sliding gains work, k_n tan(phi) times its area. Where an elastic surrounding couples the
+   two, eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So contacts on
+   the way do not have that force. They have elastic-plastic springs, which keep their slip and take energy,
+   and each cycle draws the force of a spring by the fraction `pull` (contacts.h: Contacts) towards the force
+   of the law. Motions faster than 1/pull cycles meet springs; slow motions and every equilibrium meet the law
+   (stress_models.h: RespondFollowing, confirm.c: ConfirmByLaw). */
 #include "solve/solve.h"
 
-static const PetscReal FOLLOW_FAR = 0.05;
+static const PetscReal FOLLOW_FAR = 0.05; /* pull that follows the law from afar */
 
-/* f belongs to the displacements before this cycle's step. */
+/* Starts the secant of the damping from this state. f belongs to the displacements before this cycle's
+   step. */
 static void secant_from(const Model *m, const State *state, Relaxation *r)
 {
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -32,13 +35,13 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
   }
 }
 
-/* Friction that follows the law closely chatters sooner; one that follows from afar is slow to lose the slip
-   that the way has left behind. Where the unbalanced ratio has not halved in three halves of a period of the
-   slowest mode, the other is tried. Near a limit load, and where hundreds of stones slide, neither comes to
-   rest soon: after STALLS_TO_LET_GO of these slip is kept as it comes for the rest of the stage, by springs
-   as in time, which take energy from whatever moves (tptm would make some with its diagram: theory.md, m).
-   They feed no oscillation, so the secant damps again, not the tangent, which is tenfold too much where a
-   few contacts chatter. */
+/* Friction that follows the law closely chatters sooner; friction that follows from afar is slow to lose slip
+   that does not belong to the loads. So where the unbalanced ratio has not halved in one and a half periods
+   of the slowest mode, which is a stall, the other of the two is tried. Near a limit load, and where hundreds
+   of stones slide, neither comes to rest soon. After STALLS_TO_LET_GO stalls slip is therefore kept as it
+   comes for the rest of the stage, by springs as in stages in time: they take energy from whatever moves,
+   where the diagram of tptm would make some (theory.md, m). Springs feed no oscillation, so the secant damps
+   again: the tangent damps ten times too much where a few contacts chatter. */
 void FollowElse(const Model *m, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));

@@ -1,21 +1,26 @@
-/* guard.c: explicit cycles that make energy are unstable, and what they come to is no verdict.
+/* guard.c: the energy guard. Explicit cycles that make energy are unstable, and their outcome is no verdict.
 
-   Scaled masses, damping and friction or not: kinetic energy is at most what the loads have done since the
-   account was opened and what was there then, in motion and in blocks and joints,
+   Whatever masses, damping and friction are, the kinetic energy K is at most the work W of the loads since
+   the account was opened, and the energy that was there then: K_0 in motion and E_0 in blocks and joints,
 
-   K <= W + K_0 + E_0, W <= f_ext . (u - u_0) + R, E_0 <= sum |f_0 u_0|,
+     K <= W + K_0 + E_0,   W <= f_ext . (u - u_0) + R,   E_0 <= sum |f_0 u_0|.
 
-   supports with their reactions among f_0. R is what the ramp may have added to the loads that are there at
-   its end: W is at most max(f_start, f_ext) . (u - u_0) up to then. E_0 is what the forces of the start
-   would have done at full size on the way there, about twice what is stored. Twice all of it is allowed. An
-   account is opened where a stage starts, and where the water in a crack changes. W is only asked for when
-   the kinetic energy has doubled since it was last found in order, so that a check costs nothing. */
+   The forces f_0 include the reactions of supports. Until the ramp ends, W is taken as the larger of
+   f_start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0 is
+   the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
+   whole bound.
+
+   An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
+   water in a crack changes. The guard computes W only when K has doubled since it was last found in order, so
+   that a look costs next to nothing. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 
-static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1; /* PULL: of what it was */
+/* ALLOWED: times the bound. The others hold after a beginning anew: beta, the times by which the step is
+   shorter, and pull over what it was. */
+static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1;
 
-/* [J] Sums over all ranks of f_ext.du, f_start.du, |f_0 u_0|, from their binned terms. */
+/* work [J]: the sums over all ranks of f_ext.du, f_start.du and |f_0 u_0|, from binned terms. */
 static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
 {
   const Model *m = p->m;
@@ -39,7 +44,7 @@ static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [J] Since the account was opened: done is the bound of W, there is E_0 + K_0. Collective. */
+/* Collective. done [J]: the bound of W since the account was opened; there [J]: E_0 + K_0. */
 static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal *there)
 {
   PetscReal work[3];
@@ -50,8 +55,8 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the account was opened again, slower. With variable connectivity contacts are those found since: the
-   stage goes on from where it is, at rest. */
+/* The stage goes back to where the account was opened and begins anew, in shorter steps. With variable
+   connectivity the contacts are those found since, so it goes on from where it is, at rest. */
 static PetscErrorCode begin_anew(const Problem *p)
 {
   const PetscInt at = 3 * p->m->n_bodies;
@@ -107,7 +112,7 @@ PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (r->account.made_energy++) { // what they come to is judged with this in mind
+  if (r->account.made_energy++) { // the stage goes on, but EnergyVeto will doubt a collapse
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -126,7 +131,8 @@ PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stress models without a potential make energy by themselves where a contact opens: then it says nothing. */
+/* Whether a stress model has no potential. Such a model makes energy by itself where a contact opens, so a
+   kinetic energy that is too large then does not show that the cycles are unstable. */
 static PetscBool may_make_energy(const Scene *scene)
 {
   for (PetscInt j = 0; j < scene->n_joints; j++)
@@ -135,7 +141,7 @@ static PetscBool may_make_energy(const Scene *scene)
   return PETSC_FALSE;
 }
 
-/* Blocks that went against the loads moved by energy that the stress models have made. */
+/* Says that blocks have moved against the loads by energy that the stress models have made. */
 static void doubt_models(const Problem *p, PetscReal done, PetscReal there)
 {
   StageResult *result = p->result;
@@ -159,7 +165,8 @@ PetscErrorCode EnergyVeto(const Problem *p)
   PetscFunctionBeginUser;
   if (result->verdict != VERDICT_COLLAPSED) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(energy_since(p, &done, &there));
-  const PetscBool against = (PetscBool)(done + there < 0.); // K + E <= W + K_0 + E_0: nothing to move with
+  // K + E <= W + K_0 + E_0: with less than nothing on the right there was nothing to move with
+  const PetscBool against = (PetscBool)(done + there < 0.);
   if (may_make_energy(p->scene)) {
     if (against) doubt_models(p, done, there);
   } else if (against || p->relax->account.made_energy >= 2) {

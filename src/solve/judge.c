@@ -1,10 +1,10 @@
-/* judge.c: how a static stage ends. */
+/* judge.c: the verdict of a static stage, by the evidence of its cycles. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 #include <float.h>
 
 static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
-static const PetscReal FLOATS = 1e7; /* chunks: no elastic structure is so slow */
+static const PetscReal FLOATS = 1e7; /* chunks to the end of a motion: no elastic structure is so slow */
 enum { CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
 
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
@@ -93,9 +93,10 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
 
 /* ---- verdicts */
 
-/* A chunk lasts about one period of the slowest mode: omega_min = alpha/2 at the right damping. Where the
-   last equilibrium shows what is right, it counts: slipping contacts drive alpha up and down by factors. The
-   longer nothing is decided, the longer the chunks: a slow creep shows that it slows down. */
+/* A chunk lasts about one period of the slowest mode, whose frequency is alpha/2 at the right damping. The
+   damping of the last equilibrium is preferred to the present alpha, which slipping contacts drive up and
+   down by factors. Each chunk is longer than the one before, so that a slow creep shows that it slows
+   down. */
 static void start_chunk(const Model *m, const State *state, Relaxation *r)
 {
   const PetscReal alpha = r->evidence.settled_alpha > 0.
@@ -139,16 +140,16 @@ PetscErrorCode RelaxationStill(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What moved in the chunk just ended. */
+/* The displacement du over the chunk just ended. */
 typedef struct {
-  PetscReal norm;   /* [m] of the displacement */
-  PetscReal most;   /* [m] largest component of it */
-  PetscReal cosine; /* between it and that of the chunk before */
-  PetscReal away;   /* its product with the displacement since the start of the stage, in units; > 0: away */
-  PetscReal gain;   /* [-] largest part of its length that a contact has parted or slid by; -1: none can */
-  PetscReal rest;   /* chunks like it to where the unbalanced force along it is nothing */
-  PetscReal omega;  /* [1/cycle] frequency of the stiffness along it, 0: it has none */
-  PetscReal way;    /* [m] largest displacement since the start of the stage or trial */
+  PetscReal norm;   /* [m] of du */
+  PetscReal most;   /* [m] largest component of du */
+  PetscReal cosine; /* between du and that of the chunk before */
+  PetscReal away;   /* scaled product of du with the displacement since the start of the stage; > 0: away */
+  PetscReal gain; /* [-] fraction of its length that a contact has parted or slid by, at most; -1: none can */
+  PetscReal rest; /* chunks like this one to where no unbalanced force is left along du */
+  PetscReal omega; /* [1/cycle] frequency of the stiffness along du, 0: there is none */
+  PetscReal way;   /* [m] largest displacement since the start of the stage or trial */
 } ChunkMotion;
 
 static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, ChunkMotion *motion)
@@ -162,7 +163,7 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
     top[2] = PetscMax(top[2], PetscAbsReal(state->u[d] - r->evidence.u_0[d]) * length);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
-  // in units of the largest, so that one set of bins serves
+  // all terms are taken in units of the largest displacement, so that one set of bins serves
   const PetscReal tiny = DBL_MIN * 1e20, unit = PetscMax(PetscMax(top[0], top[1]), tiny),
                   far = PetscMax(top[2], tiny);
   const Bins bins = BinsFor(1.);
@@ -185,8 +186,9 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The stiffness along the motion of the chunk, du: the unbalanced force R changes by dR over it, so du has
-   the frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du lead to where nothing drives it. */
+/* Finds the stiffness along the motion of the chunk, du. The unbalanced force R changes by dR over the chunk,
+   so du has the frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du leads to where nothing
+   drives the motion. */
 static PetscErrorCode stiffness_along(const Model *m, const State *state, const Relaxation *r,
                                       ChunkMotion *motion)
 {
@@ -213,10 +215,11 @@ static PetscErrorCode stiffness_along(const Model *m, const State *state, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Chunks like the last to where the motion ends: by the stiffness along it, or by how it slowed down over
-   three chunks, whichever is sooner; infinite where it neither meets stiffness nor slows down. Where damping
-   rules the motion, what it heads for has to come nearer: a body that turns over about a corner meets
-   stiffness all the way, and less and less of it. */
+/* Estimates how many chunks like the last one lead to the end of the motion: by the stiffness along it or by
+   how it slowed down over three chunks, whichever is sooner. The number is infinite where the motion neither
+   meets stiffness nor slows down. Where damping rules the motion, its end must also come nearer from chunk to
+   chunk, or the stiffness does not count: a body that turns over about a corner meets stiffness all the way,
+   and less and less of it. */
 static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMotion *motion)
 {
   const PetscReal decay = PetscLogReal(r->evidence.rate[2] / r->evidence.rate[0]) / 2.; // per chunk
@@ -227,8 +230,8 @@ static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMoti
   return PetscMin(decay > 0. ? 1. / decay : PETSC_INFINITY, recedes ? PETSC_INFINITY : motion->rest);
 }
 
-/* Whether the motion would carry faces as far as contacts do not bear. What meets no stiffness at all does:
-   it floats; nothing else where no joint can fail. */
+/* Whether the motion would carry faces so far that their contacts no longer bear. A motion that meets no
+   stiffness at all does: the body floats. Where no joint can fail, no other motion does. */
 static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
 {
   const PetscReal way = to_go * motion->most;
@@ -253,8 +256,8 @@ static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A trial that is this far beyond what the scene allows, and goes on, need not come to rest to have failed:
-   where it began is no farther than the limit from the start of the stage. */
+/* A trial that has moved on by more than twice displacement_limit has failed, even before it comes to rest.
+   It began no farther than the limit from the start of the stage, so it is now beyond the limit. */
 static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
 {
   const PetscReal limit = p->stage->displacement_limit; // NaN: none
@@ -271,13 +274,20 @@ static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collapse. Below the limit unbalanced ratio and motion fall together, by a factor of 500 in a period at the
-   right damping, of 1.1 at ten times too much. Past it a mechanism moves on: over three periods neither
-   falls by 5 %, and the motion keeps its direction (or turns with a body that speeds up), away from where
-   the stage began: a block that has overshot and finds its way back through the air moves as steadily. And
-   it meets no stiffness that would end it: what swings or creeps to an equilibrium nearer than OUTGROWN
-   contact lengths is waited for, and so is an open joint that the motion closes on such a way: a loose stone
-   that crosses a gap moves as steadily as one that falls, until it bears. */
+/* Judges the chunk that ends here, and starts the next one.
+
+   Below the limit load the unbalanced ratio and the motion fall together: by a factor of 500 in a period at
+   the right damping. At ten times too much damping a chunk is a tenth of the period, and three chunks still
+   bring a factor of 1.1. Past the limit load a mechanism moves on. Where the ratio does not halve, flutter is
+   excluded first, by more damping (follow.c). The stage has collapsed when all of the following hold.
+   - Over three chunks neither the ratio nor the motion falls by 5 %.
+   - The motion keeps its direction, or turns with a body that speeds up.
+   - The motion leads away from where the stage began. A block that has overshot and comes back through the
+     air moves as steadily.
+   - No stiffness would end the motion within OUTGROWN contact lengths. A motion that swings or creeps to a
+     nearer equilibrium is waited for.
+   - No open joint would close within that distance. A loose stone that crosses a gap moves as steadily as one
+     that falls, until it bears. */
 static PetscErrorCode judge_chunk(const Problem *p)
 {
   const Model *m = p->m;
@@ -299,11 +309,11 @@ static PetscErrorCode judge_chunk(const Problem *p)
   r->evidence.steady = steady && motion.away > 0. ? r->evidence.steady + 1 : 0;
   const PetscReal to_go = chunks_to_go(state, r, &motion);
   const PetscBool far = goes_far(p, &motion, to_go);
-  // what swings more slowly than two chunks had no time to halve
+  // a motion whose period is longer than two chunks had no time to halve the ratio
   const PetscBool slow = (PetscBool)(!far && motion.omega * r->evidence.chunk_length < PETSC_PI);
   if (state->beta > 0. && state->beta < BETA_STILL && r->evidence.median[2] < PETSC_INFINITY &&
       r->evidence.median[0] > 0.5 * r->evidence.median[2] && !slow) {
-    r->evidence.still = PETSC_TRUE; // evidence begins anew
+    r->evidence.still = PETSC_TRUE; // RelaxationStill forgets the evidence and starts the next chunk
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const PetscBool holds = (PetscBool)(r->evidence.median[0] > 0.95 * r->evidence.median[2] &&

@@ -1,13 +1,13 @@
-/* method.c: which way a stage goes to its equilibrium (relaxation.method). */
+/* method.c: the method by which a stage finds its equilibrium (relaxation.method). */
 #include "solve/solve.h"
 
-/* Degrees of freedom from which Newton's method pays where all joints are elastic: the dam of Fig. 6 takes a
-   second of explicit cycles there, others less (docs/performance.md, tests/benchmark/method.py). With fewer,
-   explicit cycles are as good, and their bits do not depend on the number of ranks. */
+/* Newton's method pays from this many degrees of freedom on where all joints are elastic: the dam of Fig. 6
+   takes a second of explicit cycles there, others less (docs/performance.md, tests/benchmark/method.py). With
+   fewer, explicit cycles are as good, and their bits do not depend on the number of ranks. */
 enum { MANY_DOFS = 8000 };
 
-/* Whether a contact of this rank can slip or open: its joint has a limit, or it met in motion and keeps
-   nothing together. */
+/* Whether a contact of this rank can slip or open. It can where its joint has a strength, and where it met in
+   motion, so that it never held together. */
 static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
 {
   for (PetscInt i = 0; i < c->n_padded; i++) {

@@ -1,32 +1,32 @@
 /* newton.c: equilibrium of a static stage by Newton's method on the assembled stiffness (relaxation.method:
-   preconditioned). Fixed connectivity.
+   preconditioned), under fixed connectivity.
 
-   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky through PETSc) and
-   serves all stages and trials. An iteration solves K_t du = r, K_t the tangent with the joints as they are,
-   by flexible GMRES preconditioned with K0: K_t differs from K0 in the few joints that slip or are open, so 1
-   to 10 solves with the factor do, fewer as long as r is large (the tolerance follows how fast r falls,
-   Eisenstat and Walker 1996).
+   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky through PETSc) and serves
+   all stages and trials with the same contacts and joint stiffnesses. An iteration solves K_t du = r, where
+   K_t is the tangent with the joints as they are, by flexible GMRES preconditioned with K0. K_t differs from
+   K0 only in the joints that slip or are open, so 1 to 10 solves with the factor are enough. They are fewer
+   as long as r is large, because the tolerance follows how fast r falls (Eisenstat and Walker 1996).
 
-   Friction remembers. Every evaluation starts from the history of the last committed equilibrium,
-   tau = f(tau committed, u - u committed); only an equilibrium is committed. With the history advanced at
-   every evaluation the iteration would converge to a wrong slip.
+   Friction has a history. Every evaluation starts from that of the last committed equilibrium,
+   tau = f(tau committed, u - u committed), and only an equilibrium is committed. With a history that advanced
+   at every evaluation the iteration would converge to a wrong slip.
 
    Guards. The step is bounded. A load increment that does not converge is given to creep (creep.c), from the
-   last equilibrium: it finds the equilibrium, or the mechanism that moves on for ever. When it finds neither,
-   or the factor fails (a body that nothing holds), the explicit loop takes over.
+   last equilibrium. Creep finds the equilibrium, or the mechanism that moves on for ever. When it finds
+   neither, or the factor fails (a body that nothing holds), the explicit loop takes over.
 
-   Checkpoints are written at equilibria. What an increment starts from follows from the state alone: the
-   factor is that of the undeformed scene, the first tangent that of the joints as they are. So a restart
-   takes the steps of the straight run. A signal within an increment throws that increment away. */
+   Checkpoints are written at equilibria. An increment starts from the state alone: the factor is that of the
+   undeformed scene, the first tangent that of the joints as they are. So a restart takes the same steps as a
+   run without interruption. A signal within an increment throws that increment away. */
 #include "solve/newton.h"
 #include <float.h>
 
 enum { MOST_ITERATIONS = 40, STALL_ITERATIONS = 8 };
-static const PetscReal LOOSEST = 0.3; /* relative residual a linear solve may leave */
+static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve may leave */
 
-/* ---- the factor, which is kept (factor.c) */
+/* ---- memory of the method, kept from stage to stage */
 
-/* Whether the factor is that of these contacts and joint stiffnesses. */
+/* Whether the factor belongs to the present contacts and joint stiffnesses. */
 static PetscErrorCode is_current(const Problem *p, PetscBool *current)
 {
   const Newton *n = p->relax->newton;
@@ -86,8 +86,9 @@ PetscErrorCode NewtonDestroy(Newton **newton)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- one iteration */
+/* ---- the last equilibrium */
 
+/* Makes the present state the last equilibrium. */
 static PetscErrorCode commit(const Problem *p)
 {
   Newton *n = p->relax->newton;
@@ -99,7 +100,8 @@ static PetscErrorCode commit(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Displacements and history go back to the last equilibrium, and so do loads that follow them. */
+/* Takes displacements and history back to the last equilibrium, and loads that follow the motion with
+   them. */
 static PetscErrorCode restore(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -109,7 +111,7 @@ static PetscErrorCode restore(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells the explicit loop, should it have to judge, the period of the slowest motion:
+/* Leaves the explicit loop, should it have to judge, the period of the slowest motion as the right damping:
    alpha = 2 omega (38). */
 static PetscErrorCode remember_period(const Problem *p)
 {
@@ -120,7 +122,7 @@ static PetscErrorCode remember_period(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Given up: explicit cycles go on, and it is said. */
+/* Notes that the work has reached its limit, and warns that explicit cycles go on. */
 static void given_up(const Problem *p)
 {
   const Effort *e = &p->relax->effort;
@@ -135,7 +137,8 @@ static void given_up(const Problem *p)
 
 /* ---- increments */
 
-/* Whether the stage has loads that the last one had not: however small they are, they are answered. */
+/* Whether the loads of the stage differ from those at its start. However small the change is, at least one
+   iteration answers it. */
 static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
 {
   PetscBool mine = PETSC_FALSE;
@@ -146,8 +149,8 @@ static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Iterates to equilibrium under the loads applied; stop: a signal or the limit of
-   wall time has ended that. */
+/* Iterates to equilibrium under the loads applied. stop: a signal or the limit of wall time has ended the
+   iteration. */
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
 {
   const Newton *n = p->relax->newton;
@@ -170,7 +173,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     if (*found) PetscCall(LoadsCarried(p, CARRIED, found));
     if (!p->result->finite || *found) break;
     if (norm < 0.5 * least) least = norm, least_at = i;
-    // as exact as the next residual can be expected to be, and as the stage asks for
+    // a solve is as exact as the next residual can be expected to be and as the stage asks for
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
     before = norm;
@@ -184,7 +187,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The factor of this stage. works: FALSE: there is no memory for it, or K0 has none. */
+/* Provides the factor for this stage. works: FALSE: there is no memory for it, or K0 has no factor. */
 static PetscErrorCode prepare(const Problem *p, PetscBool *works)
 {
   Newton **newton = &p->relax->newton;
@@ -210,7 +213,7 @@ static PetscErrorCode prepare(const Problem *p, PetscBool *works)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An increment that was stopped on its way has never been. */
+/* Undoes an increment that was stopped: a restart repeats it. */
 static PetscErrorCode take_back(const Problem *p)
 {
   const Newton *n = p->relax->newton;
@@ -225,7 +228,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
   State *state = p->state;
   StageResult *result = p->result;
   PetscReal *const reached = &p->relax->reached, *const step = &p->relax->step;
-  char creep[128]; // of the last increment, if it took any
+  char creep[128]; // the evidence of creep, if the last increment took any
   PetscBool works;
   PetscFunctionBeginUser;
   if (!(*step > 0.)) *reached = 0., *step = p->stage->ramp ? 1. / (PetscReal)p->scene->increments : 1.;
@@ -269,8 +272,8 @@ PetscErrorCode NewtonRelax(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inverse iteration K0 y = m x from the present displacements, which hold mostly the slow motions; the
-   Rayleigh quotient y.m x / y.m y is second order in the error of y. */
+/* Does inverse iteration, K0 y = m x. It starts from the present displacements, which consist mostly of slow
+   motions. The error of the Rayleigh quotient y.m x / y.m y is of second order in that of y. */
 PetscErrorCode NewtonLowestFrequency(const Model *m, const State *state, const Newton *n, PetscReal *omega)
 {
   enum { SWEEPS = 8 };

@@ -1,29 +1,29 @@
-/* newton.h: what newton.c and creep.c share: the state of Newton's method and one iteration of it. */
+/* newton.h: what the files of Newton's method share: its memory, its factor, one iteration, creep. */
 #pragma once
 #include "solve/solve.h"
 #include "solve/stiffness.h"
 
 struct _p_Newton {
   Stiffness stiffness;
-  KSP elastic, worn;    /* flexible GMRES with the factor of K0; with that of a later tangent, NULL: none */
+  KSP elastic, worn;    /* flexible GMRES with the factor of K0, and of a later tangent (NULL: none) */
   PC pc;                /* of elastic */
   PetscInt n_dof;       /* of all ranks */
-  PetscInt last_solves; /* that the last iteration took */
+  PetscInt last_solves; /* number of solves that the last iteration took */
   Vec r, du;            /* unbalanced force, correction */
-  Vec dragged;          /* drag times masses */
+  Vec dragged;          /* work array: what is added to the diagonal of the tangent */
   Vec u, u_base;        /* displacements at the last committed equilibrium; before the line search */
-  Vec u_creep;          /* where the step of creep began */
-  PetscReal drag;       /* [1/cycle^2] of that step, the force is drag m (u - u_creep); 0: none, no creep */
-  StageResult result;   /* committed with u, and so are effort and cycle */
+  Vec u_creep;          /* displacements where the step of creep began */
+  PetscReal drag;       /* [1/cycle^2] of that step, whose force is drag m (u - u_creep); 0: no creep */
+  StageResult result;   /* committed with u, as are effort and cycle */
   Effort effort;
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
-  const Problem *problem;   /* of the iteration at work */
-  char told[96];            /* where that is, for lines of progress */
+  const Problem *problem;   /* the problem that the running iteration works on */
+  char told[96];            /* the place of that iteration, for lines of progress */
   PetscBool fails;          /* K0 has no factor */
-  PetscBool wants;          /* the last factor failed for want of memory */
-  double memory[2];         /* [byte] that the factor was foreseen to take, and that there were */
-  /* what the factor belongs to */
+  PetscBool wants;          /* the last factor failed for lack of memory */
+  double memory[2];         /* [byte] what the factor was expected to take, and what was available */
+  /* the contacts and joints that the factor belongs to */
   PetscInt n_padded, n_joints;
   PetscInt *vertex; /* (6 n_padded,) of the contacts */
   PetscReal *k;     /* (n_joints, 2) k_n, k_s */
@@ -31,37 +31,41 @@ struct _p_Newton {
 
 enum { NEWTON_MOST_SOLVES = 60 }; /* in one iteration */
 
-/* ---- factor.c. Collective, all of them; newton is p->relax->newton. */
-/* Flexible GMRES preconditioned with a factor of the tangent as it is now, which is then kept. fails: it has
-   none; newton->wants: for want of memory. */
+/* All functions below but NewtonSpent are collective. Their `newton` is p->relax->newton. */
+
+/* ---- factor.c */
+/* Makes *ksp flexible GMRES, preconditioned with a factor of the tangent as it is now; the factor is kept
+   when the tangent changes. fails: the tangent has no factor; newton->wants: for lack of memory. */
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails);
-/* newton->elastic: the factor of K0, of the undeformed scene with elastic joints; or newton->fails. */
+/* Makes newton->elastic with the factor of K0, the stiffness of the undeformed scene with elastic joints; or
+   sets newton->fails. */
 PetscErrorCode FactorElastic(const Problem *p);
-/* Says, once a stage, and keeps for its evidence that there is no memory for the factor; memory: of
+/* Warns once a stage that there is no memory for the factor, and notes that for the evidence. memory: as from
    NewtonFits. */
 PetscErrorCode FactorWants(const Problem *p, const double memory[2]);
 
-/* ---- newton.c. Likewise. */
-/* The present displacements, into u. */
+/* ---- newton_step.c */
+/* Copies the present displacements into u. */
 PetscErrorCode NewtonKeep(const Problem *p, Vec u);
-/* Displacements u become the present ones, on all ranks that read them. */
+/* Makes u the present displacements, on all ranks that read them. */
 PetscErrorCode NewtonMove(const Problem *p, Vec u);
-/* Forces at u_base + part du (du NULL: at the present u) from the committed history; newton->r: the
-   unbalanced force less the drag, and its norm [N]. */
+/* Evaluates forces at u_base + part du (du NULL: at the present u) from the committed history. newton->r: the
+   unbalanced force less the drag; norm [N] of it. */
 PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, Vec du, PetscReal *norm);
-/* Whether the way from the last equilibrium, or this stage (relax->most_work), has taken the work it may,
-   alike on all ranks. */
+/* Whether the work since the last equilibrium, or that of the stage (relax->most_work), has reached its
+   limit. The answer is the same on all ranks. */
 PetscBool NewtonSpent(const Problem *p);
-/* One iteration: the correction from the present tangent, to a relative residual `tolerance`, and the way
-   along it. norm: of newton->r, before and after. */
+/* Does one iteration: the correction by the present tangent, to a relative residual `tolerance`, and the line
+   search along it. norm: of newton->r, before and after. */
 PetscErrorCode NewtonIterate(const Problem *p, PetscReal tolerance, PetscReal *norm);
 /* Forgets the factor of a later tangent. */
 PetscErrorCode NewtonFresh(const Problem *p);
-/* omega^2 [1/cycle^2] of the elastic answer du to newton->r: du.K0 du / du.m du = du.r / du.m du; 0: r is. */
+/* omega^2 [1/cycle^2] of the elastic answer du to newton->r: du.K0 du / du.m du = du.r / du.m du; 0 where r
+   is zero. */
 PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2);
 
 /* ---- creep.c */
-/* Collective. From the last equilibrium, under the loads applied, to an equilibrium (found) or to
-   the verdict "collapsed"; neither: nothing is known, and displacements are somewhere on the way.
-   stop: as in newton.c. */
+/* Goes from the last equilibrium, under the loads applied, to an equilibrium (found) or to the verdict
+   "collapsed". Where it does neither, nothing is known, and the displacements are anywhere between. stop: a
+   signal or the limit of wall time has ended it. */
 PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop);

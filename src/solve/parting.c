@@ -1,21 +1,22 @@
 /* parting.c: how far faces in contact have moved against each other, and what fixed connectivity makes of it.
 
-   What counts. Openings and slidings are counted from the start of the run or the end of the last motion in
-   time, which may have carried blocks anywhere. Static stages in a row are one way: what slides a little in
-   each of them has slid far. A contact across a gap is counted from where it first bears: until then it says
-   nothing, however far its faces part. Joints of `law: elastic`
-   cannot fail; they are never counted. */
+   What counts. Openings and slidings count from the start of the run or the end of the last motion in time,
+   which may have carried blocks anywhere. Static stages in a row count together: what slides a little in each
+   of them has slid far. A contact across a gap counts from where it first bears: until then it means nothing
+   how far its faces part. Joints of `law: elastic` cannot fail, so verdicts leave them out. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 #include <float.h>
 
-static const PetscReal TOUCHING = 1e-6; /* of a contact: faces nearer than this touch, mesh files round */
+static const PetscReal TOUCHING = 1e-6; /* gap over length: nearer faces touch, because mesh files round */
 
+/* Whether contact i has borne, so that its motion counts. */
 static PetscBool counts(const Contacts *c, PetscInt i)
 {
   return (PetscBool)(c->key[2 * i] >= 0 && c->u_n_0[SUB(i, 0)] < PETSC_MAX_REAL);
 }
 
+/* The motion of contact i counts from this state; from_here FALSE: it does not count until it bears. */
 static void count_from_here(Contacts *c, PetscInt i, PetscBool from_here)
 {
   for (int k = 0; k < 2; k++) {
@@ -42,8 +43,8 @@ void PartingOfBearing(Contacts *c)
       count_from_here(c, i, PETSC_TRUE);
 }
 
-/* Length of the shorter of the two faces of contact i: it is the whole contact, unless
-   the faces are staggered. */
+/* Length of the shorter of the two faces of contact i. Unless the faces are staggered, that is the length of
+   the contact. */
 static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
 {
   PetscReal shorter = PETSC_INFINITY;
@@ -57,7 +58,7 @@ static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
   return shorter;
 }
 
-/* Parted or slid, end k of contact i over the shorter face of it. */
+/* How far the faces of contact i have parted or slid at its end k, over the shorter face. */
 static PetscReal moved_by(const Model *m, const Contacts *c, PetscInt i, int k)
 {
   const PetscReal opened = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
@@ -65,12 +66,13 @@ static PetscReal moved_by(const Model *m, const Contacts *c, PetscInt i, int k)
   return PetscMax(slid, opened) / shorter_face(m, c, i);
 }
 
+/* Whether verdicts look at the motion of contact i. */
 static PetscBool may_fail(const Problem *p, PetscInt i)
 {
   return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
 }
 
-/* The contact that has moved farthest, as MPI_MAXLOC wants it. */
+/* The motion of the contact that has moved farthest and its rank, as MPI_MAXLOC wants them. */
 typedef struct {
   double moved; /* [-] over its length */
   int rank;
@@ -126,9 +128,9 @@ PetscErrorCode JudgeContacts(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Not what ContactsParted says, which asks whether blocks have gone: this one asks whether the contact itself
-   still stands where its faces are. So slip counts since it was found, not since static stages began; over
-   the contact's own length, not the face's; and elastic joints count too. */
+/* ContactsParted asks whether blocks have gone away. This function asks whether a contact still stands where
+   its faces are. So it takes the slip since the contact was found, not since the static stages began. It
+   divides by the contact's own length, not the face's. And it looks at elastic joints too. */
 PetscErrorCode FixedOutgrown(const Problem *p)
 {
   const Model *m = p->m;
@@ -161,7 +163,7 @@ PetscErrorCode FixedOutgrown(const Problem *p)
 
 /* ---- bodies that nothing holds any more */
 
-/* Of each macroblock: whether a support or a contact holds it; (n_bodies_global,). */
+/* tied: (n_bodies_global,) 1 for each macroblock that a support or a contact holds; zeros on entry. */
 static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
 {
   const Model *m = p->m;
@@ -177,11 +179,10 @@ static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum {
-  FALLS = 4
-}; /* work of its loads since the start of the stage, their power now, their sums along x, y */
+enum { FALLS = 4 };
 
-/* What the loads do to macroblocks; sum: (n_bodies_global, FALLS, 2) bins. */
+/* What the loads do to each macroblock: their work since the start of the stage, their power now, their sums
+   along x and along y. sum: (n_bodies_global, FALLS, 2) bins, zeros on entry. */
 static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
 {
   const Model *m = p->m;

@@ -1,40 +1,40 @@
-/* solve.h: equilibrium: how it is found, and what a stage is told to have come to. */
+/* solve.h: equilibrium: how a static stage finds it, and the verdict that the stage ends with. */
 #pragma once
 #include "output/output.h"
 
 /* ---- judge.c */
 typedef struct _p_Newton Newton;
-/* What a verdict rests on: the motion, chunk of cycles by chunk. */
+/* What a verdict rests on. Cycles are cut into chunks, and each chunk is judged as it ends. */
 typedef struct {
   PetscReal *u_0;    /* (n_dof,) displacement at the start of the stage */
-  PetscReal longest; /* [m] contact of the stage: how far is far */
+  PetscReal longest; /* [m] longest contact at the start of the stage: the unit of "far" */
   PetscReal *u_chunk,
-      *du_chunk;      /* (n_dof,) displacement at the start of the chunk, increment of the one before */
+      *du_chunk;      /* (n_dof,) displacement at the start of the chunk, increment of the chunk before */
   PetscReal *r_chunk; /* (n_dof,) [N, N m] unbalanced force at the start of the chunk */
   PetscReal *ratios;  /* (max_ratios,) unbalanced ratios seen in this chunk */
   PetscInt n_ratios, max_ratios, steady; /* steady: chunks in a row that moved on in one direction */
   PetscReal median[4], rate[4];          /* of the last chunks, the last first: ratio [-], motion [m/cycle] */
-  PetscReal ahead[3];                    /* [m] and how far ahead of them nothing drove the motion */
+  PetscReal ahead[3]; /* [m] of the last three chunks: how far ahead nothing drives the motion any more */
   PetscInt64 chunk_start, chunk_length;
-  PetscReal alpha_sum; /* since the start of the first chunk, over n_alpha checks */
+  PetscReal alpha_sum; /* sum of alpha over the n_alpha looks since the start of the first chunk */
   PetscInt n_alpha;
-  PetscReal
-      settled_alpha; /* mean damping of the last stage or trial that converged, for beta = 0; 0: none has */
-  PetscBool still;   /* Judge asks for RelaxationStill */
+  PetscReal settled_alpha; /* the right damping for beta = 0: the mean of the last stage or trial that
+                              converged, or what Newton's method has found; 0: not known */
+  PetscBool still;         /* Judge asks for RelaxationStill */
 } Evidence;
-/* How friction follows its law on the way, see follow.c. */
+/* How friction follows its law before equilibrium, see follow.c. */
 typedef struct {
-  PetscReal half_ratio;  /* [-] the ratio has halved, and halved again, down to this, or has stalled there */
-  PetscInt64 half_cycle; /* and that cycle */
-  PetscInt stalls;       /* how often it has not halved for long (FollowElse) */
+  PetscReal half_ratio;  /* [-] unbalanced ratio when it last halved or stalled */
+  PetscInt64 half_cycle; /* the cycle when it did */
+  PetscInt stalls;       /* times that the ratio took too long to halve (FollowElse) */
 } Following;
-/* What the kinetic energy is held against, see guard.c. */
+/* The account against which the kinetic energy is checked, see guard.c. */
 typedef struct {
-  PetscReal *u, *f;     /* (n_dof,) displacement and resisting force when it was opened */
-  PetscReal start;      /* [J] kinetic energy then */
-  PetscReal most;       /* [J] and the largest since that it accounts for */
+  PetscReal *u, *f;     /* (n_dof,) displacement and resisting force when the account was opened */
+  PetscReal start;      /* [J] kinetic energy at that time */
+  PetscReal most;       /* [J] largest kinetic energy since then that was found in order */
   PetscReal ramp;       /* [J] what the ramp may have added to the work of the loads at its end */
-  PetscInt made_energy; /* times that it was more, in this stage */
+  PetscInt made_energy; /* times in this stage that the kinetic energy was too large */
 } GuardAccount;
 /* What the static stages of a run remember. */
 typedef struct _p_Relaxation {
@@ -43,131 +43,139 @@ typedef struct _p_Relaxation {
   Following follow;
   GuardAccount account;
   Newton *newton;          /* factor and work arrays of newton.c, NULL: not used so far */
-  PetscReal reached, step; /* Newton's method: part of the loads at the last equilibrium, the next part; step
-                              0: not at work */
+  PetscReal reached, step; /* Newton's method: fraction of the loads at the last equilibrium, and by how much
+                              the next increment raises it; step 0: the method is not at work */
   Effort effort;           /* of the stage so far */
-  PetscReal most_work;     /* [solves] of the stage by Newton's method, EffortWork; 0: no limit */
-  Effort spent;            /* when that limit ended it; no evaluations: it has not */
-  PetscBool told;          /* the stage has been warned of slip that is that of the path */
+  PetscReal most_work;     /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
+  Effort spent;            /* effort when a limit ended Newton's method; no evaluations: none has */
+  PetscBool told;          /* a warning has said that the stage's slip depends on the path */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
-/* Collective, see archive.h: all that the damping and the verdicts remember. */
+/* Collective, see archive.h. Archives all that the damping and the verdicts remember. */
 PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model, Relaxation *r);
-/* Start of a stage: forgets the evidence. */
+/* Collective. Forgets the evidence: at the start of a stage, at the end of its ramp, when damping changes. */
 PetscErrorCode RelaxationReset(const Problem *p);
-/* Collective. The start of a stage, forces evaluated: damping, evidence and guard count from here. */
+/* Collective. The secant, the evidence, the stalls and the faults of energy count from this state. Call it
+   with forces evaluated. */
 PetscErrorCode RelaxationStart(const Model *model, const Contacts *contacts, const State *state,
                                Relaxation *r);
-/* After a check: friction on the way follows the law closely or from afar, the other where the ratio stalls.
-   */
-enum { CHUNK_MIN = 500, STALLS_TO_LET_GO = 4 };
-/* Much more stiffness-proportional damping for the rest of the stage, with masses to go with it. */
+enum {
+  CHUNK_MIN = 500,     /* cycles of the shortest chunk */
+  STALLS_TO_LET_GO = 4 /* stalls after which slip is kept as it comes, see follow.c */
+};
+/* Collective. Raises the stiffness-proportional damping for the rest of the stage, and the masses with it. */
 PetscErrorCode RelaxationStill(const Problem *p);
-/* Collective. The verdict after a check, VERDICT_NONE: go on. */
+/* Collective. The verdict at a look; VERDICT_NONE: the stage goes on. */
 PetscErrorCode Judge(const Problem *p);
 
 /* ---- follow.c */
 static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of follow.c */
+/* Call it at a look. Friction follows its law closely or from afar; this changes to the other when the ratio
+   stalls. */
 void FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 
 /* ---- balance.c */
-/* Collective. contact_scale: (n_dof,) |force of contacts| per dof at this cycle. Sets
-   ratio, increment, kinetic. */
+/* Collective. Sets ratio, worst_body, increment, displacement, kinetic and finite of result.
+   contact_scale: (n_dof,) |force of contacts| per dof at this cycle. */
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
                           StageResult *result);
 
 /* ---- parting.c */
-/* Of a face: parted or slid so far, a contact that was kept means nothing. */
+/* A contact that was kept means nothing once its faces have parted or slid by this fraction of their
+   length. */
 #define OUTGROWN 0.1
-/* At the start of a stage of fixed connectivity, forces evaluated: partings and slidings count from here.
-   Nothing in a stage of variable connectivity, nor where they count from a stage before. */
+/* Partings and slidings count from this state. Call it at the start of a stage, with forces evaluated. It
+   does nothing in a stage of variable connectivity, nor where they count from a stage before. */
 void PartingStart(const Problem *p);
-/* At an equilibrium, or between cycles: contacts across a gap that bear by now count from here. */
+/* Contacts across a gap that bear by now count from this state. Call it at an equilibrium or at a look. */
 void PartingOfBearing(Contacts *contacts);
-/* Collective. Farthest that two faces in contact have parted or slid, over the length of the
-   contact (of the shorter face, where they are staggered), and where [m]. */
+/* Collective. The farthest that two faces in contact have parted or slid, over the length of the contact (of
+   the shorter face where the faces are staggered), and the place [m]. */
 PetscErrorCode ContactsParted(const Problem *p, PetscReal *fraction, PetscReal place[2]);
-/* Collective. Largest part [-] of its length that a contact has parted or slid farther by since the last
-   call; -1: no joint can fail. */
+/* Collective. The largest fraction of its length by which a contact has parted or slid farther since the
+   last call; -1: no joint can fail. */
 PetscErrorCode PartingOfChunk(const Problem *p, PetscReal *gain);
-/* Collective. Fixed connectivity: a mechanism that has carried faces out of their contacts is a collapse,
-   before it finds an equilibrium of contacts that are no more. */
+/* Collective. Under fixed connectivity a mechanism that has carried faces out of their contacts is a
+   collapse. Otherwise it could find an equilibrium of contacts that no longer exist. */
 PetscErrorCode JudgeContacts(const Problem *p);
-/* Collective. Variable connectivity, after contacts were found again: a body that nothing holds any more and
-   that falls is a collapse, unless bodies may float. */
+/* Collective. Under variable connectivity a body that nothing holds any more and that falls is a collapse,
+   unless bodies may float. Call it after contacts were found again. */
 PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Problem *p);
 
 /* ---- carried.c */
-#define CARRIED 1e-3 /* allowed at an equilibrium: own loads are no better known */
-/* Collective. Forces evaluated: whether bodies, and parts of bodies that stick to each other, are held
-   against their own loads, but for a part `allowed` of these. */
+#define CARRIED 1e-3 /* fraction allowed at an equilibrium: loads are not known better than this */
+/* Collective, with forces evaluated. Whether all bodies, and all clusters of bodies that stick to each other,
+   are held against their own loads. A fraction `allowed` of these loads may be missing. */
 PetscErrorCode LoadsCarried(const Problem *p, PetscReal allowed, PetscBool *carried);
-/* Collective. Forces evaluated: marks bodies (n_bodies_global,) without loads and supports that nothing
-   drives, but can move without resistance; how many. */
+/* Collective, with forces evaluated. Marks the bodies (n_bodies_global,) that have neither load nor support,
+   that nothing drives and that can move without resistance; n_free: how many. */
 PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_free);
-/* Collective. Of a stage that ended otherwise than converged: adds to its evidence what is not held, where
-   the unbalanced ratio does not show it. */
+/* Collective. Adds to the evidence of a stage that collapsed or is undecided what is not held, where the
+   unbalanced ratio does not show it. */
 PetscErrorCode LoadsCarriedSay(const Problem *p);
 
 /* ---- confirm.c */
-/* An equilibrium of friction that is still on its way to the law is none: takes the verdict back. Where it is
-   one, contacts have afterwards what the law gives. */
+/* Collective. Takes the verdict "converged" back where friction is still far from its law. Where the verdict
+   stays, the contacts have what the law gives. */
 PetscErrorCode ConfirmByLaw(const Problem *p, PetscReal *contact_scale);
-/* Slip kept as it came may be that of the way loads were applied, and no residual shows it: warns. Forces are
-   no longer those of the state. */
+/* Collective. Warns where slip that was kept as it came depends on how the loads were applied, which no
+   residual shows. Afterwards the forces are no longer those of the state. */
 PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale);
-/* Forces evaluated: warns of a static stage that ends short of what its own loads do. */
+/* Collective, with forces evaluated. Warns of a static stage whose own change is still out of balance. */
 PetscErrorCode ConfirmWay(const Problem *p);
-/* Collective, with the displacements inside of condensed bodies. Warns where forces turn linear bodies less
-   than they would where these have gone. */
+/* Collective, with the displacements inside condensed bodies recovered. Forces act on condensed bodies where
+   these were before they moved. This warns where the moments that are missing so make displacements too
+   small. */
 PetscErrorCode ConfirmCondensed(const Problem *p);
 
 /* ---- guard.c */
-/* Forces evaluated: from here on the kinetic energy is held against what the loads do. */
+/* Opens the account: from this state on the kinetic energy is checked against what the loads do. Call it with
+   forces evaluated. */
 PetscErrorCode EnergyAccountOpen(const Problem *p);
-/* Collective. From here on the loads are constant. */
+/* Collective. Call it at the end of the ramp: the loads are constant from there on. */
 PetscErrorCode EnergyRampEnds(const Problem *p);
-/* Collective. After Unbalanced: whether the kinetic energy is more than loads can have done and what is
-   stored can have given. The first time, the stage begins anew with a shorter step and more damping
-   (`anew`). */
+/* Collective. Checks whether the kinetic energy is more than loads and stored energy account for. The first
+   time that it is, the stage begins anew with a shorter step and more damping (`anew`). Call it after
+   Unbalanced. */
 PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew);
-/* Collective. Where that did not help, blocks that fly apart have not collapsed: the stage has diverged. So
-   it has where blocks moved against the loads by more than was stored. With stress models that make energy
-   themselves the verdict stays, and this is told with it. */
+/* Collective. Turns "collapsed" into "diverged" where the kinetic energy was too large again after the stage
+   had begun anew: what made blocks fly apart was no load. The same holds where blocks moved against the loads
+   by more than was stored. With stress models that make energy themselves the verdict stays, and the evidence
+   says so. */
 PetscErrorCode EnergyVeto(const Problem *p);
 
 /* ---- factor.c */
-/* Collective. Whether there is memory for the factor of NewtonRelax. memory: [0] what it is foreseen to
-   take, [1] what is available [byte], on all machines together. */
+/* Collective. Whether there is memory for the factor of NewtonRelax. memory [byte]: [0] what the factor is
+   expected to take, [1] what is available, on all machines together. */
 PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits);
 
 /* ---- failing_motion.c */
-/* Collective. The widest open contact [m] that closes when the degrees of freedom move on by du (n_dof,) so
-   many times, 0: none does. */
+/* Collective. The opening [m] of the widest open contact that closes when the degrees of freedom move on by
+   `times` times du (n_dof,); 0: none closes. */
 PetscErrorCode MotionCloses(const Model *model, const State *state, const Contacts *contacts,
                             const PetscReal *du, PetscReal times, PetscReal *gap);
-/* Collective. Takes the present motion as the mechanism of p->output->trials; from: not NULL: the way from
-   these displacements (ModelApplied,) instead. */
+/* Collective. Takes the motion of the last chunk as the mechanism of p->output->trials. from: not NULL: the
+   motion since these displacements (ModelApplied,) instead. */
 PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
 
 /* ---- method.c */
-/* Collective. How a static stage or a trial goes to its equilibrium: explicit, or preconditioned first. The
+/* Collective. The method of a static stage or a trial: explicit, or preconditioned first. The answer is the
    same on any number of ranks. */
 PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contacts *contacts,
                            const Stage *stage, MethodKind *method);
 
 /* ---- newton.c */
-/* Collective. Equilibrium of a static stage or trial with fixed connectivity by Newton's method with the
-   factor of the elastic stiffness, under loads that go from f_start to f_target. Verdict: converged,
-   collapsed (contacts outgrown), interrupted; or none, when no equilibrium was found, or there is no memory
-   for the factor: then displacements, history and f_ext are those of the last one, and the explicit loop
-   goes on. */
+/* Collective. Finds the equilibrium of a static stage or trial with fixed connectivity, under loads that go
+   from f_start to f_target, by Newton's method with the factor of the elastic stiffness. The verdict is
+   converged, collapsed (contacts outgrown, or a mechanism seen by creep) or interrupted. It is none when no
+   equilibrium was found or the factor cannot be made: displacements, history and f_ext are then those of the
+   last equilibrium, and the explicit loop goes on. */
 PetscErrorCode NewtonRelax(const Problem *p);
 PetscErrorCode NewtonDestroy(Newton **newton);
-/* Collective. Lowest frequency [1/cycle] of the scaled masses with the elastic joints that the factor belongs
-   to, after NewtonRelax; 0: there is no factor. Overwrites the last correction. */
+/* Collective. Lowest frequency [1/cycle] of the scaled masses on the elastic stiffness that was factored; 0:
+   there is no factor. Call it after NewtonRelax; it overwrites the last correction. */
 PetscErrorCode NewtonLowestFrequency(const Model *model, const State *state, const Newton *newton,
                                      PetscReal *omega);
