@@ -1,5 +1,5 @@
-/* loop.c: a stage that moves, or a trial of one, from its start to its verdict. Checkpoints, signals, a new
-   partition and the clock are looked after here, for every kind alike. */
+/* loop.c: a stage that moves, or a trial, from its start to its verdict. This loop serves checkpoints,
+   signals, a new partition and the clock for every kind of stage. */
 #include "stages/loop.h"
 
 static PetscErrorCode archive_loop(Archive *a, void *context)
@@ -14,14 +14,13 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether another cycle follows. */
 static PetscBool goes_on(const Loop *loop)
 {
   if (loop->p->result->verdict != VERDICT_NONE) return PETSC_FALSE;
   return (PetscBool)(!loop->kind->over || !loop->kind->over(loop));
 }
 
-/* Between two cycles the run may be dealt out anew, written down, or stopped. */
+/* Deals the run out anew, writes a checkpoint or stops the run, when it is time. */
 static PetscErrorCode watch(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -30,7 +29,6 @@ static PetscErrorCode watch(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A look at where the stage has come to. */
 static PetscErrorCode look(Loop *loop)
 {
   const LoopKind *kind = loop->kind;

@@ -1,35 +1,36 @@
-/* loop.h: the one loop of stages that move, and what a kind of stage puts into it. */
+/* loop.h: the one loop of all stages that move, and what each kind of stage puts into it. */
 #pragma once
 #include "stages/stages.h"
 
 struct _p_Loop;
 typedef PetscErrorCode (*LoopFunction)(struct _p_Loop *loop);
 
-/* What a kind of stage does at each place of the loop; all collective. loop->memory is its own. */
+/* What a kind of stage does at each place of the loop. All functions are collective but looks, fault and
+   over, whose answers are the same on all ranks. load, settle, follow, fault and over may be NULL. */
 typedef struct {
-  LoopFunction begin;  /* of a stage that a checkpoint has not brought back in its midst */
-  LoopFunction resume; /* of one that it has */
-  LoopFunction load;   /* applied forces of the cycle to come */
-  LoopFunction cycle;  /* one cycle or step; loop->looks: what a look reads is kept */
-  LoopFunction judge;  /* unbalanced forces, energies, verdict; loop->anew: the stage has begun anew */
-  LoopFunction settle; /* what changes at an equilibrium: cracks */
-  LoopFunction tell;   /* history, progress */
-  LoopFunction follow; /* contacts and loads that go along with the motion */
-  LoopFunction end;    /* after the verdict: forces once more, evidence */
-  PetscErrorCode (*archive)(Archive *archive, struct _p_Loop *loop); /* all that memory must remember */
-  PetscBool (*looks)(const struct _p_Loop *loop);                    /* after the cycle to come */
-  PetscBool (*fault)(const struct _p_Loop *loop); /* numbers stopped being numbers: look now; NULL: never */
-  PetscBool (*over)(const struct _p_Loop *loop);  /* all cycles are done; NULL: a verdict alone ends it */
+  LoopFunction begin;  /* starts a stage from its beginning */
+  LoopFunction resume; /* goes on in a stage that a checkpoint has brought back */
+  LoopFunction load;   /* sets the applied forces of the cycle to come */
+  LoopFunction cycle;  /* does one cycle or step, and keeps what a look reads where loop->looks */
+  LoopFunction judge;  /* gives the verdict; sets loop->anew when the stage has begun anew */
+  LoopFunction settle; /* changes what an equilibrium changes: cracks */
+  LoopFunction tell;   /* writes history and progress */
+  LoopFunction follow; /* takes contacts and loads along with the motion */
+  LoopFunction end;    /* after the verdict: evaluates forces once more, completes the evidence */
+  PetscErrorCode (*archive)(Archive *archive, struct _p_Loop *loop); /* archives what the stage remembers */
+  PetscBool (*looks)(const struct _p_Loop *loop); /* whether a look follows the cycle to come */
+  PetscBool (*fault)(const struct _p_Loop *loop); /* whether a number is not finite, so that a look is due */
+  PetscBool (*over)(const struct _p_Loop *loop);  /* whether all cycles are done; NULL: a verdict ends it */
 } LoopKind;
 
 typedef struct _p_Loop {
   const Problem *p;
   const LoopKind *kind;
-  void *memory;
-  PetscBool looks, anew;
-  double start; /* [s] of MPI_Wtime, less what the stage took before a restart */
+  void *memory;          /* of the kind */
+  PetscBool looks, anew; /* a look follows the cycle that runs; judge has begun the stage anew */
+  double start;          /* [s] of MPI_Wtime, less what the stage took before a restart */
 } Loop;
 
-/* Collective. From the start of a stage or trial, or from where a checkpoint left off, to its verdict:
-   p->result. */
+/* Collective. Runs a stage or trial to its verdict, p->result, from its start or from where a checkpoint left
+   off. */
 PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory);

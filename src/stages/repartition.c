@@ -1,6 +1,6 @@
-/* repartition.c: a run is dealt out to the ranks anew when blocks have moved so far that the old partition
-   has become bad: all memory of the run is written into an archive, which knows no ranks, the model is built
-   from the mesh with another partition, and the archive is read back. As a restart, but without a file. */
+/* repartition.c: deals a run out to the ranks anew when blocks have moved so far that the old partition has
+   become bad. All memory of the run is written into an archive, which knows no ranks. Then the model is built
+   from the mesh with another partition, and the archive is read back. That is a restart without a file. */
 #include "stages/stages.h"
 
 PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *mesh, Repartition *r)
@@ -35,7 +35,7 @@ PetscErrorCode RepartitionDestroy(Repartition *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Coordinates of all vertices on rank 0 (n_vertices,2), by gid [m]. */
+/* Gathers the present coordinates x [m] of all vertices on rank 0, (n_vertices_global,2) by gid. */
 static PetscErrorCode present_places(const Model *m, const State *s, PetscReal **x)
 {
   const PetscReal *u = s->u + 3 * m->n_bodies;
@@ -50,8 +50,8 @@ static PetscErrorCode present_places(const Model *m, const State *s, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: a partition for blocks with vertices at x into mesh.part, when it is better by more than is asked
-   for; then the one before is in *old. */
+/* Rank 0. Puts a partition for blocks with vertices at x into mesh.part when it is better by more than
+   repartition_gain; then *old has the partition before, otherwise NULL. */
 static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
 {
   BlockMesh there = r->mesh;
@@ -59,7 +59,8 @@ static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
   PetscFunctionBeginUser;
   *old = NULL;
   for (PetscInt i = 0; i < 2 * there.n_vertices; i++) size += PetscAbsReal(x[i]);
-  if (!(size < PETSC_MAX_REAL)) PetscFunctionReturn(PETSC_SUCCESS); // the run is about to be told so
+  // where a coordinate is not finite, the next look will end the stage
+  if (!(size < PETSC_MAX_REAL)) PetscFunctionReturn(PETSC_SUCCESS);
   there.X = x;
   PetscCall(PetscMalloc1(there.n_blocks, &there.part));
   PetscCall(PetscArraycpy(there.part, r->mesh.part, there.n_blocks));
@@ -72,8 +73,8 @@ static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Blocks and contacts of the rank with most of them over the mean; vertices that
-   ranks read of others. */
+/* Collective. imbalance: blocks and contacts of the rank with most of them, over the mean; ghosts: vertices
+   that ranks read of others. */
 static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imbalance, PetscInt64 *ghosts)
 {
   PetscInt64 most = m->q4.n + m->t3.n + c->n, sum[2] = {most, m->n_ghosts};
@@ -85,7 +86,8 @@ static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imba
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode look(Repartition *r, Checkpoint *checkpoint, PetscInt64 cycle)
+/* Deals the run out anew if that pays, and says what it has brought. */
+static PetscErrorCode try_anew(Repartition *r, Checkpoint *checkpoint, PetscInt64 cycle)
 {
   const double start = MPI_Wtime();
   PetscReal *x, imbalance[2];
@@ -123,7 +125,7 @@ PetscErrorCode RepartitionPoll(const Problem *p)
     PetscFunctionReturn(PETSC_SUCCESS);
   r->looked = cycle;
   PetscCall(PartBegin(PART_REPARTITION));
-  PetscCall(look(r, p->output->checkpoint, cycle));
+  PetscCall(try_anew(r, p->output->checkpoint, cycle));
   PetscCall(PartEnd(PART_REPARTITION));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

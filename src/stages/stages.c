@@ -1,22 +1,23 @@
-/* stages.c: what runs a stage of each kind, and what is said of every stage that is over. */
+/* stages.c: runs a stage of any kind, and says what must be said of every stage that is over. */
 #include "stages/stages.h"
 
-/* A row a kind. */
+/* One row for each kind of stage. */
 static const struct {
   PetscErrorCode (*run)(const Problem *p);
-  PetscBool in_time;
+  PetscBool in_time; /* a motion in true time, not a relaxation */
 } kinds[] = {[STAGE_STATIC] = {StageRelax, PETSC_FALSE},
              [STAGE_DYNAMIC] = {DynamicRun, PETSC_TRUE},
              [STAGE_STRENGTH_REDUCTION] = {ReductionRun, PETSC_FALSE},
              [STAGE_FLOOD] = {FloodRun, PETSC_FALSE}};
 
-/* What the stages that relax have in common: effort, mechanism, the inside of condensed bodies. */
+/* Runs a stage that relaxes, with what all such stages have in common: effort, mechanism, the inside of
+   condensed bodies. */
 static PetscErrorCode run_relaxing(const Problem *p)
 {
   Effort *effort = &p->relax->effort;
   StageResult *result = p->result;
   PetscFunctionBeginUser;
-  p->contacts->rate = 0.; // not in time: joints have no dashpots
+  p->contacts->rate = 0.; // joints have dashpots in time only
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   p->relax->told = PETSC_FALSE;
   PetscCall(kinds[p->stage->kind].run(p));
@@ -41,7 +42,7 @@ PetscErrorCode StageRun(const Problem *p)
   PetscCall(in_time ? kinds[p->stage->kind].run(p) : run_relaxing(p));
   PetscCall(StageReport(p));
   if (!p->stage->variable) PetscCall(FixedOutgrown(p));
-  if (in_time) p->contacts->counted = PETSC_FALSE;
+  if (in_time) p->contacts->counted = PETSC_FALSE; // partings count from the end of a motion in time
   if (p->result->verdict == VERDICT_CONVERGED) {
     PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
     PetscCall(ConfirmCondensed(p));

@@ -1,38 +1,42 @@
-/* stages.h: what a stage is, from begin to verdict. */
+/* stages.h: runs a stage of any kind, from its start to its verdict. */
 #pragma once
 #include "solve/solve.h"
 
 /* ---- energy.c */
+/* The energy account of a dynamic stage. Its sums are those of this rank where nothing else is said. */
 typedef struct {
   PetscReal *v_before;              /* (n_dof,) velocity before the step */
   PetscReal *f_before;              /* (n_dof,) resisting force with the contacts before a verification */
   PetscReal *f_ext_before;          /* (n_dof,) loads of the step before */
-  PetscReal *F_n, *F_s, *d_n, *d_s; /* (contacts as in Contacts) of the cycle before */
-  PetscReal *work;                  /* (n_contacts,) [J] of each contact since it is there */
-  PetscInt n_contacts;
-  PetscReal work_before; /* [J] of contacts that are no more */
+  PetscReal *F_n, *F_s, *d_n, *d_s; /* F_n, F_s, u_n, u_s of Contacts at the step before */
+  PetscReal *work;                  /* (n_contacts,) [J] of each contact since it was found */
+  PetscInt n_contacts;              /* padded */
+  PetscReal work_before;            /* [J] of contacts that are no more, and of their exchange */
   PetscReal kinetic, strain, outside, supports, damping, damping_ahead,
-      detection;                           /* [J]; detection is of all ranks */
+      detection;                           /* [J] as in Energies; damping_ahead: of the half step beyond this
+                                              time; detection: of all ranks */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
 PetscErrorCode EnergyDestroy(EnergyAccount *e);
-/* Collective, see archive.h. Contacts must have been read back before. */
+/* Collective, see archive.h. The contacts must have been read back before. */
 PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Model *model, const Contacts *contacts,
                              EnergyAccount *e);
-/* Works of the contacts over the step that led to the forces just evaluated. */
+/* Adds the works of contacts over the step that led to the forces just evaluated. */
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
-/* Contacts were found anew: half a step's work of what the forces have changed by, from f_before. */
+/* Adds half a step's work of the change of forces since f_before. Call it when contacts were found anew. */
 void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
-/* Around Integrate: works of loads and supports of the step before; kinetic energy and
-   damping at this time. */
+/* Add the works of loads and supports over the step before, and set kinetic energy and damping of this time.
+   Call the one before Integrate, the other after it. */
 void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
 void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
-/* The contact arrays are new (forces evaluated): starts their works afresh. */
+/* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
-/* Strain energy of owned blocks, at the forces just evaluated: before Integrate, when a report follows. */
+/* Sets the strain energy of owned blocks at the forces just evaluated. Call it before Integrate, when a
+   report follows. */
 PetscErrorCode EnergyOfBlocks(const Model *model, const State *state, EnergyAccount *e);
-/* Collective. The account at the time of the forces last evaluated. first: the start of the stage. */
+/* Collective. Reports the account at the time of the forces last evaluated. first: at the start of the
+   stage. */
 PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Contacts *contacts,
                             EnergyAccount *e, PetscBool first, Energies *out);
 
@@ -41,21 +45,22 @@ PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Conta
 PetscErrorCode DynamicRun(const Problem *p);
 
 /* ---- stages.c */
-/* Collective. Runs a stage of any kind to its verdict, and tells it. */
+/* Collective. Runs a stage of any kind to its verdict, and reports the verdict. */
 PetscErrorCode StageRun(const Problem *p);
 
 /* ---- static.c */
-/* Collective. Relaxes under the stage's loads and joints, to a verdict that nobody is told yet: a static
-   stage, or one trial of another. */
+/* Collective. Relaxes a static stage, or one trial of another stage, under its loads and joints. The caller
+   reports the verdict. */
 PetscErrorCode StageRelax(const Problem *p);
 
 /* ---- trial_stage.c */
-/* Collective. p->stage->joints are left as in the last stable trial. */
+/* Collective. Run a strength reduction and a flood. A strength reduction leaves in p->stage->joints the
+   strengths of the last stable trial. */
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode FloodRun(const Problem *p);
 
-/* ---- repartition.c: a run with variable connectivity that is dealt out to the ranks anew when blocks
-   have moved. */
+/* ---- repartition.c */
+/* What it takes to deal a run with variable connectivity out to the ranks anew when blocks have moved. */
 typedef struct _p_Repartition {
   PetscBool possible; /* more than one rank, a static or dynamic stage with variable connectivity, no
                          condensed bodies */
@@ -65,16 +70,16 @@ typedef struct _p_Repartition {
   const Contacts *contacts;
   BlockMesh mesh;                         /* as it was read; rank 0 has blocks and part */
   BodyNumbers bodies;                     /* rank 0 */
-  PetscErrorCode (*renew)(void *context); /* builds the model and all that hangs on it from mesh */
+  PetscErrorCode (*renew)(void *context); /* builds the model and all that depends on it from mesh */
   void *context;
-  PetscInt64 looked; /* cycle of the last look */
+  PetscInt64 looked; /* cycle at which a new partition was last tried */
 } Repartition;
-/* Collective. Keeps the mesh (*mesh is empty then) when the run may be dealt out anew. */
+/* Collective. Takes over the mesh when the run may be dealt out anew; *mesh is empty then. */
 PetscErrorCode RepartitionCreate(const Scene *scene, const Model *model, BlockMesh *mesh,
                                  Repartition *repartition);
 PetscErrorCode RepartitionDestroy(Repartition *repartition);
-/* Collective, between two cycles, where checkpoints may be written. When scene->repartition_every cycles have
-   passed since the last look: a partition for where the blocks are now; if it leaves the busiest rank less to
-   do by more than scene->repartition_gain, the run goes on on it, with the same bits. What stages allocate by
-   the size of the model must be attached to the checkpoint. */
+/* Collective. Tries a partition for where the blocks are now, when scene->repartition_every cycles have
+   passed since the last try. If it leaves the busiest rank less to do by more than scene->repartition_gain,
+   the run goes on with it, with the same bits. Call it between two cycles, where checkpoints may be written.
+   What stages allocate by the size of the model must be attached to the checkpoint. */
 PetscErrorCode RepartitionPoll(const Problem *p);

@@ -1,8 +1,8 @@
-/* static.c: a static stage, or a trial of one: relaxation to a verdict. */
+/* static.c: a static stage, or a trial: relaxation to a verdict. */
 #include "stages/loop.h"
 
-/* Of explicit cycles: where they are and about how long they still take, from the decay of the ratio since
-   they started. */
+/* Shows a line of progress of explicit cycles. The time left is estimated from the decay of the ratio since
+   the first look after the ramp. */
 static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
 {
   const StageResult *now = p->result;
@@ -17,8 +17,8 @@ static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
   StageShow(p, text);
 }
 
-/* Variable connectivity: contacts found again when blocks have moved enough (or when `now`), and
-   masses to go with them. */
+/* Variable connectivity: finds contacts again, and masses for them, when blocks have moved enough or when
+   `now` asks for it. */
 static PetscErrorCode verify(const Problem *p, PetscBool now)
 {
   const Joint *joints = p->stage->joints;
@@ -27,7 +27,7 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   if (!now) PetscCall(ContactsNeedVerify(p->scene, p->m, p->state, &need, NULL));
   if (!need) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Forces(p->m, joints, p->contacts, p->state, NULL));
-  PetscCall(CondensedRecover(p->m, p->state)); // a contact may come anywhere
+  PetscCall(CondensedRecover(p->m, p->state)); // a contact may come at inner vertices too
   PetscCall(ContactsVerify(p->scene, joints, p->m, p->state, p->contacts, p->result));
   PetscCall(CondensedCheckContacts(p->scene, p->m, p->contacts));
   PetscCall(ScaledMasses(p->scene, p->m, joints, p->contacts, p->state));
@@ -35,8 +35,8 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At equilibrium, and after each chunk of cycles without one, the open length of a cracked base is measured;
-   when it has changed, the new pressure is ramped up and the stage goes on. */
+/* Measures the open length of a cracked base, at equilibrium and at the end of each chunk of cycles. When it
+   has changed, the stage goes on and ramps to the new pressure. */
 static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
@@ -58,7 +58,8 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Newton's method, again when a crack has grown; verdict none: the explicit loop goes on from where it is. */
+/* Runs Newton's method, and again each time a crack has grown. When it leaves no verdict, the explicit loop
+   goes on from there. */
 static PetscErrorCode precondition(const Problem *p)
 {
   PetscInt64 ramp_start;
@@ -72,12 +73,12 @@ static PetscErrorCode precondition(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the loop remembers of a static stage. */
+/* The memory of the loop in a static stage. */
 typedef struct {
   PetscReal *contact_scale; /* (n_dof,) |contact force| at the last look */
   PetscInt64 ramp_start;    /* cycle of the stage at which the ramp began */
-  PetscReal first_ratio;    /* [-] at the first look after the ramp, 0: none so far */
-  double first_wall;        /* [s] and when */
+  PetscReal first_ratio;    /* [-] at the first look after the ramp, 0: none so far; for progress only */
+  double first_wall;        /* [s] wall time of that look */
 } Static;
 
 static PetscErrorCode archive(Archive *a, Loop *loop)
@@ -93,11 +94,11 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a joint can slip: only then can friction feed an oscillation. */
+/* Whether a joint can slip. Only then can friction feed an oscillation, which beta is to damp. */
 static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
 {
   const Contacts *c = p->contacts;
-  PetscBool mine = p->stage->variable; // contacts of any joint may come
+  PetscBool mine = p->stage->variable; // under variable connectivity contacts of any joint may come
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded && !mine; i++)
     mine = (PetscBool)(p->stage->joints[c->joint[i]].law != LAW_ELASTIC);
@@ -105,7 +106,7 @@ static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Loads, contacts and masses at the start of a stage, or of a trial of one. */
+/* Sets loads, contacts and masses at the start of a stage or trial. */
 static PetscErrorCode prepare(const Problem *p)
 {
   const Scene *scene = p->scene;
@@ -115,7 +116,7 @@ static PetscErrorCode prepare(const Problem *p)
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
   PetscCall(TermsBegin(scene, p->stage, p->m, p->contacts, state));
   PetscCall(LoadsTarget(scene, p->m, p->stage, state));
-  // velocities in time mean nothing here
+  // the velocities of a dynamic stage mean nothing in fictitious time
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
   if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
   PetscCall(can_slip(p, &slips));
@@ -126,13 +127,13 @@ static PetscErrorCode prepare(const Problem *p)
   ContactsGoBack(p->contacts);
   PartingStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
-  PetscCall(RelaxationReset(p)); // a mechanism before the ramp ends is counted from here
+  PetscCall(RelaxationReset(p)); // a stage may collapse before the ramp ends: its motion counts from here
   PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
   PetscCall(EnergyAccountOpen(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Up to the verdict or to the first cycle of the explicit loop. */
+/* Goes to the verdict, or to the first cycle of the explicit loop. */
 static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
@@ -145,9 +146,10 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
     *ramp_start = p->result->cycles;
     state->ramp = 0.;
-    // what the first change of forces is counted from
+    // the first cycle counts the change of forces from these
     PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
-    if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE; // as in the paper
+    // the other dampings keep slip as it comes, as the paper does
+    if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE;
     p->contacts->pull = p->contacts->held ? FOLLOW_CLOSELY : 0.;
     PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
     PetscCall(EnergyAccountOpen(p));
@@ -166,7 +168,7 @@ static PetscErrorCode begin(Loop *loop)
 static PetscErrorCode resume(Loop *loop)
 {
   PetscFunctionBeginUser;
-  if (loop->p->relax->step > 0.) // Newton's method was at work, else it was in the loop
+  if (loop->p->relax->step > 0.) // the checkpoint was written within Newton's method, else within the loop
     PetscCall(before_cycles(loop->p, &((Static *)loop->memory)->ramp_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -189,7 +191,7 @@ static PetscErrorCode load(Loop *loop)
   if (p->state->ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
   if (p->state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(RelaxationReset(p)); // evidence counts from here on
+  PetscCall(RelaxationReset(p)); // evidence counts from the full load on
   PetscCall(EnergyRampEnds(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -269,7 +271,7 @@ static PetscErrorCode end(Loop *loop)
   if (converged && relax->effort.explicit && !p->contacts->held)
     PetscCall(ConfirmPath(p, ((Static *)loop->memory)->contact_scale));
   p->contacts->pull = 0.;
-  // what is written belongs to the last displacements: forces, stresses and joint states once more
+  // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
   PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
   PetscCall(LoadsCarriedSay(p));
