@@ -56,10 +56,10 @@ static PetscBool take_help(int *argc, char **argv)
   return found;
 }
 
-/* Tells Open MPI that this process runs alone. Without a launcher it would start a daemon and look for
-   networks, which is half of the start of one process. All such runs would also share one folder, which the
-   first to end would take from one that starts. What the user has set stays; other MPI libraries do not read
-   these variables. */
+/* Tells Open MPI that this process runs alone. Without a launcher Open MPI would start a daemon and look for
+   networks, which takes half of the time that one process needs to start. All such runs would also share one
+   folder, which the first run to end would remove under another that starts. What the user has set stays;
+   other MPI libraries do not read these variables. */
 static void start_alone(void)
 {
   static const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK",  "PMI_RANK", "PMI_FD",

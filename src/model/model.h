@@ -165,45 +165,45 @@ typedef struct {
 } Model;
 
 /* ---------------------------------------------------------------------------------------------- State
-   What a step changes. Its numbers are those of Vecs of the model's communicator. A Vec has the n_dof
-   entries of this rank's degrees of freedom; behind them in the same memory, which is the Vec's, u, f,
-   f_old and f_ext have those of the other vertices (see Model). The loop holds the arrays: u, v, f, f_old,
-   f_ext and m point into the Vecs. Who looks at a Vec itself (a norm, a viewer, an operation of PETSc)
-   calls StateGive first and StateTake afterwards: PETSc is told so that the numbers may have changed, and
-   drops norms it has kept. */
+   What a step changes. The numbers of a state belong to Vecs on the model's communicator. A Vec has the
+   n_dof entries of this rank's degrees of freedom. Behind them in the Vec's memory u, f, f_old and f_ext have
+   those of the other vertices (see Model). The loop holds the arrays: u, v, f, f_old, f_ext and m point into
+   the Vecs. Code that looks at a Vec itself (a norm, a viewer, an operation of PETSc) calls StateGive first
+   and StateTake afterwards. That tells PETSc that the numbers may have changed, so it drops the norms that it
+   has kept. */
 
 typedef struct {
-  PetscReal *u;     /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement; integrate.c,
-                       rigid.c, ghost.c */
-  PetscReal *v;     /* [m/s, rad/s] velocity at the half step; integrate.c */
-  PetscReal *f;     /* [N, N m] resisting force; element.c, force.c, rigid.c */
-  PetscReal *f_old; /* [N, N m] that of the cycle before (StateSwapForces); integrate.c clears it */
+  PetscReal *u;          /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement;
+                            integrate.c, rigid.c, ghost.c, newton_step.c; at inner vertices condense.c */
+  PetscReal *v;          /* [m/s, rad/s] (n_dof,) velocity at the half step; integrate.c */
+  PetscReal *f;          /* [N, N m] resisting force; element.c, force.c, rigid.c, force terms */
+  PetscReal *f_old;      /* [N, N m] that of the cycle before (StateSwapForces); integrate.c clears it */
   PetscBool f_old_clear; /* f_old is zero at all degrees of freedom */
-  PetscReal *f_ext;      /* [N, N m] applied force, what acts inside condensed bodies passed on to their kept
-                            vertices; at inner vertices what acts there; applied.c, condense.c */
-  PetscReal
-      *passed;  /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex itself;
-                   NULL: no condensed bodies; written at the end of a stage or trial by condense.c */
-  PetscReal *m; /* [kg, kg m2] (n_dof,) scaled mass (33)-(34); masses.c */
-  PetscReal *m_inv;              /* (n_dof,) 1/m, 0 where held */
-  PetscInt capacity;             /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
-  PetscReal dt;                  /* [s] 1 in a static stage: time is fictitious */
-  PetscReal alpha;               /* [1/s] Rayleigh damping (38) */
-  PetscReal beta;                /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
-  PetscReal local;               /* [-] local non-viscous damping, of Step, in static stages */
-  PetscReal caution;             /* [-] static stages: times by which the step is shorter; guard.c */
-  PetscInt64 cycle;              /* cycles since the start of the run */
-  PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the stage and that it ramps to;
-                                    loads.c. f_target has those at vertices of rigid bodies behind its dofs;
-                                    in a dynamic stage f_start are the loads that do not follow the motion */
+  PetscReal *f_ext;      /* [N, N m] applied force: at inner vertices of condensed bodies what acts there, at
+                            kept ones also what they take over from there; applied.c, condense.c */
+  PetscReal *passed;     /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex
+                            itself; NULL: no condensed bodies; condense.c, at the end of a stage */
+  PetscReal *m;          /* [kg, kg m2] (n_dof,) scaled mass (33)-(34), in time the true mass; masses.c */
+  PetscReal *m_inv;      /* (n_dof,) 1/m, 0 where held */
+  PetscInt capacity;     /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
+  PetscReal dt;          /* [s] 1 in a static stage: time is fictitious */
+  PetscReal alpha;       /* [1/s] Rayleigh damping (38) */
+  PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
+  PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
+  PetscReal caution;     /* [-] times by which the step of a static stage is shorter; guard.c */
+  PetscInt64 cycle;      /* cycles since the start of the run */
+  PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the ramp and at its end; applied.c.
+                                    f_target has the forces at vertices of rigid bodies behind its dofs. In a
+                                    dynamic stage with water on faces f_start has the loads that keep their
+                                    direction */
   PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; applied.c */
-  PetscReal time;                /* [s] of dynamic stages */
-  PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; verify.c; NULL: they never are */
+  PetscReal time;                /* [s] since the start of the first dynamic stage */
+  PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; NULL: they never are; verify.c */
   PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
   void **terms;          /* memory of each force term; terms.c */
   Vec displacement, velocity; /* (n_dof,) own the memory of u, v */
-  Vec force, force_old;       /* of f, f_old: they change places with these */
-  Vec load, mass;             /* of f_ext, m */
+  Vec force, force_old;       /* own that of f, f_old, and change places with them */
+  Vec load, mass;             /* own that of f_ext, m */
 } State;
 
 /* ------------------------------------------------------------------------------------------ Verdict */
@@ -319,10 +319,10 @@ PetscErrorCode VerticesResize(Model *model);
 PetscErrorCode VerticesFree(Model *model);
 
 /* ---- state.c */
-/* Room for `new` entries of `size` bytes in *array (NULL: none so far): the first `old` stay, zeros behind
-   them. */
+/* Makes room for `new` entries of `size` bytes in *array (NULL: it has none so far). The first `old` entries
+   stay, and zeros follow them. */
 PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array);
-/* The state's vertex arrays, likewise. */
+/* Makes room for model->vertex_capacity vertices in the arrays of the state, in the same way. */
 PetscErrorCode StateResize(const Model *model, State *state);
 /* Whether a support holds the degree of freedom d. */
 static inline PetscBool Held(const Model *m, PetscInt d)
@@ -350,14 +350,14 @@ PetscReal DofLength(const Model *model, const State *state, PetscInt d);
 /* Collective. The undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
-/* The Vecs get their arrays back (u, v, ... are NULL then): they may be looked at and changed. */
+/* Gives the arrays back to the Vecs, which may then be looked at and changed; u, v, ... are NULL. */
 PetscErrorCode StateGive(State *state);
-/* The arrays are the loop's again. */
+/* Takes the arrays of the Vecs for the loop. */
 PetscErrorCode StateTake(State *state);
-/* Collective. Shows the Vecs that options of the user name, -displacement_view and so on, by PETSc's
-   viewers. */
+/* Collective. Shows by PETSc's viewers the Vecs that the user's options name (-displacement_view and so
+   on). */
 PetscErrorCode StateView(State *state);
-/* The present force becomes that of the cycle before, which gives its memory: arrays and Vecs. */
+/* Makes the present force that of the cycle before, whose memory the next force will take. */
 static inline void StateSwapForces(State *s)
 {
   PetscReal *const f = s->f;

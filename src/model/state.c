@@ -1,7 +1,7 @@
-/* state.c: what a step changes: room for it, lengths of its degrees of freedom. */
+/* state.c: the state, which each step changes: its Vecs and their arrays, its memory, the lengths of its
+   degrees of freedom. */
 #include "model/model.h"
 
-/* Keeps the first `old` entries of an array, zeros behind them. */
 PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array)
 {
   void **a = array, *grown;
@@ -17,8 +17,8 @@ PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array)
 
 enum { STATE_VECS = 6, VECS_WITH_VERTICES = 4 };
 
-/* Those that have vertices behind their degrees of freedom come first. f_old is a force too: whichever of the
-   two is the present one is looked at. */
+/* Lists the Vecs of the state, their arrays and their names. Vecs with vertices behind their degrees of
+   freedom come first. force_old has the name of force too, because the two change places every cycle. */
 static void vecs_of(State *s, Vec *vec[STATE_VECS], PetscReal **array[STATE_VECS],
                     const char *name[STATE_VECS])
 {
@@ -67,7 +67,8 @@ PetscErrorCode StateView(State *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Room for `new` numbers of which the first n_dof are the Vec's, which owns them all. */
+/* Makes room for `new` numbers in the memory of a Vec. Its entries are the first n_dof of them, but it owns
+   them all. */
 static PetscErrorCode grow_vec(PetscInt old, PetscInt new, Vec vec, PetscReal **array)
 {
   PetscReal *grown;
@@ -140,7 +141,7 @@ PetscErrorCode StateResize(const Model *m, State *s)
   const char *name[STATE_VECS];
   PetscFunctionBeginUser;
   if (new <= old) PetscFunctionReturn(PETSC_SUCCESS);
-  // this rank's arrays may grow when another's do not: nothing collective here
+  // the arrays of this rank may grow when those of others do not, so nothing here may be collective
   vecs_of(s, vec, array, name);
   for (int i = 0; i < VECS_WITH_VERTICES; i++) PetscCall(grow_vec(old, new, *vec[i], array[i]));
   PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->f_start));

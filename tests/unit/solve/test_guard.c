@@ -1,5 +1,6 @@
-/* The energy guard: kinetic energy that loads and stored energy account for is left alone, more begins the
-   stage anew once and is no collapse after that. A block of 2 m2 on an elastic joint under its weight. */
+/* The energy guard leaves kinetic energy alone that loads and stored energy account for. More than that makes
+   the stage begin anew, once; a collapse after a second time is told as divergence. The scene is a block of
+   2 m2 under its weight on a joint with friction. */
 #include "scene_fixture.h"
 
 static Sketch sketch;

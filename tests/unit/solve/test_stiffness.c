@@ -1,6 +1,6 @@
-/* Stiffness: the assembled tangent is the change of the forces of blocks and joints, elastic, slipping and
-   open, with rigid bodies, for every stress model; elastic it is symmetric and no rigid motion costs
-   anything; its pattern has no entry too many. ranks: 1 2 4 */
+/* The assembled tangent is the change of the forces of blocks and joints. That holds for elastic, slipping
+   and open joints, with rigid bodies, for every stress model. The elastic tangent is symmetric, and no rigid
+   motion costs energy. The pattern has no entry too many. ranks: 1 2 4 */
 #include "scene_fixture.h"
 #include "solve/stiffness.h"
 
