@@ -1,38 +1,38 @@
 /* condense.c: condensed bodies. An elastic body in small strain acts on the rest only through the vertices
-   where it meets it: contacts, other blocks, named points. Its equilibrium, kept degrees of freedom B and
-   inner ones I (those held by supports left out),
+   that it keeps: those at contacts, other blocks and named points. With kept degrees of freedom B and inner
+   ones I (those held by supports left out), its equilibrium is
 
      [ K_BB  K_BI ] [ u_B ]   [ f_B ]
-     [ K_IB  K_II ] [ u_I ] = [ f_I ],
+     [ K_IB  K_II ] [ u_I ] = [ f_I ].
 
-   gives from its second row
+   The second row gives
 
      u_I = K_II^-1 (f_I - K_IB u_B)                                                                     (a)
 
-   and with it from the first
+   and the first row with (a)
 
      S u_B = f_B - g,   S = K_BB - K_BI K_II^-1 K_IB,   g = K_BI K_II^-1 f_I.                           (b)
 
    Nothing is approximated. A cycle adds the resisting force S u_B in place of that of the blocks; the applied
-   force is f_B - g; (a) recovers the inside when somebody looks. S moves rigidly as K does, so a body that
-   floats goes on floating; K_II is regular when kept vertices and supports together prevent rigid motion.
+   force is f_B - g; (a) recovers the inside when results are wanted. S has the rigid motions of K, so a body
+   that can float still can. K_II is regular when kept vertices and supports together prevent rigid motion.
 
-   MUMPS eliminates I from K and leaves S, one factorisation per body and run: strengths and loads of stages
-   and trials are not in it. A body belongs to one rank, its K is summed in ascending order of its blocks:
-   bits do not depend on the ranks. Where K_IB u_B or K_BI w is wanted the blocks give it: their forces for
-   u_B alone, or w.
+   MUMPS eliminates I from K and leaves S. One factorisation per body serves the whole run, because strengths
+   and loads of stages and trials are not in K. A body belongs to one rank, and its K is summed in ascending
+   order of its blocks, so bits do not depend on the number of ranks. The products K_IB u_B and K_BI w come
+   from the blocks: they are the forces of the blocks for u_B alone, or for w alone.
 
-   Time step: omega^2 of M^-1 S is at most the largest row sum of |S| over the mass (Gershgorin), as (28) has
-   it for blocks; row sums of body and contacts add. S is symmetric and has no negative eigenvalue, K having
-   none, so that bound leaves no growth. */
+   Time step: omega^2 of M^-1 S is at most the largest row sum of |S| over the mass (Gershgorin), as in (28)
+   for blocks, and row sums of body and contacts add. S is symmetric and has no negative eigenvalue, because K
+   has none, so this bound suffices for stability. */
 #include "forces/blocks/blocks.h"
 #include "base/memory.h"
 #include <petscksp.h>
 
 /* ---- the bodies of this rank */
 
-/* Degrees of freedom of the owned vertices in [from, to) that belong to `number` (free
-   ones only, when asked). */
+/* dofs: degrees of freedom of the owned vertices in [from, to) that belong to body `number`. free_only:
+   leaves out those that a support holds. */
 static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, PetscInt to,
                                 PetscBool free_only, PetscInt *n, PetscInt **dofs)
 {
@@ -47,7 +47,8 @@ static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bodies by ascending number; local: (n_condensed_global,) row of each here, -1. */
+/* Lists the bodies of this rank by ascending number. local: (n_condensed_global,) row of each body on this
+   rank, -1: another rank has it. */
 static PetscErrorCode find_bodies(Model *m, PetscInt *local)
 {
   PetscFunctionBeginUser;
@@ -70,7 +71,8 @@ static PetscErrorCode find_bodies(Model *m, PetscInt *local)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A body that keeps nothing and is held nowhere inside could move alone. Two kept vertices hold it. */
+/* Refuses a body whose inside could move alone, because K_II would be singular. Two kept vertices prevent
+   that, and so does a support inside. */
 static PetscErrorCode check_held(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -93,7 +95,7 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 
 /* ---- stiffness and factor */
 
-/* asked: before any was taken. */
+/* asked: the memory was found too small before any was taken; otherwise MUMPS has run out of it. */
 static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const double memory[2])
 {
   char message[MESSAGE_LENGTH];
@@ -109,7 +111,7 @@ static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const doubl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Asked for before it is taken. */
+/* Refuses factors for which there is not enough memory, before any of it is taken. */
 static PetscErrorCode check_memory(const Model *m, double memory[2])
 {
   double mine = 0.;
@@ -122,8 +124,8 @@ static PetscErrorCode check_memory(const Model *m, double memory[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Room in each K: a row has at most the dofs of the other vertices of its blocks, and
-   its own vertex's two. */
+/* Creates the matrix K of each body. A row has at most the dofs of the other vertices of its blocks, and the
+   two of its own vertex. */
 static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
 {
   PetscInt *width, *nnz;
@@ -139,7 +141,7 @@ static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, con
     for (PetscInt d = 0; d < 2 * m->n_owned; d++)
       if (row[d] >= 0 && local[m->vertex_condensed[d / 2]] == i) nnz[row[d]] = PetscMin(n, width[d / 2]);
     PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, nnz, K + i));
-    PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // as far as it is eliminated
+    PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // K_II is, and only this is eliminated
   }
   PetscCall(PetscFree2(width, nnz));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,7 +167,8 @@ static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eliminates the inner rows of K: c->factor, and what is left as S. wants: there is no memory for them. */
+/* Eliminates the inner rows of K: makes c->factor, and S of what is left. wants: MUMPS has too little
+   memory. */
 static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
 {
   IS kept;
@@ -196,7 +199,8 @@ static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MUMPS fills one triangle of S, or both to rounding: the lower one is copied. */
+/* Copies the lower triangle of S into both, because MUMPS fills only one triangle, or both but for
+   rounding. */
 static PetscErrorCode store_schur(Mat S, Condensed *c)
 {
   const PetscScalar *s;
@@ -288,8 +292,8 @@ PetscErrorCode CondensedDestroy(Model *m)
 #define CLONES
 #endif
 
-/* f = S u, four columns at a time: every f_i sums in the order of the columns, whatever
-   the width of vectors. */
+/* f = S u, four columns at a time. Every f_i is summed in the order of the columns, whatever the width of
+   vectors, so the bits do not depend on the instruction set. */
 CLONES static void multiply(PetscInt n, const PetscReal *restrict S, const PetscReal *restrict u,
                             PetscReal *restrict f)
 {
@@ -326,11 +330,11 @@ static void bound(const void *memory, const Model *m, PetscReal *k)
   }
 }
 
-/* Dense blocks between the kept vertices of each body. */
+/* Adds a dense matrix for the kept vertices of each body. */
 static PetscErrorCode tangent(const void *memory, const Model *m, const PetscReal *u, TermAdd add,
                               void *context)
 {
-  (void)memory, (void)u; // S is that of small strain
+  (void)memory, (void)u; // S does not depend on u, because the strain is small
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
@@ -351,7 +355,7 @@ const TermKind Condensed_term = {
 
 /* ---- inside */
 
-/* x = K_II^-1 r, r and x at the inner dofs of vertex arrays. */
+/* x = K_II^-1 r. r and x are vertex arrays, of which only the inner dofs are read and written. */
 static PetscErrorCode solve_inner(const Condensed *c, const PetscReal *r, PetscReal *x)
 {
   PetscScalar *b;
@@ -422,7 +426,7 @@ PetscErrorCode CondensedRecover(const Model *m, State *state)
   ElementForcesCondensed(m, u, f + at);
   forces(NULL, m, u, Su + at);
   for (PetscInt d = at + 2 * m->n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
-  for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b), also about rigid bodies
+  for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b)
   RigidForces(m, state->u, f);
   PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->n_moving));
   PetscCall(PetscFree2(f, Su));

@@ -1,12 +1,13 @@
-/* element.c: deformable blocks: gather, kernel of element_kernels.h, scatter. Quadrilaterals first, then
-   triangles, each in ascending order, within an element vertex 0 to the last: every vertex sums in the same
-   order on any number of ranks. */
+/* element.c: deformable blocks. Each loop gathers vertices, calls a kernel of element_kernels.h, and scatters
+   what that returns. Quadrilaterals come first, then triangles, each in ascending order, and within an
+   element vertex 0 to the last. So every vertex sums in the same order on any number of ranks. */
 #include "forces/blocks/blocks.h"
 #include "forces/blocks/element_kernels.h"
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
-/* h: model->hourglass; NULL, as a constant where speed matters, when all blocks are ELEMENT_FULL. */
+/* h: model->hourglass; NULL when all blocks are ELEMENT_FULL. Where speed matters callers pass NULL as a
+   constant, and the compiler leaves the rest out. */
 KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
 {
   const LanesVector lame = GatherVertex(&model->lame->lambda, g);
@@ -23,7 +24,7 @@ KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
   return LoadMaterialOf(model, model->hourglass, g);
 }
 
-/* E and nu of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
+/* E and nu are those of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
 void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3])
 {
   const PetscReal lambda = lame.lambda, mu = lame.mu;
@@ -33,7 +34,7 @@ void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, Pet
   if (element == ELEMENT_REDUCED) hourglass[0] = hourglass[1] = 0.5 * coefficient * E;
 }
 
-/* Vertices of LANES elements from element `first` on: vertex i of a lane stands at [i * BATCH + lane]. */
+/* Vertices of LANES elements from element `first` on; vertex i of a lane stands at [i * BATCH + lane]. */
 KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
 {
   const size_t i = (size_t)first;
@@ -42,10 +43,10 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
 
 /* ---- forces (10) */
 
-/* Elements are taken in chunks of CHUNK of one shape, quadrilaterals first: after each of them some vertices
-   have all their forces and can move at once, while they are still in the cache. */
+/* Elements are taken in chunks of CHUNK elements of one shape. After each chunk some vertices have all their
+   forces, and can move while they are still in the cache. */
 enum { CHUNK = 512 };
-static const PetscReal STEP = 1e-5; /* of a side, for central differences */
+static const PetscReal STEP = 1e-5; /* step of central differences, as a fraction of a side */
 
 static PetscInt chunks_of(const Elements *e)
 {
@@ -57,8 +58,9 @@ PetscInt ElementChunks(const Model *model)
   return chunks_of(&model->q4) + chunks_of(&model->t3);
 }
 
-/* Forces are arithmetic, the motion behind them is memory: what that will read comes into the cache
-   meanwhile, of each array as much with every LANES blocks as so many vertices have, a line of 64 bytes. */
+/* Brings into the cache what the motion of vertices will read. Forces are mostly arithmetic and the motion
+   after them is mostly access to memory, so the access is done during the arithmetic. LANES vertices take a
+   line of 64 bytes in each array; that line is fetched with every LANES blocks. */
 KERNEL void Fetch(const Ahead *ahead, PetscInt block)
 {
   for (int i = 0; i < AHEAD_ARRAYS; i++) __builtin_prefetch(ahead->array[i] + 2 * block);
@@ -80,7 +82,8 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
   }
 }
 
-/* shape, formulation and strain measure as constants */
+/* Gives ForceLoop shape, formulation and strain measure as constants, so that each case is a loop without
+   branches. */
 KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                              PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
@@ -123,7 +126,8 @@ void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f
   RangeForces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
 }
 
-/* From the last chunk back: the lowest vertex that it or a later one touches. */
+/* After a chunk the vertices below the lowest one of all later chunks have their forces; the loop runs
+   backwards to find that lowest vertex. */
 PetscErrorCode ElementChunksDone(Model *model)
 {
   PetscInt lowest = model->n_deformable;
@@ -144,8 +148,8 @@ PetscErrorCode ElementChunksDone(Model *model)
 /* ---- row sums (28) and masses (27) */
 
 /* Column (j, direction) of the reference stiffness is the small-strain force of a unit displacement there, so
-   K is by construction the tangent of the force kernel. In large strain forces are cubic in u, and central
-   differences leave STEP^2 and the rounding of forces over STEP, 1e-10 of K. */
+   K is by construction the tangent of the force kernel. In large strain forces are cubic in u. The error of
+   central differences is then STEP^2 and the rounding of forces over STEP, together 1e-10 of K. */
 void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, const PetscReal *u,
                      PetscReal K[][64])
 {
@@ -174,10 +178,11 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
   }
 }
 
-/* (28) is an upper bound of the eigenvalues twice over. With any masses m_i, omega^2 is an eigenvalue of M^-1
-   K, hence (Gershgorin) at most the largest row sum of |K| over m_i; and the row sum of the assembled |sum
-   K_e| is at most the sum of the row sums of |K_e|. One number per vertex, the larger of the two directions:
-   a block that has turned by 90 degrees has its x and y rows exchanged, and masses stay isotropic. */
+/* (28) is an upper bound of the eigenvalues for two reasons. With any masses m_i, omega^2 is an eigenvalue of
+   M^-1 K, hence (Gershgorin) at most the largest row sum of |K| over m_i. And the row sum of the assembled
+   |sum K_e| is at most the sum of the row sums of |K_e|. A vertex has one number, the larger of the two
+   directions, because a block that has turned by 90 degrees has its x and y rows exchanged, and because
+   masses must be isotropic. */
 static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
@@ -229,7 +234,7 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 
 /* ---- stresses and energies */
 
-/* The modes of X and u of LANES elements. */
+/* XM, uM: modes of the reference coordinates and of the displacements of LANES elements. */
 static void gather_modes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                          PetscInt first, LanesModes *XM, LanesModes *uM)
 {
@@ -241,7 +246,7 @@ static void gather_modes(const Model *model, const Elements *e, int n_nodes, con
   *uM = ElementModes(n_nodes, U);
 }
 
-/* Cauchy stress at points of each element, (n, n_points, 3). */
+/* stress: (n, n_points, 3) Cauchy stress at points of each element. */
 static void stress_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
                         const PetscReal points[][2], PetscReal *stress)
 {
@@ -257,7 +262,7 @@ static void stress_loop(const Model *model, const Elements *e, int n_nodes, cons
       PointStrain(&X, &U, points[p][0], points[p][1], large, &J, &G, &E);
       const LanesTensor S = BlockStress(&material, &E);
       LanesTensor sigma = CauchyStress(&G, &S, large);
-      if (Any(material.one_point)) { // they have the stress of the centre everywhere
+      if (Any(material.one_point)) { // a block of one point has the stress of its centre everywhere
         PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
         const LanesTensor S_c = BlockStress(&material, &E), centre = CauchyStress(&G, &S_c, large);
         sigma = (LanesTensor){Select(material.one_point, centre.xx, sigma.xx),
@@ -308,7 +313,7 @@ PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes,
     sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
     sum *= model->thickness;
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
-      energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */
+      energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* else another rank counts it */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -323,9 +328,9 @@ void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *an
 
 /* ---- geometry */
 
-/* Sums over the triangles (x_0, p, q) of the ring. With s = p + q and c = p x q of a triangle whose third
-   vertex is the origin: int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12. The origin is
-   vertex 0 of the block, so that coordinates far from the origin lose no digits. */
+/* The function sums over the triangles (x_0, p, q) of the ring. A triangle whose third vertex is the origin
+   has, with s = p + q and c = p x q, int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12.
+   Vertex 0 of the block is taken as the origin, so that blocks far from 0, 0 lose no digits. */
 void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
                    PetscReal centroid[2], PetscReal *polar)
 {
@@ -342,7 +347,7 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
     }
   }
   for (int d = 0; d < 2; d++) {
-    moment -= S[d] * S[d] / A; /* Steiner */
+    moment -= S[d] * S[d] / A; /* Steiner's theorem: from vertex 0 to the centroid */
     centroid[d] = origin[d] + S[d] / A;
   }
   *area = A;

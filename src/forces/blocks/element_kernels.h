@@ -7,7 +7,7 @@
      a = sum xi_i x_i / 4,   b = sum eta_i x_i / 4,   h = sum xi_i eta_i x_i / 4,
 
    so that x,xi = a + eta h and x,eta = b + xi h. On the triangle a = x_1 - x_0, b = x_2 - x_0 and h = 0 on
-   xi, eta >= 0, xi + eta <= 1. The mean moves the block as a whole and enters nothing. */
+   xi, eta >= 0, xi + eta <= 1. The mean moves the block as a whole, so no strain or force depends on it. */
 #pragma once
 #include "forces/blocks/blocks.h"
 #include "base/lanes.h"
@@ -37,8 +37,8 @@ KERNEL LanesModes ModesAdd(const LanesModes *p, const LanesModes *q)
   return (LanesModes){VectorAdd(p->a, q->a), VectorAdd(p->b, q->b), VectorAdd(p->h, q->h)};
 }
 
-/* Four times the modes. x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences first: they
-   are exact for near vertices. */
+/* Returns four times the modes. x: the 4 vertices, at (xi, eta) = (-,-), (+,-), (+,+), (-,+). Differences are
+   taken first, because they are exact for vertices near each other. */
 KERNEL LanesModes Q4FourModes(const LanesVector x[4])
 {
   const LanesVector p = VectorSubtract(x[2], x[0]), q = VectorSubtract(x[1], x[3]);
@@ -68,8 +68,8 @@ KERNEL LanesVector TangentEta(const LanesModes *x, PetscReal xi)
   return (LanesVector){x->b.x + xi * x->h.x, x->b.y + xi * x->h.y};
 }
 
-/* Gradients g1 of xi and g2 of eta in reference coordinates, from the tangents X1 = X,xi and X2 = X,eta:
-   g_a . X_b = 1 when a = b, else 0. Returns J = det(X1, X2), the area ratio. */
+/* g1, g2: gradients of xi and eta in reference coordinates, from the tangents X1 = X,xi and X2 = X,eta. They
+   are defined by g_a . X_b = 1 when a = b, else 0. Returns J = det(X1, X2), the area ratio. */
 KERNEL Lanes DualBasis(LanesVector X1, LanesVector X2, LanesVector *g1, LanesVector *g2)
 {
   const Lanes J = VectorCross(X1, X2), r = 1.0 / J;
@@ -85,8 +85,9 @@ KERNEL LanesGradient DisplacementGradient(LanesVector u1, LanesVector u2, LanesV
                          u1.y * g1.x + u2.y * g2.x, u1.y * g1.y + u2.y * g2.y};
 }
 
-/* Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G, which is F'F - I without its
-   loss of digits at small strain; for small strain the quadratic part is left out. */
+/* Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G. It equals (F'F - I)/2 without
+   the loss of digits that F'F - I has where the strain is small. With large = 0 the quadratic part is left
+   out. */
 KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
 {
   if (!large) return (LanesTensor){G->xx, G->yy, 0.5 * (G->xy + G->yx)};
@@ -99,18 +100,18 @@ KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
    Hooke's law when E is the small strain). lambda is that of the plane problem: in plane stress it is 2
    lambda mu / (lambda + 2 mu).
 
-   How to add another material: write a function beside this one that returns S from E, its energy beside
-   BlockEnergy_..., put its constants into LanesMaterial (LoadMaterial of element.c fills them by group) and
-   call it in BlockStress and BlockEnergy below; stresses and energies go through these two, forces and row
-   sums through NaturalStress, which says what to write there. A material of the deformation gradient can be
-   written in E too, since S must not change under rotation. */
+   How to add another material: write a function beside this one that returns S from E, and its energy beside
+   BlockEnergy_... Put its constants into LanesMaterial (LoadMaterialOf of element.c fills them by group), and
+   call the functions in BlockStress and BlockEnergy below. Stresses and energies go through these two; forces
+   and row sums go through NaturalStress, so the material must be written there, too. A material of the
+   deformation gradient can be written in E as well, since S must not change under rotation. */
 KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
 {
   const Lanes pressure = m->lambda * (E->xx + E->yy), two_mu = m->mu + m->mu;
   return (LanesTensor){pressure + two_mu * E->xx, pressure + two_mu * E->yy, two_mu * E->xy};
 }
 
-/* Its energy per reference area, S : E / 2 [J/m3]. */
+/* Energy of that material per reference area and thickness, S : E / 2 [J/m3]. */
 KERNEL Lanes BlockEnergy_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
 {
   const LanesTensor S = BlockStress_StVenantKirchhoff(m, E);
@@ -141,18 +142,19 @@ KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, in
 /* Natural stress at a point: T_ab = J g_a . S g_b with a, b in xi, eta (stored as xx: xi xi, yy: eta eta,
    xy: xi eta).
 
-   Why: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and
+   Why it is used: the internal force (10) of vertex i is f_i = int P grad N_i dA with P = F S, and
 
      J P g_a = J F S g_a = sum_b T_ab F X_b = sum_b T_ab x_b,
 
-   where x_b = X_b + u_b are the current tangents. Neither F nor P is needed. In small strain P = S, and x_b
-   is X_b.
+   where x_b = X_b + u_b are the present tangents. So neither F nor P is needed. In small strain P = S, and
+   x_b is X_b.
 
-   How, without g_a and without Cartesian components: twice the strain has the natural components
+   How it is found without g_a and without Cartesian components: twice the strain has the natural components
 
      D_ab = 2 X_a . E X_b = X_a . u_b + u_a . x_b,   so D_aa = (X_a + x_a) . u_a,
 
-   the metric is G_ab = X_a . X_b with det G = J^2, and T = J G^-1 (lambda tr + 2 mu E) G^-1 in these. Let
+   the metric is G_ab = X_a . X_b with det G = J^2, and T = J G^-1 (lambda tr + 2 mu E) G^-1 in these
+   components. Let
 
      A = J^2 G^-1 = [G_22 -G_12; -G_12 G_11],   d = sum A_ab D_ab,   so that tr E = d / (2 J^2).
 
@@ -161,7 +163,7 @@ KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, in
      T = (c A - mu D*) / J,   c = (lambda/2 + mu) d / J^2.
 
    A change of scale in xi, eta leaves T as it is. */
-typedef struct { /* a tangent in the reference state, its change, the present one; its G_aa, D_aa, mu D_aa */
+typedef struct { /* X: tangent in the reference state, u: its change, x: present one; G_aa, D_aa, mu D_aa */
   LanesVector X, u, x;
   Lanes G, D, mu_D;
 } LanesTangent;
@@ -173,7 +175,7 @@ KERNEL LanesTangent TangentOf(LanesVector X, LanesVector u, Lanes mu, int large)
   return (LanesTangent){X, u, x, VectorDot(X, X), D, mu * D};
 }
 
-/* p, q: along xi, eta. modulus: lambda/2 + mu. */
+/* p, q: tangents along xi, eta. modulus: lambda/2 + mu. */
 KERNEL LanesTensor NaturalStress(const LanesTangent *p, const LanesTangent *q, Lanes modulus, Lanes mu)
 {
   const Lanes r = 1. / VectorCross(p->X, q->X), G12 = VectorDot(p->X, q->X),
@@ -182,14 +184,14 @@ KERNEL LanesTensor NaturalStress(const LanesTangent *p, const LanesTangent *q, L
   return (LanesTensor){(c * q->G - q->mu_D) * r, (c * p->G - p->mu_D) * r, (mu * D12 - c * G12) * r};
 }
 
-/* At the centre of a block. */
+/* Natural stress at the centre of a block. */
 KERNEL LanesTensor CentreStress(const LanesModes *X, const LanesModes *u, const LanesMaterial *m, int large)
 {
   const LanesTangent p = TangentOf(X->a, u->a, m->mu, large), q = TangentOf(X->b, u->b, m->mu, large);
   return NaturalStress(&p, &q, 0.5 * m->lambda + m->mu, m->mu);
 }
 
-/* From the forces on the modes to those on the vertices. */
+/* f: forces on the vertices, from the forces on the modes. */
 KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVector f[4])
 {
   const LanesVector sum = VectorAdd(R1, R2), difference = VectorSubtract(R1, R2);
@@ -199,7 +201,7 @@ KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVect
   f[3] = (LanesVector){-(difference.x + RH.x), -(difference.y + RH.y)};
 }
 
-/* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: vertices; f: forces on them (out).
+/* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: at the vertices; f: forces on them (out).
 
    N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4
    with R1 = sum T11 x1 + T12 x2,   R2 = sum T12 x1 + T22 x2,   RH = sum eta (T11 x1 + T12 x2) + xi (T12 x1 +
@@ -207,8 +209,8 @@ KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVect
    modes, xi, eta = +-g and k = g h, this is
      R1 = t11 a + t12 b + s1 k,   R2 = t12 a + t22 b + s2 k,   RH = g (s1 a + s2 b + s3 k),   t_ab = sum T_ab,
      s1 = sum (eta T11 + xi T12)/g,  s2 = sum (eta T12 + xi T22)/g,  s3 = t11 + t22 + 2 sum xi eta T12/g^2.
-   Here a, b, h are four times the modes: T does not change, R is four times as large; w, for all of it, is in
-   the moduli. */
+   Here a, b, h are four times the modes: T does not change, and R is four times as large. The factor of it
+   all, w, is in the moduli. */
 KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
                     PetscReal thickness, int large, LanesVector f[4])
 {
@@ -238,10 +240,11 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
   ModeForces(R1, R2, VectorScale(GAUSS, RH), f);
 }
 
-/* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly; bending
-   adds the displacement xi eta q, with q = u_h - grad(u) X_h at the centre: what is left of the hourglass
-   mode after the linear field, zero in any constant strain and in any motion as a rigid body. In the
-   directions of the material, p = F'q, it stores the energy p.C p/2, so that the block is objective. With
+/* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly. Bending
+   adds the displacement xi eta q, with q = u_h - grad(u) X_h at the centre. This q is what is left of the
+   hourglass mode after the linear field; it is zero in any constant strain and in any rigid motion. It stores
+   the energy p.C p/2 in p = F'q, its components in the directions of the material, so that the block is
+   objective. With
 
      h = xi eta,   H = int grad h (x) grad h dA = A/3 (g1 (x) g1 + g2 (x) g2),   Jacobian of the centre:
 
@@ -249,14 +252,14 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
 
      e_xx = h,x p_x - nu h,y p_y,   e_yy = h,y p_y - nu h,x p_x,   e_xy = 0   (E, nu of the plane problem)
 
-   leaves out the parasitic shear of the full block in bending, and the strain across is free. With
+   leaves out the parasitic shear that the full block has in bending, and leaves the strain across free. With
    sigma_xx = E h,x p_x and sigma_yy = E h,y p_y
 
      C = E [H_xx, -nu H_xy; -nu H_xy, H_yy].
 
-   ELEMENT_REDUCED: C = k E (H_xx + H_yy)/2 I, with the coefficient k: control only.
+   ELEMENT_REDUCED: C = k E (H_xx + H_yy)/2 I, with the coefficient k; it only keeps hourglass modes small.
 
-   Both: C = [c0 H_xx + c1 H_yy, c2 H_xy; c2 H_xy, c1 H_xx + c0 H_yy], c = hourglass. */
+   Both have the form C = [c0 H_xx + c1 H_yy, c2 H_xy; c2 H_xy, c1 H_xx + c0 H_yy], c = hourglass. */
 typedef struct {
   Lanes J;
   LanesVector g1, g2;
@@ -282,9 +285,9 @@ KERNEL LanesHourglass Hourglass(const LanesModes *X, const LanesModes *u, const 
   return o;
 }
 
-/* Internal force of the block of one point: of p.C p/2, with dp = F'dq + dF'q, dq = dx_h - dF X_h, dF = da
-   (x) g1 + db (x) g2; a, b, h the present modes. In small strain a and b are those of the reference and q is
-   not in the force. */
+/* Internal force of the block of one point: that of the stress at the centre, and that of p.C p/2, for which
+   dp = F'dq + dF'q, dq = dx_h - dF X_h, dF = da (x) g1 + db (x) g2, where a, b, h are the present modes. In
+   small strain a and b are those of the reference state, and q is not in the force. */
 KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
                             PetscReal thickness, int large, LanesVector f[4])
 {
@@ -304,7 +307,8 @@ KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], cons
   ModeForces(R1, R2, VectorScale(w, Fc), f);
 }
 
-/* Internal force (10) of the 3-node block: one point, of weight 1/2; N = (1 - xi - eta, xi, eta). */
+/* Internal force (10) of the 3-node block. It has one point of weight 1/2, and N = (1 - xi - eta, xi,
+   eta). */
 KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesMaterial *m,
                     PetscReal thickness, int large, LanesVector f[3])
 {
@@ -317,7 +321,7 @@ KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesM
   f[0] = (LanesVector){-(f[1].x + f[2].x), -(f[1].y + f[2].y)};
 }
 
-/* Either shape; n_nodes is a constant where speed matters. */
+/* Internal force of either shape. n_nodes is a constant where speed matters. */
 KERNEL void ElementForce(int n_nodes, const LanesVector *X, const LanesVector *u, const LanesMaterial *m,
                          PetscReal thickness, int large, LanesVector *f)
 {
@@ -342,7 +346,7 @@ KERNEL LanesModes ElementModes(int n_nodes, const LanesVector *x)
   return n_nodes == 4 ? Q4Modes(x) : T3Modes(x);
 }
 
-/* What stresses and energies need at a point. */
+/* Finds what stresses and energies need at a point: area ratio J, displacement gradient G, strain E. */
 KERNEL void PointStrain(const LanesModes *X, const LanesModes *u, PetscReal xi, PetscReal eta, int large,
                         Lanes *J, LanesGradient *G, LanesTensor *E)
 {
@@ -369,9 +373,9 @@ KERNEL Lanes Q4Energy(const LanesModes *X, const LanesModes *u, const LanesMater
   return Select(m->one_point, 4. * J * BlockEnergy(m, &E) + 0.5 * VectorDot(o.p, o.c), sum);
 }
 
-/* Lumped masses per density and thickness: row sums (27) of the mass matrix (26), m_i = int N_i dA, since the
-   N_j sum to 1. On the quadrilateral J = a x b + xi (a x h) + eta (h x b) is linear, so the 2x2 sum (26) is
-   this exactly. */
+/* Lumped masses per density and thickness. The row sums (27) of the mass matrix (26) are m_i = int N_i dA,
+   since the N_j sum to 1. On the quadrilateral J = a x b + xi (a x h) + eta (h x b) is linear, so the 2x2 sum
+   (26) gives these integrals exactly. */
 KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
 {
   const LanesModes x = ElementModes(n_nodes, X);
