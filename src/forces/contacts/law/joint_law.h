@@ -2,24 +2,24 @@
    elastic, or Mohr-Coulomb with cut-offs in tension and compression, with peak and residual strength.
    stress_models.h integrates it over a contact.
 
-   Trial stresses (5)-(6) from TOTAL opening and slip:  sigma = k_n (u_n - closure),
-   tau = k_s (u_s - slip).  The paper
-   writes them in increments of stress; then a joint that has been cut off in tension forgets its gap and
-   carries compression before it closes. So u_n is total; history are the plastic part of u_s, `slip`, and
-   that of u_n, `closure` <= 0, which only a joint of finite compression has (ends.h).
+   Trial stresses (5)-(6) come from TOTAL opening and slip:  sigma = k_n (u_n - closure),
+   tau = k_s (u_s - slip).  The paper writes them in increments of stress; then a joint that has been cut off
+   in tension forgets its gap and carries compression before it closes. So u_n is total. The history is the
+   plastic part of u_s, `slip`, and that of u_n, `closure` <= 0, which only a joint of finite compression has
+   (ends.h).
 
-   Strength: peak until the place fails; residual ever after. With t = tan_phi, C = compression:
+   Strength is the peak strength until the place fails and the residual strength ever after. With t = tan_phi,
+   C = compression:
      fails   when sigma_trial > peak tension or |tau_trial| > limit with peak strength
      open    when sigma_trial > tension: sigma = tension, tau = 0
      else    sigma = max(sigma_trial, -C),  |tau| <= limit = max(0, cohesion - sigma t)
 
-   A NaN passes through all of this (comparisons, not fmin), so that divergence is seen. */
+   A NaN passes through all functions here, because they compare and do not call fmin; so divergence is
+   seen. */
 #pragma once
 #include <math.h>
 #include "forces/contacts/law/law.h"
 #include "base/lanes.h"
-
-/* Call after any change of friction: once when the scene is read and for every stage that changes a joint. */
 
 typedef struct {
   Lanes tension, cohesion, tan_phi;
@@ -28,16 +28,16 @@ typedef struct {
 typedef struct {
   Lanes k_n, k_s, compression, damping;
   LanesStrength peak, residual;
-  Mask elastic; /* no limits at all */
-  int crushes;  /* compression of some lane is finite */
+  Mask elastic; /* the joint has no limits at all */
+  int crushes;  /* the compression of some lane is finite */
   int damps;    /* some lane has a dashpot */
   Mask brittle; /* failing changes something; if not, `broken` stays 0 and contacts can return to elastic */
 } LanesJoint;
 
-/* A number that stands for no limit: infinity would make NaN of a difference or a product. */
+/* A number that stands for no limit, because infinity would make NaN of a difference or a product. */
 #define NO_LIMIT 1e300
 
-/* joint: rows of the joints table of LANES contacts. Mostly they are one joint. */
+/* joint: rows of the joints table for LANES contacts, mostly the same row. */
 KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J)
 {
   for (int lane = 0; lane < LANES; lane++) {
@@ -57,8 +57,9 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J
                (J->peak.tension != J->residual.tension);
 }
 
-static const PetscReal LOOSE_TAN = 1e6; /* stands for no limit */
+static const PetscReal LOOSE_TAN = 1e6; /* a tan_phi that stands for no limit where the joint is pressed */
 
+/* Strength `whole` with that of loose contacts (law.h: LOOSE) in the lanes of the mask. */
 KERNEL LanesStrength LooseStrength(const LanesJoint *J, Mask loose, const LanesStrength *whole)
 {
   const Lanes cohesion = Keep(~J->elastic, J->residual.cohesion),
@@ -67,6 +68,7 @@ KERNEL LanesStrength LooseStrength(const LanesJoint *J, Mask loose, const LanesS
                          Select(loose, tan_phi, whole->tan_phi)};
 }
 
+/* The joint J with the strengths of loose contacts in the lanes of the mask. */
 KERNEL LanesJoint LooseJoint(const LanesJoint *J, Mask loose)
 {
   LanesJoint now = *J;
@@ -106,7 +108,7 @@ KERNEL Lanes JointNormal(const LanesJoint *J, const LanesStrength *strength, Lan
                 Select(JointIsCrushing(J, sigma), -J->compression, sigma));
 }
 
-/* c - sigma tan(phi) for a stress already cut off; negative beyond the apex of the cone */
+/* c - sigma tan(phi), for a stress already cut off. It is negative beyond the apex of the cone. */
 KERNEL Lanes JointCone(const LanesStrength *strength, Lanes sigma)
 {
   return strength->cohesion - sigma * strength->tan_phi;
@@ -118,7 +120,7 @@ KERNEL Lanes JointShearLimit(const LanesJoint *J, const LanesStrength *strength,
               NotNegative(JointCone(strength, JointNormal(J, strength, sigma))));
 }
 
-/* Whether an unbroken place breaks. */
+/* Whether a place that has not failed fails. */
 KERNEL Mask JointFails(const LanesJoint *J, Lanes sigma, Lanes tau)
 {
   return JointIsOpen(&J->peak, sigma) | (Absolute(tau) > JointShearLimit(J, &J->peak, sigma));

@@ -1,5 +1,5 @@
-/* law.h: stress models and joint laws of one contact: arithmetic only. The lanes that the loop runs are in
-   stress_models.h. */
+/* law.h: stress models and joint laws of one contact, arithmetic only. The kernels that the loop over
+   contacts runs, for LANES contacts at once, are in stress_models.h. */
 #pragma once
 #include "scene/scene.h"
 
@@ -11,28 +11,28 @@ typedef enum {
 } ContactState; /* bits, per sub-contact */
 
 /* ---- stress_models.c */
-/* `broken` of a contact that has met in motion in a joint that holds together, elastic or with a residual
-   tension: it carries none. In shear an elastic joint has no limit where it is pressed; others have their
-   residual strength. */
+/* The value of `broken` that marks a loose contact: one that has met in motion, in a joint that is elastic or
+   has a residual tension. A loose contact carries no tension. In shear it has no limit where it is pressed if
+   the joint is elastic; otherwise it has the residual strength. */
 static const PetscReal LOOSE = 2.;
 
-/* Response of one contact, as force.c has it of a batch; see stress_models.h. */
+/* Response of one contact, with the bits that force.c finds for a batch; see stress_models.h. */
 typedef struct {
   PetscReal u_n[2], u_s[2];             /* in: [m] at the two ends, openings already reduced by `rest` */
   PetscReal slip[2], broken[2];         /* in: history at the start of the step; out: at its end */
-  PetscReal closure[2], closure_far[2]; /* the same of a joint of finite compression */
-  PetscBool in_time;                    /* in: of a dynamic stage, where partial slip may make no energy */
-  PetscReal speed[2];                   /* in: [m/s] of opening, for dashpots of a dynamic stage */
-  PetscReal sigma[2], tau[2];           /* out: [Pa] at the ends */
-  PetscReal F_n[2], F_s[2]; /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
-  PetscInt state[2];        /* out: ContactState bits */
+  PetscReal closure[2], closure_far[2]; /* in and out: history of a joint of finite compression */
+  PetscBool in_time;          /* in: partial slip may make no energy: dynamic stages, and Contacts.springs */
+  PetscReal speed[2];         /* in: [m/s] of opening, for dashpots of a dynamic stage */
+  PetscReal sigma[2], tau[2]; /* out: [Pa] at the ends */
+  PetscReal F_n[2], F_s[2];   /* out: [N/m] end forces per metre of thickness, same sign as sigma, tau */
+  PetscInt state[2];          /* out: ContactState bits */
 } ContactPoint;
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
 /* [m] Plastic part of u_n at end k. */
 PetscReal StressModelClosure(const ContactPoint *p, int k);
-/* Of tptm: the parts of the length where the trial stress opens the joint and where it crushes it. */
+/* For tptm: the fractions of the length where the trial stress is tension and where it crushes the joint. */
 void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing);
-/* [J/m] Of tptm: what its normal springs store, sigma^2/(2 k_n) over the length. */
+/* [J/m] For tptm: the energy of the normal springs, sigma^2/(2 k_n) over the length. */
 PetscReal StressModelStored(const Joint *joint, PetscReal length, const ContactPoint *p);
 /* Whether the law holds elastically at both ends and nothing is broken or crushed, for the trial stresses
    sigma, tau. */

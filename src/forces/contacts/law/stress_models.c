@@ -1,15 +1,16 @@
-/* stress_models.c: the table of the six stress models, and one contact on its own; the models themselves are
-   in stress_models.h and tptm.h, for a batch of contacts. */
+/* stress_models.c: the table of the six stress models, and the response of one contact on its own. The models
+   themselves are in stress_models.h and tptm.h, for LANES contacts at once. */
 #include "forces/contacts/law/law.h"
 #include "forces/contacts/law/stress_models.h"
 
-/* Share of end 0 in a stress s0, sm, s1: c1, cm, c2.
-   pt:   forces s L/2 at the ends themselves.
-   r2pt: s L/2 at L/4 and 3L/4, shared by the lever: 1/2 (3/4, 1/4).
-   r3pt: s L/4, s L/2, s L/4 at L/8, L/2, 7L/8: (1/4 7/8, 1/2 1/2, 1/4 1/8).
-   t2pt: integral of (1-x)(1-x) and x (1-x).
-   t3pt: two trapezoids of L/2: integral of (1-2x)(1-x) over the first half, 1/4 by symmetry, and the rest of
-   1/2. tptm: as t2pt where nothing is violated. */
+/* Each row has the shares c1, cm, c2 of end 0 in the stresses s0, sm, s1.
+   pt:   forces s L/2 act at the ends themselves.
+   r2pt: forces s L/2 act at L/4 and 3L/4, and the lever shares them: 1/2 (3/4, 1/4).
+   r3pt: forces s L/4, s L/2, s L/4 act at L/8, L/2, 7L/8: (1/4 7/8, 1/2 1/2, 1/4 1/8).
+   t2pt: the shares are the integrals of (1-x)(1-x) and x (1-x).
+   t3pt: two trapezoids of L/2; c1 is the integral of (1-2x)(1-x) over the first half, cm is 1/4 by symmetry,
+         and c2 is the rest of 1/2.
+   tptm: as t2pt where nothing is violated. */
 const LanesModel LanesModels[STRESS_MODELS] = {
     [STRESS_PT] = {{1. / 2, 0, 0}, {1. / 2, 0}, 0},
     [STRESS_R2PT] = {{3. / 8, 0, 1. / 8}, {3. / 8, 1. / 8}, 0},
@@ -40,7 +41,7 @@ PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const Pet
   return (PetscBool)(IsElastic(&J, 1, &c)[0] != 0);
 }
 
-/* One contact in all lanes: what a batch gives, bit for bit. */
+/* The same contact stands in all lanes, so the answer is that of a batch, bit for bit. */
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p)
 {
   const PetscInt same[LANES] = {0};
@@ -86,7 +87,8 @@ PetscReal StressModelClosure(const ContactPoint *p, int k)
   return ClosureOfEnd(&c, k)[0];
 }
 
-/* A piece of a contact of tptm on which the trial stress is linear; from, to: of its length. */
+/* A piece of a contact of tptm on which the trial stress is linear. from, to: fractions of the length of the
+   contact. sigma: trial stress at the two ends of the piece. */
 typedef struct {
   PetscReal from, to, sigma[2];
 } Piece;
@@ -106,8 +108,8 @@ static void pieces_of(const Joint *joint, const ContactPoint *p, Piece piece[3])
   }
 }
 
-/* Part of a line from a to b that is above the limit. */
-static PetscReal part_above(PetscReal a, PetscReal b, PetscReal limit)
+/* Fraction of a line from a to b that is above the limit. */
+static PetscReal fraction_above(PetscReal a, PetscReal b, PetscReal limit)
 {
   if ((a > limit) == (b > limit)) return (PetscReal)(a > limit);
   return a > limit ? (a - limit) / (a - b) : (b - limit) / (b - a);
@@ -120,19 +122,19 @@ void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open
   pieces_of(joint, p, piece);
   for (int i = 0; i < 3; i++) {
     const PetscReal *s = piece[i].sigma, part = piece[i].to - piece[i].from;
-    *open += part * part_above(s[0], s[1], 0.);
-    *crushing += part * part_above(-s[0], -s[1], (1. - 1e-9) * joint->compression);
+    *open += part * fraction_above(s[0], s[1], 0.);
+    *crushing += part * fraction_above(-s[0], -s[1], (1. - 1e-9) * joint->compression);
   }
 }
 
-/* What a trial stress s stores, times 2 k_n: s^2, T^2 beyond T. Crushing that the closure has not taken over
-   comes back, so that beyond -C what it stores is the work done. */
+/* Energy density of a trial stress s, times 2 k_n: s^2, and T^2 beyond T. Crushing that the closure has not
+   taken over comes back, so the energy beyond -C is the work done. */
 static PetscReal twice_stored(PetscReal s, PetscReal C, PetscReal T)
 {
   return s < -C ? -C * (2. * s + C) : PetscSqr(PetscMin(T, s));
 }
 
-/* Its integral from 0 to s. */
+/* Integral of twice_stored from 0 to s. */
 static PetscReal twice_stored_to(PetscReal s, PetscReal C, PetscReal T)
 {
   const PetscReal in = PetscMax(-C, PetscMin(T, s));

@@ -1,17 +1,18 @@
-/* stress_models.h: from openings and slips at the two ends of LANES contacts to the forces at their ends; the
-   six integration procedures of section 2.5 of the paper, free of branches but for what no lane needs.
+/* stress_models.h: from openings and slips at the two ends of LANES contacts to the forces at their ends, by
+   the six integration procedures of section 2.5 of the paper. The only branches are those that skip what no
+   lane needs.
 
-   pt, r2pt, r3pt, t2pt, t3pt: the law holds at fixed control points, the ends and for two of them the middle.
-   With stresses s0, sm, s1 there,  F_0 = L (c1 s0 + cm sm + c2 s1), and F_1 with s0 and s1 exchanged. Only pt
-   derives from a potential; r2pt, r3pt, t2pt, t3pt make or lose energy on a partly open contact. tptm:
-   control points where the law is violated; the piecewise linear diagram is integrated exactly. */
+   In pt, r2pt, r3pt, t2pt and t3pt the law holds at fixed control points: the ends and, for two models, the
+   middle. With stresses s0, sm, s1 there,  F_0 = L (c1 s0 + cm sm + c2 s1), and F_1 has s0 and s1 exchanged.
+   Only pt derives from a potential; r2pt, r3pt, t2pt and t3pt make or lose energy on a partly open contact.
+   tptm has control points where the law is violated, and integrates the piecewise linear diagram exactly. */
 #pragma once
 #include "forces/contacts/law/law.h"
 #include "forces/contacts/law/ends.h"
 #include "forces/contacts/law/tptm.h"
 
-/* A model: shares of end 0 in the stresses s0, sm, s1; the same for a linear field, where the middle is the
-   mean of the ends; whether its control points move (tptm). */
+/* A stress model. row: shares of end 0 in the stresses s0, sm, s1. elastic: shares in s0 and s1 of a linear
+   field, where sm is the mean of the ends. moving: whether its control points move (tptm). */
 typedef struct {
   PetscReal row[3], elastic[2];
   int moving;
@@ -20,18 +21,19 @@ extern const LanesModel LanesModels[]; /* stress_models.c */
 
 /* --------------------------------------------------------------------- models with fixed control points */
 
-/* Updates broken[] from the trial stresses; middle: the model has a third control point. */
+/* Updates broken[] from the trial stresses. middle: whether the model has a third control point. */
 KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], Lanes sm, const Lanes tau[2],
                         Lanes broken[2])
 {
-  const Lanes part = LanesOf(middle ? 0.25 : 0.5);
+  const Lanes fraction = LanesOf(middle ? 0.25 : 0.5);
   const Mask whole = (broken[0] > 0.5) | (broken[1] > 0.5);
   for (int k = 0; k < 2; k++)
-    broken[k] = Select(J->brittle & (broken[k] < part) & JointFails(J, sigma[k], tau[k]), part, broken[k]);
+    broken[k] = Select(J->brittle & (broken[k] < fraction) & JointFails(J, sigma[k], tau[k]), fraction,
+                       broken[k]);
   if (!middle) return;
 
-  /* the middle goes with the end more violated by the criterion that fails there; with both when there is
-     none, to treat them alike */
+  /* the failed middle is booked with the end that violates the criterion of the failure more, and with both
+     ends when they violate it alike */
   const Lanes tm = Line(tau, LanesOf(0.));
   const Mask fails = J->brittle & ~whole & JointFails(J, sm, tm), opens = JointIsOpen(&J->peak, sm);
   Lanes violation[2];
@@ -43,8 +45,9 @@ KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], L
                        broken[k]);
 }
 
-/* The middle has a say when its state differs from an end's and it can bear more than the line between the
-   ends. What is crushed stands at -C up to rounding, and rounding is not to decide who has a say: closes. */
+/* The middle limits the return of the ends when its state differs from an end's and it can bear more than the
+   line between the ends. With `closes` the comparisons have a margin of 1e-9: a crushed place stands at -C
+   only up to rounding, and rounding must not decide whether the middle counts. */
 KERNEL Hold HoldMiddle(const LanesJoint *J, int closes, const Lanes sigma[2], Lanes sm, const Lanes broken[2],
                        Mask residual, const Lanes limit[2])
 {
@@ -62,7 +65,7 @@ KERNEL Hold HoldMiddle(const LanesJoint *J, int closes, const Lanes sigma[2], La
   return HoldAt(differs & ((J->brittle & ~residual) | stronger), LanesOf(0.), most);
 }
 
-/* Trial stress in the middle. */
+/* Trial normal stress in the middle. */
 KERNEL Lanes MiddleTrial(const LanesJoint *J, int closes, const LanesContact *c)
 {
   const Lanes line[2] = {J->k_n * c->u_n[0], J->k_n * c->u_n[1]}, middle = LanesOf(0.);
@@ -75,15 +78,15 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
   const int middle = row[1] > 0.;
   const Lanes spring[3] = {c->sigma[0], c->sigma[1], MiddleTrial(J, closes, c)};
   const Lanes tau[2] = {c->tau[0], c->tau[1]};
-  Lanes sigma[2] = {spring[0], spring[1]}, sm = spring[2]; /* with dashpots */
+  Lanes sigma[2] = {spring[0], spring[1]}, sm = spring[2]; /* stresses with dashpots */
   if (damped) {
     for (int k = 0; k < 2; k++) sigma[k] += DashpotStress(J, spring[k], c->dashpot[k]);
     sm += DashpotStress(J, sm, Line(c->dashpot, LanesOf(0.)));
   }
-  Lanes limit[2], held[2], normal = {0.}, tm = {0.}, limit_m = {0.};
+  Lanes limit[2], kept[2], normal = {0.}, tm = {0.}, limit_m = {0.};
   Hold hold = {{0}, {0.}, {0.}};
 
-  /* failure, with the trial stresses */
+  /* failure, by the trial stresses */
   if (Any(J->brittle)) BreakPoints(J, middle, sigma, sm, tau, c->broken);
   const Mask residual = (c->broken[0] > 0.5) | (c->broken[1] > 0.5);
   for (int k = 0; k < 2; k++) {
@@ -93,17 +96,17 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
 
   /* return of shear */
   if (middle) hold = HoldMiddle(J, closes, sigma, sm, c->broken, residual, limit);
-  ReturnShear(middle, &hold, tau, limit, held);
+  ReturnShear(middle, &hold, tau, limit, kept);
   EndStresses(J, sigma, tau, c);
   if (damped) SpringStresses(J, spring, c);
-  AdvanceSlip(J, tau, held, c);
+  AdvanceSlip(J, tau, kept, c);
 
   /* forces */
   if (middle) {
     const LanesStrength strength = StrengthOf(J, residual);
     normal = JointNormal(J, &strength, spring[2]);
     limit_m = JointShearLimit(J, &strength, sm);
-    tm = JointClip(Line(held, LanesOf(0.)), limit_m);
+    tm = JointClip(Line(kept, LanesOf(0.)), limit_m);
   }
   for (int k = 0; k < 2; k++) {
     c->F_n[k] = c->length * (row[0] * c->sigma[k] + row[1] * normal + row[2] * c->sigma[1 - k]);
@@ -114,7 +117,7 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
 
 /* ------------------------------------------------------------------------------------------------ */
 
-/* sigma, tau: trial stresses, from u_n, u_s and the history */
+/* Sets sigma and tau to the trial stresses, from u_n, u_s and the history. */
 KERNEL void TrialStresses(const LanesJoint *J, int closes, LanesContact *c)
 {
   for (int k = 0; k < 2; k++) {
@@ -123,8 +126,8 @@ KERNEL void TrialStresses(const LanesJoint *J, int closes, LanesContact *c)
   }
 }
 
-/* Of contacts without history: returns whether the law holds elastically in all lanes, and then what
-   RespondContacts answers; otherwise nothing. */
+/* For contacts without history. Returns whether the law holds elastically in all lanes. If it does, c has the
+   answer of RespondContacts; otherwise c has trial stresses only. */
 KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, LanesContact *c)
 {
   TrialStresses(J, 0, c);
@@ -133,7 +136,7 @@ KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, Lane
   return 1;
 }
 
-/* Whether the law holds elastically at both ends with dashpots as well. */
+/* Whether the law holds elastically at both ends when the stresses of dashpots are added. */
 KERNEL Mask IsElasticDamped(const LanesJoint *J, int closes, const LanesContact *c)
 {
   LanesContact total;
@@ -145,7 +148,8 @@ KERNEL Mask IsElasticDamped(const LanesJoint *J, int closes, const LanesContact 
   return IsElastic(J, closes, &total);
 }
 
-/* Adds forces of dashpots to those of springs, whose trial stresses at the ends are `spring`. */
+/* Adds the forces of dashpots to F_n, which has those of the springs. spring: trial stresses of the springs
+   at the ends. */
 KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes, const Lanes spring[2],
                         LanesContact *c)
 {
@@ -164,8 +168,8 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
     c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
 }
 
-/* By the model, in lanes that are not elastic; all others take the elastic row. closes, damped: see
-   RespondJoint; bounds: a constant, whether c->most is asked for. */
+/* Responds by the model in lanes that are not elastic, and by the elastic row in all others. closes, damped:
+   see RespondJoint. bounds: a constant, whether c->most is asked for. */
 KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                            int bounds, Mask elastic, LanesContact *c)
 {
@@ -205,10 +209,10 @@ KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_
   if (damped) AddDashpots(J, model, closes, spring, c);
 }
 
-/* Stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic row;
-   only when a lane's law does not hold elastically is the model asked, and answers for those lanes. closes,
-   damped: constants, 0 where no joint can crush and nothing has been crushed, and where there are no
-   dashpots. Returns whether the history may have changed. */
+/* Finds stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic
+   row; when the law of some lanes does not hold elastically, the model answers for those lanes. closes: a
+   constant, 0 where no joint can crush and nothing has been crushed. damped: a constant, 0 where there are no
+   dashpots. in_time: see law.h. Returns whether the history may have changed. */
 KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                         LanesContact *c)
 {
@@ -224,7 +228,7 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
   return 1;
 }
 
-/* The same of contacts that may have met in motion. */
+/* As RespondJoint, for contacts that may be loose (law.h: LOOSE). */
 KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                            LanesContact *c)
 {
@@ -234,7 +238,8 @@ KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_
   return RespondJoint(&now, model, in_time, closes, damped, c);
 }
 
-/* Slip of both ends at which the elastic row gives the end forces F: u_s - tau/k_s with the line tau of F. */
+/* slip: the slip of both ends at which the elastic row gives the end forces F, which is u_s - tau/k_s with
+   the line tau that has the end forces F. */
 KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const LanesContact *c, const Lanes F[2],
                          Lanes slip[2])
 {
@@ -243,18 +248,18 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
     slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
 }
 
-/* Friction on the way to an equilibrium (head of follow.c): end forces F_s of elastic-plastic springs, which
-   keep their slip, drawn by `pull` of the difference towards those of the law with the history c->slip,
-   c->broken; by pull/tan(phi) where friction is steeper than 1, as its curl is. own: slip of the springs, in
-   and out. A contact that the law holds elastically, and whose springs have no other slip, is elastic.
-   Returns whether any is not. */
+/* Friction on the way to an equilibrium (head of follow.c). The end forces F_s are those of elastic-plastic
+   springs that keep their slip. They are drawn towards those of the law with the history c->slip, c->broken,
+   by `pull` of the difference; by pull/tan(phi) of it where tan(phi) is above 1, because the curl of friction
+   grows with tan(phi). own: slip of the springs, in and out. A contact is elastic when the law holds
+   elastically and its springs have no other slip. Returns whether any contact is not elastic. */
 KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal pull, int closes, Lanes own[2],
                        LanesContact *c)
 {
   const PetscReal *row = model->elastic;
   const Lanes from[2] = {c->slip[0], c->slip[1]},
               steep = Select(J->peak.tan_phi < J->residual.tan_phi, J->residual.tan_phi, J->peak.tan_phi),
-              part = pull / Select(steep > 1., steep, LanesOf(1.));
+              fraction = pull / Select(steep > 1., steep, LanesOf(1.));
   Lanes slip[2], tau[2], T[2], F[2];
   TrialStresses(J, closes, c);
   const Mask elastic = IsElastic(J, closes, c),
@@ -266,7 +271,7 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   RespondByModel(J, model, 0, closes, 0, 1, elastic, c);
   SlipOfForces(J, row, c, c->F_s, slip);
   for (int k = 0; k < 2; k++) {
-    slip[k] = own[k] + part * (Select(elastic, from[k], slip[k]) - own[k]);
+    slip[k] = own[k] + fraction * (Select(elastic, from[k], slip[k]) - own[k]);
     tau[k] = J->k_s * (c->u_s[k] - slip[k]);
   }
   for (int k = 0; k < 2; k++) T[k] = c->length * (row[0] * tau[k] + row[1] * tau[1 - k]);
@@ -281,6 +286,7 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   return 1;
 }
 
+/* As FollowJoint, for contacts that may be loose. */
 KERNEL int RespondFollowing(const LanesJoint *J, const LanesModel *model, PetscReal pull, int closes,
                             Lanes own[2], LanesContact *c)
 {

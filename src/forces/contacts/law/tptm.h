@@ -1,20 +1,21 @@
-/* tptm.h: the stress model whose control points are where the law is violated: the piecewise linear diagram,
-   integrated exactly. What it shares with the others is in ends.h. */
+/* tptm.h: the stress model whose control points are where the law is violated. It integrates the piecewise
+   linear diagram of stress exactly. What it shares with the other models is in ends.h. */
 #pragma once
 #include "forces/contacts/law/law.h"
 #include "forces/contacts/law/ends.h"
 
-/* Moving points: a contact that slips in part keeps its slip; the diagram is cut where it exceeds the limit.
-   Slip linear between the ends cannot follow a part that slips beside one that holds, and returning the
-   slipping end would relieve the holding part as well (5 % of tau near the heel of a dam). Only when both
-   ends are at their limits, one way, does the whole line return. */
+/* Whether a contact slides as a whole: both ends are at their limits, in the same direction. Only then does
+   the line of shear return. A contact that slips in part keeps its slip, and its diagram is cut where it
+   exceeds the limit. For slip that is linear between the ends cannot follow one piece that slips beside
+   another that sticks; a return of the slipping end would relieve the sticking piece as well (5 % of tau near
+   the heel of a dam). */
 KERNEL Mask SlidesWhole(const Lanes trial[2], const Lanes limit[2])
 {
   return ((limit[0] <= 0.) | (Absolute(trial[0]) > limit[0])) &
          ((limit[1] <= 0.) | (Absolute(trial[1]) > limit[1])) & (trial[0] * trial[1] >= 0.);
 }
 
-/* The unbroken part is within h >= 0, h linear with end values h0, h1: moves the fronts up to there. */
+/* Moves the fronts up to where the line h with end values h0, h1 changes sign; places where h < 0 fail. */
 KERNEL void GrowFronts(Mask counts, Lanes h0, Lanes h1, Lanes broken[2])
 {
   const Mask low[2] = {h0 < 0., h1 < 0.};
@@ -24,7 +25,8 @@ KERNEL void GrowFronts(Mask counts, Lanes h0, Lanes h1, Lanes broken[2])
   for (int k = 0; k < 2; k++) broken[k] = Select(counts & low[k] & (broken[k] < part[k]), part[k], broken[k]);
 }
 
-/* Fronts of failure: tension, both signs of shear, and shear where compression is cut off. */
+/* Moves the fronts of failure by tension, by shear of both signs, and by shear where compression is cut
+   off. */
 KERNEL void BreakFronts(const LanesJoint *J, const Lanes s[2], const Lanes t[2], Lanes broken[2])
 {
   const Lanes T = J->peak.tension, c[2] = {JointCone(&J->peak, s[0]), JointCone(&J->peak, s[1])};
@@ -40,12 +42,12 @@ KERNEL void BreakFronts(const LanesJoint *J, const Lanes s[2], const Lanes t[2],
   for (int k = 0; k < 2; k++) broken[k] = Select(through, LanesOf(1.), broken[k]);
 }
 
-/* Places with a say in the return of shear: a closing point or a front behind which the limit steps up, and
-   the kink of the limit at crushing. Returns how many. */
+/* Finds the places that limit the return of shear: the point where the joint closes or a front, behind which
+   the limit steps up, and the kink of the limit where crushing begins. Returns how many. */
 KERNEL int FindHolds(const LanesJoint *J, const Lanes s[2], const Lanes front[2], Hold holds[4])
 {
   const Lanes T = J->residual.tension, C = J->compression;
-  const Mask broken = front[0] >= front[1]; /* all of it */
+  const Mask broken = front[0] >= front[1]; /* along the whole length */
   Lanes xi = Crossing(T - s[0], T - s[1]);
   int n = 0;
   holds[n++] = HoldAt(~J->brittle | (xi < front[0]) | (xi > front[1]), xi, JointCone(&J->residual, T));
@@ -62,18 +64,18 @@ KERNEL int FindHolds(const LanesJoint *J, const Lanes s[2], const Lanes front[2]
   return n;
 }
 
-/* Shares of the two ends in a diagram over a length of 1: what a force of linear density a .. b gives to each
-   end by the lever, int v (1 - x) dx and int v x dx. */
+/* Shares of the two ends in a diagram v over a length of 1, by the lever: int v (1 - x) dx and int v x dx. */
 typedef struct {
   Lanes at[2];
 } Shares;
 
+/* Shares of a line from a to b. */
 KERNEL Shares LinearShares(Lanes a, Lanes b)
 {
   return (Shares){{(1. / 6.) * (2. * a + b), (1. / 6.) * (a + 2. * b)}};
 }
 
-/* Length of the part of [0,1] where the line from a to b is positive; 0 where neither end is. */
+/* Length of the stretch of [0,1] where the line from a to b is positive; 0 where neither end is. */
 KERNEL Lanes PositivePart(Lanes a, Lanes b)
 {
   const Mask first = a > b;
@@ -81,8 +83,9 @@ KERNEL Lanes PositivePart(Lanes a, Lanes b)
   return high / (high + low + 1e-300);
 }
 
-/* Shares of the positive part of a line. With a > 0 > b it is a triangle of length w: a w (3 - w)/6 and a
-   w^2/6; with both positive w = 1, and the two triangles add up to LinearShares. */
+/* Shares of the positive values of a line. With a > 0 > b they are a triangle of length w, which has the
+   shares a w (3 - w)/6 and a w^2/6. With both ends positive w = 1, and two triangles add up to
+   LinearShares. */
 KERNEL Shares PositiveShares(Lanes a, Lanes b)
 {
   const Lanes w = PositivePart(a, b), near = (1. / 6.) * w * (3. - w), far = (1. / 6.) * w * w;
@@ -90,21 +93,23 @@ KERNEL Shares PositiveShares(Lanes a, Lanes b)
   return (Shares){{p * near + q * far, p * far + q * near}};
 }
 
-/* A part of [0,1], with its distances from the other end: 1 - (1 - x) is not x in floating point. */
+/* A stretch of [0,1]. It keeps its distances from both ends, because 1 - (1 - x) is not x in floating
+   point. */
 typedef struct {
   Lanes from, to, length;
   Lanes after, before; /* 1 - from, 1 - to */
 } Interval;
 
-/* Shares over a part, in terms of the whole. */
+/* Shares of the ends of [0,1], from the shares `local` of the ends of the stretch `part`. */
 KERNEL Shares SharesOfPart(const Interval *part, Shares local)
 {
   return (Shares){{part->length * (local.at[0] * part->after + local.at[1] * part->before),
                    part->length * (local.at[0] * part->from + local.at[1] * part->to)}};
 }
 
-/* Shear over the part of a piece where the line h is positive: tau cut at the cone, both given at the ends of
-   the piece. int clip(tau) = int tau - int (tau - cone)+ + int (-tau - cone)+ . most: shares of the cone. */
+/* Shares of shear on the stretch of a piece where the line h is positive: tau cut off at the cone. tau and
+   cone are given at the ends of the piece. int clip(tau) = int tau - int (tau - cone)+ + int (-tau - cone)+ .
+   most: shares of the cone. */
 KERNEL Shares ShearShares(const Lanes h[2], const Lanes tau[2], const Lanes cone[2], Shares *most)
 {
   const Mask not_at[2] = {h[0] < 0., h[1] < 0.};
@@ -123,15 +128,16 @@ KERNEL Shares ShearShares(const Lanes h[2], const Lanes tau[2], const Lanes cone
       &part, (Shares){{line.at[0] + (under.at[0] - over.at[0]), line.at[1] + (under.at[1] - over.at[1])}});
 }
 
-/* Diagrams of one piece of one strength, lines sigma and tau given at its ends. sigma = T - (T - sigma)+ +
-   (-C - sigma)+ ; shear is zero where the joint is open or beyond the apex of the cone. */
+/* Shares of normal stress, shear and the most that shear can be, on one piece of one strength. sigma and tau
+   are lines given at the ends of the piece. The normal stress is T - (T - sigma)+ + (-C - sigma)+ . Shear is
+   zero where the joint is open and beyond the apex of the cone. */
 KERNEL void PieceShares(const LanesJoint *J, const LanesStrength *strength, const Lanes sigma[2],
                         const Lanes tau[2], Shares *normal, Shares *shear, Shares *most)
 {
   const Lanes T = strength->tension, C = J->compression;
   const Mask sloped = strength->tan_phi > 0.;
   const Lanes apex = Select(sloped, strength->cohesion / Select(sloped, strength->tan_phi, LanesOf(1.)), T);
-  const Lanes end = Select(apex < T, apex, T); /* of shear */
+  const Lanes end = Select(apex < T, apex, T); /* the sigma at which shear ends */
   const Lanes h[2] = {end - sigma[0], end - sigma[1]};
   const Lanes cone[2] = {JointCone(strength, sigma[0]), JointCone(strength, sigma[1])};
   const Shares below = PositiveShares(T - sigma[0], T - sigma[1]);
@@ -139,7 +145,7 @@ KERNEL void PieceShares(const LanesJoint *J, const LanesStrength *strength, cons
   *shear = ShearShares(h, tau, cone, most);
   if (!Any(JointIsCrushing(J, sigma[0]) | JointIsCrushing(J, sigma[1]))) return;
 
-  /* where it is crushed the cone is that of -C: the shear there is taken out and put in again */
+  /* where the piece is crushed the cone is that of -C, so the shear there is taken out and put in again */
   const Lanes crushed[2] = {-C - sigma[0], -C - sigma[1]}, limit = JointCone(strength, -C);
   const Shares under = PositiveShares(crushed[0], crushed[1]);
   const Lanes limits[2] = {limit, limit};
@@ -153,8 +159,9 @@ KERNEL void PieceShares(const LanesJoint *J, const LanesStrength *strength, cons
   }
 }
 
-/* The whole diagram: in the middle what has not failed, at the ends what has. Each end sums from its own
-   side, so that exchanged ends sum alike. sum: shares of sigma, of tau, and of the most that tau can be. */
+/* sum: shares of the whole diagram, of sigma, of tau, and of the most that tau can be. The diagram has three
+   pieces: what has not failed is in the middle, what has failed is at the ends. Each end sums from its own
+   side, so that exchanged ends sum alike. */
 KERNEL void DiagramShares(const LanesJoint *J, const Lanes sigma[2], const Lanes tau[2], const Lanes front[2],
                           Shares sum[3])
 {
@@ -185,7 +192,8 @@ KERNEL void DiagramShares(const LanesJoint *J, const Lanes sigma[2], const Lanes
 
 /* -------------------------------------------------------------------------------- what was crushed */
 
-/* The trial stress of a contact that was crushed: line i from cut[i] to cut[i+1], where it is the largest. */
+/* The trial stress of a contact that was crushed, in three pieces: line i from cut[i] to cut[i+1], where it
+   is the largest of the three. */
 typedef struct {
   Lanes sigma[3][2], cut[4];
 } Pieces;
@@ -208,7 +216,7 @@ KERNEL Pieces PiecesOf(const LanesJoint *J, const LanesContact *c)
   return pieces;
 }
 
-/* What FindHolds finds in each piece, and the kinks between them, where the limit bends. */
+/* As FindHolds in each piece, and the kinks between the pieces, where the limit bends. */
 KERNEL int FindHoldsOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes front[2], Hold holds[14])
 {
   int n = 0;
@@ -224,8 +232,8 @@ KERNEL int FindHoldsOfPieces(const LanesJoint *J, const Pieces *pieces, const La
   return n;
 }
 
-/* Shares of both ends of the contact in a piece of one strength between two places; nothing where they are
-   the wrong way round. */
+/* sum: shares of both ends of the contact in a piece of one strength between the places `from` and `to`; zero
+   where `to` is before `from`. */
 KERNEL void SharesBetween(const LanesJoint *J, const LanesStrength *strength, const Lanes sigma[2],
                           const Lanes tau[2], Lanes from, Lanes to, Shares sum[3])
 {
@@ -240,7 +248,8 @@ KERNEL void SharesBetween(const LanesJoint *J, const LanesStrength *strength, co
   for (int what = 0; what < 3; what++) sum[what] = SharesOfPart(&part, sum[what]);
 }
 
-/* DiagramShares of a contact that was crushed: every piece, and of each what has not failed and what has. */
+/* As DiagramShares, for a contact that was crushed: sums over every piece of the trial stress, and in each
+   over what has not failed and what has. */
 KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes tau[2],
                            const Lanes front[2], Shares sum[3])
 {
@@ -266,7 +275,7 @@ KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lane
 
 /* ------------------------------------------------------------------------------------------ dashpots */
 
-/* Shares of what dashpots add where the line s of the springs is negative. */
+/* Shares of the stress that dashpots add where the line s of the springs is negative. */
 KERNEL Shares DashpotShares(const LanesJoint *J, const Lanes s[2], const Lanes dashpot[2])
 {
   const Mask open[2] = {s[0] >= 0., s[1] >= 0.};
@@ -290,7 +299,7 @@ KERNEL Shares DashpotShares(const LanesJoint *J, const Lanes s[2], const Lanes d
   return SharesOfPart(&part, sum);
 }
 
-/* The same of a contact that was crushed. */
+/* As DashpotShares, for a contact that was crushed. */
 KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes dashpot[2])
 {
   Shares of[3], sum;
@@ -311,26 +320,26 @@ KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, c
 
 /* -------------------------------------------------------------------------------------------------- */
 
-/* In time: each end force F_s is an elastic-plastic spring with the limit of its share of the joint, because
-   clipping a line that keeps its slip has no memory and makes energy where N changes while a part slips.
-   held: the line of shear that has these end forces. */
-KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2], Lanes F[2], Lanes held[2])
+/* The return of shear in time. Each end force F_s is an elastic-plastic spring, limited by its share `most`
+   of the joint. To clip a line that keeps its slip would have no memory, and would make energy where N
+   changes while a piece slips. kept: the line of shear that has these end forces. */
+KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2], Lanes F[2], Lanes kept[2])
 {
   Lanes T[2];
   for (int k = 0; k < 2; k++) T[k] = length * (2. * trial[k] + trial[1 - k]) * (1. / 6.);
   ReturnForces(0.5, T, most, F);
   const Mask same = (F[0] == T[0]) & (F[1] == T[1]);
-  for (int k = 0; k < 2; k++) held[k] = Select(same, trial[k], (4. * F[k] - 2. * F[1 - k]) / length);
+  for (int k = 0; k < 2; k++) kept[k] = Select(same, trial[k], (4. * F[k] - 2. * F[1 - k]) / length);
 }
 
-/* in_time: of a dynamic stage, where partial slip may make no energy. A joint that can still break keeps the
-   diagram, which the fronts of failure need. */
+/* in_time: partial slip may make no energy (see law.h), so end forces are those of springs. A joint that can
+   still break keeps the diagram instead, which the fronts of failure need. */
 KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damped, LanesContact *c)
 {
   const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
-  Lanes total[2] = {sigma[0], sigma[1]}; /* with dashpots */
+  Lanes total[2] = {sigma[0], sigma[1]}; /* stresses with dashpots */
   const Mask forces = in_time ? ~J->brittle | (c->broken[0] >= 1.) : (Mask){0};
-  Lanes limit[2], held[2] = {tau[0], tau[1]};
+  Lanes limit[2], kept[2] = {tau[0], tau[1]};
   Shares sum[3];
   Shares dashpots;
   Pieces pieces;
@@ -340,7 +349,7 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damp
     dashpots = closes ? DashpotSharesOfPieces(J, &pieces, c->dashpot) : DashpotShares(J, sigma, c->dashpot);
   }
 
-  /* failure, with the trial stresses */
+  /* failure, by the trial stresses */
   if (Any(J->brittle)) {
     if (closes)
       for (int i = 0; i < 3; i++) BreakFronts(J, pieces.sigma[i], tau, c->broken);
@@ -360,16 +369,16 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damp
     Lanes returned[2];
     const int n = closes ? FindHoldsOfPieces(J, &pieces, front, holds) : FindHolds(J, sigma, front, holds);
     ReturnShear(n, holds, tau, limit, returned);
-    for (int k = 0; k < 2; k++) held[k] = Select(slides, returned[k], tau[k]);
+    for (int k = 0; k < 2; k++) kept[k] = Select(slides, returned[k], tau[k]);
   }
   EndStresses(J, total, tau, c);
   if (damped) SpringStresses(J, sigma, c);
 
   /* forces */
   if (closes)
-    SharesOfPieces(J, &pieces, held, front, sum);
+    SharesOfPieces(J, &pieces, kept, front, sum);
   else
-    DiagramShares(J, sigma, held, front, sum);
+    DiagramShares(J, sigma, kept, front, sum);
   for (int k = 0; k < 2; k++) {
     c->F_n[k] = c->length * sum[0].at[k];
     c->F_s[k] = c->length * sum[1].at[k];
@@ -386,8 +395,8 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damp
     ReturnInTime(c->length, tau, c->most, F, line);
     for (int k = 0; k < 2; k++) {
       c->F_s[k] = Select(forces, F[k], c->F_s[k]);
-      held[k] = Select(forces, line[k], held[k]);
+      kept[k] = Select(forces, line[k], kept[k]);
     }
   }
-  AdvanceSlip(J, tau, held, c);
+  AdvanceSlip(J, tau, kept, c);
 }
