@@ -1,12 +1,12 @@
-/* contact_archive.c: contacts by key, as rows of two tables; see archive.h. */
+/* contact_archive.c: writes and reads contacts by key, as rows of two tables; see archive.h. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CRUSHES_ARRAYS };
 
-/* One contact as it is written: model, key (2), class, joint, states of the ends (2); length, then of each
-   end its reals in the order of CONTACT_FIELDS, those of FIELD_CRUSHES last. Where nothing is crushed these
-   are not written. */
+/* One contact as it is written. count: model, key (2), class, joint, states of the ends (2). real: length,
+   then the reals of each end in the order of CONTACT_FIELDS, those of FIELD_CRUSHES last. The latter are not
+   written when no contact is crushed. */
 typedef struct {
   PetscInt64 count[COUNTS];
   PetscReal real[REALS];
@@ -20,7 +20,7 @@ static int row_order(const void *a, const void *b)
   return 0;
 }
 
-/* Between a row and the place of a contact in its arrays. */
+/* Copies a contact from its place in the arrays to a row, or, when reading, from the row to the arrays. */
 static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row)
 {
   PetscReal *array[END_ARRAYS], *x = row->real;
@@ -39,7 +39,7 @@ static void move_row(const Contacts *c, PetscInt at, PetscBool reading, Row *row
 #undef MOVE
 }
 
-/* Collective. The owned contacts of all ranks on rank 0, in the order of contacts. */
+/* Collective. Gathers the owned contacts of all ranks on rank 0, in the order of contacts. */
 static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n_all, Row **all)
 {
   PetscInt n = 0;
@@ -60,9 +60,9 @@ static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- which contacts a rank holds */
+/* ---- which contacts a rank has */
 
-/* Vertices of faces: (2 n faces) gid and row, ascending. */
+/* A vertex of a face: gid of the vertex, row of the face, 0 or 1 for its place on the face. */
 typedef struct {
   PetscInt gid, face, corner;
 } VertexOfFace;
@@ -74,6 +74,7 @@ static int vertex_order(const void *a, const void *b)
   return (p->face > q->face) - (p->face < q->face);
 }
 
+/* list: (2 faces.n,) the vertices of all faces, ascending. */
 static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
 {
   PetscFunctionBeginUser;
@@ -89,7 +90,8 @@ static PetscBool at_owned_vertex(const Model *m, PetscInt f)
   return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
 }
 
-/* The faces of a contact, when this rank holds it: it knows both and owns a vertex of either. */
+/* Whether this rank has the contact of a row: it knows both faces and owns a vertex of the contact. Sets the
+   faces of the candidate, and its vertex when it is a vertex on a face. */
 static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Row *row, Candidate *c)
 {
   const PetscInt key[2] = {(PetscInt)row->count[1], (PetscInt)row->count[2]};
@@ -115,7 +117,8 @@ static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Ro
   return (PetscBool)(c->vertex < m->n_owned || at_owned_vertex(m, g));
 }
 
-/* The rows that this rank holds, moved to the front, and the candidates that make contacts of them. */
+/* Moves the rows of contacts that this rank has to the front. list: the candidates that make contacts of
+   them. */
 static PetscErrorCode keep_rows(const Model *m, PetscInt *n, Row *rows, Candidate **list)
 {
   VertexOfFace *vertices;
@@ -168,9 +171,9 @@ static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What of a row is no contact of this model; NULL: it may be one. A checksum tells damage from what was
-   written, not who wrote it: numbers that lead to places in memory are looked at all the same. before: the
-   row before it, or NULL. */
+/* Says which number of a row cannot belong to a contact of this model; NULL: all can. Numbers that lead to
+   places in memory are tested even though the file has a checksum, because a checksum shows damage, but not
+   who has written the file. before: the row before it, or NULL. */
 static const char *fault_of_row(const Scene *scene, const Model *m, const Row *row, const Row *before)
 {
   const PetscInt64 *n = row->count, most_states = CONTACT_OPEN | CONTACT_SLIPPING | CONTACT_CRUSHING,
@@ -186,7 +189,7 @@ static const char *fault_of_row(const Scene *scene, const Model *m, const Row *r
   return before && row_order(before, row) >= 0 ? "place" : NULL;
 }
 
-/* All rows on all ranks; none where one of them is no contact. */
+/* Collective. Gives all ranks all rows; none when one of the rows is no contact of this model. */
 static PetscErrorCode read_rows(Archive *a, const Scene *scene, const Model *m, const char *const name[2],
                                 PetscInt *n, Row **rows)
 {

@@ -1,4 +1,4 @@
-/* contact_fields.c: what is done to every array of Contacts, by the one list of them in contacts.h. */
+/* contact_fields.c: what is done to every array of Contacts, by the one list of the arrays in contacts.h. */
 #include "forces/contacts/contacts.h"
 
 static const size_t Numbers[] = {[PER_CONTACT] = 1, [PER_FACE] = 2, [PER_ROW] = CONTACT_ROWS, [PER_END] = 2};
@@ -8,7 +8,7 @@ static size_t bytes_of(const Contacts *c, ContactShape shape, size_t size)
   return Numbers[shape] * (size_t)c->n_padded * size;
 }
 
-/* Where number k of contact i stands. */
+/* Index of number k of contact i in an array of this shape. */
 static PetscInt place_of(ContactShape shape, PetscInt i, int k)
 {
   if (shape == PER_FACE) return 2 * i + k;
@@ -16,11 +16,12 @@ static PetscInt place_of(ContactShape shape, PetscInt i, int k)
   return shape == PER_END ? SUB(i, k) : i;
 }
 
-/* The next piece of one memory for all arrays of ROOM_FULL: with a memory of its own each
-   would begin at the same place of a page, where stores to one hold up loads from the next. */
-static size_t piece(size_t bytes)
+/* Bytes of an array in the one memory that all arrays of ROOM_FULL share, in whole cache lines. If each array
+   had a memory of its own, all would begin at the same place of a page, and stores to one would delay loads
+   from the next. */
+static size_t whole_lines(size_t bytes)
 {
-  enum { LINE = 64 }; // of the cache
+  enum { LINE = 64 }; // bytes of a cache line
   return (bytes + LINE - 1) / LINE * LINE;
 }
 
@@ -30,14 +31,14 @@ PetscErrorCode ContactsAllocate(Contacts *c)
   PetscBool missing = PETSC_FALSE;
   PetscFunctionBeginUser;
 #define SIZE(type, name, shape, kind, room)                                                                  \
-  if ((room) == ROOM_FULL) full += piece(bytes_of(c, shape, sizeof(type)));
+  if ((room) == ROOM_FULL) full += whole_lines(bytes_of(c, shape, sizeof(type)));
   CONTACT_FIELDS(SIZE)
 #undef SIZE
   PetscCall(PetscCalloc1(full, &c->memory));
-  // calloc gives zeros without writing them, PetscCalloc writes them
+  // arrays of ROOM_ZEROS are from calloc, which gives zeros without writing them; PetscCalloc writes them
 #define PLACE(type, name, shape, kind, room)                                                                 \
   if ((room) == ROOM_FULL)                                                                                   \
-    c->name = (void *)(c->memory + at), at += piece(bytes_of(c, shape, sizeof(type)));                       \
+    c->name = (void *)(c->memory + at), at += whole_lines(bytes_of(c, shape, sizeof(type)));                 \
   else                                                                                                       \
     c->name = calloc(bytes_of(c, shape, sizeof(type)) + 1, 1), missing |= !c->name;
   CONTACT_FIELDS(PLACE)
@@ -64,7 +65,7 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscFunctionBeginUser;
   *copy = *c;
   PetscCall(ContactsAllocate(copy));
-  // where nothing is crushed its pages stay as they are: zeros that take no memory
+  // zeros of what was crushed are not copied, so that their pages still take no memory
 #define COPY(type, name, shape, kind, room)                                                                  \
   if ((kind)&FIELD_CRUSHES) {                                                                                \
     for (PetscInt i = 0; i < 2 * c->n_padded; i++)                                                           \

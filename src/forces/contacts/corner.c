@@ -1,19 +1,20 @@
-/* corner.c: corners of blocks that only seem to meet another face, when connectivity is variable.
+/* corner.c: hides contacts of corners that only seem to meet another face, when connectivity is variable.
 
-   A block that stands on another is pressed in: its corners lie below the face that carries it, level with
-   the sides of what is beside, and where faces are flush over the end of the next one too. None of this is a
-   contact: the corner is held by the face below. So a new contact of a corner is hidden where a face of the
-   corner has been a contact and the other face stands nowhere in front of what that one stands on. Faces that
-   are flush with it become contacts when the block has slid so far that the contact that was is measured
-   anew.
+   A block that stands on another is pressed in. Its corners lie below the face that carries it: level with
+   the sides of blocks beside, and, where faces are flush, over the end of the next face too. None of this is
+   a contact, because the face below carries the corner. So a new contact of a corner with a face is hidden
+   where a face of the corner was a contact with some ground, and the new face stands nowhere in front of that
+   ground. Faces flush with the ground become contacts when the block has slid so far that the old contact is
+   measured anew.
 
-   Whose vertex it is decides: that rank is sure to know all faces at the corner, all faces near it, and what
-   they were in contact with. It tells all. */
+   The rank that owns the vertex decides, because it is sure to know all faces at the corner, all faces near
+   it, and what they were in contact with. It tells all ranks. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-/* How much of a face is looked at, from the corner on: steps and kinks farther away are not at it. */
-static const PetscReal REACH = 10.; /* tolerances */
+/* How much of a face counts, from the corner on, in tolerances: steps and kinks farther away are not at the
+   corner. */
+static const PetscReal REACH = 10.;
 
 static PetscReal tolerance_of(const Scene *scene, const FaceTable *table, PetscInt f, PetscInt g)
 {
@@ -21,8 +22,8 @@ static PetscReal tolerance_of(const Scene *scene, const FaceTable *table, PetscI
          (scene->contact_relative ? PetscMin(table->length[f], table->length[g]) : 1.);
 }
 
-/* Whether face g near P stands in front of face `ground`, by a step that is seen. depth [m]: of P in ground.
-   */
+/* Whether face g near P stands in front of face `ground`, by a step higher than FLUSH tolerances. depth: [m]
+   of P in the ground. */
 static PetscBool stands_in_front(const FaceTable *table, PetscInt g, PetscInt ground, const PetscReal *P,
                                  PetscReal depth, PetscReal tolerance)
 {
@@ -32,7 +33,7 @@ static PetscBool stands_in_front(const FaceTable *table, PetscInt g, PetscInt gr
   const PetscBool level = (PetscBool)(cosine > FACE_COS_LIMIT * table->length[g] * table->length[ground]);
   PetscReal t, gap, most = -PETSC_MAX_REAL;
   face_project(a, a + 2, P, &t, &gap);
-  if (level) { // what goes on at a kink becomes a contact of faces: where it begins decides
+  if (level) { // a face that goes on behind a kink becomes a contact of faces, so where it begins decides
     face_project(b, b + 2, a + 2 * (t > 0.5), &t, &gap);
     return (PetscBool)(gap > FLUSH * tolerance);
   }
@@ -78,7 +79,7 @@ static int key_order(const void *a, const void *b)
   return (p[1] > q[1]) - (p[1] < q[1]);
 }
 
-/* Whether an owned corner of the candidate is hidden. */
+/* Whether an owned corner of the candidate, a new contact of two corners, is hidden. */
 static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *table, const Candidate *c)
 {
   if (c->before >= 0 || c->kept || (c->pair.klass != FF2_I && c->pair.klass != FF2_F)) return PETSC_FALSE;
@@ -92,7 +93,7 @@ static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *
   return PETSC_FALSE;
 }
 
-/* All ranks' keys, sorted, on all ranks. */
+/* Collective. Gathers the keys of all ranks on all ranks, sorted. */
 static PetscErrorCode share_keys(MPI_Comm comm, PetscInt *n, Key **keys)
 {
   Key *mine = *keys;

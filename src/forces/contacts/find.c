@@ -1,6 +1,6 @@
-/* find.c: finding face-to-face contacts (sections 2.1-2.2), at set-up and again when blocks have
-   moved: envelopes and grid, near faces, candidates and their order. All local to the rank and linear in its
-   faces. */
+/* find.c: finds face-to-face contacts (sections 2.1-2.2), at set-up and again when blocks have moved. The
+   steps are envelopes and grid, near faces, candidates, and the order of candidates. All is local to the
+   rank, and its time is linear in the faces of the rank. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
@@ -11,8 +11,8 @@ typedef struct {
   PetscBool verifying;
 } TouchContext;
 
-/* Whether two faces may touch at all: different blocks, not of one rigid body, one of them at an owned
-   vertex. */
+/* Whether two faces may touch at all: they are of different blocks and not of one rigid body, and one of them
+   is at an owned vertex. */
 static PetscBool may_touch(PetscInt f, PetscInt g, const void *context)
 {
   const TouchContext *c = context;
@@ -25,7 +25,7 @@ static PetscBool may_touch(PetscInt f, PetscInt g, const void *context)
   return (PetscBool)(vf[0] < n_owned || vf[1] < n_owned || vg[0] < n_owned || vg[1] < n_owned);
 }
 
-/* Rows of the faces at each vertex. */
+/* Lists the rows of the faces at each vertex, in table->vertex_row. */
 static PetscErrorCode faces_of_vertices(const Model *m, FaceTable *table)
 {
   PetscInt *s, *r;
@@ -72,7 +72,7 @@ PetscErrorCode FaceTableDestroy(FaceTable *table)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the contacts that were */
+/* ---- the old contacts */
 
 PetscErrorCode OldContactsCreate(const Contacts *c, OldContacts *old)
 {
@@ -101,7 +101,7 @@ PetscErrorCode OldContactsDestroy(OldContacts *old)
 
 /* ---- finding */
 
-static const PetscReal STALE = 0.1; /* of a contact's length: slid or parted so far, it is not what it was */
+static const PetscReal STALE = 0.1; /* of a contact's length; one that has slid or parted farther is stale */
 
 PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
 {
@@ -114,16 +114,17 @@ PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One end open, and faces that lie opposite each other by half the shorter one: where a block turns down onto
-   a face, not where it passes an edge. */
+/* Whether one end is open and the faces lie opposite each other by half the shorter one. That is so where a
+   block turns down onto a face, not where it passes an edge. */
 static PetscBool half_open(const FacePair *pair, PetscReal shorter)
 {
   return (PetscBool)(PetscMax(pair->gap[0], pair->gap[1]) > 0. && pair->length >= 0.5 * shorter);
 }
 
-/* To measure a contact anew changes its ends and length by what blocks have strained and slipped, and with
-   them its answer. So it stays until it has slid by the tolerance, or a tenth of its length. In time a step
-   that is too low to be seen is enough: what a contact under load stores jumps by its slide squared. */
+/* A contact that is measured anew has other ends and another length, because blocks have strained and
+   slipped, and so another answer. Therefore a contact stays until it has slid by the tolerance, or by a tenth
+   of its length. In time it stays until it has slid by FLUSH tolerances only, because its stored energy jumps
+   by the slide squared when it is measured anew. */
 PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
 {
   const PetscReal length = before->length[at];
@@ -138,25 +139,25 @@ PetscReal ContactParts(const Contacts *before, PetscInt at, PetscReal tolerance)
   return PetscMax(tolerance, STALE * before->length[at]);
 }
 
-/* Completes the candidate of faces f and g, that of the lower gid first; PETSC_FALSE: they do not touch. */
+/* Completes the candidate of faces f and g, of which f has the lower gid. Returns whether they touch. */
 static PetscBool make_candidate(const Scene *scene, const Model *m, const OldContacts *old,
                                 const FaceTable *table, PetscInt f, PetscInt g, Candidate *c)
 {
   const PetscReal *a = table->x + 4 * f, *b = table->x + 4 * g, la = table->length[f], lb = table->length[g];
   const PetscReal shorter = PetscMin(la, lb);
   const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
-  // a contact that is there may be pressed in deep, though never as deep as the back of its block; before it
-  // is one, its corners carry it as vertices on a face
+  // an old contact may be pressed in deep, though never as deep as the back of its block; a new one may not,
+  // because until then its corners carry it as vertices on a face
   const PetscBool was = (PetscBool)(c->before >= 0);
   const PetscReal thin = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
   const PetscBool in_motion = (PetscBool)(old && old->contacts->rate != 0.);
   PetscReal depth = was ? thin : scene->overlap_tolerance, deepest;
-  // in statics a block may be pressed in deeper than that when it slides on to the next face
+  // in statics a block may be pressed in deeper when it slides on to the next face
   if (!was && old && !in_motion) depth = PetscMax(depth, PetscMin(thin, m->contact_pressed));
-  // two faces of one body face each other only across a slit: an overlap there is the body's own thickness
+  // two faces of one body can touch only across a slit; an overlap there is the thickness of the body itself
   if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
-  // in motion it is enough that one end is near: partly open a face contact has a potential (tptm), which a
-  // change from a vertex on a face that carries load has not; so a vertex pressed in deep may land as well
+  // in motion one near end suffices: a partly open face contact has a potential (tptm), but a change from a
+  // loaded vertex on a face has none; so a vertex that is pressed in deep may land as well
   deepest = in_motion && depth == scene->overlap_tolerance ? thin : depth;
   if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, deepest, &c->pair) == FACES_APART)
     return PETSC_FALSE;
@@ -165,9 +166,9 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
     return PETSC_FALSE;
   const PetscReal parts = was ? ContactParts(old->contacts, c->before, tolerance) : tolerance;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > parts) return PETSC_FALSE;
-  // two corners that meet in motion: of the two pairs of faces there, the one overlapping deeper than it is
-  // long is the side of a block that slides over the edge; so is one on a step too low to be seen, once it
-  // has left it
+  // two corners that meet as blocks move have two pairs of faces; a pair shorter than the tolerance that is
+  // deeper than long is the side of a block that slides over the edge; so is an old pair shorter than FLUSH
+  // tolerances that is deeper than the tolerance
   const PetscBool corners = (PetscBool)(c->pair.klass == FF2_I || c->pair.klass == FF2_F);
   const PetscReal distance = PetscMax(PetscAbsReal(c->pair.gap[0]), PetscAbsReal(c->pair.gap[1]));
   const PetscReal low = was ? FLUSH * tolerance : tolerance, deep = was ? tolerance : c->pair.length;
@@ -178,7 +179,7 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   return PETSC_TRUE;
 }
 
-/* Faces far from parallel are not looked at: FacePairClassify would say no, at more cost. */
+/* Whether two faces are near anti-parallel. For others FacePairClassify would say no too, at more cost. */
 static PetscBool face_each_other(const FaceTable *table, PetscInt f, PetscInt g)
 {
   const PetscReal *a = table->x + 4 * f, *b = table->x + 4 * g;
@@ -219,7 +220,8 @@ static int candidate_order(const Candidate *p, const Candidate *q)
   return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
 }
 
-/* Place of each row of faces by ascending gid: the local and the far rows ascend already. */
+/* place: (faces.n,) place of each face in ascending order of gids. The local rows ascend already, and so do
+   the far rows, so they are only merged. */
 static void place_faces(const Model *m, PetscInt *place)
 {
   const PetscInt n = m->n_faces_local, *gid = m->faces.gid;
@@ -227,7 +229,7 @@ static void place_faces(const Model *m, PetscInt *place)
     place[near < n && (far == m->faces.n || gid[near] < gid[far]) ? near++ : far++] = at;
 }
 
-/* The few candidates of one face by key[1]. */
+/* Sorts the few candidates of one face by key[1]. */
 static void sort_row(const Candidate *item, PetscInt n, PetscInt *order)
 {
   for (PetscInt i = 1; i < n; i++) {
@@ -238,7 +240,8 @@ static void sort_row(const Candidate *item, PetscInt n, PetscInt *order)
   }
 }
 
-/* Counting sort by the face of key[0], insertion by key[1] among the few of one face, then model by model. */
+/* The sort has three steps, linear in all: a counting sort by the face of key[0], an insertion sort by key[1]
+   among the few candidates of one face, and a counting sort by model. */
 PetscErrorCode CandidatesSort(const Model *m, CandidateList *list)
 {
   PetscInt *place, *start, *order, first[STRESS_MODELS + 1] = {0};
@@ -251,7 +254,7 @@ PetscErrorCode CandidatesSort(const Model *m, CandidateList *list)
   PetscCall(PetscMalloc2(m->faces.n, &place, list->n, &order));
   PetscCall(PetscCalloc1(m->faces.n + 2, &start));
   place_faces(m, place);
-#define ROW(c) ((c)->face[(c)->pair.klass == VERTEX_FACE && !(c)->kept]) /* of the face of key[0] */
+#define ROW(c) ((c)->face[(c)->pair.klass == VERTEX_FACE && !(c)->kept]) /* row of the face of key[0] */
   for (PetscInt i = 0; i < list->n; i++) start[place[ROW(item + i)] + 2]++, first[item[i].model + 1]++;
   for (PetscInt f = 0; f < m->faces.n; f++) start[f + 2] += start[f + 1];
   for (int s = 0; s < STRESS_MODELS; s++) first[s + 1] += first[s];

@@ -1,28 +1,32 @@
-/* force.c: every cycle, for every contact: opening and slip of its two sub-contacts (1)-(4), stresses
-   (5)-(6) by its stress model and joint law, forces to the vertices of both faces; LANES contacts at once.
+/* force.c: the work of every cycle on every contact, LANES contacts at once: opening and slip of the two
+   sub-contacts (1)-(4), stresses (5)-(6) by the stress model and the joint law, forces on the vertices of
+   both faces.
 
    Kinematics in total form. With q = A + t (B - A) the point of the destination face under P (t = L_d /
-   length) and d = P - q, u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise: out of the
-   destination block, in the present positions: the sum of the increments (3)-(4), but exact under rotation
-   and free of drift; d adds that of the reference state and that of the displacements, so that a joint that
-   moves by 1e-9 m loses no digits to coordinates of 100 m. The forces are the derivatives of int sigma du_n +
-   int tau du_s with respect to the vertices. n and s turn with A-B by d(theta) = -n.(dB - dA)/|B - A|, which
-   adds a couple C = F_n u_s - F_s u_n on the destination face: with it contacts keep angular momentum and
-   energy. (Small strain: n, s of the reference state, no couple.)
+   length) and d = P - q, u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise, out of the
+   destination block, all in the present positions. This is the sum of the increments (3)-(4), but exact under
+   rotation and free of drift. d is the sum of its value in the reference state and its change by the
+   displacements, so that a joint that moves by 1e-9 m loses no digits to coordinates of 100 m. The forces are
+   the derivatives of int sigma du_n + int tau du_s with respect to the vertices. n and s turn with A-B by
+   d(theta) = -n.(dB - dA)/|B - A|, which adds a couple C = F_n u_s - F_s u_n on the destination face. With
+   the couple contacts keep angular momentum and energy. (In small strain n and s are those of the reference
+   state, and there is no couple.)
 
-   LANES contacts read four vertices once for both ends, and by their traits leave out what they do not need:
-   where both ends stand on one face (FF1) its direction is found once; where the faces match, as most do in
-   meshes of blocks, P and Q start where B and A do, and d is what they have moved apart by; initial overlap
-   and history that are all zero are not read. A square root and a division stand between the vertices and
-   the forces, and in one pass the next contacts wait for them: a quarter of the time. So the loop goes over
-   STRETCH contacts twice: where they are (Place), then their forces. Contacts without history whose law
-   holds elastically, nearly all, take a short way, and what is long is a function of its own that keeps no
-   registers from it. An answer has the same bits with and without any of this. */
+   Speed. LANES contacts read four vertices once for both ends, and by their traits leave out what they do not
+   need. Where both ends stand on one face (FF1) its direction is found once. Where the faces match, as most
+   do in meshes of blocks, P and Q start where B and A do, and d is what they have moved apart by. Initial
+   overlap and history that are all zero are not read. A square root and a division stand between the vertices
+   and the forces; in a single pass the next contacts would wait for them, a quarter of the time. So the loop
+   goes over STRETCH contacts twice, first to find where they are (Place), then to find their forces. Contacts
+   without history whose law holds elastically, nearly all, take a short way. The long ways are functions of
+   their own, so that they take no registers from it. An answer has the same bits with and without any of
+   this. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/law/stress_models.h"
 #include "forces/contacts/traits.h"
 
-/* Masks of lanes: ends on one face, FF2_I; the others are FF2_F. */
+/* Masks of lanes. one: both ends stand on one face; first, where not `one`: FF2_I. The other lanes are
+   FF2_F. */
 typedef struct {
   Mask one, first;
 } Classes;
@@ -34,14 +38,14 @@ KERNEL Classes ClassesOf(int traits)
   return (Classes){~crossed, ~last};
 }
 
-/* In the lanes of each class its own. */
+/* Takes the vector of its class in each lane. */
 KERNEL LanesVector VectorByClass(const Classes *is, LanesVector one, LanesVector first, LanesVector last)
 {
   return (LanesVector){Select(is->one, one.x, Select(is->first, first.x, last.x)),
                        Select(is->one, one.y, Select(is->first, first.y, last.y))};
 }
 
-/* A vector between vertices of LANES contacts: in the reference state, and by how much it has changed. */
+/* A vector between vertices of LANES contacts. X: the vector in the reference state; u: its change since. */
 typedef struct {
   LanesVector X, u;
 } Reach;
@@ -51,7 +55,7 @@ KERNEL Reach ReachSubtract(Reach p, Reach q)
   return (Reach){VectorSubtract(p.X, q.X), VectorSubtract(p.u, q.u)};
 }
 
-/* In the lanes of each class its own. */
+/* As VectorByClass. */
 KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
 {
   return (Reach){VectorByClass(is, one.X, first.X, last.X), VectorByClass(is, one.u, first.u, last.u)};
@@ -59,11 +63,12 @@ KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
 
 /* A destination face of LANES contacts. */
 typedef struct {
-  LanesVector s; /* along it */
-  Lanes turns;   /* how much it turns for a displacement of an end across it: 1/length; 0 with small strain */
+  LanesVector s; /* unit vector along the face */
+  Lanes turns;   /* by how much the face turns per displacement of an end across it: 1/length; 0 in small
+                    strain */
 } LanesFace;
 
-/* AB: B - A */
+/* AB: B - A. moving: 1 with large strain, 0 with small strain. */
 KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
 {
   const LanesVector e = VectorAdd(AB.X, VectorScale(moving, AB.u));
@@ -71,25 +76,27 @@ KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
   return (LanesFace){{e.x * inv, e.y * inv}, moving * inv};
 }
 
-/* Out of the destination block. */
+/* The unit normal out of the destination block. */
 KERNEL LanesVector NormalTo(LanesVector s)
 {
   return (LanesVector){s.y, -s.x};
 }
 
-/* Where LANES contacts are: all that forces need of the vertices. d: of both ends, before `rest`. */
+/* Where LANES contacts are: all that forces need to know of the vertices. d_n, d_s: opening and slip of both
+   ends, from which `rest` is not yet subtracted. */
 typedef struct {
   LanesFace face[2]; /* [1] only where some lane is crossed */
   Lanes d_n[2], d_s[2];
 } Place;
 
-/* d: from the point of the face under the end to the end. */
+/* d: vector from the point of the face under the end to the end. */
 KERNEL void PlaceEnd(int k, const LanesFace *face, LanesVector d, Place *p)
 {
   p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
 }
 
-/* d from the end or the start of the face, where P and Q are when faces match: BP + (1 - t) AB, AQ - t AB. */
+/* The vector d, counted from the end of the face as BP + (1 - t) AB or from its start as AQ - t AB. End and
+   start are where P and Q are when faces match, so that d is exact there. */
 KERNEL LanesVector FromEnd(Reach BP, Reach AB, Lanes t)
 {
   const Lanes back = 1. - t;
@@ -108,7 +115,8 @@ KERNEL Reach GatherReach(const PetscReal *X, const PetscReal *u, const PetscInt 
   return (Reach){GatherVertex(X, vertex + row * BATCH), GatherVertex(u, vertex + row * BATCH)};
 }
 
-/* vertex: rows P A B Q; t: of end 0. traits: 0 where no lane is crossed. */
+/* vertex: rows P A B Q; t: place of end 0 on the face, that of end 1 stands BATCH behind it; traits: 0 where
+   no lane is crossed. */
 KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
                      PetscReal moving, int traits)
 {
@@ -131,8 +139,8 @@ KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *ver
   return p;
 }
 
-/* Where faces match: by how much the ends have moved apart. It is added to the zero that PlaceOf has there,
-   so that a zero has the same sign. */
+/* As PlaceOf, where faces match: d is by how much the ends have moved apart. The difference is added to the
+   zero that PlaceOf has there, so that a zero result has the same sign. */
 KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, PetscReal moving)
 {
   const Reach A = GatherReach(X, u, vertex, ROW_A), B = GatherReach(X, u, vertex, ROW_B);
@@ -145,16 +153,16 @@ KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt
   return p;
 }
 
-/* What is not used is not stored; and only at the end, for the compiler does not know that `place` is none of
-   what PlaceOf reads. */
+/* Copies p to *place, face[1] only where it is used. p is made complete before it is copied, because the
+   compiler does not know that *place is not among what PlaceOf reads. */
 KERNEL void StorePlace(const Place *p, int crossed, Place *place)
 {
   for (int k = 0; k < 1 + crossed; k++) place->face[k] = p->face[k];
   for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
 }
 
-/* Speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at: first lane
-   of end 0. */
+/* Finds the speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at:
+   place of the first lane of end 0. */
 KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts *c)
 {
   const Mask has = J->damping > 0.;
@@ -167,7 +175,7 @@ KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts
   }
 }
 
-/* The force of an end, and what a couple on the face adds to A; B has the opposite. */
+/* F: force of an end. turn: force that the couple on the face gives A; it gives B the opposite. */
 typedef struct {
   LanesVector F, turn;
 } EndForce;
@@ -179,7 +187,7 @@ KERNEL EndForce EndForceOf(int k, const Place *p, const LanesFace *face, Lanes F
   return (EndForce){{F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y}, {couple * n.x, couple * n.y}};
 }
 
-/* What A and B bear of it, by L_d. */
+/* The forces on A and B: the share of F by L_d, and the couple. */
 KERNEL LanesVector OnA(const EndForce *end, Lanes t)
 {
   const Lanes a = 1. - t;
@@ -191,7 +199,7 @@ KERNEL LanesVector OnB(const EndForce *end, Lanes t)
   return (LanesVector){-end->turn.x - t * end->F.x, -end->turn.y - t * end->F.y};
 }
 
-/* Forces of both ends, on the rows P A B Q: where the vertices of Locate came from. */
+/* force: forces of both ends on the vertices, in the rows P A B Q. */
 KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *now, PetscReal thickness,
                       int traits, LanesVector force[CONTACT_ROWS])
 {
@@ -201,7 +209,7 @@ KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *no
   for (int k = 0; k < 2; k++)
     end[k] = EndForceOf(k, p, p->face + (k && crossed), thickness * now->F_n[k], thickness * now->F_s[k]);
   force[ROW_P] = end[0].F;
-  if (traits & MATCH) { // t is 1 and 0
+  if (traits & MATCH) { // t is 1 at end 0 and 0 at end 1
     force[ROW_A] = VectorAdd(end[0].turn, VectorSubtract(end[1].turn, end[1].F));
     force[ROW_B] = VectorSubtract(none, VectorAdd(VectorAdd(end[0].turn, end[0].F), end[1].turn));
     force[ROW_Q] = end[1].F;
@@ -222,7 +230,7 @@ KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *no
   }
 }
 
-/* at: first lane of end 0 in the arrays (.., 2, BATCH). */
+/* at: place of the first lane of end 0 in the arrays (.., 2, BATCH). */
 KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, Contacts *c)
 {
   for (int k = 0; k < 2; k++) {
@@ -234,22 +242,22 @@ KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, C
   }
 }
 
-/* What an evaluation is of. */
+/* What an evaluation of all contacts reads and writes. */
 typedef struct {
   const PetscReal *X, *u;
-  History from;                /* that it starts from */
-  PetscReal pull;              /* see model.h; 0 when no history is held */
-  PetscReal moving, thickness; /* moving: 1 with large strain, 0 */
+  History from;                /* the history that it starts from */
+  PetscReal pull;              /* Contacts.pull; 0 when it does not start from the committed history */
+  PetscReal moving, thickness; /* moving: 1 with large strain, 0 with small strain */
   const Joint *joints;
   Contacts *c;
-  int keep; /* results */
+  int keep; /* whether it writes the arrays of results */
   PetscReal *f;
 } Evaluation;
 
 enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
 
-/* Plain contacts from `first` on: whether the law holds elastically; if not, nothing is done. match: MATCH or
-   0, a constant. */
+/* Adds the forces of LANES plain contacts from `first` on, and returns 1, when the law holds elastically in
+   all of them; otherwise changes nothing and returns 0. match: MATCH or 0, a constant. */
 KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                          const Place *p, int match)
 {
@@ -266,7 +274,7 @@ KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const La
   return 1;
 }
 
-/* The same of any; those that are not plain are left alone. */
+/* As ElasticForces, for any contacts: returns 0 as well when they are not plain. */
 KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                        const Place *p)
 {
@@ -285,7 +293,7 @@ KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
   if (Any((now->closure[0] < 0.) | (now->closure[1] < 0.))) c->traits[first / LANES] |= CRUSHED;
 }
 
-/* Response of contacts from `first` on whose friction follows the law that it has with the history held. */
+/* Response of LANES contacts from `first` on whose friction follows the law with the committed history. */
 KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int closes,
                    size_t first, LanesContact *now)
 {
@@ -304,8 +312,8 @@ KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoi
   c->traits[first / LANES] |= HISTORY;
 }
 
-/* Contacts from `first` on, whatever they are. Constants: closes, see RespondContacts; follow, of->pull > 0.
-   */
+/* Adds the forces of LANES contacts from `first` on, whatever they are. closes, damped: constants, see
+   RespondJoint; follow: a constant, whether of->pull > 0. */
 KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
                         int closes, int damped, int follow, size_t first, const Place *p)
 {
@@ -352,7 +360,7 @@ KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, cons
   WholeForces(of, model, J, 0, 0, 0, 0, first, p);
 }
 
-/* Of joints that can crush, or have. */
+/* For joints that can crush and contacts that were crushed. */
 KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                            const Place *p)
 {
@@ -362,7 +370,7 @@ KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const 
     WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
 }
 
-/* Of joints with dashpots, in time. */
+/* For joints with dashpots, in time. */
 KERNEL void Damped_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                         const Place *p)
 {
@@ -383,9 +391,9 @@ VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
 
-enum { STRETCH = 64 }; /* 5 kB of places, in the first-level cache */
+enum { STRETCH = 64 }; /* the places of so many contacts, 5 kB, stay in the first-level cache */
 
-/* Contacts from `first` on. */
+/* Finds the place of LANES contacts from `first` on. */
 KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
 {
   const Contacts *c = of->c;
@@ -404,10 +412,10 @@ KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
   }
 }
 
-/* All contacts, in ascending order. */
+/* Adds the forces of all contacts, in ascending order. */
 KERNEL void AllForces_code(const Evaluation *evaluation)
 {
-  const Evaluation of = *evaluation; /* no force is written over it, the compiler sees */
+  const Evaluation of = *evaluation; /* a copy shows the compiler that no force is written over it */
   const Contacts *c = of.c;
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
   Place places[STRETCH / LANES];
@@ -448,7 +456,7 @@ static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c,
                          .keep = keep,
                          .f = f};
   const PetscReal rate = c->rate;
-  if (c->springs && rate == 0.) c->rate = -1.; // as in time, with dashpots idle
+  if (c->springs && rate == 0.) c->rate = -1.; // as in time, but without dashpots
   AllForces(&of);
   c->rate = rate;
 }

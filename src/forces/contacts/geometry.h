@@ -1,9 +1,10 @@
-/* geometry.h: pure geometry of two faces that may touch (sections 2.1-2.2, Fig. 3-4). No plumbing. */
+/* geometry.h: geometry of two faces that may touch (sections 2.1-2.2, Fig. 3-4). It knows coordinates only,
+   not the model. */
 #pragma once
 #include "forces/contacts/contacts.h"
 
-/* Two faces that touch: which vertex of which face stands opposite the other face at each end. Ends 0 and 1
-   are taken along the direction of face a. */
+/* Two faces a and b that touch, and which vertex of which face stands opposite the other face at each end.
+   Ends 0 and 1 follow each other along the direction of face a. */
 typedef struct {
   ContactClass klass;
   int source[2];    /* 0: the vertex belongs to face a (destination b), 1: to face b (destination a) */
@@ -17,12 +18,12 @@ enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal TAN_LIMIT = 0.36397023;      /* tan 20 degrees */
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
-static const PetscReal FACE_DEPTH =
-    0.4; /* of the block behind a face: deeper overlap is no contact of this face */
+/* fraction of the reach of the block behind a face: a deeper overlap is no contact of this face */
+static const PetscReal FACE_DEPTH = 0.4;
 static const PetscReal FACE_MIN_OVERLAP = 1e-6; /* relative to the shorter face */
 
-/* Projects P on the line A-B: parameter t along it, and distance to the right of it (the outward side), over
- * |B-A|. */
+/* Projects P on the line A-B. t: place along it, 0 at A and 1 at B; gap: [m] distance to the right of it, the
+   outward side. */
 static inline void face_project(const PetscReal A[2], const PetscReal B[2], const PetscReal P[2],
                                 PetscReal *t, PetscReal *gap)
 {
@@ -32,9 +33,9 @@ static inline void face_project(const PetscReal A[2], const PetscReal B[2], cons
   *gap = (dx * ey - dy * ex) / PetscSqrtReal(l2);
 }
 
-/* The class of the contact and its two sub-contacts. a, b: (4) x0 y0 x1 y1 of the faces in ring order.
-   tolerance [m]: largest opening of both sub-contacts; depth [m]: deepest overlap. Returns FACES_TOUCH or
-   FACES_APART. */
+/* Finds the class of the contact of faces a and b, and its two sub-contacts. a, b: (4) x0 y0 x1 y1 of the
+   faces in ring order. tolerance: [m] largest opening allowed at either end; depth: [m] deepest overlap
+   allowed. Returns FACES_TOUCH, or FACES_APART when they are no contact. */
 static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, PetscReal tolerance,
                                    PetscReal depth, FacePair *pair)
 {
@@ -51,7 +52,7 @@ static inline int FacePairClassify(const PetscReal *a, const PetscReal *b, Petsc
   const PetscReal low = PetscMax(0., tb1), high = PetscMin(1., tb0), tie = FACE_TIE;
   if ((high - low) * la <= FACE_MIN_OVERLAP * PetscMin(la, lb)) return FACES_APART;
 
-  // each end is the vertex of one face that lies opposite the other; at a tie keep both ends on one face
+  // each end is the vertex of one face that lies opposite the other; at a tie both ends are kept on one face
   // (FF1)
   const int low_a = tb1 <= tie, low_b = tb1 >= -tie, high_a = tb0 >= 1. - tie, high_b = tb0 <= 1. + tie;
   if (low_a && high_a) {

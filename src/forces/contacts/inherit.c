@@ -1,31 +1,31 @@
 /* inherit.c: what a contact keeps when contacts are found again (sections 2.3-2.4).
 
-   What is carried over. The normal law needs nothing: u_n is the distance itself. Shear: u_e = u_s - slip,
-   the elastic part at the two old ends, is a linear field along the contact; its values at the new ends are
-   the new contact's (at a new end u_s = 0, since P is projected afresh, so slip = -u_e). The paper copies u_n
-   and u_s from old ends to new by the table of Fig. 5; here the class only says which vertices are the ends,
-   and the field does the rest: a block that slides across an edge then feels no jump. A part of a contact
-   that is new has no strength left from before: it is broken. The speed of opening, for dashpots, goes the
-   way of u_e.
+   What is carried over. The normal law needs nothing, because u_n is the distance itself. In shear the
+   elastic part at the two old ends, u_e = u_s - slip, is a linear field along the contact, and the new ends
+   take its values at their places. At a new end u_s = 0, since P is projected afresh, so slip = -u_e. The
+   paper copies u_n and u_s from old ends to new ones by the table of Fig. 5. Here the class only says which
+   vertices are the ends, and the field does the rest, so that a block that slides across an edge feels no
+   jump. A new stretch of a contact has no strength left from before, so it is broken. The speed of opening,
+   for dashpots, is carried over like u_e.
 
-   A contact of another kind or on another face may follow one that was: a vertex whose face contact has
-   degenerated, a vertex that has gone on to the next face, a face contact that a vertex has landed flat. A
-   rank may know the new contact but not the old one, so ranks tell each other what they inherit; of several
-   sources the first by kind and key is taken on all. */
+   Other sources. A new contact may follow an old one of another kind or on another face: a vertex on a face
+   after a face contact that has degenerated, a vertex that has gone on to the next face, a face contact after
+   a vertex that has landed flat. A rank may know the new contact but not the old one, so ranks tell each
+   other what their contacts inherit. Of several sources all ranks take the first by kind and key. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-/* The present history and the one held (traits.c: ContactsHold) go the same way. */
-enum { NOW, HELD, HISTORIES };
+/* The present history and the committed one (traits.c: ContactsHold) are carried over alike. */
+enum { NOW, COMMITTED, HISTORIES };
 
 static PetscReal *slip_of(const Contacts *c, int history)
 {
-  return history == HELD ? c->slip_0 : c->slip;
+  return history == COMMITTED ? c->slip_0 : c->slip;
 }
 
 static PetscReal *broken_of(const Contacts *c, int history)
 {
-  return history == HELD ? c->broken_0 : c->broken;
+  return history == COMMITTED ? c->broken_0 : c->broken;
 }
 
 static PetscReal elastic_slip(const Contacts *c, int history, PetscInt at, int k)
@@ -35,16 +35,17 @@ static PetscReal elastic_slip(const Contacts *c, int history, PetscInt at, int k
 
 static PetscReal *closure_of(const Contacts *c, int history)
 {
-  return history == HELD ? c->closure_0 : c->closure;
+  return history == COMMITTED ? c->closure_0 : c->closure;
 }
 
 static PetscReal *far_of(const Contacts *c, int history)
 {
-  return history == HELD ? c->closure_far_0 : c->closure_far;
+  return history == COMMITTED ? c->closure_far_0 : c->closure_far;
 }
 
-/* Plastic closure between the same faces: its lines keep their slopes. w: places of the new ends, 0 and 1
-   those of the old; beyond these nothing was crushed, and a corner takes its own along. */
+/* Carries over the plastic closure between the same faces; its lines keep their slopes. w: places of the new
+   ends, where 0 and 1 are the old ends. Nothing was crushed beyond the old ends; an end that moves outwards
+   keeps its own closure. */
 static void carry_closure(const Contacts *before, PetscInt from, const PetscReal w[2], PetscInt at,
                           Contacts *c)
 {
@@ -59,12 +60,13 @@ static void carry_closure(const Contacts *before, PetscInt from, const PetscReal
     }
 }
 
-/* Whether a joint pulls without ever having failed: what meets in motion must not. */
+/* Whether a joint has tension that no failure takes away. A contact that meets in motion must not have it. */
 static PetscBool holds_together(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
 }
 
+/* Whether a joint loses strength where it fails. */
 static PetscBool has_strength(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
@@ -72,7 +74,7 @@ static PetscBool has_strength(const Joint *j)
                       j->friction[0] > j->friction[1]));
 }
 
-/* [m] Place of P along a face of this length. */
+/* [m] Place of P along the face a, which has this length. */
 static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *P)
 {
   PetscReal t, gap;
@@ -80,7 +82,8 @@ static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *
   return t * length;
 }
 
-/* Elastic slip, rest and broken parts of a face contact, from those of the same pair before. */
+/* Carries over elastic slip, rest, broken stretches, speed and closure of a face contact, from the old
+   contact of the same pair of faces. */
 static void carry_over(const FaceTable *table, const Contacts *before, const Candidate *n, PetscInt at,
                        const Joint *joint, Contacts *c)
 {
@@ -99,17 +102,18 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
     c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(from, 0)] + w * before->speed[SUB(from, 1)];
     c->rest[SUB(at, k)] = PetscMin(0.,
                                    (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
-    // broken up to where it was broken from this end, and wherever the contact did not reach before
+    // the contact is broken up to where it was broken from this end, and wherever it did not reach before
     const PetscReal reach = k ? s_new[1] - s_old[1]
-                              : s_old[0] - s_new[0]; // how far the contact has grown at this end
+                              : s_old[0] - s_new[0]; // [m] by which the contact has grown at this end
     for (int h = 0; h < HISTORIES; h++) {
       const PetscReal u_e = (1. - w) * elastic_slip(before, h, from, 0) +
                             w * elastic_slip(before, h, from, 1);
-      const PetscReal part = PetscMax(0., reach) + broken_of(before, h)[SUB(from, k)] * before->length[from];
+      const PetscReal length_broken = PetscMax(0., reach) +
+                                      broken_of(before, h)[SUB(from, k)] * before->length[from];
       slip_of(c, h)[SUB(at, k)] = -u_e;
       broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
-                                    : has_strength(joint) && (part > 1e-6 * n->pair.length)
-                                        ? PetscMin(1., part / n->pair.length)
+                                    : has_strength(joint) && (length_broken > 1e-6 * n->pair.length)
+                                        ? PetscMin(1., length_broken / n->pair.length)
                                         : 0.;
     }
   }
@@ -118,13 +122,14 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
 
 /* ---- the same contact as before, or a new one */
 
+/* The history of a new contact that has met in motion and inherits nothing. */
 static void first_history(const Joint *joint, const Candidate *n, PetscInt at, Contacts *c)
 {
-  // of tptm a vertex has the diagram of a face at the angle where faces are none
+  // with tptm a vertex has the diagram of a face at 20 degrees, where a face contact ends
   const PetscReal open = n->pair.klass == VERTEX_FACE && n->model == STRESS_TPTM ? TAN_LIMIT * n->pair.length
                                                                                  : 0.;
   for (int k = 0; k < 2; k++) {
-    c->rest[SUB(at, k)] = k ? -open : 0.; // what met in motion has no stress-free overlap
+    c->rest[SUB(at, k)] = k ? -open : 0.; // what meets in motion has no stress-free overlap
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = 0.;
       broken_of(c, h)[SUB(at, k)] = holds_together(joint)          ? LOOSE
@@ -135,14 +140,14 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
   }
 }
 
-/* Ends of a vertex on a face: both of tptm stand at the vertex, of pt one does. */
+/* Number of ends of a vertex on a face: with tptm two ends stand at the vertex, with pt one. */
 static int vertex_ends(const Candidate *n)
 {
   return n->model == STRESS_TPTM ? 2 : 1;
 }
 
-/* A stress-free overlap that was handed on ends as the vertex comes off the face: at no force it costs
-   nothing. */
+/* Carries over the history of a vertex on the same face. A stress-free overlap that was handed on ends as the
+   vertex comes off the face, because that costs nothing at no force. */
 static void same_vertex(const Contacts *before, const Candidate *n, const Joint *joint, PetscInt at,
                         Contacts *c)
 {
@@ -168,10 +173,10 @@ static void same_vertex(const Contacts *before, const Candidate *n, const Joint 
 
 typedef struct {
   PetscInt model, key[2];   /* of the new contact */
-  PetscInt kind, source[2]; /* 0: faces that were in contact, or a vertex that lands; 1: the vertex on another
-                               face; key of the old contact */
-  PetscReal length;         /* 0: keeps its own */
-  PetscReal stored;         /* [m3] by the vertex that lands, see stored_in */
+  PetscInt kind, source[2]; /* kind: 0: from faces that were in contact, or a vertex that lands; 1: from the
+                               vertex on another face. source: key of the old contact */
+  PetscReal length;         /* 0: the new contact keeps its own */
+  PetscReal stored;         /* [m3] what the vertex that lands has stored, see stored_in */
   PetscReal rest[2], u_e[HISTORIES][2], speed[2]; /* of both ends of the new contact */
   PetscReal closure[HISTORIES][2], far[HISTORIES][2];
 } Heir;
@@ -184,7 +189,7 @@ static int heir_order(const void *a, const void *b)
   return 0;
 }
 
-/* From the old contact at `from`: end[k] of it becomes end k. No rest. */
+/* An heir of the old contact at `from`, whose end[k] becomes end k. rest is left at zero. */
 static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before, PetscInt from,
                       const int end[2])
 {
@@ -208,15 +213,15 @@ static PetscBool is_moving(const Contacts *c, PetscInt at)
   return (PetscBool)(at >= c->model_start[STRESS_TPTM]);
 }
 
-/* Stress models that derive from one: pt and tptm. */
+/* Whether the stress model derives from a potential, which pt and tptm do. */
 static PetscBool has_potential(const Contacts *c, PetscInt at)
 {
   return (PetscBool)(at < c->model_start[STRESS_PT + 1] || is_moving(c, at));
 }
 
-/* [m3] What the normal springs of a contact of pt or tptm store, over k_n and thickness: of u_n+, the closed
-   part, int u_n^2 / 2. By openings alone, for contacts that do not exist yet; stored.c goes by the forces of
-   those that do. */
+/* [m3] Energy of the normal springs of a contact of pt or tptm over k_n and thickness: int u_n^2 / 2 over the
+   closed stretch. It follows from openings alone, for contacts that do not exist yet; stored.c takes the
+   forces of those that do. */
 static PetscReal stored_in(PetscBool moving, PetscReal length, PetscReal u_0, PetscReal u_1)
 {
   const PetscReal a = PetscMax(-u_0, -u_1), b = PetscMin(-u_0, -u_1); // pressed in
@@ -225,13 +230,13 @@ static PetscReal stored_in(PetscBool moving, PetscReal length, PetscReal u_0, Pe
   return length * (b < 0. ? a * a * (a / (a - b)) : a * a + a * b + b * b) / 6.;
 }
 
-/* The diagram of a face contact of tptm, at the vertex of its end k: the same force, energy and friction. A
-   length below `least` goes on into what is open, at no force; where nothing is, the vertex is set back so
-   that the force stays, which takes energy. */
+/* Gives the vertex of end k the diagram of an old face contact of tptm, with the same force, energy and
+   friction. A length below `least` is extended into what is open, at no force. Where nothing is open the
+   vertex is set back so that the force stays, which takes energy. */
 static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
 {
   const PetscReal L = before->length[at], u_n = before->u_n[SUB(at, k)], longer = PetscMax(1., least / L);
-  const PetscReal delta = -u_n, h = before->u_n[SUB(at, 1 - k)] - u_n; // pressed in; less at the other end
+  const PetscReal delta = -u_n, h = before->u_n[SUB(at, 1 - k)] - u_n; // depth here; excess over the other
   PetscReal pressed = delta;
   if (longer > 1. && h < delta) {
     const PetscReal twice = 2. * delta - h; // 2 N / k_n L
@@ -245,18 +250,20 @@ static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal l
     for (int end = 0; end < 2; end++) heir->u_e[i][end] /= longer;
 }
 
-/* Of another stress model: the length that keeps the force; where that is below `least`, the vertex is set
-   back so that the force stays. pt: what end k has alone. */
+/* As hand_diagram, for the other stress models: gives the vertex the length that keeps the force; with pt
+   that is the force of end k alone. Where the length is below `least` the vertex is set back so that the
+   force stays. */
 static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
 {
   const PetscReal sigma = before->sigma[SUB(at, k)], other = before->sigma[SUB(at, 1 - k)];
-  const PetscReal part = at < before->model_start[STRESS_PT + 1] ? 1. : PetscMax(0., 1. + other / sigma);
-  const PetscReal length = PetscMin(1., part) * before->length[at];
+  const PetscReal fraction = at < before->model_start[STRESS_PT + 1] ? 1. : PetscMax(0., 1. + other / sigma);
+  const PetscReal length = PetscMin(1., fraction) * before->length[at];
   heir->length = PetscMax(length, least);
   heir->rest[0] = before->rest[SUB(at, k)] + before->u_n[SUB(at, k)] * (1. - length / heir->length);
 }
 
-/* A vertex on a face after a contact of that face with face f of the vertex. */
+/* A vertex on a face inherits from an old contact of that face with face f of the vertex. Returns the number
+   of heirs, as the next functions do. */
 static PetscInt from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
                            const Candidate *n, PetscInt f, Heir *heir)
 {
@@ -275,21 +282,22 @@ static PetscInt from_faces(const Model *m, const OldContacts *old, PetscReal ver
       hand_force(before, at, k, 2. * least, heir);
     else if (deeper > 0. || (deeper == 0. && k == 0))
       hand_diagram(before, at, k, least, heir);
-    else // the other end has it all
+    else // the other end has the whole diagram
       heir->rest[0] = heir->rest[1] = PetscMin(0., n->pair.gap[0]);
     return 1;
   }
   return 0;
 }
 
-/* The same vertex on another face of the same body: pressed in no more than it was. */
+/* A vertex on a face inherits from the same vertex on another face of the body; it is pressed in no more than
+   it was. */
 static PetscInt from_vertex(const Model *m, const OldContacts *old, const FaceTable *table,
                             const Candidate *n, Heir *heir)
 {
   const Contacts *before = old->contacts;
   const PetscInt *ends = m->faces.vertex + 2 * n->face[1], *start = table->vertex_start;
   PetscInt found = 0;
-  for (int i = 0; i < 2; i++) // the faces that share a vertex with this one
+  for (int i = 0; i < 2; i++) // over the faces that share a vertex with this one
     for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1] && found < 2; r++) {
       const PetscInt from = OldContactFind(old, m->faces.gid[table->vertex_row[r]], n->key[1]);
       if (from < 0 || is_moving(before, from) != (n->model == STRESS_TPTM)) continue;
@@ -302,7 +310,7 @@ static PetscInt from_vertex(const Model *m, const OldContacts *old, const FaceTa
   return found;
 }
 
-/* A face contact after the vertex of its end k stood on the other face. */
+/* A face contact inherits from the vertex of its end k, which stood on the other face. */
 static PetscInt from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
 {
   const Contacts *before = old->contacts;
@@ -320,7 +328,7 @@ static PetscInt from_landing(const Model *m, const OldContacts *old, const Candi
   return 1;
 }
 
-/* [m] How far back a face contact must be set to store no more than this; openings u. */
+/* [m] How far back a face contact with openings u must be set to store no more than `stored`. */
 static PetscReal set_back(PetscBool moving, PetscReal length, const PetscReal u[2], PetscReal stored)
 {
   PetscReal low = 0., high = PetscMax(0., PetscMax(-u[0], -u[1]));
@@ -335,14 +343,15 @@ static PetscReal set_back(PetscBool moving, PetscReal length, const PetscReal u[
   return high;
 }
 
-/* A face contact in motion that begins under load makes no energy: it stores no more than the vertices did
-   that have landed. heir: first of n of the contact, NULL: none. */
+/* Sets a face contact back that begins under load in motion, so that it makes no energy: it stores no more
+   than the vertices did that have landed. heir: the first heir of the contact, NULL: none; end: the end of
+   all heirs. */
 static void land(const Heir *heir, const Heir *end, const Candidate *now, PetscInt at, Contacts *c)
 {
   PetscReal stored = 0.;
   for (const Heir *h = heir;
        h && h < end && h->model == heir->model && h->key[0] == heir->key[0] && h->key[1] == heir->key[1]; h++)
-    if (h == heir || heir_order(h - 1, h)) stored += h->stored; // several ranks tell of one
+    if (h == heir || heir_order(h - 1, h)) stored += h->stored; // several ranks may tell of one heir
   const PetscReal u[2] = {now->pair.gap[0] - c->rest[SUB(at, 0)], now->pair.gap[1] - c->rest[SUB(at, 1)]};
   const PetscReal back = set_back(is_moving(c, at), c->length[at], u, stored);
   for (int k = 0; k < 2; k++) c->rest[SUB(at, k)] -= back;
@@ -364,7 +373,7 @@ static void inherit(const Heir *heir, PetscInt at, Contacts *c)
   }
 }
 
-/* All that the new contacts of this rank could inherit from old contacts it knows. */
+/* heirs: all that the new contacts of this rank could inherit from the old contacts that it knows. */
 static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
                                  PetscReal vertex_length, const CandidateList *list, PetscInt *n,
                                  Heir **heirs)
@@ -389,7 +398,8 @@ static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const O
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Every rank gets the heirs of all; sorted, the first of each contact is the one that counts. */
+/* Collective. Gives every rank the heirs of all, sorted: the first heir of each contact is the one that
+   counts. */
 static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
 {
   Heir *mine = *heirs;
@@ -442,12 +452,13 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
       const Heir *heir = heir_of(n, heirs, now);
       first_history(joint, now, at, c);
       if (heir) inherit(heir, at, c);
-      // one shorter than the margin takes over from its neighbour as a block slides across the end of a face
+      // a shorter contact is left as it is: it takes over from its neighbour as a block slides across the end
+      // of a face
       if (now->pair.klass != VERTEX_FACE && before->rate != 0. && has_potential(c, at) &&
           (heir || now->pair.length > m->contact_margin))
         land(heir, heirs + n, now, at, c);
     }
-    // in a dynamic stage the opening a step ago, from which the next evaluation has the speed
+    // u_n is that of a step ago, from which the next evaluation of a dynamic stage finds the speed
     for (int k = 0; k < 2; k++)
       c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
   }

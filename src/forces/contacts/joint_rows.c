@@ -1,8 +1,8 @@
-/* joint_rows.c: which row of joints a contact has. */
+/* joint_rows.c: finds which row of the joints table a contact has. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-/* The row of a pair of groups, 0: there is none. */
+/* Row of the joint for a pair of groups, 0: there is none. */
 static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
 {
   for (PetscInt j = 1; j < scene->n_joints; j++) {
@@ -15,8 +15,6 @@ static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
   return 0;
 }
 
-/* Properties of a pair of faces: the named joint of either face (first in the scene), the pair of groups, the
- * default, or what came in its place. */
 PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 {
   const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g], a = m->faces.group[f], b = m->faces.group[g];
@@ -27,7 +25,8 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 
 /* ---- contacts that come later */
 
-/* Whether a contact of row j bears less than one of row k: friction, then cohesion, then tension. */
+/* Whether a contact of row j bears less than one of row k. Friction decides, then cohesion, then tension; an
+   elastic joint is stronger than any other. */
 static PetscBool is_weaker(const Scene *scene, PetscInt j, PetscInt k)
 {
   const Joint *a = scene->joints + j, *b = scene->joints + k;
@@ -37,7 +36,7 @@ static PetscBool is_weaker(const Scene *scene, PetscInt j, PetscInt k)
   return (PetscBool)(a->tension[0] < b->tension[0]);
 }
 
-/* used: (n_groups, n_groups, n_joints) 1 where contacts of the two groups have the row. */
+/* Collective. used: (n_groups, n_groups, n_joints) 1 where contacts of the two groups have the row. */
 static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Contacts *c, PetscInt *used)
 {
   const PetscInt n = m->n_groups;
@@ -55,8 +54,8 @@ static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Cont
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* range: (n_groups, 2) less the lowest, and the highest number of the bodies that have faces without a named
-   joint. */
+/* Collective. range: (n_groups, 2) lowest number, with a minus, and highest number of the bodies of each
+   group that have faces without a named joint. */
 static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
 {
   PetscFunctionBeginUser;
@@ -70,12 +69,12 @@ static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether two bodies have faces of these groups that no named joint is for and that may come to touch. */
+/* Whether two bodies have faces of these groups that may come to touch and that no named joint is for. */
 static PetscBool may_meet(const Model *m, const PetscInt *range, PetscInt a, PetscInt b)
 {
   const PetscInt *ra = range + 2 * a, *rb = range + 2 * b;
   if (ra[1] < 0 || rb[1] < 0 || (!m->group_upgradeable[a] && !m->group_upgradeable[b])) return PETSC_FALSE;
-  return (PetscBool)(PetscMax(ra[0], rb[0]) + PetscMax(ra[1], rb[1]) > 0); // more bodies than one
+  return (PetscBool)(PetscMax(ra[0], rb[0]) + PetscMax(ra[1], rb[1]) > 0); // they are not all of one body
 }
 
 PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)

@@ -1,9 +1,9 @@
-/* store.c: storing contacts, and what hangs on nothing. Every rank keeps the contacts that touch a vertex
-   it owns, in ascending (stress model, face, face). */
+/* store.c: stores contacts, and tests whether bodies in contact are supported. Every rank keeps the contacts
+   that touch a vertex it owns, in ascending (stress model, face, face). */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-/* A contact whose joint has no properties is an error of the scene. */
+/* Collective. Refuses a scene in which the joint of a contact has no properties. */
 static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt n, const Candidate *list)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -22,7 +22,7 @@ static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A padding lane: a contact of length 0 between dummy vertices, its ends closed. */
+/* Stores a padding lane: a contact of length 0 between dummy vertices, with closed ends. */
 static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts *c)
 {
   c->key[2 * at] = c->key[2 * at + 1] = -1;
@@ -53,7 +53,7 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   }
 }
 
-/* A contact that stays as it was, in its new place. */
+/* Stores a contact that stays as it was in its new place. */
 static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *vertex_now, PetscInt at,
                        Contacts *c)
 {
@@ -125,7 +125,7 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
       owned = (PetscBool)(owned || v < m->n_owned);
     }
     for (int k = 0; k < 2; k++) bad += !(c->t[SUB(i, k)] > -1e-6 && c->t[SUB(i, k)] < 1. + 1e-6);
-    const PetscInt before = i && c->key[2 * (i - 1)] >= 0 ? i - 1 : -1; // ascending within a stress model
+    const PetscInt before = i && c->key[2 * (i - 1)] >= 0 ? i - 1 : -1; // keys ascend within a stress model
     if (before >= 0) bad += c->key[2 * before] > c->key[2 * i] && c->joint[before] == c->joint[i];
     bad += c->owned[i] && !owned;
   }
@@ -135,10 +135,11 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Supports of each union of bodies that touch, at its root: largest y and -y of what is held in x, x and -x
-   of what is held in y, and 1 when a rotation is held; (n_bodies_global,5), -infinity: none. */
 enum { HOLDS = 5 };
 
+/* Collective. hold: (n_bodies_global, HOLDS) supports of each union of bodies that touch, at its root;
+   -infinity: none. The columns are the largest y and -y of what is held in x, the largest x and -x of what is
+   held in y, and 1 when a rotation is held. */
 static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal *hold)
 {
   PetscFunctionBeginUser;
@@ -159,8 +160,8 @@ static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What nothing holds; NULL when all is held. A rotation is held by two supports of one direction apart across
-   it. */
+/* Says which motion no support holds; NULL when all are held. Two supports of one direction hold the rotation
+   when they are apart across that direction. */
 static const char *free_motion(const PetscReal *h, PetscReal diameter)
 {
   const PetscReal apart = 1e-9 * diameter;
@@ -173,7 +174,8 @@ static const char *free_motion(const PetscReal *h, PetscReal diameter)
   return NULL;
 }
 
-/* Links and supports of this rank, merged on all ranks by exchanging the union-find roots. */
+/* Every rank joins the bodies that its own contacts link. The ranks then exchange the roots of their unions,
+   so that all have the same unions. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Contacts *c)
 {
   const PetscInt n = m->n_bodies_global;
@@ -191,7 +193,7 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     parent[PetscMax(UnionRoot(parent, a), UnionRoot(parent, b))] = PetscMin(UnionRoot(parent, a),
                                                                             UnionRoot(parent, b));
   }
-  while (changed) { // every rank takes over the others' links until nothing changes; a handful of rounds
+  while (changed) { // a rank takes over the links of others until nothing changes, a handful of rounds
     for (PetscInt b = 0; b < n; b++) all[b] = UnionRoot(parent, b);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, n, MPIU_INT, MPI_MIN, m->comm));
     changed = 0;
@@ -205,7 +207,7 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
   for (PetscInt b = 0, e; b < n && !message[0]; b++) {
     const char *problem = free_motion(hold + HOLDS * UnionRoot(parent, b), m->diameter);
     if (!problem) continue;
-    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // where it is, if this rank knows
+    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // a vertex of it, if this rank owns one
     if (e < m->n_owned)
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                               "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT

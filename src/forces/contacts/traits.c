@@ -1,8 +1,9 @@
-/* traits.c: what LANES contacts have in common, and the history that is held. */
+/* traits.c: finds what LANES contacts have in common, and commits the history. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/traits.h"
 
-/* By their bits: -0 leaves another sign of zero behind. */
+/* Whether both ends of LANES contacts have +0. The bits are compared, because a -0 that is not read would
+   change the sign of a zero in the answer. */
 static int are_zero(PetscInt first, const PetscReal *x)
 {
   uint64_t bits[2 * LANES], any = 0;
@@ -17,7 +18,7 @@ static int same_place(const PetscReal *x, const PetscReal *y)
   return x[0] == y[0] && x[1] == y[1];
 }
 
-/* Whether the faces of contact i are one line in the reference state. */
+/* Whether the faces of contact i match: in the reference state their vertices stand in the same places. */
 static int faces_match(const PetscReal *X, const Contacts *c, PetscInt i)
 {
   const PetscReal *x[CONTACT_ROWS];
@@ -48,7 +49,8 @@ void ContactsSetTraits(const Model *m, Contacts *c)
   }
 }
 
-/* Where no history is, both are zero. */
+/* Copies what there is of history. Contacts without the trait HISTORY are left out, because both histories
+   are zero there. */
 static void copy_history(const Contacts *c, History from, History to)
 {
   for (PetscInt first = 0; first < c->n_padded; first += LANES)

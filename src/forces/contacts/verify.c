@@ -1,17 +1,18 @@
-/* verify.c: variable connectivity (sections 2.3-2.4). When blocks have moved, contacts are found anew
-   in the present state; what was a contact before keeps its history. Every step is linear in the faces and
-   contacts of the rank. */
+/* verify.c: variable connectivity (sections 2.3-2.4). When blocks have moved, contacts are found anew in the
+   present state, and those that were contacts before keep their history. The time of every step is linear in
+   the faces and contacts of the rank. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
 /* ---- contacts that stay as they are: between groups that are not upgradeable */
 
-/* Local numbers of vertices before: those of the ghosts of contacts and of the dummies may change. */
+/* Present local numbers of vertices, by their old ones. The numbers of the ghosts of contacts and of the
+   dummies may change. */
 typedef struct {
-  PetscInt n;         /* vertices and dummies before */
-  PetscInt n_ghosts;  /* ghosts of contacts before: the last of n less the dummies */
+  PetscInt n;         /* number of old vertices and dummies */
+  PetscInt n_ghosts;  /* number of old ghosts of contacts, which stand before the dummies */
   GhostRecord *ghost; /* (n_ghosts,) */
-  PetscInt *now;      /* (n,) */
+  PetscInt *now;      /* (n,) present numbers */
 } VertexMap;
 
 static PetscErrorCode vertices_before(const Model *m, VertexMap *map)
@@ -24,8 +25,7 @@ static PetscErrorCode vertices_before(const Model *m, VertexMap *map)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ghosts that are gone get a number out of range: kept contacts do not ask for them (their faces are held).
- */
+/* Ghosts that are gone get -1. Kept contacts do not ask for them, because their faces are remembered. */
 static void vertices_now(const Model *m, VertexMap *map)
 {
   const PetscInt stay = m->n_owned + m->n_element_ghosts;
@@ -36,14 +36,14 @@ static void vertices_now(const Model *m, VertexMap *map)
   for (int k = 0; k < DUMMY_VERTICES; k++) map->now[map->n - DUMMY_VERTICES + k] = m->n_vertices + k;
 }
 
-/* Group of the face of a key, -1: the face is not known here. */
+/* Whether the group of a face is upgradeable; true where this rank does not know the face. */
 static PetscBool is_upgradeable(const Model *m, PetscInt gid)
 {
   const PetscInt f = FaceRow(m, gid);
   return (PetscBool)(f < 0 || m->group_upgradeable[m->faces.group[f]]);
 }
 
-/* The contacts between groups that are not upgradeable. */
+/* Adds the contacts between groups that are not upgradeable. */
 static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList *list)
 {
   PetscBool all = PETSC_TRUE;
@@ -52,7 +52,7 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
   for (int s = 0; s < STRESS_MODELS && !all; s++)
     for (PetscInt at = before->model_start[s]; at < before->model_start[s + 1]; at++) {
       const PetscInt *key = before->key + 2 * at;
-      if (key[0] < 0 || key[1] < 0) continue; // a vertex on a face has come with a verification
+      if (key[0] < 0 || key[1] < 0) continue; // a vertex on a face is never between such groups
       if (is_upgradeable(m, key[0]) || is_upgradeable(m, key[1])) continue;
       Candidate next = {.model = (StressModelKind)s,
                         .key = {key[0], key[1]},
@@ -68,8 +68,8 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
 
 /* ---- the whole */
 
-/* Depth of a contact over its shorter face; of one between groups that are not upgradeable, over its length.
-   */
+/* Depth of a contact over its shorter face; for a contact between groups that are not upgradeable, over its
+   length. */
 static PetscReal depth_of(const FaceTable *table, const Candidate *n, const Contacts *before)
 {
   PetscReal gap, length;
@@ -85,7 +85,7 @@ static PetscReal depth_of(const FaceTable *table, const Candidate *n, const Cont
   return -PetscMin(gap, 0.) / length;
 }
 
-/* Made, lost and deepest, for the record. */
+/* Collective. Counts the contacts made and lost, and finds the deepest, for the result of the stage. */
 static PetscErrorCode count(const Model *m, const FaceTable *table, const Contacts *before,
                             const CandidateList *list, const Contacts *c, StageResult *result)
 {
@@ -110,9 +110,9 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] How deep contacts overlap now, or how far they are open. The boxes of two flat faces farther apart than
-   the margin do not meet: faces that are a contact must not be out of sight for that, as long as they may be
-   one. */
+/* Collective. Finds [m] how deep contacts overlap now, or how far they are open, which widens the boxes of
+   the search. The boxes of two flat faces farther apart than the margin would not meet, but faces that are a
+   contact must be found as long as they may be one. */
 static PetscErrorCode measure_depth(const Contacts *c, Model *m)
 {
   PetscReal depth = 0., pressed = 0.;
@@ -135,7 +135,7 @@ static PetscErrorCode measure_depth(const Contacts *c, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Far faces and ghosts, and all candidates, sorted. */
+/* Collective. Finds far faces and ghosts, then the candidates of faces and of vertices. */
 static PetscErrorCode find(const Scene *scene, Model *m, State *state, const OldContacts *old,
                            FaceTable *table, CandidateList *list)
 {
@@ -190,8 +190,9 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a vertex has moved verify_after tolerances since contacts were last verified: a bound for bodies by
-   their reach. far [m]: how far it has, NULL: not asked for. */
+/* need: a vertex has moved more than verify_after tolerances since contacts were last verified. For a rigid
+   body its translation and its rotation times its reach bound the motion of its vertices. far: [m] how far
+   the vertex has moved; NULL: not asked for. */
 PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const State *state, PetscBool *need,
                                   PetscReal *far)
 {

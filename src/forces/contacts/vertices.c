@@ -1,45 +1,46 @@
-/* vertices.c: contacts of vertices on faces (Fig. 5b), when connectivity is variable.
+/* vertices.c: finds contacts of vertices on faces (Fig. 5b), when connectivity is variable.
 
    A face-to-face contact one end of which opens beyond the tolerance, and a corner that comes down on a face,
-   are contacts of one vertex: the point model at P with an influence length of its own, or of a joint with
-   tptm the diagram of a face with all its force at P, carried over when a face contact degenerates so that
-   force and energy stay; never shorter than vertex_length times the shorter face. One vertex has one contact
-   with a face, none beside a face contact of one of its faces; of the two faces at a convex corner it takes
-   the nearer. Where a corner slides over a joint of two flush faces it is pressed in, and must not catch on
-   the side of the next block: within FLUSH tolerances of a corner only what was a contact before is one.
+   become contacts of one vertex. Such a contact has the point model at P with an influence length of its own.
+   In a joint with tptm it has the diagram of a face with all its force at P; the diagram is carried over when
+   a face contact degenerates, so that force and energy stay. The length is never below vertex_length times
+   the shorter face. A vertex has at most one contact with a face, and none beside a face contact of one of
+   its own faces. Of the two faces at a convex corner it takes the nearer. Where a corner slides over a joint
+   of two flush faces it is pressed in, and must not catch on the side of the next block. So within FLUSH
+   tolerances of a corner only what was a contact before is one.
 
-   Who owns the vertex decides: it alone is sure to know all faces of the vertex, all faces near it, and what
-   they were in contact with. It tells the owners of the face's ends. */
+   The rank that owns the vertex decides, because it alone is sure to know all faces of the vertex, all faces
+   near it, and what they were in contact with. It tells the owners of the face's ends. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-enum { MOST_NEAR = 64 }; /* faces near one vertex; more would be a heap of slivers in one place */
+enum { MOST_NEAR = 64 }; /* most faces near one vertex; more would be a heap of slivers in one place */
 
 /* A vertex near a face. */
 typedef struct {
-  PetscInt face, on; /* rows of faces: that of the vertex (of two, the lower gid), that it stands on */
-  PetscInt body;     /* of `on` */
-  PetscReal t, gap;
-  PetscBool blocked; /* it cannot be a contact */
+  PetscInt face, on; /* rows of faces: the face of the vertex (of two, the lower gid), the one it is near */
+  PetscInt body;     /* macroblock of `on` */
+  PetscReal t, gap;  /* [-], [m] of the vertex on `on`, see face_project */
+  PetscBool blocked; /* the vertex cannot be a contact with this face */
   PetscBool flat;    /* the two faces are nearly parallel */
-  PetscBool was;     /* it, or the two faces, were a contact before */
-  PetscReal flush;   /* [m] lower steps are not seen */
-  PetscInt before;   /* place among the contacts that were, -1: none */
+  PetscBool was;     /* the vertex and the face, or the two faces, were a contact before */
+  PetscReal flush;   /* [m] a lower step counts as none */
+  PetscInt before;   /* place among the old contacts, -1: none */
 } VertexNear;
 
-/* What all looks need. */
+/* What the search at every vertex needs. */
 typedef struct {
   const Scene *scene;
   const Model *m;
   const OldContacts *old;
   const FaceTable *table;
-  char *stood; /* (n_owned,) 1: the vertex stood on a face before */
+  char *stood; /* (n_owned,) 1: the vertex stood on a face before; others need not be looked up in `old` */
 } Search;
 
-/* Vertex v of face f against face g, also a little beyond its ends; the place p of g in the row of f. Returns
-   PETSC_FALSE when it is not near. */
-static PetscBool look(const Search *s, PetscInt v, const PetscReal *P, PetscInt f, PetscInt p,
-                      VertexNear *near)
+/* Whether vertex v of face f, at P, is near face g, also a little beyond the ends of g. p: the place of g
+   among the faces near f. near: describes the two, when they are near. */
+static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscInt f, PetscInt p,
+                         VertexNear *near)
 {
   const Faces *faces = &s->m->faces;
   const PetscInt g = s->table->near[p];
@@ -50,10 +51,10 @@ static PetscBool look(const Search *s, PetscInt v, const PetscReal *P, PetscInt 
   face_project(xg, xg + 2, P, &t, &gap);
   if (PetscMin(t, 1. - t) * lg < -tolerance || gap > tolerance) return PETSC_FALSE;
   if (gap < -FACE_DEPTH * PetscMin(faces->thick[f], faces->thick[g])) return PETSC_FALSE;
-  if (v == faces->vertex[2 * g] || v == faces->vertex[2 * g + 1]) return PETSC_FALSE; // its own neighbour
+  if (v == faces->vertex[2 * g] || v == faces->vertex[2 * g + 1]) return PETSC_FALSE; // g is a face of v
   const PetscInt before = s->stood[v] ? OldContactFind(s->old, faces->gid[g], VertexKey(s->m->vertex_gid[v]))
                                       : -1;
-  // behind a face of its own body a vertex is inside, unless it has come there across a slit
+  // a vertex behind a face of its own body is inside the body, unless it has come there across a slit
   if (faces->body[f] == faces->body[g] && before < 0 && gap < -FACE_MIN_OVERLAP * shorter) return PETSC_FALSE;
   const PetscReal scalar = (xf[2] - xf[0]) * (xg[2] - xg[0]) + (xf[3] - xf[1]) * (xg[3] - xg[1]);
   *near = (VertexNear){.face = f,
@@ -69,8 +70,9 @@ static PetscBool look(const Search *s, PetscInt v, const PetscReal *P, PetscInt 
   return PETSC_TRUE;
 }
 
-/* All faces near a vertex, each once, whichever of the vertex's faces it is near. */
-static PetscInt look_around(const Search *s, PetscInt v, VertexNear *list)
+/* Lists all faces near a vertex, each once, whichever of the vertex's faces they are near. Returns how
+   many. */
+static PetscInt faces_near(const Search *s, PetscInt v, VertexNear *list)
 {
   const FaceTable *table = s->table;
   const PetscInt *gid = s->m->faces.gid;
@@ -81,7 +83,7 @@ static PetscInt look_around(const Search *s, PetscInt v, VertexNear *list)
     for (PetscInt p = table->start[f]; p < table->start[f + 1] && n < MOST_NEAR; p++) {
       VertexNear now;
       PetscInt i = 0;
-      if (!look(s, v, P, f, p, &now)) continue;
+      if (!is_near(s, v, P, f, p, &now)) continue;
       while (i < n && list[i].on != now.on) i++;
       if (i == n) {
         list[n++] = now;
@@ -105,11 +107,12 @@ static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
   return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
 }
 
-/* Two faces of one body: at a convex corner of it, whether the vertex belongs to face j rather than to face
-   i: inside both, to the one that it was on rather than to one where it has not been, but is deep in, which
-   would store what no motion has given; to the face that one of its own faces is nearly parallel to; close to
-   the corner of flush faces to what was a contact before, or to none; else to the nearer; at a tie to that of
-   the lower gid. */
+/* Whether a vertex near two faces of one body that meet in a convex corner belongs to face j rather than to
+   face i. The first of these rules that applies decides. A vertex inside both belongs to the face that it was
+   on, rather than to one on which it was not and in which it is deep: a contact there would store energy that
+   no motion has given. It belongs to the face that one of its own faces is nearly parallel to. Close to flush
+   faces it belongs to the face that was its contact before, or to none. It belongs to the nearer face; at a
+   tie to that of the lower gid. */
 static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const VertexNear *j)
 {
   if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
@@ -126,9 +129,9 @@ static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const Ve
 
 /* ---- candidates */
 
-/* As it travels from the owner of the vertex to the owners of the face's ends. */
+/* A contact as it travels from the owner of the vertex to the owners of the face's ends. */
 typedef struct {
-  PetscInt key[2], face_gid, joint, model, index; /* index: of the vertex, at its owner */
+  PetscInt key[2], face_gid, joint, model, index; /* index: local number of the vertex on its owner */
   PetscReal t, gap, length;
 } VertexRecord;
 
@@ -137,7 +140,7 @@ static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r,
 {
   PetscFunctionBeginUser;
   PetscCheck(face >= 0 && on >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "a vertex on a face not known here");
-  // of tptm both ends stand at the vertex; of pt the far one is idle
+  // with tptm both ends stand at the vertex; with pt end 1 is idle
   const PetscBool both = (PetscBool)(r->model == STRESS_TPTM);
   Candidate c = {.model = (StressModelKind)r->model,
                  .key = {r->key[0], r->key[1]},
@@ -159,7 +162,7 @@ typedef struct {
   VertexRecord *record;
 } Outbox;
 
-/* To the other owners of the face's ends. */
+/* Posts a contact to the other ranks that own an end of the face `on`. */
 static PetscErrorCode post(const Model *m, PetscInt on, const VertexRecord *r, Outbox *box)
 {
   PetscMPIInt last = m->rank;
@@ -179,7 +182,7 @@ static PetscErrorCode post(const Model *m, PetscInt on, const VertexRecord *r, O
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The contacts of one owned vertex. */
+/* Decides which of the n near faces an owned vertex is in contact with. */
 static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear *near, Outbox *box,
                              CandidateList *list)
 {
@@ -195,12 +198,12 @@ static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear
     const PetscInt f = near[i].face, g = near[i].on;
     const PetscReal *P = s->table->x + 4 * f + 2 * (m->faces.vertex[2 * f] != v);
     if (near[i].blocked || (!near[i].was && CornerIsHidden(s->scene, s->table, v, P, -1, g))) continue;
-    // a first touch has the influence length of an end of a whole face contact, so that two corners landing
-    // flat are one already
+    // a first touch has the influence length of an end of a whole face contact, so that two corners that land
+    // flat have together the length of that contact
     const PetscInt joint = near[i].before >= 0 ? s->old->contacts->joint[near[i].before]
                                                : JointOfPair(s->scene, m, f, g);
     const PetscBool moving = (PetscBool)(s->scene->joints[joint].stress_model == STRESS_TPTM);
-    // pt puts half its length at each end
+    // pt, which puts half the length at each end, stands for all models with fixed control points
     const VertexRecord r = {.key = {m->faces.gid[g], VertexKey(m->vertex_gid[v])},
                             .face_gid = m->faces.gid[f],
                             .joint = joint,
@@ -215,7 +218,7 @@ static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Delivers what was posted; every rank adds what it receives. */
+/* Collective. Delivers what was posted; every rank adds what it receives to its candidates. */
 static PetscErrorCode deliver(const Model *m, const OldContacts *old, const Outbox *box, CandidateList *list)
 {
   const PetscMPIInt unit = (PetscMPIInt)sizeof(VertexRecord);
@@ -246,7 +249,7 @@ static PetscErrorCode deliver(const Model *m, const OldContacts *old, const Outb
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The owned vertices that stood on faces. */
+/* Marks the owned vertices that stood on faces. */
 static void mark_stood(const Model *m, const Contacts *c, char *stood)
 {
   for (PetscInt at = 0; at < c->n_padded; at++) {
@@ -265,7 +268,7 @@ PetscErrorCode VerticesFind(const Scene *scene, const Model *m, const OldContact
   PetscCall(PetscCalloc1(m->n_owned, &search.stood));
   mark_stood(m, old->contacts, search.stood);
   for (PetscInt v = 0; v < m->n_owned; v++)
-    PetscCall(decide(&search, v, look_around(&search, v, near), near, &box, list));
+    PetscCall(decide(&search, v, faces_near(&search, v, near), near, &box, list));
   if (m->size > 1) PetscCall(deliver(m, old, &box, list));
   PetscCall(PetscFree(search.stood));
   PetscCall(PetscFree(box.to));
