@@ -25,7 +25,7 @@ struct _p_Newton {
   double memory[2];         /* [byte] what the factor was expected to take, and what was available */
   /* the contacts and joints that the factor belongs to */
   PetscInt n_padded, n_joints;
-  PetscInt *vertex; /* (6 n_padded,) of the contacts */
+  PetscInt *vertex; /* (CONTACT_ROWS n_padded,) of the contacts */
   PetscReal *k;     /* (n_joints, 2) k_n, k_s */
 };
 
