@@ -1,5 +1,5 @@
-/* Adaptive damping: cycles on a chain near the optimum (V11), no false slip with a ramp (V10), the quotient
-   is that of the resisting forces only, alpha has a cap. */
+/* Adaptive damping. A chain takes nearly the optimal number of cycles (V11), a ramp prevents false slip
+   (V10), the quotient is that of the resisting forces only, and alpha has a cap. */
 #include "scene_fixture.h"
 
 static Sketch sketch;

@@ -1,5 +1,5 @@
-/* Central difference: period, amplitude, damping and limit of one degree of freedom (V08), energy of many
-   (V25), and a turning block in free flight (V26). */
+/* The central difference: period, amplitude, damping and limit of one degree of freedom (V08), the energy of
+   many (V25), and a turning block in free flight (V26). */
 #include "scene_fixture.h"
 
 static Sketch sketch;

@@ -1,6 +1,6 @@
-/* Scaled masses (V09): the largest frequency of blocks and closed joints stays below 2 safety /
-   dt for any stiffness of the joints, undamped motion does not grow, and the paper's own masses
-   (29) do not hold that. */
+/* Scaled masses (V09). The largest frequency of blocks and closed joints stays below 2 safety / dt for any
+   stiffness of the joints, and undamped motion does not grow. The paper's own masses (29) exceed that
+   limit. */
 #include "scene_fixture.h"
 
 enum { MAX_DOF = 64 };

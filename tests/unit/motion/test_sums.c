@@ -1,6 +1,5 @@
-/* The reduction of a cycle, through shared memory and by messages: sums add, maxima take the larger, and all
-   ranks get the same bits, even where something is not a number.
-   ranks: 1 2 3 4 7 */
+/* The reduction of a cycle, through shared memory and by messages: sums add up, maxima are the larger, and
+   all ranks get the same bits, even where something is not a number. ranks: 1 2 3 4 7 */
 #include "stages/stages.h"
 #include "check.h"
 #include <unistd.h>

@@ -1,6 +1,6 @@
-/* Condensed bodies: rigid motions cost nothing and carry the inside along; loads passed on keep their
-   resultant; the recovered inside is in equilibrium; motion between condensed, rigid and deformable bodies
-   does not grow, for any stiffness of the joints. ranks: 1 2 */
+/* Condensed bodies. Rigid motions give no force and carry the inside along. Loads that are passed on keep
+   their resultant. The recovered inside is in equilibrium. Motion between condensed, rigid and deformable
+   bodies does not grow, for any stiffness of the joints. ranks: 1 2 */
 #include "scene_fixture.h"
 
 static Sketch sketch;

@@ -1,5 +1,6 @@
-/* Deformable blocks: patch test (V01), objectivity, force as derivative of the energy, row sums and limits of
-   the time step (V-A2), masses, and the same bits in every lane. Models are built by hand. */
+/* Deformable blocks: patch test (V01), objectivity, the force as derivative of the energy, row sums and
+   limits of the time step (V-A2), masses, one-point blocks, and the same bits in every lane. The models are
+   built by hand. */
 #include "motion/motion.h"
 #include "forces/blocks/element_kernels.h"
 #include "check.h"
@@ -303,7 +304,6 @@ static PetscErrorCode TestStiffness(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (26)-(27) by 2x2 Gauss with shape functions as in books, on a distorted quadrilateral; their sums. */
 /* One-point blocks: patch test, rotation and energy as the full block, alone and mixed with it in a batch;
    the bound of the time step; energy of a rectangle in pure bending u_x = kappa x y, exactly E kappa^2 int
    y^2 dA / 2 for ELEMENT_BENDING, (1 + (1 - nu)/2 (a/b)^2)/(1 - nu^2) times as much for the full one. */
@@ -355,6 +355,7 @@ static PetscErrorCode TestOnePoint(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* (26)-(27) by 2x2 Gauss with shape functions as in books, on a distorted quadrilateral; their sums. */
 static PetscErrorCode TestMasses(void)
 {
   static const PetscReal X[4][2] = {{0, 0}, {3, 0.5}, {2, 2.5}, {-0.5, 1}},

@@ -1,5 +1,5 @@
-/* Rigid bodies: mass, centre and inertia of polygons and macroblocks, finite rotation without drift, forces
-   as the work-conjugate of the motion. */
+/* Rigid bodies: mass, centre and inertia of polygons and macroblocks, finite rotation without drift, and
+   forces that are work-conjugate to the motion. */
 #include "scene_fixture.h"
 
 static Sketch sketch;

@@ -5,10 +5,10 @@
 enum { PAIRS = 24, MATCHES = 8, MAX_DOF = 2 * (8 * PAIRS + DUMMY_VERTICES) };
 
 static Sketch sketch;
-static double pair_angle[PAIRS], pair_at[PAIRS][2]; /* of the joint */
+static double pair_angle[PAIRS], pair_at[PAIRS][2]; /* direction and place of the joint of each pair */
 
-/* Pairs of blocks far apart, each with one contact, of all classes, in random directions. The first faces
-   match; of the others half overlap by up to 3 mm, half are apart by as much. */
+/* Makes pairs of blocks far apart, each with one contact, of all classes, in random directions. The faces of
+   the first MATCHES pairs match; the others overlap or are apart by up to 3 mm. */
 static inline void Pairs(void)
 {
   memset(&sketch, 0, sizeof sketch);

@@ -1,18 +1,18 @@
-/* The arrays of contacts: their memory does not overlap, copies are deep, and the list of them,
-   CONTACT_FIELDS, says what a checkpoint and the checksum hold. */
+/* The arrays of contacts. Their memory does not overlap, copies are deep, and their list CONTACT_FIELDS says
+   which of them a checkpoint and the checksum contain. */
 #include "motion/motion.h"
 #include "check.h"
 
 enum { CONTACTS = 3 * BATCH };
 static const size_t Numbers[] = {[PER_CONTACT] = 1, [PER_FACE] = 2, [PER_ROW] = CONTACT_ROWS, [PER_END] = 2};
 
-/* A byte that belongs to this array, place and copy; its number is never zero nor not a number. */
+/* A byte for this array, place and copy. It is never zero, and reals made of such bytes are never NaN. */
 static int byte_of(int array, size_t i, int copy)
 {
   return 1 + (int)((31 * (size_t)array + 7 * i + 3 * (size_t)copy) % 60);
 }
 
-/* Every byte of every array, and whether it is there. */
+/* Writes every byte of every array; has_all tells whether they are all there. */
 static void write_all(Contacts *c, int copy)
 {
   int array = 0;

@@ -1,5 +1,5 @@
-/* Finding contacts: the classes of two faces (Fig. 3), limits of what touches, and on random assemblies the
-   contacts that brute force finds, the same on any number of ranks.
+/* Finding contacts: the classes of two faces (Fig. 3), the limits of what touches, and random assemblies, on
+   which the search finds the contacts that brute force finds, the same on any number of ranks.
    ranks: 1 2 4 */
 #include "scene_fixture.h"
 #include "forces/contacts/geometry.h"

@@ -1,5 +1,5 @@
-/* Forces of contacts: derivative of a potential in large strain at any rotation, momentum and angular
-   momentum, the same bits in any lane, and linear in small strain. */
+/* Forces of contacts. In large strain they are the derivative of a potential at any rotation; in small strain
+   they are linear. They keep momentum and angular momentum, and have the same bits in any lane. */
 #include "pairs.h"
 
 static PetscErrorCode ForcesAt(Fixture *f, const PetscReal *u, PetscReal *force)

@@ -1,12 +1,13 @@
 /* Loads and supports: water on faces against exact integrals, weights, tractions, and what a support holds.
-   The sums hold on any number of ranks. ranks: 1 2 */
+   The sums are the same on any number of ranks. ranks: 1 2 */
 #include "scene_fixture.h"
 
 static Sketch sketch;
 
 /* ---- water on one face */
 
-/* Of a pressure that falls linearly from p at the deeper end to 0 at a part w of the length L, or over it. */
+/* f: end forces of a pressure that is p at the deeper end and falls linearly, to 0 at the fraction w < 1 of
+   the length L, or to q at the other end. */
 static void ExactWater(double L, double p, double q, double w, double f[2])
 {
   if (w < 1) // integrals of p (1 - s/w) N over s = 0..w, N = 1-s and s

@@ -1,8 +1,8 @@
-/* Water pressure along a joint and on its faces, against closed forms. */
+/* Uplift: the water pressure along a joint and on its faces, against closed forms. */
 #include "forces/water/uplift.h"
 #include "check.h"
 
-/* Forces of a bent diagram on a face that holds the bend: resultant and moment of the integral. */
+/* Forces of a bent diagram on a face that has the bend: resultant and moment are those of the integral. */
 static void PressureOnFace(void)
 {
   const UpliftDiagram d = {.n = 3, .s = {0., 4., 10.}, .p = {90., 30., 0.}};
@@ -21,7 +21,7 @@ static void PressureOnFace(void)
   for (int k = 0; k < 4; k++) ENSURE_NEAR(g[k], -f[(k + 2) % 4], 1e-12);
 }
 
-/* The crack takes the head along; past the drain the drain is lost. */
+/* The full head acts along the crack; a crack past the drain loses the drain. */
 static void DiagramsOfTheCrack(void)
 {
   Load load = {.uplift.rule = UPLIFT_FERC,

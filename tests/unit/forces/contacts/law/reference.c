@@ -1,10 +1,10 @@
-/* reference.c: one contact from opening and slip to the forces at its ends, with its history. After
-   reference_law.h. */
+/* reference.c: one contact from opening and slip to the forces at its ends, with its history. Read
+   reference_law.h first. */
 #include "reference_diagram.h"
 
 /* ----------------------------------------------------------------- 4. history: crushing, failure and slip */
 
-/* Area between 0 and two lines of closure, per length: what the deeper of them has crushed. */
+/* Area between 0 and the deeper of two lines of closure, per length: what the two have crushed together. */
 static double CrushedArea(const double a[2], const double b[2])
 {
   const OneContact c = {.L = 1, .closure = {{a[0], a[1]}, {b[0], b[1]}}};
@@ -15,9 +15,9 @@ static double CrushedArea(const double a[2], const double b[2])
   return -(F[0] + F[1]);
 }
 
-/* The line of closure by end k, given what presses now (`a`): deeper at this end than its line before (`b`),
-   it keeps the depth of a here and the crushed area of both; a itself, where b nowhere reaches below a and
-   the line of the other end. */
+/* line: the new line of closure by end k. The closure of now, a, is deeper at this end than the line before,
+   b. The new line has the depth of a at this end and the crushed area of a and b together. It is a itself
+   where b is nowhere below both a and the line of the other end. */
 static void DeepenLine(int k, const double a[2], const double b[2], const double other[2], double line[2])
 {
   const int far = 1 - k;
@@ -31,7 +31,7 @@ static void DeepenLine(int k, const double a[2], const double b[2], const double
   line[far] = -fmin(reach, fmax(-other[far], -a[far]));
 }
 
-/* An end pressed past C stays crushed. */
+/* Keeps what is crushed: an end pressed past C gets a new line of closure. */
 static void Crush(OneContact *c)
 {
   const double now[2] = {c->u_n[0] + c->C / c->k_n, c->u_n[1] + c->C / c->k_n};
@@ -40,7 +40,7 @@ static void Crush(OneContact *c)
     if (now[k] < old.closure[k][k]) DeepenLine(k, now, old.closure[k], old.closure[1 - k], c->closure[k]);
 }
 
-/* By how much a place violates the criterion that fails in the middle. */
+/* By how much a place violates the criterion by which the middle fails. */
 static double Violation(const OneContact *c, double x)
 {
   const double sigma = DampedSigma(c, x);
@@ -48,8 +48,8 @@ static double Violation(const OneContact *c, double x)
   return fabs(TrialTau(c, x)) - (c->peak.c - NormalStress(c, &c->peak, sigma) * c->peak.tan_phi);
 }
 
-/* Control points that fail: the ends own half of the length each; a quarter where there is a middle, which is
-   booked with the more violated end. */
+/* Breaks the control points that fail. The ends own half of the length each, or a quarter where there is a
+   middle. The failed middle is booked with the end that is more violated. */
 static void BreakPoints(OneContact *c, bool middle)
 {
   const bool middle_fails = middle && !IsBroken(c, 0.5) && Fails(c, DampedSigma(c, 0.5), TrialTau(c, 0.5));
@@ -59,8 +59,8 @@ static void BreakPoints(OneContact *c, bool middle)
     if (middle_fails && Violation(c, k) >= Violation(c, 1 - k)) c->broken[k] = fmax(c->broken[k], 0.75);
 }
 
-/* tptm: every place that fails by its spring. Those that do not are one interval; fronts run in from both
-   ends. */
+/* Breaks every place of a contact of tptm that fails by its spring. The places that do not fail are one
+   interval, so fronts run in from both ends. */
 static void BreakFronts(OneContact *c)
 {
   OneContact whole = *c;
@@ -76,13 +76,13 @@ static void BreakFronts(OneContact *c)
   if (c->broken[0] + c->broken[1] >= 1) c->broken[0] = c->broken[1] = 1;
 }
 
-/* A place inside that keeps the return of the ends from unloading it: see ReturnShear. */
+/* A place inside the contact that limits the return of the ends, see ReturnShear. */
 typedef struct {
   double x, limit;
 } Hold;
 
-/* Share of the trial line that must stay for the place to keep what its own law gives it, and for it not to
-   be loaded by the return. */
+/* Share of the trial line that must stay, so that the place keeps the stress that its own law gives it and is
+   not loaded by the return. */
 static double ShareToKeep(double trial, double returned, double limit)
 {
   const double sign = trial < 0 ? -1 : 1, t = sign * trial, r = sign * returned;
@@ -91,8 +91,8 @@ static double ShareToKeep(double trial, double returned, double limit)
   return r < limit ? (limit - r) / (t - r) : 0;
 }
 
-/* The ends return to their limits. Between them shear stays a line, so that a stronger place inside may be
-   unloaded; then the return is scaled back, for both ends alike, until no such place is. */
+/* Returns the ends to their limits. Shear stays a line between them, so the return may unload a stronger
+   place inside. Then the return is scaled back, for both ends alike, until no such place is unloaded. */
 static void ReturnShear(OneContact *c, int n, const Hold *holds)
 {
   const double trial[2] = {c->tau[0], c->tau[1]};
@@ -105,14 +105,15 @@ static void ReturnShear(OneContact *c, int n, const Hold *holds)
     c->tau[k] = returned[k] + share * (trial[k] - returned[k]);
 }
 
-static const double HAIR = 1e-9; /* relative */
+static const double HAIR = 1e-9; /* relative margin, so that rounding does not decide */
 
-/* Three points: the middle holds where it is in another state than an end and bears more than their mean. */
+/* Return of shear in a model of fixed points. The middle of three limits it when it is in another state than
+   an end and bears more than the mean of the ends. */
 static void ReturnOfPoints(OneContact *c, bool middle)
 {
   const Hold hold = {0.5, DampedLimit(c, 0.5)};
   const double sigma = DampedSigma(c, 0.5), mean = 0.5 * (DampedLimit(c, 0) + DampedLimit(c, 1));
-  const double crushed = -c->C * (1 - HAIR); /* what is crushed stands at -C up to rounding */
+  const double crushed = -c->C * (1 - HAIR); /* a crushed place stands at -C up to rounding */
   bool differs = false;
   for (int k = 0; k < 2; k++) {
     const double end = DampedSigma(c, k);
@@ -124,8 +125,9 @@ static void ReturnOfPoints(OneContact *c, bool middle)
   ReturnShear(c, holds, &hold);
 }
 
-/* tptm: the line returns only where both ends slip, one way; every point where the limit bends or jumps then
-   holds. A contact that slips in part keeps its line, and its diagram is cut at the limit. */
+/* Return of shear in tptm. The line returns only when both ends slip in one direction; every point where the
+   limit bends or jumps then limits the return. A contact that slips in part keeps its line, and its diagram
+   is cut at the limit. */
 static void ReturnOfDiagram(OneContact *c)
 {
   const Points p = LimitPoints(c);
@@ -146,7 +148,7 @@ static void ReturnOfDiagram(OneContact *c)
 
 /* ---------------------------------------------------------------------------------- 5. forces at the ends */
 
-/* Fixed control points: forces of the stresses s at the ends and in the middle. */
+/* F: end forces in a model of fixed control points. s: stresses at end 0, in the middle and at end 1. */
 static void PointForces(const OneContact *c, const double s[3], double F[2])
 {
   static const struct {
@@ -157,13 +159,13 @@ static void PointForces(const OneContact *c, const double s[3], double F[2])
                     [STRESS_R3PT] = {3, {0, 1, 2}, {1. / 8, 1. / 2, 7. / 8}, {1. / 4, 1. / 2, 1. / 4}}};
   F[0] = F[1] = 0;
   if (c->model <= STRESS_R3PT)
-    for (int i = 0; i < rectangles[c->model].n; i++) { /* each force shared by the lever */
+    for (int i = 0; i < rectangles[c->model].n; i++) { /* the lever shares each force */
       const double x = rectangles[c->model].at[i];
       const double force = c->L * rectangles[c->model].width[i] * s[rectangles[c->model].stress[i]];
       F[0] += (1 - x) * force, F[1] += x * force;
     }
   else
-    for (int i = 0; i < 4; i++) { /* two trapezoids, of t2pt parts of one; Gauss points */
+    for (int i = 0; i < 4; i++) { /* Gauss points of two trapezoids, which are one line in t2pt */
       const double middle = c->model == STRESS_T3PT ? s[1] : 0.5 * (s[0] + s[2]);
       const double x = 0.5 * (i / 2 + GAUSS[i % 2]), half[2][2] = {{s[0], middle}, {middle, s[2]}};
       const double force = 0.25 * c->L * Along(half[i / 2], GAUSS[i % 2]);
@@ -171,15 +173,15 @@ static void PointForces(const OneContact *c, const double s[3], double F[2])
     }
 }
 
-/* Share of a uniform slope: F_k = L (a s_k + b s_other) for stresses that are linear between the ends. */
+/* row: a and b of F_k = L (a s_k + b s_other), for stresses that are linear between the ends. */
 static void ElasticRow(StressModelKind model, double row[2])
 {
   const OneContact unit = {.model = model, .L = 1};
   PointForces(&unit, (const double[3]){1, 0.5, 0}, row);
 }
 
-/* The point of the box |F| <= most nearest to T, in the energy of the elastic row: d0^2 - 2 b/a d0 d1 + d1^2.
-   It is T or lies on a side, where it is the nearest point of that side. */
+/* F: the point of the box |F| <= most that is nearest to T, in the energy of the elastic row: d0^2 - 2 b/a d0
+   d1 + d1^2. The point is T itself, or it is the nearest point of a side. */
 static void NearestInBox(StressModelKind model, const double T[2], const double most[2], double F[2])
 {
   double row[2], nearest = INFINITY;
@@ -195,7 +197,7 @@ static void NearestInBox(StressModelKind model, const double T[2], const double 
   }
 }
 
-/* The line of shear stress whose forces by the elastic row are F. */
+/* tau: the line of shear stress that has the forces F by the elastic row. */
 static void LineOfForces(const OneContact *c, const double F[2], double tau[2])
 {
   double row[2];
@@ -204,7 +206,7 @@ static void LineOfForces(const OneContact *c, const double F[2], double tau[2])
     tau[k] = (row[0] * F[k] - row[1] * F[1 - k]) / (row[0] * row[0] - row[1] * row[1]) / c->L;
 }
 
-/* Forces of a contact at the end of a step, and what its shear forces can be at most. */
+/* Forces of a contact at the end of a step, and the most that its shear forces can be. */
 typedef struct {
   double n[2], s[2], most[2];
 } EndForces;
@@ -226,8 +228,8 @@ static EndForces RespondPoints(OneContact *c)
   return F;
 }
 
-/* In time the two shear forces are elastic-plastic springs, each with its share of the limit; a joint
-   that can still break, when the step begins, keeps its diagram. */
+/* In time the two shear forces are elastic-plastic springs, each with its share of the limit. A joint that
+   can still break when the step begins keeps its diagram. */
 static EndForces RespondDiagram(OneContact *c, bool in_time)
 {
   const double trial[2] = {c->tau[0], c->tau[1]};
@@ -257,11 +259,11 @@ static EndForces RespondDiagram(OneContact *c, bool in_time)
 
 /* ----------------------------------------------------------------------------------------- 2 to 5 at once */
 
-static const double LOOSE_TAN = 1e6;   /* of a pressed elastic joint that has met in motion */
+static const double LOOSE_TAN = 1e6;   /* tan_phi of an elastic joint that has met in motion */
 static const double UNLIMITED = 1e300; /* stands for no limit; infinity would make NaN of a difference */
 
-/* The joint of a contact. One that is elastic has no limits; one that has met in motion (LOOSE) bears no
-   tension, and has the residual strength or, elastic, no limit of shear where it is pressed. */
+/* Sets the joint of a contact. An elastic joint has no limits. A contact that has met in motion (LOOSE) bears
+   no tension; in shear it has the residual strength or, in an elastic joint, no limit where it is pressed. */
 static void SetJoint(const Joint *joint, bool loose, OneContact *c)
 {
   const bool elastic = joint->law == LAW_ELASTIC;
@@ -289,7 +291,7 @@ static OneContact BeginStep(StressModelKind model, const Joint *joint, double L,
   return c;
 }
 
-/* Slip is what u_s is beyond the shear stress that is left. */
+/* Writes the answer to p. Slip is the part of u_s that the remaining shear stress does not explain. */
 static void EndStep(const OneContact *c, const EndForces *F, ContactPoint *p)
 {
   for (int k = 0; k < 2; k++) {
@@ -308,7 +310,8 @@ static void EndStep(const OneContact *c, const EndForces *F, ContactPoint *p)
   }
 }
 
-/* What stress_models.c: StressModelRespond answers. Returns the most that the shear forces can be. */
+/* Answers in p what stress_models.c: StressModelRespond answers. Returns the forces with the most that the
+   shear forces can be. */
 static EndForces Respond(StressModelKind model, const Joint *joint, double L, ContactPoint *p)
 {
   OneContact c = BeginStep(model, joint, L, p);
@@ -324,19 +327,19 @@ void ReferenceRespond(StressModelKind model, const Joint *joint, double L, Conta
   Respond(model, joint, L, p);
 }
 
-/* Friction on the way to an equilibrium: end forces are springs with a slip of their own, which each
-   evaluation draws by `pull` of the way towards the slip that the law asks for with the history held, p. */
+/* Friction on the way to an equilibrium. The end forces are springs with a slip of their own. Each evaluation
+   draws it, by `pull` of the way, towards the slip that the law asks for with the committed history in p. */
 void ReferenceFollow(StressModelKind model, const Joint *joint, double L, double pull, double own[2],
                      ContactPoint *p)
 {
   OneContact c = BeginStep(model, joint, L, p);
   const EndForces law = Respond(model, joint, L, p);
-  const double part = pull / fmax(1, fmax(c.peak.tan_phi, c.residual.tan_phi));
+  const double fraction = pull / fmax(1, fmax(c.peak.tan_phi, c.residual.tan_phi));
   double row[2], asked[2], tau[2], T[2], F[2];
   ElasticRow(model, row);
   LineOfForces(&c, law.s, asked);
   for (int k = 0; k < 2; k++) {
-    own[k] += part * (c.u_s[k] - asked[k] / c.k_s - own[k]);
+    own[k] += fraction * (c.u_s[k] - asked[k] / c.k_s - own[k]);
     tau[k] = c.k_s * (c.u_s[k] - own[k]);
   }
   for (int k = 0; k < 2; k++) T[k] = L * (row[0] * tau[k] + row[1] * tau[1 - k]);
@@ -346,8 +349,8 @@ void ReferenceFollow(StressModelKind model, const Joint *joint, double L, double
 }
 
 /* --------------------------------------------------------------------------------- 6. forces at the vertices
-   On P, A, B, for a step of thickness 1: the derivatives of F_n u_n + F_s u_s with u_n, u_s of EndOf. A and B
-   share the force by the lever; where s and n turn with the face, a couple comes to it. */
+   The forces on P, A, B, for a thickness of 1, are the derivatives of F_n u_n + F_s u_s with u_n, u_s of
+   EndOf. A and B share the force by the lever. Where s and n turn with the face, they also get a couple. */
 FaceEnd ReferenceEnd(const double *const X[3], const double *const u[3], double t, double moving)
 {
   return EndOf(X, u, t, moving);

@@ -1,4 +1,4 @@
-/* reference.h: what reference.c answers of one contact; the tests of the kernels include this. */
+/* reference.h: the functions of reference.c, which the tests of the kernels call. */
 #pragma once
 #include "forces/contacts/law/law.h"
 
@@ -8,13 +8,13 @@ typedef struct {
   double u_n, u_s, t, moving; /* moving: 1 where s and n turn with the face (large strain), else 0 */
 } FaceEnd;
 
-/* Positions X and displacements u of P, A, B -> opening and slip of the end, (1)-(4). */
+/* Finds opening and slip of an end, (1)-(4), from positions X and displacements u of P, A, B. */
 FaceEnd ReferenceEnd(const double *const X[3], const double *const u[3], double t, double moving);
-/* Forces on P, A, B of an end force, per metre of thickness. */
+/* f: forces on P, A, B of an end force, per metre of thickness. */
 void ReferenceVertexForces(const FaceEnd *end, double F_n, double F_s, double f[3][2]);
-/* What stress_models.c: StressModelRespond answers. */
+/* Answers what stress_models.c: StressModelRespond answers. */
 void ReferenceRespond(StressModelKind model, const Joint *joint, double L, ContactPoint *p);
-/* What stress_models.h: RespondFollowing answers. p: with the history held; own: slip of the
+/* Answers what stress_models.h: RespondFollowing answers. p: has the committed history; own: slip of the
    springs, in and out. */
 void ReferenceFollow(StressModelKind model, const Joint *joint, double L, double pull, double own[2],
                      ContactPoint *p);

@@ -1,5 +1,6 @@
-/* reference_diagram.h: moving control points, for the stress model tptm: where the law changes along a
-   contact, and integrals between these places, where every field is linear in x. After reference_law.h. */
+/* reference_diagram.h: moving control points, for the stress model tptm: the places where the law changes
+   along a contact, and integrals between them, where every field is linear in x. Read reference_law.h
+   first. */
 #pragma once
 #include "reference_law.h"
 
@@ -10,7 +11,7 @@ typedef struct {
 } Points;
 typedef double (*Field)(const OneContact *c, double x);
 
-/* What happens at a control point: the field of that name is zero there. */
+/* What happens at a control point: the field of that name (EventField) is zero there. */
 typedef enum {
   LINE_0,
   LINE_1,
@@ -54,7 +55,7 @@ static inline double EventField(const OneContact *c, Event event, double x)
   }
 }
 
-/* In ascending order; two events at one place are one point. */
+/* Adds a point; points stay in ascending order, and two events at one place are one point. */
 static inline void AddPoint(Points *p, double x)
 {
   int i = 1;
@@ -67,7 +68,7 @@ static inline void AddPoint(Points *p, double x)
 
 static const double GAUSS[2] = {0.2113248654051871177, 0.7886751345948128823};
 
-/* The control points of the events first .. last, in this order, beside those there are. */
+/* Adds the control points of the events first .. last, in this order. */
 static inline void AddEvents(const OneContact *c, Event first, Event last, Points *p)
 {
   for (Event event = first; event <= last; event++) {
@@ -81,7 +82,7 @@ static inline void AddEvents(const OneContact *c, Event first, Event last, Point
   }
 }
 
-/* Where the trial stress or the strength bends or jumps; then also the limit of shear. */
+/* The places where the trial stress, the strength or the limit of shear bends or jumps. */
 static inline Points LimitPoints(const OneContact *c)
 {
   Points p = {2, {0, 1}};
@@ -91,18 +92,18 @@ static inline Points LimitPoints(const OneContact *c)
   return p;
 }
 
-/* F_0 = L int f (1-x) dx, F_1 = L int f x dx: end forces statically equal to the diagram of f. */
+/* F: end forces statically equal to the diagram of f, F_0 = L int f (1-x) dx and F_1 = L int f x dx. */
 static inline void IntegrateDiagram(const OneContact *c, const Points *p, Field f, double F[2])
 {
   F[0] = F[1] = 0;
   for (int i = 0; i + 1 < p->n; i++)
-    for (int g = 0; g < 2; g++) { /* exact for f linear in each piece */
+    for (int g = 0; g < 2; g++) { /* two Gauss points are exact, because f is linear in each piece */
       const double h = p->x[i + 1] - p->x[i], x = p->x[i] + GAUSS[g] * h, force = 0.5 * h * c->L * f(c, x);
       F[0] += (1 - x) * force, F[1] += x * force;
     }
 }
 
-/* Where what the dashpots add bends. */
+/* The places where the stress that dashpots add bends. */
 static inline Points DashpotPoints(const OneContact *c)
 {
   Points p = {2, {0, 1}};

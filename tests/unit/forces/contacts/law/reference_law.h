@@ -15,8 +15,8 @@
      6. forces at the vertices                      reference.c: ReferenceVertexForces
 
    Then read reference.c from its end: Respond is 2 to 5, in the order in which they happen.
-   reference_diagram.h has the control points of the model tptm. Why each step is as it is:
-   docs/theory.md, i to m and y. */
+   reference_diagram.h has the control points of the model tptm. docs/theory.md, i to m and y, says why each
+   step is as it is. */
 #pragma once
 #include "reference.h"
 
@@ -31,7 +31,7 @@ typedef struct {
   Strength peak, residual; /* before and after a place has failed */
   double u_n[2], u_s[2];   /* [m] opening and tangential displacement of the two ends */
   double slip[2];          /* [m] history: plastic part of u_s */
-  double broken[2];        /* [-] history: failed part of the length, from each end */
+  double broken[2];        /* [-] history: failed fraction of the length, from each end */
   double closure[2][2];    /* [m] history: two lines, each by its values at end 0 and end 1; see ClosureAt */
   double tau[2];           /* [Pa] the line of shear stress: trial, then what is left of it */
   double dashpot[2];       /* [Pa] damping * k_n * speed of opening */
@@ -64,7 +64,7 @@ static inline double Along(const double ends[2], double x)
   return (1 - x) * ends[0] + x * ends[1];
 }
 
-/* Plastic part of u_n: what was crushed. The lower of two lines, never above 0. */
+/* Plastic part of u_n, which is what was crushed: the lower of two lines, and never above 0. */
 static inline double ClosureAt(const OneContact *c, double x)
 {
   return fmin(0, fmin(Along(c->closure[0], x), Along(c->closure[1], x)));
@@ -72,7 +72,7 @@ static inline double ClosureAt(const OneContact *c, double x)
 
 static inline double TrialSigma(const OneContact *c, double x)
 {
-  return c->k_n * (Along(c->u_n, x) - ClosureAt(c, x)); /* (5); of the total opening, which knows a gap */
+  return c->k_n * (Along(c->u_n, x) - ClosureAt(c, x)); /* (5), of the total opening, which knows of a gap */
 }
 
 static inline double TrialTau(const OneContact *c, double x)
@@ -119,7 +119,7 @@ static inline const Strength *StrengthAt(const OneContact *c, double x)
   return IsBroken(c, x) ? &c->residual : &c->peak;
 }
 
-/* What the dashpot adds to a pressed spring. The two together do not pull, and do not pass C. */
+/* Stress that the dashpot adds to a pressed spring. The two together do not pull, and do not pass C. */
 static inline double DashpotAt(const OneContact *c, double x)
 {
   const double spring = TrialSigma(c, x);

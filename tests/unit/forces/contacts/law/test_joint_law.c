@@ -1,5 +1,6 @@
-/* test_joint_law.c: the joint law as one contact shows it, in all six stress models: direct shear (V07 of the
-   verification plan), memory of the gap, brittle failure, the envelope, compression cut-off, NaN. */
+/* test_joint_law.c: the joint law on one contact, in all six stress models: direct shear (V07 of the
+   verification plan), memory of the gap, brittle failure, the envelope, the cut-off in compression, crushing,
+   dashpots, NaN. */
 #include "contact_point.h"
 
 static const double MPa = 1e6, mm = 1e-3;
@@ -194,8 +195,8 @@ static void TestEnvelope(void)
   }
 }
 
-/* compression is held at its strength, friction is that of the stress held, and what was crushed stays so:
-   pressed 0.5 mm with C/k_n = 0.2 mm the joint closes again at -0.3 mm */
+/* compression is cut off at its strength, friction is that of the stress cut off, and what was crushed stays
+   crushed: pressed 0.5 mm with C/k_n = 0.2 mm the joint closes again at -0.3 mm */
 static void TestCrushing(void)
 {
   for (int model = 0; model < STRESS_MODELS; model++) {

@@ -1,13 +1,14 @@
-/* test_reference.c: the kernels against one contact written to be read (reference_law.h): random joints and
-   paths that load, turn round, open, break and crush; one contact by StressModelRespond, and contacts of all
-   classes, each with a joint of its own, by ContactForces: static stages that go on from their history or
-   hold it, friction on the way to an equilibrium, and motion in time with dashpots. */
+/* test_reference.c: compares the kernels with one contact written to be read (reference_law.h), on random
+   joints and on paths that load, turn round, open, break and crush. One contact answers by
+   StressModelRespond. Contacts of all classes, each with a joint of its own, answer by ContactForces: in
+   static stages that start from the present or from the committed history, with friction on the way to an
+   equilibrium, and in time with dashpots. */
 #include "contact_point.h"
 #include "../pairs.h"
 #include "reference.h"
 
-/* Everything is of order 1. What slips returns by a share that can be a difference of nearly equal numbers:
-   of 5.8 million answers the worst was off by 1.5e-10. */
+/* All numbers are of order 1. A slipping end returns by a share that can be a difference of nearly equal
+   numbers; of 5.8 million answers the worst was off by 1.5e-10. */
 static const double TOLERANCE = 1e-9;
 
 /* What the contacts of a path have shown. */
@@ -111,19 +112,20 @@ static PetscErrorCode OneContactAnswersAsTheReference(void)
 
 /* ------------------------------------------------------------------------------ contacts of a small model */
 
-typedef enum { GOES_ON, HELD, FOLLOWS, IN_TIME, WAYS } Way;
+typedef enum { GOES_ON, COMMITTED, FOLLOWS, IN_TIME, WAYS } Way;
 
 static Joint joints[PAIRS];
-static ContactPoint now[PAIRS], held[PAIRS]; /* the reference's */
-static double own[PAIRS][2];                 /* slip of springs that follow */
+static ContactPoint now[PAIRS], committed[PAIRS]; /* of the reference */
+static double own[PAIRS][2];                      /* slip of springs that follow */
 
-static void HoldAll(Contacts *c)
+static void CommitAll(Contacts *c)
 {
   ContactsHold(c);
-  memcpy(held, now, sizeof held);
+  memcpy(committed, now, sizeof committed);
 }
 
-/* Without history; each contact gets a joint of its own, so that neighbours of a batch differ. */
+/* Begins a path without history. Each contact gets a joint of its own, so that neighbours of a batch
+   differ. */
 static void Begin(Way way, Fixture *f)
 {
   Contacts *c = f->contacts;
@@ -138,10 +140,11 @@ static void Begin(Way way, Fixture *f)
   }
   ContactsSetTraits(f->model, c);
   c->held = PETSC_FALSE, c->pull = way == FOLLOWS ? 0.3 : 0, c->rate = way == IN_TIME ? 0.5 : 0;
-  if (way == HELD || way == FOLLOWS) HoldAll(c);
+  if (way == COMMITTED || way == FOLLOWS) CommitAll(c);
 }
 
-/* Contact i at the displacements u; its forces on the vertices are added to `force`. */
+/* Evaluates contact i by the reference at the displacements u; its forces on the vertices are added to
+   `force`. */
 static void Evaluate(const Fixture *f, StressModelKind model, Way way, PetscInt i, const double *u,
                      double *force)
 {
@@ -152,7 +155,7 @@ static void Evaluate(const Fixture *f, StressModelKind model, Way way, PetscInt 
   PetscInt vertex[2][3];
   const double old[2] = {p->u_n[0], p->u_n[1]};
 
-  if (way == HELD || way == FOLLOWS) *p = held[i];
+  if (way == COMMITTED || way == FOLLOWS) *p = committed[i];
   for (int k = 0; k < 2; k++) {
     const double *X[3], *u_[3];
     ContactEndVertices(c, i, k, vertex[k]);
@@ -173,7 +176,7 @@ static void Evaluate(const Fixture *f, StressModelKind model, Way way, PetscInt 
   }
 }
 
-/* What the arrays of contacts hold of contact i. */
+/* Contact i as the arrays of contacts have it. */
 static ContactPoint Stored(const Contacts *c, PetscInt i)
 {
   ContactPoint p = {.in_time = PETSC_FALSE};
@@ -208,7 +211,7 @@ static PetscErrorCode Steps(Fixture *f, StressModelKind model, Way way, Seen *se
       Notice(&q, seen);
     }
     for (PetscInt i = 0; i < 2 * f->model->n_vertices; i++) ENSURE_NEAR(force[0][i], force[1][i], TOLERANCE);
-    if (way == HELD && step % 4 == 3) HoldAll(f->contacts);
+    if (way == COMMITTED && step % 4 == 3) CommitAll(f->contacts);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
-/* test_stress_models.c: the six stress models of one contact against tests/data/reference/one_contact.json,
-   the table of eccentric loads (V06 of the verification plan), the potential, a numerical integration of the
-   point law, and symmetries bit for bit. */
+/* test_stress_models.c: compares the six stress models of one contact with
+   tests/data/reference/one_contact.json, with the table of eccentric loads (V06 of the verification plan),
+   with a potential, with a numerical integration of the point law, and with fibres; tests symmetries bit for
+   bit. */
 #include <stdlib.h>
 #include <string.h>
 #include "contact_point.h"
