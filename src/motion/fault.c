@@ -8,9 +8,9 @@ static PetscBool is_bad(const PetscReal *x)
   return (PetscBool) !(PetscAbsReal(x[0]) < PETSC_MAX_REAL && PetscAbsReal(x[1]) < PETSC_MAX_REAL);
 }
 
-/* Blocks with fewer good vertices go first, then those with the lower file id. For a force that is no number
-   spoils all vertices of the block where it arises, but of the block's neighbours only the vertices they
-   share. */
+/* Blocks with fewer good vertices go first, then those with the lower file id. The block where the fault
+   arose is among the first, because a force that is no number spoils all vertices of its block, but of a
+   neighbour only the vertices that it shares. */
 PetscInt64 FaultFind(const Model *m, const State *s)
 {
   const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;

@@ -53,7 +53,7 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
   }
 }
 
-/* Stores a contact that stays as it was in its new place. */
+/* Copies a contact that stays as it was to its new place. */
 static void store_kept(const Candidate *p, const Contacts *old, const PetscInt *vertex_now, PetscInt at,
                        Contacts *c)
 {

@@ -145,7 +145,8 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e: direction of the joint, from the ends of its contacts, all with the same weight. */
+/* e: direction of the joint, in which the ends of its contacts, all of the same weight, have the largest
+   dispersion. */
 static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
 {
   PetscReal mean[2] = {0., 0.}, xx = 0., xy = 0., yy = 0.;

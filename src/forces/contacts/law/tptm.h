@@ -6,9 +6,9 @@
 
 /* Whether a contact slides as a whole: both ends are at their limits, in the same direction. Only then does
    the line of shear return. A contact that slips in part keeps its slip, and its diagram is cut where it
-   exceeds the limit. For slip that is linear between the ends cannot follow one piece that slips beside
-   another that sticks; a return of the slipping end would relieve the sticking piece as well (5 % of tau near
-   the heel of a dam). */
+   exceeds the limit: slip that is linear between the ends cannot follow one piece that slips beside another
+   that sticks, and a return of the slipping end would relieve the sticking piece as well (5 % of tau near the
+   heel of a dam). */
 KERNEL Mask SlidesWhole(const Lanes trial[2], const Lanes limit[2])
 {
   return ((limit[0] <= 0.) | (Absolute(trial[0]) > limit[0])) &
