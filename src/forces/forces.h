@@ -6,35 +6,32 @@
 
 /* ---- terms.c: the table of force terms (term.h), row by row */
 /* Collective. Creates the memory of all terms in state->terms. */
-PetscErrorCode TermsCreate(const Scene *scene, const Model *model, const Contacts *contacts, State *state);
+PetscErrorCode TermsCreate(const Scene *scene, const Model *model, Contacts *contacts, State *state);
 PetscErrorCode TermsDestroy(const Scene *scene, State *state);
-/* TermsForces adds to f the resisting forces besides those of contacts and deformable blocks; TermsBound adds
-   row sums to k; TermsEnergy returns the stored energy of this rank [J]; TermsTangent gives `add` the
-   stiffness. u, f, k: vertex arrays. */
-void TermsForces(const Model *model, const State *state, const PetscReal *u, PetscReal *f);
-void TermsBound(const Model *model, const State *state, PetscReal *k);
-PetscReal TermsEnergy(const Model *model, const State *state, const PetscReal *u);
-PetscErrorCode TermsTangent(const Model *model, const State *state, const PetscReal *u, TermAdd add,
-                            void *context);
+/* The rows of one phase: TermsForces adds their resisting forces to f, TermsEnergy gives the stored energy of
+   this rank [J], TermsTangent gives `add` the stiffness. f: vertex array. */
+PetscErrorCode TermsForces(TermPhase phase, const State *state, const Instant *at, PetscReal *f);
+PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *at, PetscReal *sum);
+PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
+                            TermAdd add, void *context);
+/* All rows: TermsAdvance comes after each step in time; TermsBound adds row sums to k, a vertex array. */
+void TermsAdvance(const Model *model, State *state);
+PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k);
 /* Whether the load presses on faces and follows their motion. */
 PetscBool TermPresses(const Scene *scene, const Load *load);
 /* Adds the forces of one load, a row of scene->loads. f: vertex array. */
 PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *stage, const State *state,
                            PetscInt load, PetscReal *f);
-/* Collective, all but TermsHistory. These call the functions of the same name in each row; see term.h. */
-PetscErrorCode TermsBegin(const Scene *scene, const Stage *stage, const Model *model,
-                          const Contacts *contacts, const State *state);
-PetscErrorCode TermsSettle(const Scene *scene, const Stage *stage, const Model *model,
-                           const Contacts *contacts, const State *state, StageResult *result,
-                           PetscBool *again);
-PetscErrorCode TermsSurvey(const Scene *scene, const Stage *stage, const Model *model,
-                           const Contacts *contacts, const State *state, PetscBool tell);
-void TermsHistory(const Scene *scene, const State *state, TermHistory what);
-PetscErrorCode TermsArchive(Archive *archive, const Scene *scene, const Model *model, const State *state);
-PetscErrorCode TermsArchiveStable(Archive *archive, const Scene *scene, const Model *model,
-                                  const State *state);
+/* Collective, all but TermsHistory. These call the functions of the same name in each row, see term.h; they
+   fill in the memory of the view. */
+PetscErrorCode TermsBegin(const TermView *view);
+PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again);
+PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell);
+PetscErrorCode TermsHistory(const TermView *view, TermHistory what);
+PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
+PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 /* Rank 0. Writes the members of all terms into summary.json. */
-void TermsSummary(FILE *f, const Scene *scene, const Stage *stage, const Model *model, const State *state);
+void TermsSummary(FILE *f, const TermView *view);
 
 /* ---- applied.c */
 /* Sets state->f_target from the stage's loads in the present position. It must be called again after blocks

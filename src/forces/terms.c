@@ -1,18 +1,21 @@
 /* terms.c: the table of force terms, and the walks over it. */
 #include "forces/forces.h"
 
-/* In the order in which their resisting forces are summed at a vertex: another order changes bits. */
-static const TermKind *const Terms[] = {&Loads_term, &Reservoir_term, &Uplift_term, &Condensed_term};
+/* The resisting forces at a vertex are summed phase by phase, within a phase in the order of the table. Row
+   sums and stiffnesses are summed the other way, from the blocks up. Another order changes bits. */
+static const TermKind *const Terms[] = {&Contacts_term, &Supports_term,  &Loads_term, &Reservoir_term,
+                                        &Uplift_term,   &Condensed_term, &Blocks_term};
 enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
 
-/* Calls row->FUNCTION(&v, ...) of every row that has it. */
+/* Calls row->FUNCTION(...) of every row that has it; `of` is the view of the row. */
 #define EACH(FUNCTION, ...)                                                                                  \
   for (int t = 0; t < TERMS; t++) {                                                                          \
-    v.memory = state->terms[t];                                                                              \
+    TermView of = *view;                                                                                     \
+    of.memory = view->state->terms[t];                                                                       \
     if (Terms[t]->FUNCTION) PetscCall(Terms[t]->FUNCTION(__VA_ARGS__));                                      \
   }
 
-PetscErrorCode TermsCreate(const Scene *scene, const Model *m, const Contacts *contacts, State *state)
+PetscErrorCode TermsCreate(const Scene *scene, const Model *m, Contacts *contacts, State *state)
 {
   const TermView v = {.scene = scene, .m = m, .contacts = contacts, .state = state};
   PetscFunctionBeginUser;
@@ -33,32 +36,44 @@ PetscErrorCode TermsDestroy(const Scene *scene, State *state)
 
 /* ---- each evaluation */
 
-void TermsForces(const Model *m, const State *state, const PetscReal *u, PetscReal *f)
-{
-  for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->forces) Terms[t]->forces(state->terms[t], m, u, f);
-}
-
-void TermsBound(const Model *m, const State *state, PetscReal *k)
-{
-  for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->bound) Terms[t]->bound(state->terms[t], m, k);
-}
-
-PetscReal TermsEnergy(const Model *m, const State *state, const PetscReal *u)
-{
-  PetscReal sum = 0.;
-  for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->energy) sum += Terms[t]->energy(state->terms[t], m, u);
-  return sum;
-}
-
-PetscErrorCode TermsTangent(const Model *m, const State *state, const PetscReal *u, TermAdd add,
-                            void *context)
+PetscErrorCode TermsForces(TermPhase phase, const State *state, const Instant *at, PetscReal *f)
 {
   PetscFunctionBeginUser;
   for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->tangent) PetscCall(Terms[t]->tangent(state->terms[t], m, u, add, context));
+    if (Terms[t]->forces && Terms[t]->phase == phase) PetscCall(Terms[t]->forces(state->terms[t], at, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TermsAdvance(const Model *m, State *state)
+{
+  for (int t = 0; t < TERMS; t++)
+    if (Terms[t]->advance) Terms[t]->advance(state->terms[t], m, state);
+}
+
+PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  for (int t = TERMS; t-- > 0;)
+    if (Terms[t]->bound) PetscCall(Terms[t]->bound(state->terms[t], at, anywhere, k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *at, PetscReal *sum)
+{
+  PetscFunctionBeginUser;
+  *sum = 0.;
+  for (int t = 0; t < TERMS; t++)
+    if (Terms[t]->energy && Terms[t]->phase == phase) PetscCall(Terms[t]->energy(state->terms[t], at, sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
+                            TermAdd add, void *context)
+{
+  PetscFunctionBeginUser;
+  for (int t = TERMS; t-- > 0;)
+    if (Terms[t]->tangent && Terms[t]->phase == phase)
+      PetscCall(Terms[t]->tangent(state->terms[t], at, kind, add, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -91,27 +106,24 @@ PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stag
 
 /* ---- stages */
 
-PetscErrorCode TermsBegin(const Scene *scene, const Stage *stage, const Model *m, const Contacts *contacts,
-                          const State *state)
+PetscErrorCode TermsBegin(const TermView *view)
 {
-  TermView v = {.scene = scene, .stage = stage, .m = m, .contacts = contacts, .state = state};
   PetscFunctionBeginUser;
-  EACH(begin, &v);
+  EACH(begin, &of);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsSettle(const Scene *scene, const Stage *stage, const Model *m, const Contacts *contacts,
-                           const State *state, StageResult *result, PetscBool *again)
+PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again)
 {
-  TermView v = {.scene = scene, .stage = stage, .m = m, .contacts = contacts, .state = state};
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
   for (int t = 0; t < TERMS; t++) {
     const Verdict before = result->verdict;
+    TermView of = *view;
     PetscBool one = PETSC_FALSE;
     if (!Terms[t]->settle) continue;
-    v.memory = state->terms[t];
-    PetscCall(Terms[t]->settle(&v, result, &one));
+    of.memory = view->state->terms[t];
+    PetscCall(Terms[t]->settle(&of, result, &one));
     *again = (PetscBool)(*again || one);
     if (result->verdict == before) continue;
     *again = PETSC_FALSE; // it has ended the stage
@@ -120,47 +132,41 @@ PetscErrorCode TermsSettle(const Scene *scene, const Stage *stage, const Model *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsSurvey(const Scene *scene, const Stage *stage, const Model *m, const Contacts *contacts,
-                           const State *state, PetscBool tell)
+PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell)
 {
-  TermView v = {.scene = scene, .stage = stage, .m = m, .contacts = contacts, .state = state};
   PetscFunctionBeginUser;
-  EACH(survey, &v, tell);
+  EACH(survey, &of, tell);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TermsHistory(const Scene *scene, const State *state, TermHistory what)
+PetscErrorCode TermsHistory(const TermView *view, TermHistory what)
 {
-  TermView v = {.scene = scene, .state = state};
-  for (int t = 0; t < TERMS; t++) {
-    v.memory = state->terms[t];
-    if (Terms[t]->history) Terms[t]->history(&v, what);
-  }
+  PetscFunctionBeginUser;
+  EACH(history, &of, what);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- memory and answers */
 
-PetscErrorCode TermsArchive(Archive *a, const Scene *scene, const Model *m, const State *state)
+PetscErrorCode TermsArchive(Archive *a, const TermView *view)
 {
-  TermView v = {.scene = scene, .m = m, .state = state};
   PetscFunctionBeginUser;
-  EACH(archive, a, &v);
+  EACH(archive, a, &of);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsArchiveStable(Archive *a, const Scene *scene, const Model *m, const State *state)
+PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
 {
-  TermView v = {.scene = scene, .m = m, .state = state};
   PetscFunctionBeginUser;
-  EACH(archive_stable, a, &v);
+  EACH(archive_stable, a, &of);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TermsSummary(FILE *f, const Scene *scene, const Stage *stage, const Model *m, const State *state)
+void TermsSummary(FILE *f, const TermView *view)
 {
-  TermView v = {.scene = scene, .stage = stage, .m = m, .state = state};
   for (int t = 0; t < TERMS; t++) {
-    v.memory = state->terms[t];
-    if (Terms[t]->summary) Terms[t]->summary(f, &v);
+    TermView of = *view;
+    of.memory = view->state->terms[t];
+    if (Terms[t]->summary) Terms[t]->summary(f, &of);
   }
 }

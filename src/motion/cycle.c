@@ -24,27 +24,22 @@ static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
   memset(f_vertex + 2 * m->n_owned, 0, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES) * sizeof *f);
 }
 
-/* The forces of contacts, which come first at every vertex. keep: the contacts' arrays of the last
-   evaluation are written as well. */
-static PetscErrorCode contact_forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
-                                     PetscBool keep, PetscReal *contact_scale)
+/* The forces between bodies, which come first at every vertex. */
+static PetscErrorCode forces_of_joints(const Instant *at, State *state, PetscReal *contact_scale)
 {
-  const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_CONTACTS));
-  if (keep)
-    PetscCall(ContactForces(m, joints, contacts, state->u + at, state->f + at)); // (1)-(6)
-  else
-    PetscCall(ContactForcesOnly(m, joints, contacts, state->u + at, state->f + at));
+  PetscCall(TermsForces(PHASE_JOINTS, state, at, state->f + 3 * at->m->n_bodies)); // (1)-(6)
   PetscCall(PartEnd(PART_CONTACTS));
-  if (contact_scale) scale_of_contacts(m, state->f, contact_scale);
+  if (contact_scale) scale_of_contacts(at->m, state->f, contact_scale);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, State *state,
-                      PetscReal *contact_scale)
+PetscErrorCode Forces(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts,
+                      State *state, PetscReal *contact_scale)
 {
   const PetscInt at = 3 * m->n_bodies;
+  const Instant now = {scene, m, joints, contacts, state->u + at, PETSC_TRUE};
   PetscFunctionBeginUser;
   // what the other ranks' vertices did
   PetscCall(PartBegin(PART_EXCHANGE));
@@ -52,10 +47,10 @@ PetscErrorCode Forces(const Model *m, const Joint *joints, Contacts *contacts, S
   clear_forces(m, PETSC_TRUE, state->f);
   PetscCall(GhostEnd(m, state->u + at));
   PetscCall(PartEnd(PART_EXCHANGE));
-  PetscCall(contact_forces(m, joints, contacts, state, PETSC_TRUE, contact_scale));
+  PetscCall(forces_of_joints(&now, state, contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
-  TermsForces(m, state, state->u + at, state->f + at);
-  PetscCall(ElementForces(m, state->u + at, state->f + at)); // (10)
+  PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + at));
+  PetscCall(TermsForces(PHASE_BLOCKS, state, &now, state->f + at)); // (10)
   PetscCall(PartEnd(PART_BLOCKS));
   PetscCall(PartBegin(PART_RIGID));
   RigidForces(m, state->u, state->f); // (15)
@@ -104,6 +99,8 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
                     Damping *damping, PetscReal *contact_scale)
 {
   const PetscBool clear = state->f_old_clear; // since the cycle before
+  const Instant now = {
+      scene, m, joints, contacts, state->u + 3 * m->n_bodies, (PetscBool)(contact_scale != NULL)};
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
   PartSample(state->cycle);
@@ -111,9 +108,9 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   StateSwapForces(state);
   state->f_old_clear = PETSC_FALSE;
   clear_forces(m, (PetscBool)!clear, state->f);
-  PetscCall(contact_forces(m, joints, contacts, state, (PetscBool)(contact_scale != NULL), contact_scale));
+  PetscCall(forces_of_joints(&now, state, contact_scale));
   PetscCall(PartBegin(PART_BLOCKS));
-  TermsForces(m, state, state->u + 3 * m->n_bodies, state->f + 3 * m->n_bodies);
+  PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + 3 * m->n_bodies));
   move_vertices(m, state, &damping->sums, &local);
   PetscCall(PartEnd(PART_BLOCKS));
   PetscCall(PartBegin(PART_RIGID));

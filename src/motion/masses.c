@@ -1,6 +1,6 @@
 /* masses.c: bounds of the stiffness and the masses that go with them (sections 3.1-3.2).
 
-   Contacts add theirs (bound.c).
+   Force terms add the stiffness at vertices (term.h: bound).
 
    Rigid bodies. With D = diag(k_i) a bound of the vertex stiffness, T'D T bounds that of the body:
      [ K 0 -c_y; 0 K c_x; . . K_rot ],  K = sum k_i, K_rot = sum k_i r_i^2 (31), c = sum k_i r_i,
@@ -30,12 +30,13 @@ static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, Petsc
 /* The bodies that touch nothing now have the masses of contacts that may come: with true ones, in steps of
    1 s, they would fall by 10 m a cycle, and through everything. */
 static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joint *joints, PetscReal factor,
-                                   PetscReal *mass)
+                                   State *state)
 {
-  PetscReal *k;
+  const Instant at = {.scene = scene, .m = m, .joints = joints};
+  PetscReal *mass = state->m, *k;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
-  PetscCall(ContactStiffnessAnywhere(scene, m, joints, k));
+  PetscCall(TermsBound(state, &at, PETSC_TRUE, k));
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     PetscReal row[3];
     if (mass[3 * b] > 0.) continue;
@@ -47,10 +48,11 @@ static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joints, const Contacts *c,
+PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts,
                             State *state)
 {
   const PetscInt at = 3 * m->n_bodies;
+  const Instant now = {.scene = scene, .m = m, .joints = joints, .contacts = contacts};
   const PetscBool may_land = (PetscBool)(state->u_verified != NULL); // contacts are looked for
   PetscBool loose = PETSC_FALSE;
   PetscReal *k;
@@ -62,9 +64,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) * pushed /
                            (scene->safety * scene->safety) * (state->caution * state->caution);
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
-  PetscCall(ElementStiffness(m, k));
-  TermsBound(m, state, k);
-  PetscCall(ContactStiffness(joints, c, m->thickness, k));
+  PetscCall(TermsBound(state, &now, PETSC_FALSE, k));
   for (PetscInt b = 0; b < m->n_bodies; b++) {
     PetscReal row[3];
     body_stiffness(m, b, k, row);
@@ -74,7 +74,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
                             : may_land  ? 0.
                                         : PetscMax(DofMass(m, 3 * b + i), 1.);
   }
-  if (loose && may_land) PetscCall(loose_masses(scene, m, joints, factor, state->m));
+  if (loose && may_land) PetscCall(loose_masses(scene, m, joints, factor, state));
   for (PetscInt d = 0; d < 2 * m->n_deformable; d++) state->m[at + d] = factor * k[d / 2];
   for (PetscInt d = 0; d < m->n_dof; d++) state->m_inv[d] = Held(m, d) ? 0. : 1. / state->m[d];
   PetscCall(PetscFree(k));
@@ -85,13 +85,12 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
                                PetscReal *limit)
 {
   const PetscInt at = 3 * m->n_bodies;
+  const Instant now = {.scene = scene, .m = m, .joints = stage->joints};
   char message[MESSAGE_LENGTH] = "";
   PetscReal *k, least = PETSC_INFINITY;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
-  PetscCall(ElementStiffness(m, k));
-  TermsBound(m, state, k);
-  PetscCall(ContactStiffnessAnywhere(scene, m, stage->joints, k));
+  PetscCall(TermsBound(state, &now, PETSC_TRUE, k));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};
     if (d < at) body_stiffness(m, d / 3, k, row);

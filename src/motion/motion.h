@@ -14,8 +14,8 @@ PetscErrorCode StateChecksum(const Model *model, const State *state, const Conta
 /* ---- masses.c */
 /* Writes the scaled masses (33)-(34) for dt = 1. With these masses the largest frequency of blocks and
    closed elastic joints, times dt, is at most 2 safety. */
-PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints,
-                            const Contacts *contacts, State *state);
+PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
+                            State *state);
 /* Collective. Writes the true masses into state->m, and finds the largest step [s] that is stable for them
    with contacts wherever they may come. Refuses free degrees of freedom without mass. */
 PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, State *state,
@@ -100,11 +100,11 @@ PetscErrorCode StateArchive(Archive *archive, const Scene *scene, Model *model, 
                             Contacts *contacts);
 
 /* ---- cycle.c */
-/* Collective. Exchanges the ghosts, then finds the resisting forces of all contacts, terms and blocks at the
+/* Collective. Exchanges the ghosts, then finds the resisting forces of all terms at the
    present displacements. Always writes the arrays of contacts for the last evaluation. contact_scale: as in
    Step. */
-PetscErrorCode Forces(const Model *model, const Joint *joints, Contacts *contacts, State *state,
-                      PetscReal *contact_scale);
+PetscErrorCode Forces(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
+                      State *state, PetscReal *contact_scale);
 /* Collective. Makes one cycle. Ghosts must have the displacements of their owners before it, and have them
    after it. contact_scale: NULL, or (n_dof,) receives |contact force| per dof; the arrays of contacts for the
    last evaluation are then written too. */
@@ -127,3 +127,19 @@ typedef struct {
   PetscInt number;     /* the number of that row in scene->stages */
   StageResult *result; /* the result so far, from zero at the start of the stage or trial */
 } Problem;
+
+/* What force terms see of a stage that runs. */
+static inline TermView ViewOf(const Problem *p)
+{
+  return (TermView){
+      .scene = p->scene, .stage = p->stage, .m = p->m, .contacts = p->contacts, .state = p->state};
+}
+/* The present. */
+static inline Instant InstantOf(const Problem *p)
+{
+  return (Instant){.scene = p->scene,
+                   .m = p->m,
+                   .joints = p->stage->joints,
+                   .contacts = p->contacts,
+                   .u = p->state->u + 3 * p->m->n_bodies};
+}

@@ -53,12 +53,12 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
                        c->pull,
                        s->caution,
                        (PetscReal)c->springs};
+  const TermView view = {.scene = scene, .m = m, .contacts = c, .state = s};
   PetscInt turn = s->loads_turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
   PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held_counted_pull_caution_springs", 11, reals));
   PetscCall(archive_verified(a, m, s));
-  PetscCall(ArchiveContacts(a, scene, m, "contacts", c));
   PetscCall(StateGive(s));
   PetscCall(ArchiveVec(a, m, "u", PETSC_TRUE, s->displacement));
   PetscCall(ArchiveVec(a, m, "v", PETSC_FALSE, s->velocity));
@@ -71,7 +71,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turn, 1, MPIU_INT, MPI_MAX, m->comm));
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
-  PetscCall(TermsArchive(a, scene, m, s));
+  PetscCall(TermsArchive(a, &view));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   s->loads_turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];

@@ -393,6 +393,7 @@ static PetscBool settle_now(const Problem *p)
 
 PetscErrorCode OutputStage(const Problem *p)
 {
+  const TermView view = ViewOf(p);
   Output *output = p->output;
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
@@ -404,8 +405,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
-  PetscCall(TermsSurvey(p->scene, p->stage, p->m, p->contacts, p->state,
-                        (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
+  PetscCall(TermsSurvey(&view, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
   if (!p->m->rank) {
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));

@@ -181,6 +181,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   const Scene *scene = p->scene;
   const StageResult *result = p->result;
   const MeshFields *mesh = &p->output->mesh;
+  const TermView view = ViewOf(p);
   char hex[32];
   size_t size = 0;
   FILE *f;
@@ -213,7 +214,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   put_probes(f, p->m, p->output->probes);
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(f, &hinges);
-  if (p->stage->kind != STAGE_FLOOD) TermsSummary(f, p->scene, p->stage, p->m, p->state);
+  if (p->stage->kind != STAGE_FLOOD) TermsSummary(f, &view);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);

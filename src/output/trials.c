@@ -50,6 +50,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
                                   const PetscReal *probes, PetscReal value, PetscReal moved, char **json)
 {
   const StageResult *r = p->result;
+  const TermView view = ViewOf(p);
   size_t size = 0;
   FILE *f;
   PetscFunctionBeginUser;
@@ -66,7 +67,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonNumber(f, "moved", moved, ", ");
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryHinges(f, hinges);
-  TermsSummary(f, p->scene, p->stage, p->m, p->state);
+  TermsSummary(f, &view);
   put_probes(f, p->m, probes);
   PetscCall(SummaryJoints(f, p, fields));
   fprintf(f, "        }");
@@ -77,6 +78,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
 PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
 {
   static const char *const units[] = {" m", " degree", " of the strengths"};
+  const TermView view = ViewOf(p);
   const char *unit = units[p->stage->kind == STAGE_FLOOD ? 0 : p->stage->what == REDUCE_FRICTION ? 1 : 2];
   const Model *m = p->m;
   const StageResult *result = p->result;
@@ -92,7 +94,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
   PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
   PetscCall(GatherMeshDestroy(&mesh));
-  PetscCall(TermsSurvey(p->scene, p->stage, p->m, p->contacts, p->state, PETSC_FALSE));
+  PetscCall(TermsSurvey(&view, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     hinges = HingesOf(p, &fields);

@@ -125,7 +125,6 @@ static PetscErrorCode renew(void *context)
 PetscErrorCode QuoinSetUp(Quoin q)
 {
   BlockMesh mesh;
-  SupportMotion *motions;
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
@@ -134,8 +133,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(PartEnd(PART_READING));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
-  PetscCall(SupportMotionsRead(&q->scene, q->comm, &motions)); // a bad file is refused now, not hours later
-  PetscCall(SupportMotionsDestroy(&q->scene, &motions));
+  PetscCall(SceneReadMotions(q->comm, &q->scene));
   for (PetscInt g = 0; g < mesh.n_groups; g++)
     mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(PartBegin(PART_CHECKS));

@@ -432,6 +432,10 @@ PetscErrorCode SceneDestroy(Scene *scene)
   free(scene->solvers);
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->joints));
+  for (PetscInt i = 0; scene->supports && i < scene->n_supports; i++) {
+    PetscCall(PetscFree(scene->supports[i].t));
+    PetscCall(PetscFree(scene->supports[i].xy));
+  }
   PetscCall(PetscFree(scene->supports));
   PetscCall(PetscFree(scene->loads));
   PetscCall(PetscFree(scene->stages));

@@ -76,6 +76,9 @@ typedef struct {
   char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": it does not move */
   PetscInt row;                    /* row of the support in Scene.supports */
   MotionQuantity quantity;         /* what x, y in the file are: [m/s] or [m/s2] */
+  PetscInt n_rows;                 /* of the file; SceneReadMotions */
+  PetscReal *t;                    /* [s] (n_rows,) ascending, at most two the same */
+  PetscReal *xy;                   /* (n_rows,2) */
   int line;
 } Support;
 
@@ -236,6 +239,9 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
 PetscErrorCode SceneDestroy(Scene *scene);
+/* ---- motion_file.c */
+/* Collective. The rows of files of support motion, into scene->supports; refuses a file that is none. */
+PetscErrorCode SceneReadMotions(MPI_Comm comm, Scene *scene);
 /* The entries of a section that a force term has of its own, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 

@@ -60,7 +60,7 @@ static PetscErrorCode unbalanced(const Problem *p, PetscReal *contact_scale, Pet
 {
   StageResult law = {.ratio = 0.};
   PetscFunctionBeginUser;
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, contact_scale));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, contact_scale));
   PetscCall(Unbalanced(p->m, p->state, contact_scale, &law));
   *ratio = law.ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,7 +121,7 @@ static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
   PetscCall(VecRestoreArrayWrite(back, &x));
   PetscCall(work_along(p, at, here, most));
   PetscCall(NewtonMove(p, back));
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   PetscCall(work_along(p, at, behind, most));
   PetscCall(VecRestoreArrayRead(u, &at));
   PetscCall(NewtonMove(p, u));

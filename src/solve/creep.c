@@ -241,6 +241,6 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
   c.omega = PetscSqrtReal(omega_2);
   if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
   n->drag = 0.;
-  if (n->stiffness.turns) PetscCall(StiffnessBodies(p->m, p->state, PETSC_FALSE, &n->stiffness));
+  if (n->stiffness.turned) PetscCall(StiffnessBodies(p->m, p->state, PETSC_FALSE, &n->stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

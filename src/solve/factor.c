@@ -184,13 +184,9 @@ static PetscErrorCode check_factor(const Problem *p)
 PetscErrorCode FactorElastic(const Problem *p)
 {
   Newton *n = p->relax->newton;
-  PetscReal *undeformed;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(3 * p->m->n_bodies + 2 * (p->m->n_vertices + DUMMY_VERTICES), &undeformed));
   PetscCall(StiffnessBodies(p->m, p->state, PETSC_FALSE, &n->stiffness));
-  StiffnessJointsElastic(p->stage->joints, p->contacts, &n->stiffness);
-  PetscCall(StiffnessTangent(p->m, p->contacts, undeformed, &n->stiffness));
-  PetscCall(PetscFree(undeformed));
+  PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, p->contacts, PETSC_TRUE, &n->stiffness));
   PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
   PetscCall(factorise_symmetric(p, &n->elastic, &n->fails));
   PetscCall(KSPGetPC(n->elastic, &n->pc));

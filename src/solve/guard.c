@@ -60,10 +60,11 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
 static PetscErrorCode begin_anew(const Problem *p)
 {
   const PetscInt at = 3 * p->m->n_bodies;
+  const TermView view = ViewOf(p);
   State *s = p->state;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(s->v, p->m->n_dof));
-  ContactsGoBack(p->contacts);
+  PetscCall(TermsHistory(&view, GO_BACK));
   if (!p->stage->variable) {
     PetscCall(PetscArraycpy(s->u, p->relax->account.u, p->m->n_dof));
     RigidMotion(p->m, s->u);
@@ -75,7 +76,7 @@ static PetscErrorCode begin_anew(const Problem *p)
   s->ramp = 0., s->beta = BETA, s->caution = CAUTION;
   p->contacts->pull *= PULL;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, s, NULL));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

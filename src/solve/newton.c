@@ -91,11 +91,12 @@ PetscErrorCode NewtonDestroy(Newton **newton)
 /* Makes the present state the last equilibrium. */
 static PetscErrorCode commit(const Problem *p)
 {
+  const TermView view = ViewOf(p);
   Newton *n = p->relax->newton;
   PetscFunctionBeginUser;
   n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
   PetscCall(NewtonKeep(p, n->u));
-  ContactsHold(p->contacts);
+  PetscCall(TermsHistory(&view, COMMIT));
   PartingOfBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -104,8 +105,9 @@ static PetscErrorCode commit(const Problem *p)
    them. */
 static PetscErrorCode restore(const Problem *p)
 {
+  const TermView view = ViewOf(p);
   PetscFunctionBeginUser;
-  ContactsGoBack(p->contacts);
+  PetscCall(TermsHistory(&view, GO_BACK));
   PetscCall(NewtonMove(p, p->relax->newton->u));
   if (LoadsChange(p->scene, p->m, p->stage)) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);

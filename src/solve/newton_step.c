@@ -42,7 +42,7 @@ PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, Vec du, PetscRea
   if (du) PetscCall(VecWAXPY(state->displacement, part, du, n->u_base));
   PetscCall(StateTake(state));
   RigidMotion(m, state->u);
-  PetscCall(Forces(m, p->stage->joints, p->contacts, state, n->contact_scale));
+  PetscCall(Forces(p->scene, m, p->stage->joints, p->contacts, state, n->contact_scale));
   p->relax->effort.evaluations++, p->result->cycles++, state->cycle++;
   PetscCall(VecGetArrayWrite(n->r, &r));
   PetscCall(VecGetArrayRead(n->u_creep, &u_creep));
@@ -99,10 +99,9 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   Newton *n = p->relax->newton;
   PetscBool fails = PETSC_FALSE;
   PetscFunctionBeginUser;
-  StiffnessJoints(p->stage->joints, p->contacts, &n->stiffness);
   if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
     PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &n->stiffness));
-  PetscCall(StiffnessTangent(p->m, p->contacts, p->state->u, &n->stiffness));
+  PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, p->contacts, PETSC_FALSE, &n->stiffness));
   PetscCall(n->drag > 0. ? add_drag(p) : hold_free(p));
   if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));

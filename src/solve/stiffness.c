@@ -1,31 +1,10 @@
-/* stiffness.c: the assembled stiffness of blocks and joints, a matrix of PETSc's.
+/* stiffness.c: the assembled stiffness of all force terms, a matrix of PETSc's.
 
-   Blocks: that of the reference state in small strain (element.c: ElementMatrices), also when strain is
-   large: rotations and strains of a dam are 1e-3 of one and less, and so is the error. Condensed bodies:
-   their Schur complement on the vertices they keep.
-
-   Joints: with b = (P: 1, A: -(1-t), B: -t) an end opens by u_n = n.(b u) and slides by u_s = s.(b u); the
-   stiffness is B' D B with D = d(F_n0, F_n1, F_s0, F_s1)/d(u_n0, u_n1, u_s0, u_s1), 4 by 4, of the stress
-   model. D is unsymmetric where a joint slips by friction. D comes by differences of the stress model, so
-   that no model brings a tangent of its own. At a kink (a place that is just about to slip or to open) the
-   step goes where the joint gives way: on with the slip, and open.
-
-   That bodies and faces turn under the forces they carry is a part u/L of the stiffness, and left out, but
-   for a mechanism, which has no other: then blocks are those of large strain at u, and joints have
-
-     d2 u_n = -(s.dd) a' - (s.dd') a - d_n a a' - d_s a'',
-     d2 u_s =  (n.dd) a' + (n.dd') a - d_s a a' + d_n a''
-
-   times F_n and F_s, and B with
-
-     du_n = n.dd - d_s a,   du_s = s.dd + d_n a;
-     d = P - (1-t) A - t B,   e = B - A,
-     a = n.de/|e|  (by which n and s turn),   a'' = -((s.de)(n.de') + (n.de)(s.de'))/|e|^2.
-
-   Rigid bodies: a vertex moves with the centre by T = [1 0 -r_y; 0 1 r_x], the stiffness is T' k T. */
+   Terms say what couples vertices (term.h: tangent); here it comes into the rows of degrees of freedom. A
+   vertex of a rigid body moves with the centre by T = [1 0 -r_y; 0 1 r_x], so its stiffness is T' k T. */
 #include "solve/stiffness.h"
 
-enum { MOST = 6 }; /* vertices of a contact; an element has four */
+enum { MOST = 6 }; /* vertices of a contact; those of an element are four */
 
 /* ---- rows */
 
@@ -109,43 +88,34 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- blocks */
+/* ---- blocks, joints and what else there is */
 
-static PetscErrorCode add_elements(const Model *m, const Elements *e, const PetscReal *u_vertex,
-                                   const Stiffness *s, Mat matrix)
-{
-  PetscReal k[4][64];
-  PetscFunctionBeginUser;
-  for (PetscInt first = 0; first < e->n; first += 4) {
-    ElementMatrices(m, e, e->n_nodes, first, u_vertex, k);
-    for (PetscInt i = first; i < PetscMin(first + 4, e->n); i++) {
-      PetscInt vertices[4];
-      if (!e->owned[i]) continue; // another rank adds it
-      for (int v = 0; v < e->n_nodes; v++) vertices[v] = VertexOf(e, i, v);
-      PetscCall(StiffnessAdd(m, s, matrix, e->n_nodes, vertices, k[i - first]));
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Where a force term puts its stiffness. */
+/* Where force terms put their stiffness. */
 typedef struct {
   const Model *m;
   const Stiffness *s;
   Mat matrix;
 } TermMatrix;
 
-static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k, void *context)
+/* A force F on a rigid body, at an arm r from its centre, has the moment r x F; by a rotation r turns, and
+   that changes the moment by -r.F. */
+static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k,
+                                  const PetscReal *carried, void *context)
 {
   const TermMatrix *to = context;
   PetscFunctionBeginUser;
   PetscCall(StiffnessAdd(to->m, to->s, to->matrix, n, vertices, k));
+  for (PetscInt i = 0; i < n && carried; i++) {
+    const PetscReal *arm = to->s->arm + 2 * vertices[i];
+    const PetscInt row = to->s->row[3 * vertices[i] + 2];
+    PetscCall(MatSetValue(to->matrix, row, row, -carried[2 * i] * arm[0] - carried[2 * i + 1] * arm[1],
+                          ADD_VALUES));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks and force terms, and a diagonal of about their size where a dof is held. */
-static PetscErrorCode add_bodies(const Model *m, const State *state, const PetscReal *u_vertex,
-                                 const Stiffness *s, Mat matrix)
+/* A diagonal of about the size of the others where a dof is held. */
+static PetscErrorCode add_held(const Model *m, const Stiffness *s, Mat matrix)
 {
   PetscReal stiffest = 1.;
   PetscFunctionBeginUser;
@@ -153,181 +123,34 @@ static PetscErrorCode add_bodies(const Model *m, const State *state, const Petsc
     if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->lame[g].mu * m->thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
-  PetscCall(add_elements(m, &m->q4, u_vertex, s, matrix));
-  PetscCall(add_elements(m, &m->t3, u_vertex, s, matrix));
-  PetscCall(TermsTangent(m, state, u_vertex, add_of_term, &(TermMatrix){m, s, matrix}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessBodies(const Model *m, const State *state, PetscBool now, Stiffness *s)
+PetscErrorCode StiffnessBodies(const Model *m, const State *state, PetscBool turned, Stiffness *s)
 {
-  const PetscReal *u = now ? state->u : NULL;
+  const Instant at = {.m = m, .u = state->u + 3 * m->n_bodies};
+  const TangentKind kind = turned ? TANGENT_TURNED : TANGENT_ELASTIC;
+  TermMatrix to = {m, s, s->bodies};
   PetscFunctionBeginUser;
-  s->turns = (PetscBool)(u != NULL);
-  PetscCall(set_arms(m, m->strain == STRAIN_LARGE ? u : NULL, s));
+  s->turned = turned;
+  PetscCall(set_arms(m, turned && m->strain == STRAIN_LARGE ? state->u : NULL, s));
   PetscCall(MatZeroEntries(s->bodies));
-  PetscCall(add_bodies(m, state, u && m->strain == STRAIN_LARGE ? u + 3 * m->n_bodies : NULL, s, s->bodies));
+  PetscCall(add_held(m, s, s->bodies));
+  PetscCall(TermsTangent(PHASE_BLOCKS, state, &at, kind, add_of_term, &to));
+  PetscCall(TermsTangent(PHASE_BODIES, state, &at, kind, add_of_term, &to));
   PetscCall(MatAssemblyBegin(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->bodies, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- joints */
-
-void StiffnessJointsElastic(const Joint *joints, const Contacts *c, Stiffness *s)
+PetscErrorCode StiffnessTangent(const Model *m, const State *state, const Joint *joints, Contacts *contacts,
+                                PetscBool elastic, Stiffness *s)
 {
-  for (int model = 0; model < STRESS_MODELS; model++) {
-    PetscReal a, b;
-    StressModelElastic((StressModelKind)model, &a, &b);
-    for (PetscInt i = c->model_start[model]; i < c->model_start[model + 1]; i++) {
-      const Joint *j = joints + c->joint[i];
-      PetscReal *D = s->joint + 16 * i;
-      for (int row = 0; row < 4; row++)
-        for (int column = 0; column < 4; column++)
-          D[4 * row + column] = row / 2 != column / 2
-                                    ? 0.
-                                    : (row / 2 ? j->k_s : j->k_n) * c->length[i] * (row == column ? a : b);
-    }
-  }
-}
-
-/* Differences of the end forces of contact i, one column of D for each of u_n0, u_n1, u_s0, u_s1. */
-static void joint_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
-                          PetscReal D[16])
-{
-  ContactPoint base = {.in_time = (PetscBool)(c->rate != 0. || c->springs)}, p;
-  PetscReal size = 0.;
-  for (int k = 0; k < 2; k++) {
-    const PetscInt at = SUB(i, k);
-    base.u_n[k] = c->u_n[at], base.u_s[k] = c->u_s[at];
-    base.slip[k] = c->slip_0[at], base.broken[k] = c->broken_0[at];
-    base.closure[k] = c->closure_0[at], base.closure_far[k] = c->closure_far_0[at];
-    size = PetscMax(size, PetscMax(PetscAbsReal(c->u_n[at]), PetscAbsReal(c->u_s[at] - c->slip_0[at])));
-  }
-  const PetscReal step = PetscMax(1e-7 * size, 1e-18);
-  p = base;
-  StressModelRespond(model, joint, c->length[i], &p);
-  for (int column = 0; column < 4; column++) {
-    const int end = column % 2;
-    ContactPoint q = base;
-    const PetscReal h = column / 2 && p.tau[end] < 0. ? -step : step;
-    if (column / 2)
-      q.u_s[end] += h;
-    else
-      q.u_n[end] += h;
-    StressModelRespond(model, joint, c->length[i], &q);
-    for (int row = 0; row < 4; row++)
-      D[4 * row + column] = row / 2 ? (q.F_s[row % 2] - p.F_s[row % 2]) / h : (q.F_n[row] - p.F_n[row]) / h;
-  }
-}
-
-void StiffnessJoints(const Joint *joints, const Contacts *c, Stiffness *s)
-{
-  StiffnessJointsElastic(joints, c, s);
-  for (int model = 0; model < STRESS_MODELS; model++)
-    for (PetscInt i = c->model_start[model]; i < c->model_start[model + 1]; i++) {
-      const Joint *joint = joints + c->joint[i];
-      PetscReal sigma[2], tau[2], was[2], closure[2];
-      for (int k = 0; k < 2; k++) {
-        const PetscInt at = SUB(i, k);
-        sigma[k] = joint->k_n * c->u_n[at], tau[k] = joint->k_s * (c->u_s[at] - c->slip_0[at]);
-        was[k] = c->broken_0[at], closure[k] = c->closure_0[at];
-      }
-      if (c->key[2 * i] < 0 || JointIsElastic(joint, sigma, tau, was, closure)) continue;
-      joint_tangent(joint, (StressModelKind)model, c, i, s->joint + 16 * i);
-    }
-}
-
-/* What comes of the turning of the destination edge of one end (head of this file): to its rows of B, n.dd
-   and s.dd so far, and to k, 6 by 6 on P A B in rows of 2 MOST. inverse: 1/|e|. */
-static void add_turning(const Model *m, const Contacts *c, PetscInt at, const PetscReal n[2],
-                        const PetscReal s[2], PetscReal inverse, PetscReal B_n[6], PetscReal B_s[6],
-                        PetscReal *k)
-{
-  const PetscReal d_n = c->u_n[at] + c->rest[at], d_s = c->u_s[at], F_n = m->thickness * c->F_n[at],
-                  F_s = m->thickness * c->F_s[at];
-  PetscReal a[6] = {0.}, stretch[6] = {0.}; // n.de/|e|, s.de/|e|
-  for (int x = 0; x < 2; x++) {
-    a[2 + x] = -n[x] * inverse, a[4 + x] = n[x] * inverse;
-    stretch[2 + x] = -s[x] * inverse, stretch[4 + x] = s[x] * inverse;
-  }
-  for (int p = 0; p < 6; p++)
-    for (int q = 0; q < 6; q++) {
-      const PetscReal aa = a[p] * a[q], twist = -(stretch[p] * a[q] + a[p] * stretch[q]);
-      k[2 * MOST * p + q] += F_n * (-B_s[p] * a[q] - B_s[q] * a[p] - d_n * aa - d_s * twist) +
-                             F_s * (B_n[p] * a[q] + B_n[q] * a[p] - d_s * aa + d_n * twist);
-    }
-  for (int p = 0; p < 6; p++) B_n[p] -= d_s * a[p], B_s[p] += d_n * a[p];
-}
-
-/* B' D B of contact i: 12 by 12 on its six vertices P0 A0 B0 P1 A1 B1; force: on them [N]. */
-static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, const PetscReal *u_vertex,
-                              PetscBool turns, const PetscReal D[16], PetscInt vertices[MOST],
-                              PetscReal force[2 * MOST], PetscReal k[4 * MOST * MOST])
-{
-  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
-  PetscReal B[4][2 * MOST] = {{0.}}; // rows u_n0, u_n1, u_s0, u_s1
-  PetscArrayzero(k, 4 * MOST * MOST);
-  for (int e = 0; e < 2; e++) {
-    PetscInt *v = vertices + 3 * e;
-    ContactEndVertices(c, i, e, v);
-    if (v[0] == v[1]) continue;        // nothing at the other end of a vertex on a face
-    const PetscInt P = v[1], Q = v[2]; // of the destination edge
-    const PetscReal t = c->t[SUB(i, e)], b[3] = {1., -(1. - t), -t};
-    PetscReal d[2];
-    for (int x = 0; x < 2; x++)
-      d[x] = m->X[2 * Q + x] - m->X[2 * P + x] + moving * (u_vertex[2 * Q + x] - u_vertex[2 * P + x]);
-    const PetscReal inverse = 1. / PetscHypotReal(d[0], d[1]), along[2] = {d[0] * inverse, d[1] * inverse},
-                    normal[2] = {along[1], -along[0]};
-    for (int a = 0; a < 3; a++)
-      for (int x = 0; x < 2; x++) {
-        B[e][2 * (3 * e + a) + x] = b[a] * normal[x];
-        B[2 + e][2 * (3 * e + a) + x] = b[a] * along[x];
-      }
-    if (turns)
-      add_turning(m, c, SUB(i, e), normal, along, inverse, B[e] + 6 * e, B[2 + e] + 6 * e,
-                  k + 6 * e * (2 * MOST + 1));
-  }
-  for (int p = 0; p < 2 * MOST; p++) {
-    force[p] = 0.;
-    for (int e = 0; e < 2; e++)
-      force[p] += m->thickness * (B[e][p] * c->F_n[SUB(i, e)] + B[2 + e][p] * c->F_s[SUB(i, e)]);
-    for (int q = 0; q < 2 * MOST; q++) {
-      PetscReal sum = 0.;
-      for (int row = 0; row < 4; row++)
-        for (int column = 0; column < 4; column++) sum += B[row][p] * D[4 * row + column] * B[column][q];
-      k[2 * MOST * p + q] += m->thickness * sum;
-    }
-  }
-}
-
-static PetscErrorCode add_joints(const Model *m, const Contacts *c, const PetscReal *u_vertex,
-                                 const Stiffness *s, Mat matrix)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    PetscInt vertices[MOST];
-    PetscReal force[2 * MOST], k[4 * MOST * MOST];
-    if (c->key[2 * i] < 0 || !c->owned[i]) continue; // padding; another rank adds it
-    contact_stiffness(m, c, i, u_vertex, (PetscBool)(s->turns && m->strain == STRAIN_LARGE),
-                      s->joint + 16 * i, vertices, force, k);
-    PetscCall(StiffnessAdd(m, s, matrix, MOST, vertices, k));
-    for (int a = 0; a < MOST && s->turns && m->strain == STRAIN_LARGE;
-         a++) { // arms of rigid bodies turn, too
-      const PetscReal *arm = s->arm + 2 * vertices[a];
-      const PetscInt row = s->row[3 * vertices[a] + 2];
-      PetscCall(
-          MatSetValue(matrix, row, row, -force[2 * a] * arm[0] - force[2 * a + 1] * arm[1], ADD_VALUES));
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode StiffnessTangent(const Model *m, const Contacts *c, const PetscReal *u, Stiffness *s)
-{
+  const Instant at = {.m = m, .joints = joints, .contacts = contacts, .u = state->u + 3 * m->n_bodies};
+  const TangentKind kind = elastic ? TANGENT_ELASTIC : s->turned ? TANGENT_TURNED : TANGENT_NOW;
   PetscFunctionBeginUser;
   PetscCall(MatCopy(s->bodies, s->tangent, SAME_NONZERO_PATTERN));
-  PetscCall(add_joints(m, c, u + 3 * m->n_bodies, s, s->tangent));
+  PetscCall(TermsTangent(PHASE_JOINTS, state, &at, kind, add_of_term, &(TermMatrix){m, s, s->tangent}));
   PetscCall(MatAssemblyBegin(s->tangent, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(s->tangent, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -335,22 +158,21 @@ PetscErrorCode StiffnessTangent(const Model *m, const Contacts *c, const PetscRe
 
 /* ---- life */
 
-PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contacts *c, Stiffness *s)
+PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *contacts, Stiffness *s)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
   s->n_vertices = m->n_vertices;
   PetscCallMPI(MPI_Exscan(&m->n_dof, &s->first, 1, MPIU_INT, MPI_SUM, m->comm));
   if (m->rank == 0) s->first = 0;
-  PetscCall(PetscMalloc3(3 * (m->n_vertices + DUMMY_VERTICES), &s->row, 2 * (m->n_vertices + DUMMY_VERTICES),
-                         &s->arm, 16 * c->n_padded, &s->joint));
-  PetscCall(PetscArrayzero(s->joint, 16 * c->n_padded));
+  PetscCall(PetscMalloc2(3 * (m->n_vertices + DUMMY_VERTICES), &s->row, 2 * (m->n_vertices + DUMMY_VERTICES),
+                         &s->arm));
   PetscCall(number_rows(m, s));
   PetscCall(set_arms(m, NULL, s));
   PetscCall(MatCreate(m->comm, &s->bodies));
   PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(s->bodies, MATAIJ));
-  PetscCall(StiffnessPattern(m, state, c, s, s->bodies));
+  PetscCall(StiffnessPattern(m, state, contacts, s, s->bodies));
   PetscCall(MatDuplicate(s->bodies, MAT_DO_NOT_COPY_VALUES, &s->tangent));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -358,7 +180,7 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, const Contact
 PetscErrorCode StiffnessDestroy(Stiffness *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree3(s->row, s->arm, s->joint));
+  PetscCall(PetscFree2(s->row, s->arm));
   PetscCall(MatDestroy(&s->bodies));
   PetscCall(MatDestroy(&s->tangent));
   PetscFunctionReturn(PETSC_SUCCESS);

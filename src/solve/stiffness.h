@@ -11,36 +11,29 @@ typedef struct _p_Stiffness {
   PetscInt first;      /* global row of this rank's first dof */
   PetscInt *row;       /* (n_vertices + dummies, 3) global rows, -1: held, or none */
   PetscReal *arm;      /* [m] (n_vertices + dummies, 2) from the centre of the rigid body the vertex is on */
-  PetscBool turns;     /* the matrices are those of turned bodies and faces under the forces they carry */
-  Mat bodies;          /* [N/m] blocks (and what else is linear), with the pattern of the joints */
-  Mat tangent;         /* bodies and the present tangent of the joints; same pattern */
-  PetscReal *joint;    /* (n_contacts padded, 16) end forces (F_n0 F_n1 F_s0 F_s1) [N/m] per opening and slip
-                          (u_n0 u_n1 u_s0 u_s1) [m], row after row */
+  PetscBool turned;    /* the matrices are those of turned bodies and faces under the forces they carry */
+  Mat bodies;          /* [N/m] of all terms but joints, with the pattern of all */
+  Mat tangent;         /* bodies and the tangent of the joints; same pattern */
 } Stiffness;
 
 /* ---- stiffness_pattern.c */
 /* Collective. Gives an AIJ matrix, its sizes set, exactly the rows that StiffnessAdd will fill, with zeros.
    s: its rows are numbered. */
-PetscErrorCode StiffnessPattern(const Model *model, const State *state, const Contacts *contacts,
+PetscErrorCode StiffnessPattern(const Model *model, const State *state, Contacts *contacts,
                                 const Stiffness *s, Mat matrix);
 
 /* ---- stiffness.c */
 /* Collective. Numbers the rows and lays out both matrices for the model and its contacts as they are. */
-PetscErrorCode StiffnessCreate(const Model *model, const State *state, const Contacts *contacts,
-                               Stiffness *s);
+PetscErrorCode StiffnessCreate(const Model *model, const State *state, Contacts *contacts, Stiffness *s);
 PetscErrorCode StiffnessDestroy(Stiffness *s);
 /* Adds a dense stiffness k [N/m] (2n,2n), row after row, symmetric or not, that couples x and y of n local
    vertices: the one way into the matrix. Not collective; StiffnessBodies ends the assembly. */
 PetscErrorCode StiffnessAdd(const Model *model, const Stiffness *s, Mat matrix, PetscInt n,
                             const PetscInt *vertices, const PetscReal *k);
-/* Collective. s->bodies: of the blocks and the force terms, in their reference state or, `now`, in large
-   strain at the displacements of the state. Then the tangent of the joints, too, has what comes of their
-   turning. */
-PetscErrorCode StiffnessBodies(const Model *model, const State *state, PetscBool now, Stiffness *s);
-/* s->joint: of elastic joints; or the tangents of the stress models at the openings and slips last evaluated,
-   from the history held. */
-void StiffnessJointsElastic(const Joint *joints, const Contacts *contacts, Stiffness *s);
-void StiffnessJoints(const Joint *joints, const Contacts *contacts, Stiffness *s);
-/* Collective. s->tangent from s->bodies and s->joint at displacements u. */
-PetscErrorCode StiffnessTangent(const Model *model, const Contacts *contacts, const PetscReal *u,
-                                Stiffness *s);
+/* Collective. s->bodies: in the reference state or, `turned`, in large strain at the displacements of the
+   state. Then the tangent of the joints, too, has what comes of their turning. */
+PetscErrorCode StiffnessBodies(const Model *model, const State *state, PetscBool turned, Stiffness *s);
+/* Collective. s->tangent: s->bodies and the joints, as they were last evaluated, from the history committed;
+   or, `elastic`, whole and in the reference state. */
+PetscErrorCode StiffnessTangent(const Model *model, const State *state, const Joint *joints,
+                                Contacts *contacts, PetscBool elastic, Stiffness *s);

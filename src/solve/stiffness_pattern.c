@@ -1,6 +1,6 @@
 /* stiffness_pattern.c: which entries the stiffness has, before there are any numbers.
 
-   Vertices that meet in a block, a contact or a force term couple with each other. A rank knows every
+   Vertices that meet in a force term (a block, a contact, ...) couple with each other. A rank knows every
    one of these meetings that one of its own vertices takes part in, so that it can say its own rows
    exactly without asking another. A node is what rows belong to: a deformable vertex, or a rigid body
    with all its vertices. */
@@ -11,26 +11,18 @@ typedef struct {
   PetscInt *vertex;
 } Meetings;
 
-static void add_elements(const Elements *e, Meetings *x)
-{
-  for (PetscInt i = 0; i < e->n; i++) {
-    PetscInt *v = x->vertex + x->start[x->n];
-    for (int k = 0; k < e->n_nodes; k++) v[k] = VertexOf(e, i, k);
-    x->start[x->n + 1] = x->start[x->n] + e->n_nodes, x->n++;
-  }
-}
-
-/* The meetings of force terms, as their tangents tell them: a size each, and all vertices. */
+/* The meetings as force terms tell them: a size each, and all vertices. */
 typedef struct {
   PetscSegBuffer sizes, vertices;
 } TermMeetings;
 
-static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k, void *context)
+static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k,
+                                  const PetscReal *carried, void *context)
 {
   TermMeetings *of = context;
   PetscInt *to;
   PetscFunctionBeginUser;
-  (void)k; // which entries there are, not what is in them
+  (void)k, (void)carried; // which entries there are, not what is in them
   PetscCall(PetscSegBufferGetInts(of->sizes, 1, &to));
   *to = n;
   PetscCall(PetscSegBufferGetInts(of->vertices, n, &to));
@@ -38,37 +30,26 @@ static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode meetings_create(const Model *m, const State *state, const Contacts *c, Meetings *x)
+static PetscErrorCode meetings_create(const Model *m, const State *state, Contacts *contacts, Meetings *x)
 {
+  static const TermPhase phases[] = {PHASE_BLOCKS, PHASE_BODIES, PHASE_JOINTS};
+  const Instant at = {.m = m, .contacts = contacts};
   TermMeetings of;
-  SegmentCount n, n_vertices;
-  PetscInt *sizes, *vertices;
+  SegmentCount n;
+  PetscInt *sizes;
   PetscFunctionBeginUser;
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 1024, &of.sizes));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 1024, &of.vertices));
-  PetscCall(TermsTangent(m, state, NULL, add_of_term, &of));
+  for (int i = 0; i < 3; i++)
+    PetscCall(TermsTangent(phases[i], state, &at, TANGENT_PATTERN, add_of_term, &of));
   PetscCall(PetscSegBufferGetSize(of.sizes, &n));
-  PetscCall(PetscSegBufferGetSize(of.vertices, &n_vertices));
   PetscCall(PetscSegBufferExtractInPlace(of.sizes, &sizes));
-  PetscCall(PetscSegBufferExtractInPlace(of.vertices, &vertices));
-  PetscCall(PetscMalloc2(m->q4.n + m->t3.n + (PetscInt)n + c->n_padded + 1, &x->start,
-                         4 * m->q4.n + 3 * m->t3.n + (PetscInt)n_vertices + CONTACT_ROWS * c->n_padded,
-                         &x->vertex));
-  x->n = x->start[0] = 0;
-  add_elements(&m->q4, x);
-  add_elements(&m->t3, x);
-  for (PetscInt i = 0; i < (PetscInt)n; vertices += sizes[i++]) {
-    PetscCall(PetscArraycpy(x->vertex + x->start[x->n], vertices, sizes[i]));
-    x->start[x->n + 1] = x->start[x->n] + sizes[i], x->n++;
-  }
+  PetscCall(PetscSegBufferExtractAlloc(of.vertices, &x->vertex));
+  PetscCall(PetscMalloc1((PetscInt)n + 1, &x->start));
+  x->n = (PetscInt)n, x->start[0] = 0;
+  for (PetscInt i = 0; i < x->n; i++) x->start[i + 1] = x->start[i] + sizes[i];
   PetscCall(PetscSegBufferDestroy(&of.sizes));
   PetscCall(PetscSegBufferDestroy(&of.vertices));
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    PetscInt *v = x->vertex + x->start[x->n];
-    if (c->key[2 * i] < 0) continue; // padding
-    for (PetscInt k = 0; k < CONTACT_ROWS; k++) v[k] = c->vertex[CONTACT_ROW(i, k)];
-    x->start[x->n + 1] = x->start[x->n] + CONTACT_ROWS, x->n++;
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,7 +122,7 @@ static PetscErrorCode add_row(const Model *m, const Stiffness *s, PetscInt dof, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessPattern(const Model *m, const State *state, const Contacts *c, const Stiffness *s,
+PetscErrorCode StiffnessPattern(const Model *m, const State *state, Contacts *contacts, const Stiffness *s,
                                 Mat matrix)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -149,7 +130,7 @@ PetscErrorCode StiffnessPattern(const Model *m, const State *state, const Contac
   PetscInt *start, *meeting, most, *column, *row_start, *all;
   PetscSegBuffer columns;
   PetscFunctionBeginUser;
-  PetscCall(meetings_create(m, state, c, &x));
+  PetscCall(meetings_create(m, state, contacts, &x));
   PetscCall(meetings_of_nodes(m, &x, &start, &meeting, &most));
   PetscCall(PetscMalloc2(3 * most, &column, m->n_dof + 1, &row_start));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64 * 1024, &columns));
@@ -168,6 +149,7 @@ PetscErrorCode StiffnessPattern(const Model *m, const State *state, const Contac
   PetscCall(PetscSegBufferDestroy(&columns));
   PetscCall(PetscFree2(column, row_start));
   PetscCall(PetscFree2(start, meeting));
-  PetscCall(PetscFree2(x.start, x.vertex));
+  PetscCall(PetscFree(x.start));
+  PetscCall(PetscFree(x.vertex));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -70,10 +70,10 @@ static PetscErrorCode start(const Problem *p)
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
   s->alpha = stage->alpha;
   p->contacts->rate = -1.; // no motion yet to damp
-  PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
+  PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   if (stage->variable) {
     PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
-    PetscCall(Forces(m, stage->joints, p->contacts, s, NULL));
+    PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   }
   p->contacts->counted = PETSC_FALSE;
   PartingStart(p);
@@ -95,7 +95,7 @@ static PetscErrorCode evaluate(const Problem *p, EnergyAccount *energy)
   PartSample(s->cycle);
   StateSwapForces(s);
   s->f_old_clear = PETSC_FALSE;
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, s, NULL));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
   EnergyOfContacts(p->m, p->contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -130,14 +130,14 @@ static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool 
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(run_over(p, moved));
   PetscCall(evaluate(p, energy));
-  stored[0] = EnergyInJoints(m, joints, p->contacts);
+  PetscCall(EnergyOfJoints(p, stored));
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
   p->contacts->repeats = PETSC_TRUE; // without its dashpot a contact would bear less friction, and lose shear
-  PetscCall(Forces(m, joints, p->contacts, s, NULL));
+  PetscCall(Forces(p->scene, m, joints, p->contacts, s, NULL));
   p->contacts->repeats = PETSC_FALSE;
   EnergyOfExchange(m, s, energy);
-  stored[1] = EnergyInJoints(m, joints, p->contacts);
+  PetscCall(EnergyOfJoints(p, stored + 1));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
   energy->detection += stored[1] - stored[0];
   PetscCall(EnergyContactsChanged(p->contacts, energy));
@@ -170,7 +170,7 @@ static PetscErrorCode follow_motion(const Problem *p)
 }
 
 /* On to the next time, by the forces just evaluated. */
-static PetscErrorCode advance(const Problem *p, SupportMotion *motions, EnergyAccount *energy)
+static PetscErrorCode advance(const Problem *p, EnergyAccount *energy)
 {
   const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
   const Model *m = p->m;
@@ -182,7 +182,7 @@ static PetscErrorCode advance(const Problem *p, SupportMotion *motions, EnergyAc
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
   EnergyAfterStep(m, s, energy);
-  SupportsMove(p->scene, m, motions, s);
+  TermsAdvance(m, s);
   RigidMotion(m, s->u);
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
@@ -196,7 +196,7 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
   StageResult *result = p->result;
   PetscReal top[3] = {0., 0., 0.};
   PetscFunctionBeginUser;
-  PetscCall(EnergyReport(p->m, p->stage->joints, p->contacts, energy, first, &result->energy));
+  PetscCall(EnergyReport(p, energy, first, &result->energy));
   PetscCall(BodyMotionLook(p->m, s, &p->output->bodies));
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
     if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
@@ -244,7 +244,6 @@ static PetscErrorCode warn_models(const Problem *p)
 /* What the loop remembers of a stage in time. */
 typedef struct {
   EnergyAccount energy;
-  SupportMotion *motions;
   PetscInt64 steps;             /* of the stage */
   PetscInt frame;               /* the last written */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
@@ -325,8 +324,8 @@ static PetscErrorCode cycle(Loop *loop)
     PetscCall(passed(p));
     PetscCall(OutputFrame(p, ++d->frame));
   }
-  if (loop->looks) PetscCall(EnergyOfBlocks(p->m, p->state, &d->energy));
-  PetscCall(advance(p, d->motions, &d->energy));
+  if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
+  PetscCall(advance(p, &d->energy));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
     d->fault = FaultFind(p->m, p->state), d->fault_step = i;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -419,11 +418,12 @@ static PetscErrorCode say_steps(Loop *loop)
 static PetscErrorCode begin(Loop *loop)
 {
   const Problem *p = loop->p;
+  const TermView view = ViewOf(p);
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   PetscCall(start(p));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
-  PetscCall(SupportMotionsWarn(p->scene, p->stage, p->m->comm, p->state->time, d->motions));
+  PetscCall(TermsBegin(&view));
   if (!p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(say_steps(loop));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -434,7 +434,7 @@ static PetscErrorCode end(Loop *loop)
   const Problem *p = loop->p;
   PetscFunctionBeginUser;
   p->contacts->rate = -1.;
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   PetscCall(follow_motion(p));
   half_step(p->m, p->state, 1.);
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
@@ -455,11 +455,9 @@ PetscErrorCode DynamicRun(const Problem *p)
                                 .over = over};
   Dynamic d = {.fault = -1, .fault_step = PETSC_MAX_INT};
   PetscFunctionBeginUser;
-  PetscCall(SupportMotionsRead(p->scene, p->m->comm, &d.motions));
   PetscCall(EnergyCreate(p->m, &d.energy));
   PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
   PetscCall(StageLoop(p, &kind, &d));
-  PetscCall(SupportMotionsDestroy(p->scene, &d.motions));
   PetscCall(EnergyDestroy(&d.energy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

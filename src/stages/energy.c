@@ -199,31 +199,36 @@ void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
   e->damping_ahead = s->alpha * s->dt * total(works.ahead);
 }
 
-PetscErrorCode EnergyOfBlocks(const Model *m, const State *s, EnergyAccount *e)
+PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)
 {
-  PetscReal *energy;
+  const Instant now = InstantOf(p);
+  PetscReal within, on;
   PetscFunctionBeginUser;
-  e->strain = 0.;
-  for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
-    PetscCall(PetscMalloc1(list->n, &energy));
-    PetscCall(ElementEnergy(m, list, list->n_nodes, s->u + 3 * m->n_bodies, energy));
-    for (PetscInt i = 0; i < list->n; i++) e->strain += energy[i];
-    PetscCall(PetscFree(energy));
-  }
-  e->strain += TermsEnergy(m, s, s->u + 3 * m->n_bodies);
+  PetscCall(TermsEnergy(PHASE_BLOCKS, p->state, &now, &within));
+  PetscCall(TermsEnergy(PHASE_BODIES, p->state, &now, &on));
+  e->strain = within + on;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EnergyReport(const Model *m, const Joint *joints, const Contacts *c, EnergyAccount *e,
-                            PetscBool first, Energies *out)
+PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored)
 {
+  const Instant now = InstantOf(p);
+  PetscFunctionBeginUser;
+  PetscCall(TermsEnergy(PHASE_JOINTS, p->state, &now, stored));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first, Energies *out)
+{
+  PetscReal in_joints;
+  PetscFunctionBeginUser;
+  PetscCall(EnergyOfJoints(p, &in_joints));
   if (first) e->outside = e->supports = 0., e->damping = e->damping_ahead; // it starts at this very time
-  PetscReal sum[7] = {e->kinetic,    e->strain,   EnergyInJoints(m, joints, c),
+  PetscReal sum[7] = {e->kinetic,    e->strain,   in_joints,
                       e->outside,    e->supports, e->damping - e->damping_ahead,
                       e->work_before};
-  PetscFunctionBeginUser;
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPIU_REAL, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPIU_REAL, MPI_SUM, p->m->comm));
   if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
   out->kinetic = sum[0], out->strain = sum[1], out->joints = sum[2], out->outside = sum[3],
   out->supports = sum[4], out->damping = sum[5];

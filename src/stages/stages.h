@@ -32,13 +32,14 @@ void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
 void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
 /* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
-/* Sets the strain energy of owned blocks at the forces just evaluated. Call it before Integrate, when a
-   report follows. */
-PetscErrorCode EnergyOfBlocks(const Model *model, const State *state, EnergyAccount *e);
+/* Sets the strain energy: what blocks, and what else acts on bodies, store on this rank at the forces just
+   evaluated. Call it before Integrate, when a report follows. */
+PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e);
+/* Gives the energy [J] that joints store on this rank at the forces just evaluated. */
+PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored);
 /* Collective. Reports the account at the time of the forces last evaluated. first: at the start of the
    stage. */
-PetscErrorCode EnergyReport(const Model *model, const Joint *joints, const Contacts *contacts,
-                            EnergyAccount *e, PetscBool first, Energies *out);
+PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first, Energies *out);
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */

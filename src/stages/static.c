@@ -26,7 +26,7 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscFunctionBeginUser;
   if (!now) PetscCall(ContactsNeedVerify(p->scene, p->m, p->state, &need, NULL));
   if (!need) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Forces(p->m, joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, p->m, joints, p->contacts, p->state, NULL));
   PetscCall(CondensedRecover(p->m, p->state)); // a contact may come at inner vertices too
   PetscCall(ContactsVerify(p->scene, joints, p->m, p->state, p->contacts, p->result));
   PetscCall(CondensedCheckContacts(p->scene, p->m, p->contacts));
@@ -43,12 +43,13 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
   StageResult *result = p->result;
   const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->ramp >= 1. &&
                                             p->relax->evidence.chunk_start == state->cycle);
+  const TermView view = ViewOf(p);
   PetscBool again;
   PetscFunctionBeginUser;
   if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TermsSettle(p->scene, p->stage, p->m, p->contacts, state, result, &again));
+  PetscCall(TermsSettle(&view, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (result->verdict == VERDICT_CONVERGED && p->contacts->held) ContactsHold(p->contacts);
+  if (result->verdict == VERDICT_CONVERGED && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   PetscCall(EnergyAccountOpen(p));
@@ -110,21 +111,22 @@ static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
 static PetscErrorCode prepare(const Problem *p)
 {
   const Scene *scene = p->scene;
+  const TermView view = ViewOf(p);
   State *state = p->state;
   PetscBool slips;
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
-  PetscCall(TermsBegin(scene, p->stage, p->m, p->contacts, state));
+  PetscCall(TermsBegin(&view));
   PetscCall(LoadsTarget(scene, p->m, p->stage, state));
   // the velocities of a dynamic stage mean nothing in fictitious time
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
   if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
   PetscCall(can_slip(p, &slips));
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
-  ContactsHold(p->contacts);
+  PetscCall(TermsHistory(&view, COMMIT));
   p->contacts->springs = PETSC_FALSE;
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
-  ContactsGoBack(p->contacts);
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
+  PetscCall(TermsHistory(&view, GO_BACK));
   PartingStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscCall(RelaxationReset(p)); // a stage may collapse before the ramp ends: its motion counts from here
@@ -147,7 +149,7 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     *ramp_start = p->result->cycles;
     state->ramp = 0.;
     // the first cycle counts the change of forces from these
-    PetscCall(Forces(p->m, p->stage->joints, p->contacts, state, NULL));
+    PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
     // the other dampings keep slip as it comes, as the paper does
     if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE;
     p->contacts->pull = p->contacts->held ? FOLLOW_CLOSELY : 0.;
@@ -272,7 +274,7 @@ static PetscErrorCode end(Loop *loop)
     PetscCall(ConfirmPath(p, ((Static *)loop->memory)->contact_scale));
   p->contacts->pull = 0.;
   // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
-  PetscCall(Forces(p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
   PetscCall(LoadsCarriedSay(p));
   p->contacts->held = PETSC_FALSE;

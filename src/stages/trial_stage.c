@@ -11,7 +11,6 @@
 /* What a trial starts from. */
 typedef struct {
   PetscReal *u, *u_verified, *f_ext;
-  Contacts contacts;
   PetscReal alpha, q_ray, contact_depth;
 } Snapshot;
 
@@ -47,27 +46,26 @@ static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
 static PetscErrorCode snapshot_destroy(Snapshot *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(ContactsDestroy(&s->contacts));
   PetscCall(PetscFree3(s->u, s->u_verified, s->f_ext));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
 {
+  const TermView view = ViewOf(p);
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(s->u, p->state->u, ModelApplied(p->m)));
   s->contact_depth = p->m->contact_depth;
   if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
   PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
-  PetscCall(ContactsDestroy(&s->contacts));
-  PetscCall(ContactsCopy(p->contacts, &s->contacts));
-  TermsHistory(p->scene, p->state, KEEP_STABLE);
+  PetscCall(TermsHistory(&view, KEEP_STABLE));
   s->alpha = p->state->alpha, s->q_ray = p->relax->damping.q_ray;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
 {
+  const TermView view = ViewOf(p);
   PetscFunctionBeginUser;
   if (p->stage->variable) { // the local numbers in the contacts hold where they were found
     PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
@@ -78,9 +76,7 @@ static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
   PetscCall(PetscArraycpy(u, s->u, ModelApplied(p->m)));
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
   PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
-  PetscCall(ContactsDestroy(p->contacts));
-  PetscCall(ContactsCopy(&s->contacts, p->contacts));
-  TermsHistory(p->scene, p->state, BACK_TO_STABLE);
+  PetscCall(TermsHistory(&view, BACK_TO_STABLE));
   p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
   PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
   PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
@@ -254,7 +250,7 @@ static PetscErrorCode settle(Driver *d, const Joint *full)
   PetscFunctionBeginUser;
   set_value(d, full, d->stable);
   PetscCall(snapshot_restore(&d->p, &d->snapshot));
-  PetscCall(Forces(d->p.m, d->stage.joints, d->p.contacts, d->p.state, NULL));
+  PetscCall(Forces(d->p.scene, d->p.m, d->stage.joints, d->p.contacts, d->p.state, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -320,6 +316,7 @@ static PetscErrorCode conclude(const Driver *d)
 static PetscErrorCode archive_trials(Archive *a, void *context)
 {
   Driver *d = context;
+  const TermView view = ViewOf(&d->p);
   Snapshot *s = &d->snapshot;
   PetscReal reals[] = {d->value,       d->stable, d->failing,  s->alpha,   s->q_ray, MPI_Wtime() - d->start,
                        d->stage.start, d->open,   d->moved[0], d->moved[1]};
@@ -340,11 +337,10 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
   PetscCall(ArchiveDofs(a, d->p.m, "u_verified", s->u_verified));
   PetscCall(ArchiveApplied(a, d->p.m, "f_ext", s->f_ext));
-  PetscCall(TermsArchiveStable(a, d->scene, d->p.m, d->p.state));
   const PetscBool moves = (PetscBool)(a->reading && d->p.state->u_verified);
   if (a->reading) RigidMotion(d->p.m, s->u);
   if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, s->u_verified));
-  PetscCall(ArchiveContacts(a, d->scene, d->p.m, "contacts", &s->contacts));
+  PetscCall(TermsArchiveStable(a, &view));
   if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, d->p.state->u_verified));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

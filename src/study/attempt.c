@@ -43,7 +43,7 @@ static PetscErrorCode time_cycles(const Problem *p, const Stage *stage, double *
   PetscInt n = FIRST_CYCLES;
   PetscFunctionBeginUser;
   PetscCall(ScaledMasses(p->scene, p->m, stage->joints, p->contacts, p->state));
-  PetscCall(Forces(p->m, stage->joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, p->m, stage->joints, p->contacts, p->state, NULL));
   PetscCall(RelaxationStart(p->m, p->contacts, p->state, p->relax));
   *seconds = PETSC_MAX_REAL;
   for (int repeat = 0; repeat < REPEATS;) {
@@ -220,7 +220,7 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
   if (!stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ContactsNeedVerify(p->scene, p->m, p->state, &need, &far));
   a->moved = far / (p->scene->verify_after * p->m->contact_margin);
-  PetscCall(Forces(p->m, stage->joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, p->m, stage->joints, p->contacts, p->state, NULL));
   const double start = ProcessorSeconds();
   PetscCall(ContactsVerify(p->scene, stage->joints, p->m, p->state, p->contacts, &counts));
   a->search = slowest(p->m->comm, ProcessorSeconds() - start);

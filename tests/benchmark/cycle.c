@@ -173,7 +173,7 @@ __attribute__((noinline)) static PetscErrorCode MeasureRigid(Bench *b)
 __attribute__((noinline)) static PetscErrorCode MeasureCondensed(Bench *b)
 {
   PetscFunctionBeginUser;
-  Condensed_term.forces(NULL, b->model, b->u, b->trash);
+  PetscCall(Condensed_term.forces(NULL, &(Instant){.m = b->model, .u = b->u}, b->trash));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

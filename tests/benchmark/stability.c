@@ -65,14 +65,14 @@ static PetscErrorCode half_frequency(const Parts *p, const PetscReal *m, PetscRe
   PetscCall(PetscMalloc1(model->n_dof, &f_0));
   PetscCall(PetscArrayzero(u, model->n_dof));
   RigidMotion(model, u);
-  PetscCall(Forces(model, joints, p->contacts, p->state, NULL));
+  PetscCall(Forces(p->scene, model, joints, p->contacts, p->state, NULL));
   PetscCall(PetscArraycpy(f_0, p->state->f, model->n_dof));
   for (PetscInt d = 0; d < model->n_dof; d++)
     u[d] = Held(model, d) ? 0. : size * (2. * rand() / RAND_MAX - 1.);
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
     PetscReal num = 0., den = 0., most = 0.;
     RigidMotion(model, u);
-    PetscCall(Forces(model, joints, p->contacts, p->state, NULL));
+    PetscCall(Forces(p->scene, model, joints, p->contacts, p->state, NULL));
     for (PetscInt d = 0; d < model->n_dof; d++) {
       if (Held(model, d)) continue;
       const PetscReal r = p->state->f[d] - f_0[d];

@@ -16,14 +16,16 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-  SupportMotion *motion = NULL;
+  const Model model = {.comm = PETSC_COMM_SELF, .size = 1};
+  const TermView view = {.scene = &scene, .m = &model};
+  void *motions = NULL;
   support.quantity = size && data[0] % 2 ? MOTION_VELOCITY : MOTION_ACCELERATION;
   FuzzFile(NULL, 0, data + !!size, size - !!size);
-  const PetscErrorCode code = SupportMotionsRead(&scene, PETSC_COMM_SELF, &motion);
+  PetscErrorCode code = SceneReadMotions(PETSC_COMM_SELF, &scene);
+  if (!code) code = Supports_term.create(&view, &motions);
   FuzzCheck(code);
-  for (PetscInt i = 0; !code && i < motion->n; i++)
-    for (int k = 0; k < 8; k++)
-      if (!isfinite(motion->row[8 * i + k])) abort();
-  if (SupportMotionsDestroy(&scene, &motion)) abort();
+  if (Supports_term.destroy(&scene, &motions)) abort();
+  if (PetscFree(support.t) || PetscFree(support.xy)) abort();
+  support.n_rows = 0;
   return 0;
 }

@@ -36,7 +36,7 @@ static PetscErrorCode MoveBlock(Fixture *f, double x, double y)
     f->state->u[at] = x, f->state->u[at + 1] = y;
   }
   RigidMotion(f->model, f->state->u);
-  PetscCall(Forces(f->model, f->scene->joints, f->contacts, f->state, NULL));
+  PetscCall(Forces(f->scene, f->model, f->scene->joints, f->contacts, f->state, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,7 +118,7 @@ static PetscErrorCode StretchedBlockHasPositiveStress(void)
   PetscFunctionBeginUser;
   PetscCall(OpenTwo(0, "friction: 30", &f));
   for (int v = 4; v < 8; v++) f.state->u[DofOf(f.model, v)] = 1e-4 * sketch.X[2 * v];
-  PetscCall(Forces(f.model, f.scene->joints, f.contacts, f.state, NULL));
+  PetscCall(Forces(f.scene, f.model, f.scene->joints, f.contacts, f.state, NULL));
   PetscCall(ElementStress(f.model, &f.model->q4, 4, f.u_vertex, stress));
   ENSURE(stress[0] > 100 && stress[1] > 0); // plane strain, poisson 0.25
   ENSURE(f.state->f[DofOf(f.model, 6)] < 0 && f.state->f[DofOf(f.model, 7)] > 0); // left, right

@@ -1,7 +1,6 @@
 /* blocks.h: deformable, rigid and condensed blocks. */
 #pragma once
 #include "forces/contacts/contacts.h"
-#include "forces/term/term.h"
 
 /* ---- rigid.c */
 /* Owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
@@ -61,6 +60,10 @@ void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *an
    (n_nodes,) ccw rows of X (n,2) [m]. */
 void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
                    PetscReal centroid[2], PetscReal *polar);
+
+/* ---- blocks_term.c */
+/* Deformable blocks as a force term. */
+extern const TermKind Blocks_term;
 
 /* ---- condense.c */
 /* A condensed body: K of its blocks reduced onto its kept degrees of freedom. */

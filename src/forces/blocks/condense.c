@@ -305,9 +305,9 @@ CLONES static void multiply(PetscInt n, const PetscReal *restrict S, const Petsc
   }
 }
 
-static void forces(const void *memory, const Model *m, const PetscReal *u, PetscReal *f)
+/* f += S u, bodies of this rank. */
+static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
 {
-  (void)memory; // the model has the bodies
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
@@ -316,9 +316,19 @@ static void forces(const void *memory, const Model *m, const PetscReal *u, Petsc
   }
 }
 
-static void bound(const void *memory, const Model *m, PetscReal *k)
+static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 {
-  (void)memory;
+  PetscFunctionBeginUser;
+  (void)memory; // the model has the bodies
+  add_forces(at->m, at->u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  const Model *m = at->m;
+  PetscFunctionBeginUser;
+  (void)memory, (void)anywhere;
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
@@ -328,13 +338,15 @@ static void bound(const void *memory, const Model *m, PetscReal *k)
       k[c->kept[i] / 2] += PetscMax(row[0], row[1]);
     }
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Adds a dense matrix for the kept vertices of each body. */
-static PetscErrorCode tangent(const void *memory, const Model *m, const PetscReal *u, TermAdd add,
+static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
                               void *context)
 {
-  (void)memory, (void)u; // S does not depend on u, because the strain is small
+  const Model *m = at->m;
+  (void)memory, (void)kind; // S does not depend on u, because the strain is small
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
@@ -344,7 +356,7 @@ static PetscErrorCode tangent(const void *memory, const Model *m, const PetscRea
     PetscCall(PetscMalloc2(n / 2, &vertices, n * n, &k));
     for (PetscInt i = 0; i < n / 2; i++) vertices[i] = c->kept[2 * i] / 2;
     for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(k + i * n, c->S + i * c->stride, n));
-    PetscCall(add(n / 2, vertices, k, context));
+    PetscCall(add(n / 2, vertices, k, NULL, context));
     PetscCall(PetscFree2(vertices, k));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -424,7 +436,7 @@ PetscErrorCode CondensedRecover(const Model *m, State *state)
   PetscCall(CondensedInner(m, state->f_ext + at, u));
   PetscCall(PetscCalloc2(n, &f, n, &Su));
   ElementForcesCondensed(m, u, f + at);
-  forces(NULL, m, u, Su + at);
+  add_forces(m, u, Su + at);
   for (PetscInt d = at + 2 * m->n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
   for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b)
   RigidForces(m, state->u, f);

@@ -2,6 +2,7 @@
 #pragma once
 #include "archive/archive.h"
 #include "forces/contacts/law/law.h"
+#include "forces/term/term.h"
 
 /* ------------------------------------------------------------------------------------------- Contacts
    Face-to-face contacts that touch an owned vertex, ascending (stress model, lower face gid, higher face
@@ -216,6 +217,14 @@ PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *model, 
 /* ---- stored.c */
 /* Energy stored in owned contacts [J]. */
 PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
+
+/* ---- tangent.c */
+/* Adds the stiffness of contacts: of the last evaluation from the history committed, see term.h. */
+PetscErrorCode ContactsTangent(const Instant *at, TangentKind kind, TermAdd add, void *context);
+
+/* ---- contacts_term.c */
+/* Contacts as a force term. */
+extern const TermKind Contacts_term;
 
 /* ---- contact_archive.c */
 /* Contacts with their history and last evaluation. Reading replaces those there are; model->faces must be

@@ -13,18 +13,53 @@ typedef struct {
   const Scene *scene; /* of the stage: a trial of a flood has levels of its own */
   const Stage *stage; /* that runs; NULL at set-up */
   const Model *m;
-  const struct _p_Contacts *contacts;
+  struct _p_Contacts *contacts;
   const State *state;
   void *memory; /* the term's own, from create */
 } TermView;
 
-typedef enum { KEEP_STABLE, BACK_TO_STABLE } TermHistory;
+/* What an evaluation starts from. */
+typedef struct {
+  const Scene *scene;
+  const Model *m;
+  const Joint *joints; /* of the stage */
+  struct _p_Contacts *contacts;
+  const PetscReal *u; /* [m] vertex array */
+  PetscBool results;  /* somebody will look at what the evaluation came by, so the term keeps it */
+} Instant;
 
-/* Takes a dense stiffness k [N/m] (2n,2n) that couples x and y of n local vertices. */
-typedef PetscErrorCode (*TermAdd)(PetscInt n, const PetscInt *vertices, const PetscReal *k, void *context);
+/* The phases of a cycle. The unbalanced force of a body is compared with the forces of PHASE_JOINTS, so these
+   come first and alone. The forces of PHASE_BLOCKS come last, and in a static stage chunk by chunk with the
+   motion (cycle.c). */
+typedef enum {
+  PHASE_BODIES, /* what acts on bodies: loads, water, anchors, condensed bodies */
+  PHASE_JOINTS, /* what acts between them: the tangent is that of the last evaluation */
+  PHASE_BLOCKS  /* what acts within them */
+} TermPhase;
+
+typedef enum {
+  COMMIT,        /* an equilibrium: every evaluation starts from its history until the next one */
+  GO_BACK,       /* to the history last committed */
+  KEEP_STABLE,   /* the state of a trial that is stable */
+  BACK_TO_STABLE /* the next trial starts from it */
+} TermHistory;
+
+typedef enum {
+  TANGENT_PATTERN, /* which vertices couple, with all that meet one of this rank; k: NULL */
+  TANGENT_ELASTIC, /* of the reference state, joints whole */
+  TANGENT_NOW,     /* of the last evaluation */
+  TANGENT_TURNED   /* of the last evaluation, with what comes of bodies and faces that turn under the forces
+                      they carry */
+} TangentKind;
+
+/* Takes a dense stiffness k [N/m] (2n,2n) that couples x and y of n local vertices. carried: NULL, or (2n,)
+   forces [N] on them: where they stand on rigid bodies these turn, and so do the arms of the forces. */
+typedef PetscErrorCode (*TermAdd)(PetscInt n, const PetscInt *vertices, const PetscReal *k,
+                                  const PetscReal *carried, void *context);
 
 typedef struct {
   const char *name;
+  TermPhase phase;
   unsigned loads;    /* bit of each LoadKind that is its own */
   PetscBool presses; /* these press on faces, and follow them in large strain */
 
@@ -32,27 +67,29 @@ typedef struct {
   PetscErrorCode (*create)(const TermView *v, void **memory);
   PetscErrorCode (*destroy)(const Scene *scene, void **memory);
 
-  /* each evaluation: no messages, no allocation. u, f, k: vertex arrays [m], [N], [N/m] */
-  void (*forces)(const void *memory, const Model *m, const PetscReal *u,
-                 PetscReal *f); /* adds resisting forces */
-  void (*bound)(const void *memory, const Model *m,
-                PetscReal *k); /* adds row sums (28)-(29): the time step */
-  PetscReal (*energy)(const void *memory, const Model *m, const PetscReal *u); /* [J] stored, of this rank */
-  /* adds its stiffness, which Newton's method needs of every term with `forces`. u: NULL, the reference
-     state. It tells the entries of the matrix, too: each coupling belongs to one rank. */
-  PetscErrorCode (*tangent)(const void *memory, const Model *m, const PetscReal *u, TermAdd add,
+  /* each evaluation: no messages, no allocation. f, k: vertex arrays [N], [N/m] */
+  PetscErrorCode (*forces)(void *memory, const Instant *at, PetscReal *f); /* adds resisting forces */
+  /* In a dynamic stage, after each step: what the term prescribes or has of its own moves on to the new
+     time. */
+  void (*advance)(void *memory, const Model *m, State *state);
+  /* Adds row sums (28)-(29): the time step. anywhere: also for what may come about as bodies move. */
+  PetscErrorCode (*bound)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k);
+  PetscErrorCode (*energy)(const void *memory, const Instant *at, PetscReal *sum); /* [J] stored; this rank */
+  /* Adds its stiffness, which Newton's method needs of every term with `forces`. One rank adds each
+     coupling. */
+  PetscErrorCode (*tangent)(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
                             void *context);
 
   /* applied forces of one load of the stage, a row of scene->loads; f: vertex array, adds to it */
   PetscErrorCode (*applied)(const TermView *v, PetscInt load, PetscReal *f);
 
   /* of stages; collective */
-  PetscErrorCode (*begin)(const TermView *v); /* a static stage or trial begins */
+  PetscErrorCode (*begin)(const TermView *v); /* a stage or trial begins */
   /* At an equilibrium, and after each chunk of cycles without one. again: something has changed, the stage
      goes on; or a verdict. */
   PetscErrorCode (*settle)(const TermView *v, StageResult *result, PetscBool *again);
-  PetscErrorCode (*survey)(const TermView *v, PetscBool tell); /* before a summary; tell: warns */
-  void (*history)(const TermView *v, TermHistory what);        /* of trials */
+  PetscErrorCode (*survey)(const TermView *v, PetscBool tell);    /* before a summary; tell: warns */
+  PetscErrorCode (*history)(const TermView *v, TermHistory what); /* not collective */
 
   /* memory and answers */
   PetscErrorCode (*archive)(Archive *archive, const TermView *v);

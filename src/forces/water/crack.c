@@ -169,6 +169,7 @@ PetscErrorCode UpliftStart(const TermView *v)
   const Stage *stage = v->stage;
   Uplift *all = v->memory;
   PetscFunctionBeginUser;
+  if (stage->kind == STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // cracks stay as they are
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     PetscBool acts = PETSC_FALSE;
     for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);

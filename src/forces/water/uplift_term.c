@@ -28,15 +28,15 @@ static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void history(const TermView *v, TermHistory what)
+static PetscErrorCode history(const TermView *v, TermHistory what)
 {
   Uplift *all = v->memory;
+  PetscFunctionBeginUser;
   for (PetscInt l = 0; l < v->scene->n_loads; l++) {
-    if (what == KEEP_STABLE)
-      all[l].crack_stable = all[l].crack;
-    else
-      all[l].crack = all[l].crack_stable;
+    if (what == KEEP_STABLE) all[l].crack_stable = all[l].crack;
+    if (what == BACK_TO_STABLE) all[l].crack = all[l].crack_stable;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode archive(Archive *a, const TermView *v)

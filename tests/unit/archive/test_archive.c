@@ -41,7 +41,7 @@ static PetscErrorCode cycles(Fixture *f, int n)
     PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, &f->relax->damping, NULL));
     if (f->state->cycle % 40) continue; // contacts change while the wall slides
     PetscCall(Secant(f->model, f->state, 1., PETSC_FALSE, &f->relax->damping));
-    PetscCall(Forces(f->model, stage->joints, f->contacts, f->state, NULL));
+    PetscCall(Forces(f->scene, f->model, stage->joints, f->contacts, f->state, NULL));
     PetscCall(ContactsVerify(f->scene, stage->joints, f->model, f->state, f->contacts, &result));
     PetscCall(ScaledMasses(f->scene, f->model, stage->joints, f->contacts, f->state));
   }

@@ -69,7 +69,7 @@ static PetscErrorCode Stiffness(Fixture *f, PetscReal K[MAX_DOF][MAX_DOF])
     for (int side = -1; side <= 1; side += 2) {
       for (PetscInt i = 0; i < n; i++) f->state->u[i] = i == d ? side * h : 0;
       RigidMotion(f->model, f->state->u);
-      PetscCall(Forces(f->model, f->scene->joints, f->contacts, f->state, NULL));
+      PetscCall(Forces(f->scene, f->model, f->scene->joints, f->contacts, f->state, NULL));
       for (PetscInt i = 0; i < n; i++) K[i][d] = (side < 0 ? 0 : K[i][d]) + side * f->state->f[i] / (2 * h);
     }
   for (PetscInt i = 0; i < n; i++) f->state->u[i] = 0;

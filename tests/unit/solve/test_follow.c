@@ -49,7 +49,7 @@ static PetscErrorCode Linearise(Fixture *f, double force[FREE], double K[FREE * 
   f->contacts->pull = 0.;
   for (int j = 0; j <= FREE; j++) {
     if (j < FREE) f->state->u[FreeDof(f, j)] += h;
-    PetscCall(Forces(f->model, f->scene->stages->joints, f->contacts, f->state, NULL));
+    PetscCall(Forces(f->scene, f->model, f->scene->stages->joints, f->contacts, f->state, NULL));
     for (int i = 0; i < FREE; i++) *(j < FREE ? K + j * FREE + i : force + i) = f->state->f[FreeDof(f, i)];
     if (j < FREE) f->state->u[FreeDof(f, j)] -= h;
   }

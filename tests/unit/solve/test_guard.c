@@ -30,7 +30,7 @@ static PetscErrorCode Open(const char *model, Fixture *f, StageResult *result, P
                  .stage = f->scene->stages,
                  .result = result};
   ContactsHold(f->contacts);
-  PetscCall(Forces(f->model, p->stage->joints, f->contacts, f->state, NULL));
+  PetscCall(Forces(f->scene, f->model, p->stage->joints, f->contacts, f->state, NULL));
   f->contacts->pull = FOLLOW_CLOSELY;
   f->relax->account.made_energy = 0;
   PetscCall(EnergyAccountOpen(p));

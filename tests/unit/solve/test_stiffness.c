@@ -57,7 +57,7 @@ static PetscErrorCode ForcesAt(Fixture *f, const PetscReal *u, double part, cons
   PetscCall(PetscArrayzero(f->contacts->slip, 2 * f->contacts->n_padded));
   for (PetscInt d = 0; d < f->model->n_dof; d++) f->state->u[d] = u[d] + part * w[d];
   RigidMotion(f->model, f->state->u);
-  PetscCall(Forces(f->model, f->scene->stages[0].joints, f->contacts, f->state, NULL));
+  PetscCall(Forces(f->scene, f->model, f->scene->stages[0].joints, f->contacts, f->state, NULL));
   for (PetscInt d = 0; d < f->model->n_dof; d++) force[d] = Held(f->model, d) ? 0 : f->state->f[d];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -80,8 +80,7 @@ static PetscErrorCode TangentError(Fixture *f, PetscBool turns, const PetscReal 
   PetscCall(ForcesAt(f, u, 0., w, at));
   PetscCall(StiffnessCreate(f->model, f->state, f->contacts, &s));
   PetscCall(StiffnessBodies(f->model, f->state, turns, &s));
-  StiffnessJoints(f->scene->stages[0].joints, f->contacts, &s);
-  PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, &s));
+  PetscCall(StiffnessTangent(f->model, f->state, f->scene->stages[0].joints, f->contacts, PETSC_FALSE, &s));
   PetscCall(MatCreateVecs(s.tangent, &x, &y));
   PetscReal *x_of;
   PetscCall(VecGetArray(x, &x_of));
@@ -167,8 +166,7 @@ static PetscErrorCode ElasticTangent(const Fixture *f, Stiffness *s)
   PetscFunctionBeginUser;
   PetscCall(StiffnessCreate(f->model, f->state, f->contacts, s));
   PetscCall(StiffnessBodies(f->model, f->state, PETSC_FALSE, s));
-  StiffnessJointsElastic(f->scene->stages[0].joints, f->contacts, s);
-  PetscCall(StiffnessTangent(f->model, f->contacts, f->state->u, s));
+  PetscCall(StiffnessTangent(f->model, f->state, f->scene->stages[0].joints, f->contacts, PETSC_TRUE, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -53,7 +53,7 @@ static PetscErrorCode RigidMotionsCostNothing(void)
       const PetscReal *X = m->X + 2 * (d / 2);
       u[d] = motion[k][d % 2] + motion[k][2] * (d % 2 ? X[0] - 20 : -(X[1] + 7));
     }
-    Condensed_term.forces(NULL, m, u, force);
+    PetscCall(Condensed_term.forces(NULL, &(Instant){.m = m, .u = u}, force));
     for (PetscInt d = 0; d < 2 * m->n_owned; d++) ENSURE(PetscAbsReal(force[d]) < 1e-12 * 1e10 * 5);
     PetscCall(CondensedInner(m, NULL, u));
     for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) {

@@ -1,0 +1,108 @@
+/* contacts_term.c: contacts as a force term. The run owns the contacts; the term's memory is those of the
+   last stable trial. */
+#include "forces/contacts/contacts.h"
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  PetscFunctionBeginUser;
+  (void)v;
+  PetscCall(PetscCalloc(sizeof(Contacts), memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  PetscFunctionBeginUser;
+  (void)scene;
+  if (*memory) PetscCall(ContactsDestroy(*memory));
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  (void)memory;
+  if (at->results)
+    PetscCall(ContactForces(at->m, at->joints, at->contacts, at->u, f)); // (1)-(6)
+  else
+    PetscCall(ContactForcesOnly(at->m, at->joints, at->contacts, at->u, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  (void)memory;
+  if (anywhere)
+    PetscCall(ContactStiffnessAnywhere(at->scene, at->m, at->joints, k));
+  else
+    PetscCall(ContactStiffness(at->joints, at->contacts, at->m->thickness, k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
+{
+  PetscFunctionBeginUser;
+  (void)memory;
+  *sum += EnergyInJoints(at->m, at->joints, at->contacts);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
+                              void *context)
+{
+  PetscFunctionBeginUser;
+  (void)memory;
+  PetscCall(ContactsTangent(at, kind, add, context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode history(const TermView *v, TermHistory what)
+{
+  Contacts *stable = v->memory;
+  PetscFunctionBeginUser;
+  switch (what) {
+  case COMMIT:
+    ContactsHold(v->contacts);
+    break;
+  case GO_BACK:
+    ContactsGoBack(v->contacts);
+    break;
+  case KEEP_STABLE:
+    PetscCall(ContactsDestroy(stable));
+    PetscCall(ContactsCopy(v->contacts, stable));
+    break;
+  case BACK_TO_STABLE:
+    PetscCall(ContactsDestroy(v->contacts));
+    PetscCall(ContactsCopy(stable, v->contacts));
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive(Archive *a, const TermView *v)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveContacts(a, v->scene, v->m, "contacts", v->contacts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_stable(Archive *a, const TermView *v)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveContacts(a, v->scene, v->m, "contacts", v->memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Contacts_term = {.name = "contacts",
+                                .phase = PHASE_JOINTS,
+                                .create = create,
+                                .destroy = destroy,
+                                .forces = forces,
+                                .bound = bound,
+                                .energy = energy,
+                                .tangent = tangent,
+                                .history = history,
+                                .archive = archive,
+                                .archive_stable = archive_stable};
