@@ -5,6 +5,9 @@
 #include "forces/water/water.h"
 
 /* ---- terms.c: the table of force terms (term.h), row by row */
+/* Collective. What all terms couple, from the mesh on rank 0. */
+PetscErrorCode TermsReads(MPI_Comm comm, const Scene *scene, const BlockMesh *mesh, Couplings *couplings);
+PetscErrorCode CouplingsDestroy(Couplings *couplings);
 /* Collective. Creates the memory of all terms in state->terms. */
 PetscErrorCode TermsCreate(const Scene *scene, const Model *model, Contacts *contacts, State *state);
 PetscErrorCode TermsDestroy(const Scene *scene, State *state);

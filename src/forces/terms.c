@@ -15,6 +15,58 @@ enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
     if (Terms[t]->FUNCTION) PetscCall(Terms[t]->FUNCTION(__VA_ARGS__));                                      \
   }
 
+/* The groups told so far: a size each, and all their vertices. */
+typedef struct {
+  PetscSegBuffer sizes, gids;
+} Groups;
+
+static PetscErrorCode add_group(PetscInt n, const PetscInt *gids, void *context)
+{
+  Groups *groups = context;
+  PetscInt *to;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSegBufferGetInts(groups->sizes, 1, &to));
+  *to = n;
+  PetscCall(PetscSegBufferGetInts(groups->gids, n, &to));
+  PetscCall(PetscArraycpy(to, gids, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsReads(MPI_Comm comm, const Scene *scene, const BlockMesh *mesh, Couplings *c)
+{
+  Groups groups;
+  SegmentCount n, n_gids;
+  PetscInt counts[2], *sizes;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64, &groups.sizes));
+  PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 128, &groups.gids));
+  for (int t = 0; t < TERMS && !rank; t++)
+    if (Terms[t]->reads) PetscCall(Terms[t]->reads(scene, mesh, add_group, &groups));
+  PetscCall(PetscSegBufferGetSize(groups.sizes, &n));
+  PetscCall(PetscSegBufferGetSize(groups.gids, &n_gids));
+  counts[0] = (PetscInt)n, counts[1] = (PetscInt)n_gids;
+  PetscCallMPI(MPI_Bcast(counts, 2, MPIU_INT, 0, comm));
+  c->n = counts[0];
+  PetscCall(PetscCalloc2(c->n + 1, &c->start, counts[1], &c->gid));
+  PetscCall(PetscSegBufferExtractInPlace(groups.sizes, &sizes));
+  for (PetscInt i = 0; i < c->n && !rank; i++) c->start[i + 1] = c->start[i] + sizes[i];
+  if (!rank) PetscCall(PetscSegBufferExtractTo(groups.gids, c->gid));
+  PetscCallMPI(MPI_Bcast(c->start, c->n + 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(c->gid, counts[1], MPIU_INT, 0, comm));
+  PetscCall(PetscSegBufferDestroy(&groups.sizes));
+  PetscCall(PetscSegBufferDestroy(&groups.gids));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingsDestroy(Couplings *c)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree2(c->start, c->gid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TermsCreate(const Scene *scene, const Model *m, Contacts *contacts, State *state)
 {
   const TermView v = {.scene = scene, .m = m, .contacts = contacts, .state = state};

@@ -133,6 +133,65 @@ static PetscErrorCode element_ghosts(const Builder *b, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether this rank owns a vertex of the group; own: (vertices in couplings,) which of them it owns. */
+static PetscBool takes_part(const Couplings *c, const PetscBool *own, PetscInt group)
+{
+  for (PetscInt i = c->start[group]; i < c->start[group + 1]; i++)
+    if (own[i]) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Describes the vertices of all couplings: their owners tell the other ranks. */
+static PetscErrorCode describe_coupled(const Builder *b, const Model *m, PetscInt n, const PetscInt *gid,
+                                       GhostRecord *all, PetscBool *own)
+{
+  enum { INTS = 5 };
+  PetscInt *of;
+  PetscReal *X;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(INTS * n, &of, 2 * n, &X));
+  for (PetscInt i = 0; i < INTS * n; i++) of[i] = -1;
+  for (PetscInt i = 0; i < 2 * n; i++) X[i] = -PETSC_MAX_REAL;
+  for (PetscInt i = 0; i < n; i++) own[i] = PETSC_FALSE;
+  for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
+    const PointRecord *r = b->d.record + v;
+    for (PetscInt i = 0; i < n && r->owner == m->rank; i++) {
+      if (gid[i] != r->gid) continue;
+      const PetscInt ints[INTS] = {r->file, r->body, r->rigid, r->owner, b->index[v]};
+      PetscCall(PetscArraycpy(of + INTS * i, ints, INTS));
+      PetscCall(PetscArraycpy(X + 2 * i, r->X, 2));
+      own[i] = PETSC_TRUE;
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of, (PetscMPIInt)(INTS * n), MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, X, (PetscMPIInt)(2 * n), MPIU_REAL, MPI_MAX, m->comm));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt *p = of + INTS * i;
+    all[i] = (GhostRecord){gid[i], p[0], p[1], p[2], p[3], p[4], {X[2 * i], X[2 * i + 1]}};
+  }
+  PetscCall(PetscFree2(of, X));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the ghosts that force terms need to those of elements. */
+static PetscErrorCode coupled_ghosts(const Builder *b, const Couplings *c, Model *m)
+{
+  const PetscInt n = c->n ? c->start[c->n] : 0;
+  GhostRecord *all;
+  PetscBool *own;
+  PetscFunctionBeginUser;
+  if (!n || m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc2(n, &all, n, &own));
+  PetscCall(describe_coupled(b, m, n, c->gid, all, own));
+  PetscCall(PetscRealloc((m->n_ghosts + n) * sizeof(GhostRecord), &m->ghosts));
+  for (PetscInt group = 0; group < c->n; group++)
+    for (PetscInt i = c->start[group]; i < c->start[group + 1] && takes_part(c, own, group); i++)
+      if (!own[i]) m->ghosts[m->n_ghosts++] = all[i];
+  m->n_element_ghosts = m->n_ghosts = GhostsUnique(m->n_ghosts, m->ghosts);
+  PetscCall(PetscFree2(all, own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the arrays */
 
 /* Fills the arrays of owned vertices; neighbours.c appends the ghosts. */
@@ -288,7 +347,8 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *m)
+PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, const Couplings *couplings,
+                           Model *m)
 {
   Builder b = {0};
   PetscFunctionBeginUser;
@@ -300,6 +360,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, M
   PetscCall(PartBegin(PART_MODEL));
   PetscCall(number_owned(&b, m));
   PetscCall(element_ghosts(&b, m));
+  PetscCall(coupled_ghosts(&b, couplings, m));
   PetscCall(local_faces(&b, m));
   PetscCall(fill_face_sets(mesh, m));
   PetscCall(fill_joints(scene, m));

@@ -21,7 +21,7 @@ typedef struct {
 /* ---------------------------------------------------------------------------------------------- Model
    Flat arrays of one rank, constant during the run; written by model.c. Local order of vertices:
      [ owned deformable, by gid | owned rigid, by body then gid | owned inner of condensed bodies, by body
-   then gid | ghosts of elements, by gid | further ghosts of contacts, by gid | DUMMY_VERTICES unit square ]
+   then gid | ghosts of elements and couplings, by gid | further ghosts of contacts, by gid | DUMMY_VERTICES unit square ]
    The ghosts of contacts change when blocks move (neighbours.c); nothing before them does. Kept vertices of
    condensed bodies are deformable (or rigid) ones like any other. Degrees of freedom (what integrate.c
    steps): [ 3 per owned rigid body | 2 per owned deformable vertex ]. A dof array has the vertex array right
@@ -269,9 +269,17 @@ PetscReal EffortWork(const Effort *effort);
 /* ---- model.c */
 /* Row of the owned rigid body of the owned rigid vertex v, by bisection. */
 PetscInt RigidOfVertex(const Model *model, PetscInt v);
+/* Vertices that force terms couple, besides those that meet in blocks and contacts, on all ranks. A rank that
+   owns a vertex of a group has the others of the group as ghosts, whose local numbers never change. */
+typedef struct {
+  PetscInt n;      /* groups */
+  PetscInt *start; /* (n + 1,) group i is gid[start[i]] .. gid[start[i + 1] - 1] */
+  PetscInt *gid;
+} Couplings;
 /* Collective. Builds the flat arrays of this rank and the ghost exchange from the mesh on rank 0; finds
    mesh->part when there is none. */
-PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, Model *model);
+PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, const Couplings *couplings,
+                           Model *model);
 PetscErrorCode ModelDestroy(Model *model);
 
 /* ---- distribute.c */

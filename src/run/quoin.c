@@ -82,8 +82,11 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
 /* Builds all that depends on the partition, in the reference state. */
 static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 {
+  Couplings couplings;
   PetscFunctionBeginUser;
-  PetscCall(ModelCreate(q->comm, &q->scene, mesh, &q->model));
+  PetscCall(TermsReads(q->comm, &q->scene, mesh, &couplings));
+  PetscCall(ModelCreate(q->comm, &q->scene, mesh, &couplings, &q->model));
+  PetscCall(CouplingsDestroy(&couplings));
   PetscCall(BlocksCreate(&q->scene, &q->model));
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, &q->model));
