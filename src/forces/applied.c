@@ -55,12 +55,12 @@ PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage)
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   const PetscInt at = 3 * m->n_bodies;
-  PetscReal *f = state->f_target;
+  PetscReal *f = state->applied.target;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
   PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
   PetscCall(CondensedLoads(m, f + at));
-  state->loads_turn = LoadsTurn(m, state->u, f);
+  state->applied.turn = LoadsTurn(m, state->u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,25 +68,26 @@ PetscErrorCode LoadsDead(const Scene *scene, const Model *m, const Stage *stage,
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(state->f_start, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
-  PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_FALSE, state->f_start + at));
+  PetscCall(PetscArrayzero(state->applied.start, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_FALSE, state->applied.start + at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(state->f_target, state->f_start, ModelApplied(m)));
-  PetscCall(add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->f_target + 3 * m->n_bodies));
-  state->loads_turn = LoadsTurn(m, state->u, state->f_target);
+  PetscCall(PetscArraycpy(state->applied.target, state->applied.start, ModelApplied(m)));
+  PetscCall(
+      add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->applied.target + 3 * m->n_bodies));
+  state->applied.turn = LoadsTurn(m, state->u, state->applied.target);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void LoadsApply(const Model *m, State *state, PetscReal ramp)
 {
-  state->ramp = ramp;
+  state->applied.ramp = ramp;
   for (PetscInt d = 0; d < ModelApplied(m); d++)
-    state->f_ext[d] = (1. - ramp) * state->f_start[d] + ramp * state->f_target[d];
+    state->f_ext[d] = (1. - ramp) * state->applied.start[d] + ramp * state->applied.target[d];
 }
 
 PetscErrorCode LoadsRenew(const Scene *scene, const Model *m, const Stage *stage, State *state)
@@ -94,6 +95,6 @@ PetscErrorCode LoadsRenew(const Scene *scene, const Model *m, const Stage *stage
   PetscFunctionBeginUser;
   if (!LoadsChange(scene, m, stage)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(LoadsTarget(scene, m, stage, state));
-  LoadsApply(m, state, state->ramp);
+  LoadsApply(m, state, state->applied.ramp);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -37,17 +37,17 @@ PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 void TermsSummary(FILE *f, const TermView *view);
 
 /* ---- applied.c */
-/* Sets state->f_target from the stage's loads in the present position. It must be called again after blocks
-   have moved, because water pressure stays normal to its face. */
+/* Sets state->applied.target from the stage's loads in the present position. It must be called again after
+   blocks have moved, because water pressure stays normal to its face. */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Whether water acts that follows the faces it presses on. */
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
 /* Whether applied forces change with the displacements: because of such water, or because the lever arms of
    forces about the mass centre of a rigid body turn with the body. */
 PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage);
-/* For stages in time, which have no ramp and so no other use for f_start. LoadsDead puts the loads that do
-   not follow the motion into state->f_start. LoadsFollow, called every step, makes state->f_target of these
-   and of the water on the faces as they are; it allocates nothing. */
+/* For stages in time, which have no ramp and so no other use for applied.start. LoadsDead puts the loads
+   that do not follow the motion into state->applied.start. LoadsFollow, called every step, makes
+   state->applied.target of these and of the water on the faces as they are; it allocates nothing. */
 PetscErrorCode LoadsDead(const Scene *scene, const Model *model, const Stage *stage, State *state);
 PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Sums the loads at vertices of rigid bodies into forces and present moments in the first 3 n_bodies entries
@@ -58,5 +58,5 @@ PetscBool LoadsTurn(const Model *model, const PetscReal *u, PetscReal *f);
 /* Takes the applied forces anew, at the present displacements and ramp, where they change with the
    displacements. */
 PetscErrorCode LoadsRenew(const Scene *scene, const Model *model, const Stage *stage, State *state);
-/* Sets f_ext = (1 - ramp) f_start + ramp f_target. */
+/* Sets f_ext = (1 - ramp) start + ramp target. */
 void LoadsApply(const Model *model, State *state, PetscReal ramp);

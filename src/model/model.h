@@ -21,7 +21,8 @@ typedef struct {
 /* ---------------------------------------------------------------------------------------------- Model
    Flat arrays of one rank, constant during the run; written by model.c. Local order of vertices:
      [ owned deformable, by gid | owned rigid, by body then gid | owned inner of condensed bodies, by body
-   then gid | ghosts of elements and couplings, by gid | further ghosts of contacts, by gid | DUMMY_VERTICES unit square ]
+   then gid | ghosts of elements and couplings, by gid | further ghosts of contacts, by gid | DUMMY_VERTICES
+   unit square ]
    The ghosts of contacts change when blocks move (neighbours.c); nothing before them does. Kept vertices of
    condensed bodies are deformable (or rigid) ones like any other. Degrees of freedom (what integrate.c
    steps): [ 3 per owned rigid body | 2 per owned deformable vertex ]. A dof array has the vertex array right
@@ -172,6 +173,15 @@ typedef struct {
    and StateTake afterwards. That tells PETSc that the numbers may have changed, so it drops the norms that it
    has kept. */
 
+/* The loads of a stage: f_ext = (1 - ramp) start + ramp target; applied.c. */
+typedef struct {
+  PetscReal *start, *target; /* [N, N m] applied force at the start of the ramp and at its end. target has the
+                                forces at vertices of rigid bodies behind its dofs. In a dynamic stage with
+                                water on faces start has the loads that keep their direction */
+  PetscReal ramp;            /* [-] 0..1 */
+  PetscBool turn;            /* a rigid body has loads whose moment changes as it turns */
+} Applied;
+
 typedef struct {
   PetscReal *u;          /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement;
                             integrate.c, rigid.c, ghost.c, newton_step.c; at inner vertices condense.c */
@@ -185,21 +195,16 @@ typedef struct {
                             itself; NULL: no condensed bodies; condense.c, at the end of a stage */
   PetscReal *m;          /* [kg, kg m2] (n_dof,) scaled mass (33)-(34), in time the true mass; masses.c */
   PetscReal *m_inv;      /* (n_dof,) 1/m, 0 where held */
-  PetscInt capacity;     /* numbers that u, f, f_old, f_ext, f_start, f_target have room for */
+  PetscInt capacity;     /* numbers that u, f, f_old, f_ext and the arrays of applied have room for */
   PetscReal dt;          /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;       /* [1/s] Rayleigh damping (38) */
   PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
   PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
   PetscReal caution;     /* [-] times by which the step of a static stage is shorter; guard.c */
   PetscInt64 cycle;      /* cycles since the start of the run */
-  PetscReal *f_start, *f_target; /* [N, N m] applied force at the start of the ramp and at its end; applied.c.
-                                    f_target has the forces at vertices of rigid bodies behind its dofs. In a
-                                    dynamic stage with water on faces f_start has the loads that keep their
-                                    direction */
-  PetscBool loads_turn;          /* a rigid body has loads whose moment changes as it turns; applied.c */
-  PetscReal time;                /* [s] since the start of the first dynamic stage */
+  PetscReal time;        /* [s] since the start of the first dynamic stage */
   PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; NULL: they never are; verify.c */
-  PetscReal ramp;        /* [-] 0..1: f_ext = (1 - ramp) f_start + ramp f_target */
+  Applied applied;       /* what makes f_ext */
   void **terms;          /* memory of each force term; terms.c */
   Vec displacement, velocity; /* (n_dof,) own the memory of u, v */
   Vec force, force_old;       /* own that of f, f_old, and change places with them */

@@ -125,8 +125,8 @@ PetscErrorCode StateDestroy(State *s)
   PetscFunctionBeginUser;
   vecs_of(s, vec, array, name);
   for (int i = 0; i < STATE_VECS; i++) PetscCall(VecDestroy(vec[i]));
-  PetscCall(PetscFree(s->f_start));
-  PetscCall(PetscFree(s->f_target));
+  PetscCall(PetscFree(s->applied.start));
+  PetscCall(PetscFree(s->applied.target));
   PetscCall(PetscFree(s->m_inv));
   PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));
@@ -144,8 +144,8 @@ PetscErrorCode StateResize(const Model *m, State *s)
   // the arrays of this rank may grow when those of others do not, so nothing here may be collective
   vecs_of(s, vec, array, name);
   for (int i = 0; i < VECS_WITH_VERTICES; i++) PetscCall(grow_vec(old, new, *vec[i], array[i]));
-  PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->f_start));
-  PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->f_target));
+  PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->applied.start));
+  PetscCall(ArrayGrow(sizeof(PetscReal), old, new, &s->applied.target));
   s->capacity = new;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

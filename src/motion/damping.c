@@ -86,7 +86,7 @@ PetscErrorCode DampingStart(const Model *m, const State *state, Damping *damping
    still. springs: slip is kept as it comes; then the secant stays, because springs feed no oscillation. */
 static void guard_secant(const State *state, PetscReal ratio, PetscBool springs, Damping *damping)
 {
-  if (state->ramp < 1. || ratio < 0.9 * damping->best_ratio)
+  if (state->applied.ramp < 1. || ratio < 0.9 * damping->best_ratio)
     damping->best_ratio = ratio, damping->best_cycle = state->cycle;
   if (state->cycle - damping->best_cycle > STALL_CYCLES && !springs) damping->tangent_only = PETSC_TRUE;
 }

@@ -46,7 +46,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
                        s->alpha,
                        s->beta,
                        s->time,
-                       s->ramp,
+                       s->applied.ramp,
                        c->rate,
                        (PetscReal)c->held,
                        (PetscReal)c->counted,
@@ -54,7 +54,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
                        s->caution,
                        (PetscReal)c->springs};
   const TermView view = {.scene = scene, .m = m, .contacts = c, .state = s};
-  PetscInt turn = s->loads_turn;
+  PetscInt turn = s->applied.turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
   PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held_counted_pull_caution_springs", 11, reals));
@@ -66,16 +66,16 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveVec(a, m, "f_ext", PETSC_TRUE, s->load));
   PetscCall(ArchiveVec(a, m, "m", PETSC_FALSE, s->mass));
   PetscCall(StateTake(s));
-  PetscCall(ArchiveApplied(a, m, "f_start", s->f_start));
-  PetscCall(ArchiveApplied(a, m, "f_target", s->f_target));
+  PetscCall(ArchiveApplied(a, m, "f_start", s->applied.start));
+  PetscCall(ArchiveApplied(a, m, "f_target", s->applied.target));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turn, 1, MPIU_INT, MPI_MAX, m->comm));
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   PetscCall(TermsArchive(a, &view));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
-  s->loads_turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
+  s->applied.turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
-  s->time = reals[3], s->ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
+  s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
   c->springs = (PetscBool)(reals[10] > 0.);
   PetscCall(pass_on(m, s->u));

@@ -335,7 +335,7 @@ static void history_row(const Problem *p, PetscReal u_max)
   const PetscReal *probes = p->output->probes;
   const State *s = p->state;
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
-          s->ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
+          s->applied.ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
   if (in_time(p->scene)) history_energies(f, p);
   for (PetscInt i = 0; i < p->m->n_points; i++)
     fprintf(f, ",%.10g,%.10g", probes[4 * i + 2], probes[4 * i + 3]);

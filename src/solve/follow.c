@@ -45,7 +45,7 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
 void FollowElse(const Model *m, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
-  const PetscBool halved = (PetscBool)(state->ramp < 1. || ratio < 0.5 * r->follow.half_ratio),
+  const PetscBool halved = (PetscBool)(state->applied.ramp < 1. || ratio < 0.5 * r->follow.half_ratio),
                   stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->follow.half_cycle) > wait);
   if (halved || stalls) r->follow.half_ratio = ratio, r->follow.half_cycle = state->cycle;
   if ((halved || stalls) && r->follow.stalls >= STALLS_TO_LET_GO) secant_from(m, state, r);

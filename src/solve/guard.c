@@ -6,8 +6,8 @@
      K <= W + K_0 + E_0,   W <= f_ext . (u - u_0) + R,   E_0 <= sum |f_0 u_0|.
 
    The forces f_0 include the reactions of supports. Until the ramp ends, W is taken as the larger of
-   f_start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0 is
-   the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
+   applied.start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0
+   is the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
    whole bound.
 
    An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
@@ -20,7 +20,7 @@
    shorter, and pull over what it was. */
 static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1;
 
-/* work [J]: the sums over all ranks of f_ext.du, f_start.du and |f_0 u_0|, from binned terms. */
+/* work [J]: the sums over all ranks of f_ext.du, applied.start.du and |f_0 u_0|, from binned terms. */
 static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
 {
   const Model *m = p->m;
@@ -32,7 +32,7 @@ static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
     const Bins bins = BinsFor(top);
     for (PetscInt d = 0; d < m->n_dof; d++) {
       const PetscReal du = s->u[d] - r->account.u[d],
-                      term[3] = {s->f_ext[d] * du, s->f_start[d] * du,
+                      term[3] = {s->f_ext[d] * du, s->applied.start[d] * du,
                                  PetscAbsReal(r->account.f[d] * r->account.u[d])};
       for (int i = 0; i < 3 && pass; i++) BinAdd(&bins, term[i], sum + 2 * i);
       for (int i = 0; i < 3 && !pass; i++) top = PetscMax(top, PetscAbsReal(term[i]));
@@ -50,7 +50,7 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
   PetscReal work[3];
   PetscFunctionBeginUser;
   PetscCall(sums_of_work(p, work));
-  *done = p->state->ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
+  *done = p->state->applied.ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
   *there = work[2] + p->relax->account.start;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -73,7 +73,7 @@ static PetscErrorCode begin_anew(const Problem *p)
     PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
   }
   LoadsApply(p->m, s, 0.);
-  s->ramp = 0., s->beta = BETA, s->caution = CAUTION;
+  s->applied.ramp = 0., s->beta = BETA, s->caution = CAUTION;
   p->contacts->pull *= PULL;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));

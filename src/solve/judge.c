@@ -349,7 +349,7 @@ PetscErrorCode Judge(const Problem *p)
                               "a force or displacement is not a finite number, first in %s", where));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  if (state->applied.ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   r->evidence.alpha_sum += state->alpha, r->evidence.n_alpha++;
   PetscBool rests = (PetscBool)(result->ratio <= stage->tolerance &&
                                 result->increment <= stage->velocity_tolerance);

@@ -146,7 +146,7 @@ static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
   PetscBool mine = PETSC_FALSE;
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < p->m->n_dof && !mine; d++)
-    mine = (PetscBool)(p->state->f_target[d] != p->state->f_start[d]);
+    mine = (PetscBool)(p->state->applied.target[d] != p->state->applied.start[d]);
   PetscCallMPI(MPI_Allreduce(&mine, change, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -161,8 +161,8 @@ static PetscErrorCode follow_motion(const Problem *p)
   PetscFunctionBeginUser;
   if (LoadsPress(p->scene, p->stage))
     PetscCall(LoadsFollow(p->scene, p->m, p->stage, s));
-  else if (s->loads_turn)
-    (void)LoadsTurn(p->m, s->u, s->f_target);
+  else if (s->applied.turn)
+    (void)LoadsTurn(p->m, s->u, s->applied.target);
   else
     PetscFunctionReturn(PETSC_SUCCESS);
   LoadsApply(p->m, s, 1.);

@@ -41,7 +41,7 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
   StageResult *result = p->result;
-  const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->ramp >= 1. &&
+  const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->applied.ramp >= 1. &&
                                             p->relax->evidence.chunk_start == state->cycle);
   const TermView view = ViewOf(p);
   PetscBool again;
@@ -50,11 +50,11 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
   PetscCall(TermsSettle(&view, result, &again));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
   if (result->verdict == VERDICT_CONVERGED && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
-  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
+  PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   PetscCall(EnergyAccountOpen(p));
   result->verdict = VERDICT_NONE;
-  state->ramp = 0.;
+  state->applied.ramp = 0.;
   *ramp_start = result->cycles;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -115,7 +115,7 @@ static PetscErrorCode prepare(const Problem *p)
   State *state = p->state;
   PetscBool slips;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
+  PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
   PetscCall(TermsBegin(&view));
   PetscCall(LoadsTarget(scene, p->m, p->stage, state));
   // the velocities of a dynamic stage mean nothing in fictitious time
@@ -145,9 +145,9 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
   if (p->result->verdict == VERDICT_NONE) {
     p->relax->effort.explicit = PETSC_TRUE;
-    PetscCall(PetscArraycpy(state->f_start, state->f_ext, ModelApplied(p->m)));
+    PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
     *ramp_start = p->result->cycles;
-    state->ramp = 0.;
+    state->applied.ramp = 0.;
     // the first cycle counts the change of forces from these
     PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
     // the other dampings keep slip as it comes, as the paper does
@@ -190,9 +190,9 @@ static PetscErrorCode load(Loop *loop)
   const Problem *p = loop->p;
   const PetscInt64 since = p->result->cycles + 1 - ((Static *)loop->memory)->ramp_start;
   PetscFunctionBeginUser;
-  if (p->state->ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->state->applied.ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
-  if (p->state->ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->state->applied.ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RelaxationReset(p)); // evidence counts from the full load on
   PetscCall(EnergyRampEnds(p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -249,7 +249,7 @@ static PetscErrorCode tell(Loop *loop)
   PetscFunctionBeginUser;
   if (result->cycles % p->scene->history_every < p->scene->check_every || result->verdict != VERDICT_NONE)
     PetscCall(OutputHistory(p));
-  if (p->state->ramp >= 1. && s->first_ratio == 0.)
+  if (p->state->applied.ramp >= 1. && s->first_ratio == 0.)
     s->first_ratio = result->ratio, s->first_wall = result->wall;
   progress(p, s->first_ratio, s->first_wall);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -276,7 +276,7 @@ static inline PetscErrorCode StageStart(Fixture *f, PetscInt number)
 {
   Stage *stage = f->scene->stages + number;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(f->state->f_start, f->state->f_ext, f->model->n_dof));
+  PetscCall(PetscArraycpy(f->state->applied.start, f->state->f_ext, f->model->n_dof));
   PetscCall(LoadsTarget(f->scene, f->model, stage, f->state));
   PetscCall(ScaledMasses(f->scene, f->model, stage->joints, f->contacts, f->state));
   LoadsApply(f->model, f->state, stage->ramp ? 0. : 1.);
@@ -288,7 +288,8 @@ static inline PetscErrorCode StageCycles(Fixture *f, PetscInt number, PetscInt n
   const Stage *stage = f->scene->stages + number;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n; i++) {
-    if (f->state->ramp < 1.) LoadsApply(f->model, f->state, PetscMin(1., f->state->ramp + 1. / stage->ramp));
+    if (f->state->applied.ramp < 1.)
+      LoadsApply(f->model, f->state, PetscMin(1., f->state->applied.ramp + 1. / stage->ramp));
     PetscCall(Step(f->scene, f->model, stage->joints, f->contacts, f->state, &f->relax->damping, NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -66,8 +66,8 @@ typedef struct {
   unsigned loads;    /* bit of each LoadKind that is its own */
   PetscBool presses; /* these press on faces, and follow them in large strain */
 
-  /* Rank 0, before the mesh is dealt out: gives `couple` the vertices that it couples, by their numbers in the
-     mesh, which are the gids. Blocks and contacts need not: ranks know the vertices of theirs. */
+  /* Rank 0, before the mesh is dealt out: gives `couple` the vertices that it couples, by their numbers in
+     the mesh, which are the gids. Blocks and contacts need not: ranks know the vertices of theirs. */
   PetscErrorCode (*reads)(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context);
   /* set-up; collective; create refuses what the scene gets wrong */
   PetscErrorCode (*create)(const TermView *v, void **memory);

@@ -85,7 +85,7 @@ static PetscErrorCode MoreBeginsAnewOnce(void)
   f.state->v[y] = 3.;
   PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew));
   ENSURE(anew && f.relax->account.made_energy == 1);
-  ENSURE(f.state->u[y] == 0. && f.state->v[y] == 0. && result.kinetic == 0. && f.state->ramp == 0.);
+  ENSURE(f.state->u[y] == 0. && f.state->v[y] == 0. && result.kinetic == 0. && f.state->applied.ramp == 0.);
   ENSURE_NEAR(f.contacts->pull, 0.1 * FOLLOW_CLOSELY, 1e-15);
   ENSURE_NEAR(f.state->beta, 0.5, 1e-15);
   ENSURE(f.state->m[y] > 3.9 * mass); // (33): half the step
@@ -160,14 +160,14 @@ static PetscErrorCode RampIsCounted(void)
   PetscFunctionBeginUser;
   PetscCall(Open("tptm", &f, &result, &p));
   const PetscInt y = DofOf(f.model, 4) + 1;
-  PetscCall(PetscArraycpy(f.state->f_start, f.state->f_ext, ModelApplied(f.model)));
-  PetscCall(PetscArrayzero(f.state->f_target, ModelApplied(f.model)));
+  PetscCall(PetscArraycpy(f.state->applied.start, f.state->f_ext, ModelApplied(f.model)));
+  PetscCall(PetscArrayzero(f.state->applied.target, ModelApplied(f.model)));
   LoadsApply(f.model, f.state, 1.);
   f.state->u[y] -= 0.004;
   PetscCall(EnergyRampEnds(&p));
   ENSURE_NEAR(f.relax->account.ramp, 0.004 * WEIGHT, 1e-9);
   LoadsApply(f.model, f.state, 0.);
-  f.state->ramp = 1.;
+  f.state->applied.ramp = 1.;
   f.state->u[y] += 0.004 + 0.003; // 3 mm up
   result.verdict = VERDICT_COLLAPSED;
   PetscCall(EnergyVeto(&p));

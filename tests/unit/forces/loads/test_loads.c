@@ -116,11 +116,11 @@ static const char materials[] =
     "materials: {soft: {density: 2000, young: 1e9, poisson: 0.2}, hard: {density: 3000}}\n"
     "joints: {default: {k_n: 1e9, k_s: 3e8, friction: 30}}\n";
 
-/* Force and moment about (0,0) of f_target on everything left of x = 9, over all ranks. */
+/* Force and moment about (0,0) of applied.target on everything left of x = 9, over all ranks. */
 static PetscErrorCode Resultant(const Fixture *f, PetscReal sum[3])
 {
   const Model *m = f->model;
-  const PetscReal *load = f->state->f_target;
+  const PetscReal *load = f->state->applied.target;
 
   PetscFunctionBeginUser;
   sum[0] = sum[1] = sum[2] = 0;
