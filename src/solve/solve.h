@@ -170,9 +170,9 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contact
 /* ---- newton.c */
 /* Collective. Finds the equilibrium of a static stage or trial with fixed connectivity, under loads that go
    from applied.start to applied.target, by Newton's method with the factor of the elastic stiffness. The
-   verdict is converged, collapsed (contacts outgrown, or a mechanism seen by creep) or interrupted. It is none when no
-   equilibrium was found or the factor cannot be made: displacements, history and f_ext are then those of the
-   last equilibrium, and the explicit loop goes on. */
+   verdict is converged, collapsed (contacts outgrown, or a mechanism seen by creep) or interrupted. It is
+   none when no equilibrium was found or the factor cannot be made: displacements, history and f_ext are then
+   those of the last equilibrium, and the explicit loop goes on. */
 PetscErrorCode NewtonRelax(const Problem *p);
 PetscErrorCode NewtonDestroy(Newton **newton);
 /* Collective. Lowest frequency [1/cycle] of the scaled masses on the elastic stiffness that was factored; 0:
