@@ -318,6 +318,8 @@ static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
     m->point_vertex[i] = -1;
     for (PetscInt v = 0; v < m->n_owned; v++)
       if (m->vertex_gid[v] == vertex_of_point[i]) m->point_vertex[i] = v;
+    for (PetscInt g = 0; g < m->n_element_ghosts; g++)
+      if (m->ghosts[g].gid == vertex_of_point[i]) m->point_vertex[i] = m->n_owned + g;
   }
   PetscCall(PetscFree(vertex_of_point));
   PetscFunctionReturn(PETSC_SUCCESS);

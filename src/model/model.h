@@ -159,7 +159,7 @@ typedef struct {
   char (*point_names)[NAME_LENGTH];
   PetscInt *face_set_start; /* (n_face_sets + 1,) into face_set_faces */
   PetscInt *face_set_faces; /* rows of `faces`, local blocks only, in ascending gid within a set */
-  PetscInt *point_vertex;   /* (n_points,) local vertex, -1: not on this rank */
+  PetscInt *point_vertex;   /* (n_points,) local vertex, a ghost too; -1: not on this rank */
 
   PetscBool one_machine;  /* the ranks share memory and exchange through it */
   struct _p_Ghost *ghost; /* the exchange of a cycle, NULL: one rank; ghost.c */
