@@ -401,8 +401,9 @@ static void TestElasticAndNaN(void)
   }
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+  (void)argc, (void)argv;
   RUN_TEST(TestDirectShear);
   RUN_TEST(TestPull);
   RUN_TEST(TestMemoryOfGap);

@@ -547,8 +547,9 @@ static void TestGrowingSlip(void)
   }
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+  (void)argc, (void)argv;
   RUN_TEST(TestReference);
   RUN_TEST(TestEccentricLoad);
   RUN_TEST(TestEccentricityLimits);
