@@ -64,6 +64,7 @@ static void path_of(const char *folder, PetscInt number, char path[PETSC_MAX_PAT
 }
 
 /* The number of a checkpoint by its name, -1: it is no checkpoint. Nine digits are enough for any run. */
+enum { LAST_NUMBER = 999999999 };
 static PetscInt number_of(const char *name)
 {
   int number, end = 0;
@@ -184,7 +185,8 @@ static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
 {
   const int error = c->number < 0 ? newest(c->folder, PETSC_MAX_INT, &c->number) : 0;
   if (error) snprintf(message, MESSAGE_LENGTH, "cannot read '%.700s': %s", c->folder, strerror(error));
-  c->number++;
+  if (c->number++ == LAST_NUMBER)
+    snprintf(message, MESSAGE_LENGTH, "no number is left in '%.700s' behind %d", c->folder, LAST_NUMBER);
 }
 
 /* Rank 0. Writes the file; if somebody removes the folder meanwhile, makes the folder again, once. */

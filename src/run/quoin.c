@@ -49,7 +49,7 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
 {
   PetscFunctionBeginUser;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
-  PetscCall(StateViewsCheck(q->comm));
+  PetscCall(StateViewsCheck(q->comm, PETSC_FALSE));
   PetscCall(SolverOptionsTake(&q->scene));
   MemorySetLimit(1e9 * (double)q->scene.memory_limit);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -248,6 +248,7 @@ static PetscErrorCode start(Quoin q)
   PetscFunctionBeginUser;
   PetscCall(OutputLock(q->comm, &q->scene, &q->output)); // before anything in the folder is read
   q->has_output = PETSC_TRUE;
+  PetscCall(StateViewsCheck(q->comm, PETSC_TRUE));
   PetscCall(CheckpointCreate(q->comm, &q->scene, q->mesh, &q->checkpoint));
   PetscCall(CheckpointRestart(&q->checkpoint));
   PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));

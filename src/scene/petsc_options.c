@@ -4,7 +4,10 @@
    Options of viewers of the state, -displacement_view and so on, only print. */
 #include "scene/scene.h"
 #include <ctype.h>
+#include <errno.h>
 #include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static PetscBool begins_with_any(const char *name, const char *const *words)
 {
@@ -62,19 +65,50 @@ static PetscBool has_viewer(const char *value)
   return PETSC_FALSE;
 }
 
-PetscErrorCode StateViewsCheck(MPI_Comm comm)
+/* The file of a viewer, "": it prints or draws. PETSc puts values of the environment in place of ${NAME}, so
+   that such a name is left to it. */
+static void file_of(const char *value, char file[PETSC_MAX_PATH_LEN])
 {
-  char message[MESSAGE_LENGTH] = "";
+  const size_t type = strcspn(value, ":");
+  const char *name = value[type] ? value + type + 1 : "";
+  snprintf(file, PETSC_MAX_PATH_LEN, "%.*s", (int)strcspn(name, ":"), name);
+  if (!strncmp(value, "draw:", 5) || strchr(file, '$')) file[0] = 0;
+}
+
+/* Returns the reason (errno) why a file cannot be written, 0: there is none. */
+static int cannot_write(const char *file)
+{
+  struct stat there;
+  char folder[PETSC_MAX_PATH_LEN + 1];
+  const char *slash = strrchr(file, '/');
+  if (!stat(file, &there)) return S_ISDIR(there.st_mode) ? EISDIR : access(file, W_OK) ? errno : 0;
+  snprintf(folder, sizeof(folder), "%.*s.", slash ? (int)(slash - file) + 1 : 0, file);
+  return access(folder, W_OK | X_OK) ? errno : 0;
+}
+
+PetscErrorCode StateViewsCheck(MPI_Comm comm, PetscBool files)
+{
+  char message[MESSAGE_LENGTH] = "", file[PETSC_MAX_PATH_LEN];
+  PetscMPIInt rank;
   PetscInt n;
   char **names, **values;
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values)); // none of them has been read yet
-  for (PetscInt i = 0; i < n; i++)
-    if (IsStateView(names[i]) && !has_viewer(values[i] ? values[i] : ""))
+  for (PetscInt i = 0; i < n; i++) {
+    const char *value = values[i] ? values[i] : "";
+    if (!IsStateView(names[i])) continue;
+    if (!has_viewer(value))
       PetscCall(PetscSNPrintf(message, sizeof(message),
                               "command line: -%s %.200s: expected ascii, binary, draw or hdf5, as "
                               "-%s binary:file.bin",
-                              names[i], values[i], names[i]));
+                              names[i], value, names[i]));
+    file_of(value, file);
+    const int why = files && !rank && file[0] ? cannot_write(file) : 0;
+    if (why)
+      PetscCall(PetscSNPrintf(message, sizeof(message), "command line: -%s %.800s: cannot write the file: %s",
+                              names[i], value, strerror(why)));
+  }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscCall(CheckMessage(comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -227,8 +227,9 @@ typedef enum {
 extern const char *const StateVecNames[];
 /* Whether an option, less its dash, asks for such a viewer. */
 PetscBool IsStateView(const char *option);
-/* Refuses viewers that PETSc does not have. */
-PetscErrorCode StateViewsCheck(MPI_Comm comm);
+/* Refuses viewers that PETSc does not have, and, with files, those whose file cannot be written: a stage
+   that comes to them may take hours. Files may lie in the output folder, so they are looked at behind it. */
+PetscErrorCode StateViewsCheck(MPI_Comm comm, PetscBool files);
 /* Warns of options that nothing has read: they are misspelt, belong to a solver that did not run, or name
    a view that no stage came to. */
 PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);

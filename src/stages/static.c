@@ -102,7 +102,7 @@ static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
   PetscBool mine = p->stage->variable; // under variable connectivity contacts of any joint may come
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded && !mine; i++)
-    mine = (PetscBool)(p->stage->joints[c->joint[i]].law != LAW_ELASTIC);
+    mine = (PetscBool)(c->key[2 * i] >= 0 && p->stage->joints[c->joint[i]].law != LAW_ELASTIC);
   PetscCallMPI(MPI_Allreduce(&mine, slips, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

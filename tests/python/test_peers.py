@@ -72,3 +72,12 @@ def test_tables_and_picture_are_written(run):
     assert text.count("| Quoin |") == 2 + 1  # two laws, one wall
     assert (folder / "peers.png").stat().st_size > 10000
     assert all(row["ns"] > 0 for row in data["explicit"])
+
+
+def test_one_part_into_a_new_folder(run, tmp_path):
+    """The other parts are empty tables; it ended in a KeyError, and wanted a folder that is there."""
+    done = subprocess.run([sys.executable, ROOT / "tests" / "benchmark" / "peers.py", "--quoin", QUOIN, "--folder", tmp_path / "a/b", "--repeats", "1", "--ccx",
+                           run[2] / "ccx", "--sizes", "8", "--limit", "8", "16", "32", "--paper", "8", "--cap", "0.1", "--parts", "static"],
+                          env=os.environ | {"PYTHONPATH": f"{run[2]}:{ROOT / 'tools'}", "OPENBLAS_NUM_THREADS": "1"}, capture_output=True, text=True)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "a/b").iterdir()} == {"peers.json", "peers.md", "peers.png"}

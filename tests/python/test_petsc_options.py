@@ -52,3 +52,10 @@ def test_a_restart_compares_them(folder):
 def test_no_warning_of_what_nobody_has_given(folder):
     assert not run(folder, "-pc_type", "jacobi")[1]
     assert "-mat_no_inod was read by nothing" in run(folder, "-mat_no_inod")[1]
+
+
+def test_traps_of_the_processor_are_refused(folder):
+    """-fp_trap ended each run with exit code 7: what vector code throws away may divide by zero."""
+    done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-fp_trap"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 2 and done.stderr == ("quoin: error: command line: -fp_trap: lanes whose results are thrown away may divide by zero: "
+                                                    "NaN is looked for instead\n")

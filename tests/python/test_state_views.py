@@ -92,6 +92,25 @@ def test_a_viewer_that_petsc_lacks_is_refused_at_once(folder):
                                    "as -load_view binary:file.bin")
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("viewer, why", [("hdf5:no/such/u.h5", "No such file or directory"), ("ascii:no/such/u.txt", "No such file or directory"),
+                                         ("binary:model.h5/u.bin::append", "Not a directory"), (":.", "Is a directory")])
+def test_a_file_that_cannot_be_written_is_refused_at_once(folder, viewer, why, ranks):
+    done = run(folder, ranks, "-displacement_view", viewer)
+    said = [line for line in done.stderr.splitlines() if line.startswith("quoin: error:")]
+    assert done.returncode == 2 and said == [f"quoin: error: command line: -displacement_view {viewer}: cannot write the file: {why}"]
+    assert [path.name for path in (folder / "out").iterdir()] == ["quoin.lock"]
+
+
+def test_a_file_may_lie_in_the_output_folder(folder, monkeypatch):
+    """Which the run makes; and PETSc puts in values of the environment."""
+    monkeypatch.setenv("QUOIN_HERE", str(folder))
+    (folder / "here").mkdir()
+    viewers = {"displacement": "ascii:out/u.txt", "load": "binary:here/../out/load.bin", "mass": "ascii:${QUOIN_HERE}/m.txt"}
+    assert run(folder, 1, *[word for name, value in viewers.items() for word in (f"-{name}_view", value)]).returncode == 0
+    assert (folder / "out/u.txt").stat().st_size and binary(folder / "out/load.bin")[0].size and (folder / "m.txt").stat().st_size
+
+
 def test_misspelt_and_unread_views_are_told(folder):
     assert run(folder, 1, "-displacment_view").returncode == 2
     # advice tries stages and ends none

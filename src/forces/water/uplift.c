@@ -119,6 +119,7 @@ static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n
   PetscInt s = 0, n_mine, *mine;
   PetscFunctionBeginUser;
   while (s < m->n_face_sets && strcmp(m->face_set_names[s], name)) s++;
+  PetscCheck(s < m->n_face_sets, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no set of faces has the name '%s'", name);
   n_mine = m->face_set_start[s + 1] - m->face_set_start[s];
   PetscCall(PetscMalloc1(n_mine, &mine));
   for (PetscInt i = 0; i < n_mine; i++) mine[i] = m->faces.gid[m->face_set_faces[m->face_set_start[s] + i]];

@@ -3,6 +3,8 @@
    and damping included; what is missing or of another size is told. */
 #include "scene_fixture.h"
 #include "archive/archive.h"
+#include <hdf5.h>
+#include <unistd.h>
 
 static Sketch sketch;
 
@@ -240,6 +242,59 @@ static PetscErrorCode NumbersOutOfRangeAreTold(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Adds a dataset of one column, of which the first chunk is stored. */
+static void put_rows(hid_t file, const char *name, hid_t type, hsize_t rows, const void *row, hsize_t chunk)
+{
+  const hid_t properties = H5Pcreate(H5P_DATASET_CREATE),
+              all = H5Screate_simple(2, (hsize_t[]){rows, 1}, NULL),
+              some = H5Screate_simple(2, (hsize_t[]){chunk, 1}, NULL);
+  H5Pset_chunk(properties, 2, (hsize_t[]){chunk, 1});
+  const hid_t set = H5Dcreate2(file, name, type, all, H5P_DEFAULT, properties, H5P_DEFAULT);
+  H5Sselect_hyperslab(all, H5S_SELECT_SET, (hsize_t[]){0, 0}, NULL, (hsize_t[]){chunk, 1}, NULL);
+  ENSURE(set >= 0 && H5Dwrite(set, type, some, all, H5P_DEFAULT, row) >= 0);
+  H5Dclose(set);
+  H5Sclose(some);
+  H5Sclose(all);
+  H5Pclose(properties);
+}
+
+/* A file whose checksum fits and whose sizes, in bytes, are more than a computer counts: 2^61 + 1 numbers
+   of 8 bytes are 8 bytes. Refused before memory for them is taken. */
+static PetscErrorCode SizesThatOverflowAreRefused(void)
+{
+  static const char contents[] = "x 0 2305843009213693953 1\n";
+  const double x = 1.;
+  char path[] = "/tmp/quoin_archive_XXXXXX", header[ARCHIVE_HEADER], message[MESSAGE_LENGTH] = "";
+  Archive a;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
+  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_fapl_core(access, 1 << 20, 0);
+  const hid_t file = H5Fcreate("forged", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  put_rows(file, "contents", H5T_STD_U8LE, sizeof contents - 1, contents, sizeof contents - 1);
+  put_rows(file, "x", H5T_IEEE_F64LE, ((hsize_t)1 << 61) + 1, &x, 1);
+  H5Fflush(file, H5F_SCOPE_GLOBAL);
+  const size_t bytes = (size_t)H5Fget_file_image(file, NULL, 0);
+  char *image = malloc(bytes);
+  H5Fget_file_image(file, image, bytes);
+  H5Fclose(file);
+  H5Pclose(access);
+  ArchiveHeader(bytes, HashBytes(0, image, bytes), QUOIN_VERSION, header);
+  const int descriptor = mkstemp(path);
+  ENSURE(write(descriptor, header, ARCHIVE_HEADER) == ARCHIVE_HEADER);
+  ENSURE(write(descriptor, image, bytes) == (ssize_t)bytes);
+  close(descriptor);
+  free(image);
+  PetscCall(ArchiveCreate(PETSC_COMM_SELF, &a));
+  PetscCall(ArchiveReadFile(&a, path, message));
+  ENSURE(!strcmp(message, "HDF5 cannot read it") && !ArchiveFind(&a, "x"));
+  PetscCall(ArchiveDestroy(&a));
+  unlink(path);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -248,6 +303,7 @@ int main(int argc, char **argv)
   RUN_TEST(WhatIsMissingIsTold);
   RUN_TEST(ContactsOfNoModelAreTold);
   RUN_TEST(NumbersOutOfRangeAreTold);
+  RUN_TEST(SizesThatOverflowAreRefused);
   const int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

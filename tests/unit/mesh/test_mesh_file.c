@@ -321,12 +321,40 @@ static const char *const spoilings[] = {
     "dataset /blocks: its data are in other files",
     "dataset /blocks: its data are in other files",
     "group '1st': a name is a letter",
-    "group 'bed-rock_2': rigid is 2, expected 0 or 1"};
+    "group 'bed-rock_2': rigid is 2, expected 0 or 1",
+    "attribute version is 4294967297, expected 1",
+    "dataset /blocks is written with filter 300 (of this test), which this HDF5 has not"};
+
+static size_t Unchanged(unsigned flags, size_t n, const unsigned values[], size_t bytes, size_t *size,
+                        void **buffer)
+{
+  (void)flags, (void)n, (void)values, (void)size, (void)buffer;
+  return bytes;
+}
+
+/* Data behind a filter that is gone when they are read. */
+static void PutFiltered(hid_t file)
+{
+  static const H5Z_class2_t filter = {H5Z_CLASS_T_VERS, 300, 1, 1, "of this test", NULL, NULL, Unchanged};
+  const hsize_t size[2] = {3, 4};
+  const hid_t space = H5Screate_simple(2, size, NULL), properties = H5Pcreate(H5P_DATASET_CREATE);
+  H5Zregister(&filter);
+  H5Ldelete(file, "/blocks", H5P_DEFAULT);
+  H5Pset_chunk(properties, 2, size);
+  H5Pset_filter(properties, filter.id, H5Z_FLAG_MANDATORY, 0, NULL);
+  const hid_t set = H5Dcreate2(file, "/blocks", H5T_STD_I32LE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+  ENSURE(set >= 0 && H5Dwrite(set, H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, small_blocks) >= 0);
+  H5Dclose(set);
+  H5Sclose(space);
+  H5Pclose(properties);
+  ENSURE(H5Zunregister(filter.id) >= 0);
+}
 
 static void Spoil(int i, hid_t file)
 {
   const double real = 1;
   const int two = 2;
+  const long long lower_half_1 = (1LL << 32) + 1;
   const char *text = "quoin-mesh";
   const hid_t variable = H5Tcopy(H5T_C_S1), properties = H5Pcreate(H5P_DATASET_CREATE);
   H5Tset_size(variable, H5T_VARIABLE);
@@ -362,6 +390,8 @@ static void Spoil(int i, hid_t file)
     H5Ldelete(file, "/groups/rigid", H5P_DEFAULT);
     Put(file, "/groups/rigid", INT32, 1, (hsize_t[]){SMALL_GROUPS}, (PetscInt[]){1, 2});
   }
+  if (i == 15) PutAttribute(file, "version", H5T_NATIVE_LLONG, &lower_half_1);
+  if (i == 16) PutFiltered(file);
   H5Pclose(properties);
   H5Tclose(variable);
 }

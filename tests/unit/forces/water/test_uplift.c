@@ -46,11 +46,33 @@ static void DiagramsOfTheCrack(void)
   ENSURE(d.n == 3 && d.s[1] == 8 && d.p[1] == 3e5 && d.p[2] == 0);
 }
 
+/* A set that the mesh does not have, for which a scene is refused earlier: no list is read past its end. */
+static PetscErrorCode NoSuchSet(void)
+{
+  char names[1][NAME_LENGTH] = {"base"};
+  PetscInt start[3] = {0, 0, 0};
+  Load load = {.kind = LOAD_UPLIFT, .name = "uplift", .target = "bass"};
+  const Scene scene = {.file = "scene.yaml", .n_loads = 1, .loads = &load};
+  const Model m = {
+      .comm = PETSC_COMM_SELF, .n_face_sets = 1, .face_set_names = names, .face_set_start = start};
+  const Contacts c = {.n = 0};
+  Uplift *all = NULL;
+  LEAKS_ALLOWED();
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  const PetscErrorCode code = UpliftCreate(&scene, &m, &c, &all);
+  PetscCall(PetscPopErrorHandler());
+  LEAKS_COUNT();
+  ENSURE(code == PETSC_ERR_PLIB);
+  PetscCall(UpliftDestroy(&scene, &all));
+  return 0;
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(PressureOnFace);
   RUN_TEST(DiagramsOfTheCrack);
+  RUN_TEST(NoSuchSet);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

@@ -1,0 +1,157 @@
+"""What the system denies: large files, processor time, memory that ranks share, locks, memory; signals before the run has begun; what others have put
+into the output folder. Each is told, and the next run goes on to the results of an undisturbed one."""
+# ranks: 1 2
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
+
+import yaml  # noqa: E402
+from calls import content  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from run import ENVIRONMENT, outcome  # noqa: E402
+from scenes import static  # noqa: E402
+
+pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
+LONG = ("-relaxation_velocity_tolerance", "1e-30", "-relaxation_max_cycles", "1000000000")  # never ends by itself
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """A folder with a scene and its results, and what these are."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    mesh, scene = static(4)
+    write(str(folder / "model.h5"), mesh)
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    code, _, error = run(folder)
+    assert code == 0, error
+    return folder, content(folder)
+
+
+@pytest.fixture
+def folder(undisturbed, tmp_path):
+    """The scene alone."""
+    for name in ("model.h5", "scene.yaml"):
+        shutil.copy(undisturbed[0] / name, tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def denying(tmp_path_factory):
+    """The library that denies, see tests/reliability/deny.c."""
+    library = tmp_path_factory.mktemp("deny") / "deny.so"
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, ROOT / "tests/reliability/deny.c", "-ldl"], check=True)
+    return lambda what: {"LD_PRELOAD": str(library), "QUOIN_DENY": str(what)}
+
+
+def command(*options, ranks=1, limits=""):
+    launch = [] if ranks == 1 else ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
+    return ["bash", "-c", f'{limits} exec "$@"', "-", *launch, QUOIN, "-options_file", "scene.yaml", *options]
+
+
+def run(folder, *options, environment=None, **more):
+    """Exit code, stdout, and what it says went wrong."""
+    done = subprocess.run(command(*options, **more), cwd=folder, capture_output=True, text=True, env=os.environ | ENVIRONMENT | (environment or {}))
+    return done.returncode, done.stdout, [line for line in done.stderr.splitlines() if line.startswith("quoin: ")]
+
+
+def goes_on(folder, expected):
+    code, _, error = run(folder, "-restart", "auto")
+    assert code == 0 and content(folder) == expected, error
+
+
+@pytest.mark.parametrize("blocks", [1, 8, 30, 51, 59])  # of 1024 bytes; the last checkpoint has 60
+def test_files_that_may_not_grow(folder, undisturbed, blocks):
+    code, _, error = run(folder, limits=f"ulimit -f {blocks};")
+    assert code == 8 and len(error) == 1 and "File too large" in error[0], (code, error)
+    goes_on(folder, undisturbed[1])
+
+
+def test_processor_time(folder):
+    """Its soft limit is told by SIGXCPU, which ends a program that does not look for it."""
+    code, out, error = run(folder, *LONG, limits="ulimit -S -t 1;")
+    assert code == 5 and len(error) == 1 and "a signal stops the run" in error[0] and "-restart out/checkpoints" in out, (code, out, error)
+    code, out, error = run(folder, *LONG, "-restart", "auto", "-checkpoint_wall_limit", "1e-9")
+    assert code == 5 and "goes on from" in out, (code, out, error)
+
+
+@pytest.mark.parametrize("number", [signal.SIGUSR1, signal.SIGUSR2, signal.SIGTERM, signal.SIGXCPU], ids=lambda number: number.name)
+def test_signals_during_set_up(folder, undisturbed, denying, number):
+    """They wait for the first cycle: SIGUSR1 asks for a checkpoint there, the others for one and an end."""
+    code, out, error = run(folder, environment=denying(int(number)))
+    assert code == (0 if number == signal.SIGUSR1 else 5), (code, out, error)
+    goes_on(folder, undisturbed[1])
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("what", ["space", "window"])
+def test_no_shared_memory(folder, undisturbed, denying, what):
+    """Ranks exchange messages instead, with the same bits."""
+    code, _, error = run(folder, ranks=2, environment=denying(what))
+    assert code == 0 and len(error) == 1 and "they exchange messages" in error[0], (code, error)
+    assert outcome(folder) == outcome(undisturbed[0])
+    code, _, error = run(folder, ranks=2)
+    assert code == 0 and not error
+
+
+def test_no_locks(folder, undisturbed, denying):
+    """Any refusal but "another has it" is told by its name (a disk over the network without locks)."""
+    code, _, error = run(folder, environment=denying("lock"))
+    assert code == 8 and error == ["quoin: error: output: cannot lock 'out/quoin.lock': No locks available"]
+    goes_on(folder, undisturbed[1])
+
+
+def test_no_memory_for_the_scene(folder, denying):
+    code, _, error = run(folder, environment=denying("yaml"))
+    assert code == 2 and error == ["quoin: error: scene.yaml: no memory is left to read it"] and not (folder / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["results.h5", "results.xdmf", "history.csv", "summary.json", "scene_echo.yaml", "checkpoints/checkpoint_000000.h5"])
+def test_links_to_elsewhere_are_not_followed(folder, undisturbed, name):
+    """Whoever may write into the output folder could have another file overwritten."""
+    precious = folder / "precious"
+    precious.write_text("yes")
+    part = folder / f"out/{name}.part"
+    part.parent.mkdir(parents=True)
+    part.symlink_to(precious)
+    code, _, error = run(folder)
+    assert precious.read_text() == "yes"
+    assert code == 8 and len(error) == 1 and name in error[0] and "Too many levels of symbolic links" in error[0], (code, error)
+    part.unlink(missing_ok=True)
+    goes_on(folder, undisturbed[1])
+
+
+def test_numbers_of_checkpoints(folder, undisturbed):
+    """One that a run could not count on from is none of a run; behind the last number that has a name no file is written that no restart finds."""
+    place = folder / "out/checkpoints"
+    place.mkdir(parents=True)
+    (place / "checkpoint_2147483647.h5").write_text("of somebody else")
+    code, _, error = run(folder)
+    assert code == 0 and content(folder) == undisturbed[1], error
+    assert (place / "checkpoint_2147483647.h5").read_text() == "of somebody else" and max(map(len, os.listdir(place))) == len("checkpoint_2147483647.h5")
+    good = (place / sorted(os.listdir(place))[1]).read_bytes()
+    (place / "checkpoint_999999999.h5").write_bytes(good)
+    code, _, error = run(folder)
+    assert code == 8 and len(error) == 1 and "no number is left in 'out/checkpoints' behind 999999999" in error[0], (code, error)
+    assert not list(place.glob("checkpoint_1000000000*"))
+
+
+def test_starts_at_once(folder, undisturbed):
+    """One has the folder, the others are told; one that comes when it is free goes on from the newest checkpoint, whose number it has read by then."""
+    starts = [subprocess.Popen(command("-restart", "auto", "-checkpoint_every", "150"), cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               text=True, env=os.environ | ENVIRONMENT) for _ in range(6)]  # fmt: skip
+    errors = [start.communicate()[1] for start in starts]
+    codes = [start.returncode for start in starts]
+    assert set(codes) <= {0, 9} and 0 in codes, (codes, errors)
+    assert all("another run" in error for code, error in zip(codes, errors) if code == 9)
+    assert content(folder) == undisturbed[1]
+    assert not list((folder / "out").rglob("*.part"))
