@@ -14,8 +14,9 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from calls import content  # noqa: E402
+from quoin_tools.base.whole import check_folder  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
-from run import ENVIRONMENT  # noqa: E402
+from run import ENVIRONMENT, outcome  # noqa: E402
 from scenes import dynamic, static  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
@@ -68,3 +69,18 @@ def test_what_cannot_be_read_stays(before, name, tmp_path):
     shutil.move(kept, path)
     code, error = run(tmp_path / "run", "-restart", "auto")
     assert code == 0 and content(tmp_path / "run") == expected, error
+
+
+@pytest.mark.parametrize("name", ["history.csv", "results.h5"])
+def test_a_flipped_bit_is_told(before, name, tmp_path):
+    """What is damaged begins anew behind the checkpoint, with a warning; what the run leaves is whole, and as far as it goes the same."""
+    folder, expected = before
+    shutil.copytree(folder, tmp_path / "run")
+    path = tmp_path / "run" / "out" / name
+    data = bytearray(path.read_bytes())
+    data[len(data) // 4] ^= 1
+    path.write_bytes(bytes(data))
+    code, error = run(tmp_path / "run", "-restart", "auto")
+    assert code == 0 and name in error and len(error.splitlines()) == 1, (code, error)
+    check_folder(tmp_path / "run" / "out")
+    assert outcome(tmp_path / "run")[0] == expected[3][0]
