@@ -165,17 +165,18 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
 
 static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
-  static const int kinds[] = {[LOAD_RESERVOIR] = FACE_SETS,
-                              [LOAD_TRACTION] = FACE_SETS,
-                              [LOAD_POINT_FORCE] = POINTS,
-                              [LOAD_UPLIFT] = FACE_SETS};
+  // what a load of each kind has as its target; the others act on groups alone; 32: TermKind.loads has no more
+  static const int kinds[32] = {[LOAD_RESERVOIR] = FACE_SETS,
+                                [LOAD_TRACTION] = FACE_SETS,
+                                [LOAD_POINT_FORCE] = POINTS,
+                                [LOAD_UPLIFT] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
     snprintf(key, sizeof key, "loads.%s", load->name);
     for (PetscInt g = 0; g < load->n_groups; g++)
       check_target(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
-    if (load->kind != LOAD_SELF_WEIGHT)
+    if (kinds[load->kind])
       check_target(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
   }
 }

@@ -10,12 +10,12 @@ typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
 typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
 typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
 typedef enum {
-  STRESS_PT,
-  STRESS_R2PT,
+  STRESS_PT,   /* of fixed control points; those before STRESS_R2PT have a potential */
+  STRESS_R2PT, /* from here on they have none */
   STRESS_R3PT,
   STRESS_T2PT,
   STRESS_T3PT,
-  STRESS_TPTM,
+  STRESS_TPTM, /* from here on control points move; contacts are sorted by model */
   STRESS_MODELS
 } StressModelKind;
 typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE, LOAD_UPLIFT } LoadKind;
@@ -254,8 +254,6 @@ void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
 /* [degree] Largest friction of the joints that the stage reduces; has: (n_joints,) counts only those it
    marks, NULL: all. NaN: the stage reduces none. */
 PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has);
-/* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm, "StressModelKind", "STRESS_", NULL */
-extern const char *const StressModels[];
 /* Computes tan_phi from friction. */
 void JointPrepare(Joint *joint);
 /* Whether a strength reduction reduces this joint. */

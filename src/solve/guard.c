@@ -137,7 +137,7 @@ PetscErrorCode EnergyGuard(const Problem *p, PetscBool *anew)
 static PetscBool may_make_energy(const Scene *scene)
 {
   for (PetscInt j = 0; j < scene->n_joints; j++)
-    if (scene->joints[j].stress_model != STRESS_PT && scene->joints[j].stress_model != STRESS_TPTM)
+    if (scene->joints[j].stress_model >= STRESS_R2PT && scene->joints[j].stress_model < STRESS_TPTM)
       return PETSC_TRUE;
   return PETSC_FALSE;
 }

@@ -1,4 +1,4 @@
-"""The documents against the source: functions that docs/theory.md names, files that docs/design.md lists, versions of files."""
+"""The documents against the source: functions that the documents name, files that docs/design.md lists, versions of files."""
 
 import re
 from pathlib import Path
@@ -29,7 +29,7 @@ def without_comments(source):
     return re.sub(r"/\*.*?\*/|//[^\n]*", "", source, flags=re.S)
 
 
-@pytest.mark.parametrize("file, function", named_functions("docs/theory.md") + named_functions("docs/design.md"))
+@pytest.mark.parametrize("file, function", [pair for page in ("theory", "design", "extend") for pair in named_functions(f"docs/{page}.md")])
 def test_function_exists(file, function):
     """Defined: its name, arguments, and a body behind them."""
     assert file in SOURCES, f"src/ has no {file}"

@@ -1,5 +1,5 @@
-"""The force term that docs/extend.md adds, springs from points to the ground, in the program built with it: what a new term
-gets from its row of the table, and nothing else."""
+"""What docs/extend.md and tests/terms/*.diff add, in the program built with it: springs from points to the ground, which have what a
+force term gets from its row of the table and nothing else; a load, a stage, a field of the results."""
 # ranks: 2
 
 import json
@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,13 +20,13 @@ from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.meshing import rectangle  # noqa: E402
 from run import ENVIRONMENT  # noqa: E402
 
-QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin")).parent / "tests/quoin_springs"
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin")).parent / "tests/quoin_recipes"
 CORNERS = "bottom_left", "bottom_right", "top_left", "top_right"
 STIFFNESS, DENSITY, GRAVITY, WIDTH, HEIGHT = 2e6, 2400.0, 10.0, 2.0, 1.0
 MASS = DENSITY * WIDTH * HEIGHT
 
 
-def run(folder, material, stage, *options, ranks=1):
+def run(folder, material, stage, *options, ranks=1, **others):
     write(str(folder / "model.h5"), rectangle(0, 0, WIDTH, HEIGHT, nx=2, group="block"))
     scene = {
         "model": "model.h5", "gravity": GRAVITY,
@@ -35,15 +36,19 @@ def run(folder, material, stage, *options, ranks=1):
         "springs": {name: {"point": name, "stiffness": [STIFFNESS, STIFFNESS]} for name in CORNERS},
         "loads": {"weight": {"type": "self_weight"}},
         "stages": {"hang": {"loads": ["weight"]} | stage},
-    }
+    } | others
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
     start = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
     return subprocess.run([*start, QUOIN, "-options_file", "scene.yaml", *options], cwd=folder, capture_output=True, text=True,
                           env=ENVIRONMENT | dict(os.environ))
 
 
+def stages_of(folder):
+    return json.loads((folder / "out/summary.json").read_text(encoding="utf-8"))["stages"]
+
+
 def stage_of(folder):
-    return json.loads((folder / "out/summary.json").read_text(encoding="utf-8"))["stages"][0]
+    return stages_of(folder)[0]
 
 
 def sinking(folder):
@@ -85,3 +90,55 @@ def test_a_point_that_is_none(tmp_path):
     assert done.returncode == 2 and done.stderr == "quoin: error: scene.yaml: springs.top_left: the mesh has no such point\n"
     done = run(tmp_path, ELASTIC, {}, "-springs_top_left_stiffness", "stiff")
     assert done.returncode == 2 and "springs" in done.stderr and "stiffness" in done.stderr
+
+
+# ---- body_force, forces, reaction: on a block whose bottom is held
+
+PUSH, TOTAL = [1.5, 2.0], [MASS * 1.5, MASS * (2.0 - GRAVITY)]
+HELD = {"supports": {"bottom": {"fix": "xy"}}, "springs": {},
+        "loads": {"weight": {"type": "self_weight"}, "push": {"type": "body_force", "groups": ["block"], "acceleration": PUSH}}}  # fmt: skip
+
+
+def xy(forces):
+    return [forces["x"], forces["y"]]
+
+
+def reaction(folder, stage):
+    """Sum of the field over all vertices."""
+    with h5py.File(folder / "out/results.h5") as file:
+        return file[f"stages/{stage}/reaction"][:].sum(axis=0)
+
+
+@pytest.mark.parametrize("material", [ELASTIC, RIGID])
+def test_body_force_on_springs(tmp_path, material):
+    done = run(tmp_path, material, {"loads": ["weight", "push"]}, loads=HELD["loads"])
+    assert done.returncode == 0, done.stderr
+    probes = stage_of(tmp_path)["probes"]
+    carried = [sum(STIFFNESS * probes[name][f"u_{x}"] for name in CORNERS) for x in "xy"]
+    assert carried == pytest.approx(TOTAL, rel=1e-6)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_reactions_balance_the_body_force(tmp_path, ranks):
+    done = run(tmp_path, ELASTIC, {}, ranks=ranks, **HELD | {"stages": {"stand": {"loads": ["weight", "push"]}}})
+    assert done.returncode == 0, done.stderr
+    assert xy(stage_of(tmp_path)["applied"]) == pytest.approx(TOTAL, rel=1e-12)
+    assert reaction(tmp_path, "stand") == pytest.approx([-force for force in TOTAL], rel=1e-6)
+
+
+def test_forces_of_a_stage_in_which_nothing_moves(tmp_path):
+    """Before the block moves, its bottom bears what stands on its own vertices: half. Afterwards the forces are in balance."""
+    loads = ["weight", "push"]
+    stages = {"before": {"type": "forces", "loads": loads}, "stand": {"loads": loads}, "after": {"type": "forces", "loads": loads}}
+    done = run(tmp_path, ELASTIC, {}, **HELD | {"stages": stages})
+    assert done.returncode == 0, done.stderr
+    before, stand, after = stages_of(tmp_path)
+    assert reaction(tmp_path, "before") == pytest.approx([-force / 2 for force in TOTAL], rel=1e-12)
+    assert before["max_displacement"]["value"] == 0 and before["ratio"] > 0.1
+    assert (after["verdict"], after["cycles"]) == ("completed", 0) and after["ratio"] < 1e-9
+    assert after["checksum"] == stand["checksum"] != before["checksum"]
+
+
+def test_a_group_that_is_none(tmp_path):
+    done = run(tmp_path, ELASTIC, {}, "-loads_push_groups", "nobody", **HELD)
+    assert done.returncode == 2 and "loads.push" in done.stderr and "the mesh has no group 'nobody'" in done.stderr

@@ -1,6 +1,6 @@
-"""The sources that the diff of docs/extend.md changes or adds, written into a folder of their own.
+"""The sources that diffs change or add, written into a folder of their own: docs/extend.md and tests/terms/*.diff, one after the other.
 
-    python tests/terms/overlay.py docs/extend.md src build/tests/springs
+    python tests/terms/overlay.py build/tests/recipes src docs/extend.md tests/terms/*.diff     prints the paths of what it wrote
 """
 
 import re
@@ -8,13 +8,16 @@ import sys
 from pathlib import Path
 
 
-def changes(text):
-    """{path: [(old lines, new lines), ...]} of the first diff of a page; old lines that stand in no row are found by content."""
-    diff = re.search(r"^```diff\n(.*?)^```", text, re.MULTILINE | re.DOTALL).group(1)
-    files = {}
+def diff_of(page):
+    """A file of its own, or all that stand on a page."""
+    text = Path(page).read_text(encoding="utf-8")
+    return "".join(re.findall(r"^```diff\n(.*?)^```", text, re.MULTILINE | re.DOTALL)) if page.endswith(".md") else text
+
+
+def changes(diff):
+    """(path, [(old lines, new lines), ...]) of each file; the old lines are found by content."""
     for part in re.split(r"^--- .*\n", diff, flags=re.MULTILINE)[1:]:
         head, *lines = part.splitlines()
-        path = head.removeprefix("+++ b/src/")
         hunks, old, new = [], [], []
         for line in lines:
             if line[:1] == "-" and new:  # the next change
@@ -24,23 +27,34 @@ def changes(text):
                 old.append(line[1:])
             if line[:1] in "+ ":
                 new.append(line[1:])
-        files[path] = [*hunks, (old, new)]
-    return files
+        yield head.removeprefix("+++ b/src/"), [*hunks, (old, new)]
 
 
-def main(page, sources, folder):
-    for path, hunks in changes(Path(page).read_text(encoding="utf-8")).items():
-        source = Path(sources) / path
-        text = source.read_text(encoding="utf-8") if hunks[0][0] else ""
-        for old, new in hunks:
-            before, after = ("\n".join(lines) + "\n" if lines else "" for lines in (old, new))
-            if text.count(before) != 1 and before:
-                sys.exit(f"{page}: {source}: these lines are there {text.count(before)} times:\n{before}")
-            text = text.replace(before, after) if before else after
+def changed(page, path, text, hunks):
+    for old, new in hunks:
+        before, after = ("\n".join(lines) + "\n" if lines else "" for lines in (old, new))
+        if before and text.count(before) != 1:
+            sys.exit(f"{page}: {path}: these lines are there {text.count(before)} times:\n{before}")
+        text = text.replace(before, after) if before else after
+    return text
+
+
+def main(folder, sources, *pages):
+    texts = {}
+    for page in pages:
+        for path, hunks in changes(diff_of(page)):
+            if path not in texts:
+                texts[path] = (Path(sources) / path).read_text(encoding="utf-8") if hunks[0][0] else ""
+            texts[path] = changed(page, path, texts[path], hunks)
+    for old in Path(folder).rglob("*.[ch]"):
+        if old.relative_to(folder).as_posix() not in texts:
+            old.unlink()
+    for path, text in texts.items():
         there = Path(folder) / path
         there.parent.mkdir(parents=True, exist_ok=True)
         if not there.exists() or there.read_text(encoding="utf-8") != text:
             there.write_text(text, encoding="utf-8")
+    print(*texts, sep="\n")
 
 
 if __name__ == "__main__":
