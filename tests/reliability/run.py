@@ -35,7 +35,7 @@ from quoin_tools.mesh.blockmesh import write  # noqa: E402
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
                "OMPI_MCA_mpi_yield_when_idle": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-LONGEST = 300  # s in which a run writes nothing, then it counts as hung
+LONGEST = 300  # s in which a run writes nothing, see Job.end
 EVERY = {"static": 300, "cracked": 1000, "reduction": 700, "flood": 700, "variable": 500, "dynamic": 2000, "condensed": 300,
          "newton": 20, "stages": 10000}
 TRIES = 8  # runs that were over before the signal, one after the other
@@ -48,6 +48,16 @@ def written(folder):
         with contextlib.suppress(FileNotFoundError):
             times[path] = path.stat().st_mtime_ns
     return times
+
+
+def worked(pids):
+    """Processor time of the process that has had most of it [s]."""
+    most = 0.0
+    for pid in pids:
+        with contextlib.suppress(OSError):
+            user, system = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13]
+            most = max(most, (int(user) + int(system)) / os.sysconf("SC_CLK_TCK"))
+    return most
 
 
 class Job:
@@ -84,18 +94,22 @@ class Job:
         return pids
 
     def end(self, longest=LONGEST):
-        """Exit code, stdout, stderr; a run that hangs is an error: one that writes nothing for so long, however slow a busy machine is."""
-        seen = None
+        """Exit code, stdout, stderr; a run that hangs is an error. It writes nothing for so long, and either its ranks have all slept or one of them
+        has had the processor for so long; one that waits for its turn on a busy machine does neither."""
+        files, at_file, before = None, 0.0, None
         while True:
             try:
                 out, error = self.process.communicate(timeout=longest)
                 return self.process.returncode, out, error
             except subprocess.TimeoutExpired:
-                last, seen = seen, written(self.folder)
-                if seen == last:
+                last, files, now = files, written(self.folder), worked(self.ranks())
+                if files != last:
+                    at_file = now
+                elif now == before or now - at_file > longest:
                     self.kill("all ranks")
                     self.process.kill()
                     raise AssertionError(f"{self.folder}: hangs") from None
+                before = now
 
 
 def orphans(pids, patience=120.0):
