@@ -165,7 +165,7 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
 
 static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
-  // what a load of each kind has as its target; the others act on groups alone; 32: TermKind.loads has no more
+  // what a load of each kind has as its target, none: it acts on groups alone; TermKind.loads has room for 32
   static const int kinds[32] = {[LOAD_RESERVOIR] = FACE_SETS,
                                 [LOAD_TRACTION] = FACE_SETS,
                                 [LOAD_POINT_FORCE] = POINTS,

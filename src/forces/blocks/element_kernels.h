@@ -100,11 +100,10 @@ KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
    Hooke's law when E is the small strain). lambda is that of the plane problem: in plane stress it is 2
    lambda mu / (lambda + 2 mu).
 
-   How to add another material: write a function beside this one that returns S from E, and its energy beside
-   BlockEnergy_... Put its constants into LanesMaterial (LoadMaterialOf of element.c fills them by group), and
-   call the functions in BlockStress and BlockEnergy below. Stresses and energies go through these two; forces
-   and row sums go through NaturalStress, so the material must be written there, too. A material of the
-   deformation gradient can be written in E as well, since S must not change under rotation. */
+   docs/extend.md says how to add another material. Stresses and energies go through BlockStress and
+   BlockEnergy below; forces and row sums go through NaturalStress, so the material must be written there,
+   too. A material of the deformation gradient can be written in E as well, since S must not change under
+   rotation. */
 KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
 {
   const Lanes pressure = m->lambda * (E->xx + E->yy), two_mu = m->mu + m->mu;
