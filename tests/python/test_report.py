@@ -22,16 +22,25 @@ from quoin_tools.assess.assessment_options import options_from, parser  # noqa: 
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh, dam, meshing  # noqa: E402
-from quoin_tools.show import browser, compare, export, report, verify  # noqa: E402
+from quoin_tools.show import browser, compare, export, report, style, verify  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 SCENE = ROOT / "examples" / "guilhofrei" / "scene.yaml"
+DOT = b"no picture"
 UPLIFT = ["--uplift", "npb", "--drain", "4.7235", "--uplift-direction", "vertical"]
 USACE = ["--guideline", "usace", "--strength", "10e6"]
 
 solver = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
 chromium = pytest.mark.skipif(browser.find() is None, reason=f"no Chromium to look at the sheet: {browser.HOW}")
+
+
+@pytest.fixture(autouse=True)
+def pictures(request, monkeypatch):
+    """Most tests read the words of a sheet. So its pictures are put together and left undrawn, which takes nine tenths of the time;
+    tests marked `drawn` draw them: a run with all its stages, one with uplift, both kinds of trials, and what goes to the browser."""
+    if not request.node.get_closest_marker("drawn"):
+        monkeypatch.setattr(style, "save_figure", lambda figure, path, **options: Path(path).write_bytes(DOT))
 
 
 def solve(folder, *options):
@@ -379,6 +388,7 @@ def test_no_equilibrium_fails(run):
 # ---- the sheet
 
 
+@pytest.mark.drawn
 @solver
 def test_sheet_says_what_it_must(run):
     text = sheet(run, *USACE, *UPLIFT)
@@ -495,6 +505,7 @@ def look(folder):
     return json.loads(unquote(found.group(1))), console
 
 
+@pytest.mark.drawn
 @solver
 @chromium
 def test_sheet_in_chromium(run):
@@ -508,6 +519,7 @@ def test_sheet_in_chromium(run):
         assert width > 300 and height > 200 and colours > 20, "a blank figure"
 
 
+@pytest.mark.drawn
 @solver
 @chromium
 def test_pdf(copy):
@@ -684,6 +696,7 @@ def test_sheet_names_open_stretches_without_water(wet, tmp_path):
     assert not found["swhp", "base"].complete and "open over 1.86 m" in sheet(folder)
 
 
+@pytest.mark.drawn
 @solver
 def test_sheet_with_uplift_of_the_scene(wet):
     text = sheet(wet, "--guideline", "usace", "--strength", "10e6")
@@ -731,6 +744,7 @@ def test_strengths_of_a_reduction(sliding):
     assert rows[assessment.SLIDES.format("peak")].hand == pytest.approx(left * full, rel=1e-6)
 
 
+@pytest.mark.drawn
 @solver
 def test_sheet_of_trials(sliding):
     for name, words in (("s4", ("water level [m]", "38.0000", "the limit; nothing fails")), ("s3", ("part of all strengths left [-]", "first failing"))):
