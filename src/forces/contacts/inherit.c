@@ -181,6 +181,22 @@ typedef struct {
   PetscReal closure[HISTORIES][2], far[HISTORIES][2];
 } Heir;
 
+typedef struct {
+  PetscInt n, capacity;
+  Heir *item; /* (n,) */
+} HeirList;
+
+static PetscErrorCode heirs_push(HeirList *list, const Heir *heir)
+{
+  PetscFunctionBeginUser;
+  if (list->n == list->capacity) {
+    list->capacity = 2 * list->capacity + 64;
+    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(Heir), &list->item));
+  }
+  list->item[list->n++] = *heir;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static int heir_order(const void *a, const void *b)
 {
   const PetscInt *p = &((const Heir *)a)->model, *q = &((const Heir *)b)->model;
@@ -262,62 +278,56 @@ static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal lea
   heir->rest[0] = before->rest[SUB(at, k)] + before->u_n[SUB(at, k)] * (1. - length / heir->length);
 }
 
-/* A vertex on a face inherits from an old contact of that face with face f of the vertex. Returns the number
-   of heirs, as the next functions do. */
-static PetscInt from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
-                           const Candidate *n, PetscInt f, Heir *heir)
+/* A vertex on a face inherits from an old contact of that face with face f of the vertex. Returns whether it
+   does, as the next functions do. */
+static PetscBool from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
+                            const Candidate *n, PetscInt f, Heir *heir)
 {
   const Contacts *before = old->contacts;
   const PetscInt g = n->face[1], a = m->faces.gid[f] < m->faces.gid[g] ? f : g, b = a == f ? g : f;
   const PetscInt at = OldContactFind(old, m->faces.gid[a], m->faces.gid[b]);
-  if (at < 0 || is_moving(before, at) != (n->model == STRESS_TPTM)) return 0;
+  if (at < 0 || is_moving(before, at) != (n->model == STRESS_TPTM)) return PETSC_FALSE;
   for (int k = 0; k < 2; k++) {
     const PetscInt row = END_SOURCE[before->klass[at]][k] ? b : a;
     if (m->faces.vertex[2 * row + END_CORNER[before->klass[at]][k]] != n->vertex) continue;
     const PetscReal least = vertex_length * n->pair.length;
     const PetscReal deeper = before->u_n[SUB(at, 1 - k)] - before->u_n[SUB(at, k)];
     *heir = heir_from(n, 0, before, at, (const int[]){k, 1 - k});
-    if (!(before->sigma[SUB(at, k)] < 0.)) return 0;
+    if (!(before->sigma[SUB(at, k)] < 0.)) return PETSC_FALSE;
     if (!is_moving(before, at))
       hand_force(before, at, k, 2. * least, heir);
     else if (deeper > 0. || (deeper == 0. && k == 0))
       hand_diagram(before, at, k, least, heir);
     else // the other end has the whole diagram
       heir->rest[0] = heir->rest[1] = PetscMin(0., n->pair.gap[0]);
-    return 1;
+    return PETSC_TRUE;
   }
-  return 0;
+  return PETSC_FALSE;
 }
 
-/* A vertex on a face inherits from the same vertex on another face of the body; it is pressed in no more than
-   it was. */
-static PetscInt from_vertex(const Model *m, const OldContacts *old, const FaceTable *table,
-                            const Candidate *n, Heir *heir)
+/* A vertex on a face inherits from the same vertex on face g of the body; it is pressed in no more than it
+   was. */
+static PetscBool from_vertex(const Model *m, const OldContacts *old, const Candidate *n, PetscInt g,
+                             Heir *heir)
 {
   const Contacts *before = old->contacts;
-  const PetscInt *ends = m->faces.vertex + 2 * n->face[1], *start = table->vertex_start;
-  PetscInt found = 0;
-  for (int i = 0; i < 2; i++) // over the faces that share a vertex with this one
-    for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1] && found < 2; r++) {
-      const PetscInt from = OldContactFind(old, m->faces.gid[table->vertex_row[r]], n->key[1]);
-      if (from < 0 || is_moving(before, from) != (n->model == STRESS_TPTM)) continue;
-      Heir *next = heir + found++;
-      *next = heir_from(n, 1, before, from, (const int[]){0, 1});
-      next->length = before->length[from];
-      next->rest[0] = PetscMin(0., n->pair.gap[0] - before->u_n[SUB(from, 0)]);
-      next->rest[1] = next->rest[0] + before->rest[SUB(from, 1)] - before->rest[SUB(from, 0)];
-    }
-  return found;
+  const PetscInt from = OldContactFind(old, m->faces.gid[g], n->key[1]);
+  if (from < 0 || is_moving(before, from) != (n->model == STRESS_TPTM)) return PETSC_FALSE;
+  *heir = heir_from(n, 1, before, from, (const int[]){0, 1});
+  heir->length = before->length[from];
+  heir->rest[0] = PetscMin(0., n->pair.gap[0] - before->u_n[SUB(from, 0)]);
+  heir->rest[1] = heir->rest[0] + before->rest[SUB(from, 1)] - before->rest[SUB(from, 0)];
+  return PETSC_TRUE;
 }
 
 /* A face contact inherits from the vertex of its end k, which stood on the other face. */
-static PetscInt from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
+static PetscBool from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
 {
   const Contacts *before = old->contacts;
   const int source = END_SOURCE[n->pair.klass][k];
   const PetscInt v = m->faces.vertex[2 * n->face[source] + END_CORNER[n->pair.klass][k]];
   const PetscInt from = OldContactFind(old, n->key[1 - source], VertexKey(m->vertex_gid[v]));
-  if (from < 0) return 0;
+  if (from < 0) return PETSC_FALSE;
   const PetscBool moving = is_moving(before, from); // pt has one end, whose slip both ends take over
   *heir = heir_from(n, 0, before, from, (const int[]){moving ? k : 0, moving ? 1 - k : 0});
   for (int h = 0; h < HISTORIES && !moving; h++) heir->closure[h][1 - k] = heir->far[h][1 - k] = 0.;
@@ -325,7 +335,7 @@ static PetscInt from_landing(const Model *m, const OldContacts *old, const Candi
   if (moving) heir->rest[1 - k] = heir->rest[k];
   heir->stored = stored_in(moving, before->length[from], before->u_n[SUB(from, 0)],
                            moving ? before->u_n[SUB(from, 1)] : 0.);
-  return 1;
+  return PETSC_TRUE;
 }
 
 /* [m] How far back a face contact with openings u must be set to store no more than `stored`. */
@@ -373,48 +383,61 @@ static void inherit(const Heir *heir, PetscInt at, Contacts *c)
   }
 }
 
-/* heirs: all that the new contacts of this rank could inherit from the old contacts that it knows. */
-static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
-                                 PetscReal vertex_length, const CandidateList *list, PetscInt *n,
-                                 Heir **heirs)
+/* Adds the heirs of a vertex that is new on a face: from every face of the vertex, and from every face that
+   shares a vertex with the one it stands on. */
+static PetscErrorCode heirs_of_vertex(const Model *m, const FaceTable *table, const OldContacts *old,
+                                      PetscReal vertex_length, const Candidate *now, HeirList *heirs)
 {
-  PetscInt fresh = 0;
+  const PetscInt *start = table->vertex_start, *row = table->vertex_row, v = now->vertex,
+                 *ends = m->faces.vertex + 2 * now->face[1];
+  Heir heir;
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < list->n; i++) fresh += list->item[i].before < 0;
-  PetscCall(PetscMalloc1(8 * fresh + 1, heirs));
-  *n = 0;
+  for (PetscInt r = start[v]; r < start[v + 1]; r++)
+    if (from_faces(m, old, vertex_length, now, row[r], &heir)) PetscCall(heirs_push(heirs, &heir));
+  for (int i = 0; i < 2; i++)
+    for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1]; r++)
+      if (from_vertex(m, old, now, row[r], &heir)) PetscCall(heirs_push(heirs, &heir));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* heirs: all that the new contacts of this rank could inherit from the old contacts that it knows. None is
+   left out: which is first is known only when those of all ranks are there. */
+static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
+                                 PetscReal vertex_length, const CandidateList *list, HeirList *heirs)
+{
+  Heir heir;
+  PetscFunctionBeginUser;
   for (PetscInt i = 0; i < list->n; i++) {
     const Candidate *now = list->item + i;
     if (now->before >= 0) continue;
     if (now->pair.klass == VERTEX_FACE) {
-      const PetscInt *start = table->vertex_start + now->vertex, last = PetscMin(start[0] + 6, start[1]);
-      for (PetscInt r = start[0]; r < last; r++)
-        *n += from_faces(m, old, vertex_length, now, table->vertex_row[r], *heirs + *n);
-      *n += from_vertex(m, old, table, now, *heirs + *n);
-    } else {
-      for (int k = 0; k < 2; k++) *n += from_landing(m, old, now, k, *heirs + *n);
+      PetscCall(heirs_of_vertex(m, table, old, vertex_length, now, heirs));
+      continue;
     }
+    for (int k = 0; k < 2; k++)
+      if (from_landing(m, old, now, k, &heir)) PetscCall(heirs_push(heirs, &heir));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Collective. Gives every rank the heirs of all, sorted: the first heir of each contact is the one that
    counts. */
-static PetscErrorCode share_heirs(MPI_Comm comm, PetscInt *n, Heir **heirs)
+static PetscErrorCode share_heirs(MPI_Comm comm, HeirList *heirs)
 {
-  Heir *mine = *heirs;
+  Heir *mine = heirs->item;
   PetscFunctionBeginUser;
-  PetscCall(GatherToAll(comm, *n, sizeof(Heir), mine, n, (void **)heirs));
-  if (*n) qsort(*heirs, *n, sizeof(Heir), heir_order);
+  PetscCall(GatherToAll(comm, heirs->n, sizeof(Heir), mine, &heirs->n, (void **)&heirs->item));
+  if (heirs->n) qsort(heirs->item, heirs->n, sizeof(Heir), heir_order);
   PetscCall(PetscFree(mine));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The first heir of a contact, NULL: none. */
-static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
+static const Heir *heir_of(const HeirList *list, const Candidate *now)
 {
+  const Heir *heirs = list->item;
   const Heir wanted = {.model = (PetscInt)now->model, .key = {now->key[0], now->key[1]}, .kind = -1};
-  PetscInt low = 0, high = n;
+  PetscInt low = 0, high = list->n;
   while (low < high) {
     const PetscInt middle = (low + high) / 2;
     if (heir_order(heirs + middle, &wanted) < 0)
@@ -422,7 +445,7 @@ static const Heir *heir_of(PetscInt n, const Heir *heirs, const Candidate *now)
     else
       high = middle;
   }
-  const PetscBool is_mine = (PetscBool)(low < n && heirs[low].model == wanted.model &&
+  const PetscBool is_mine = (PetscBool)(low < list->n && heirs[low].model == wanted.model &&
                                         heirs[low].key[0] == now->key[0] && heirs[low].key[1] == now->key[1]);
   return is_mine ? heirs + low : NULL;
 }
@@ -434,11 +457,10 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
   const Contacts *before = old->contacts;
   const Candidate *next = list->item;
   const PetscReal dt = before->rate > 0. ? 1. / before->rate : 0.;
-  PetscInt n;
-  Heir *heirs;
+  HeirList heirs = {0};
   PetscFunctionBeginUser;
-  PetscCall(find_heirs(m, table, old, vertex_length, list, &n, &heirs));
-  PetscCall(share_heirs(m->comm, &n, &heirs));
+  PetscCall(find_heirs(m, table, old, vertex_length, list, &heirs));
+  PetscCall(share_heirs(m->comm, &heirs));
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
     const Candidate *now = next++; // contacts and candidates run in one order
@@ -449,20 +471,20 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
     } else if (now->before >= 0) {
       carry_over(table, before, now, at, joint, c);
     } else {
-      const Heir *heir = heir_of(n, heirs, now);
+      const Heir *heir = heir_of(&heirs, now);
       first_history(joint, now, at, c);
       if (heir) inherit(heir, at, c);
       // a shorter contact is left as it is: it takes over from its neighbour as a block slides across the end
       // of a face
       if (now->pair.klass != VERTEX_FACE && before->rate != 0. && has_potential(c, at) &&
           (heir || now->pair.length > m->contact_margin))
-        land(heir, heirs + n, now, at, c);
+        land(heir, heirs.item + heirs.n, now, at, c);
     }
     // u_n is that of a step ago, from which the next evaluation of a dynamic stage finds the speed
     for (int k = 0; k < 2; k++)
       c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
   }
   ContactsSetTraits(m, c);
-  PetscCall(PetscFree(heirs));
+  PetscCall(PetscFree(heirs.item));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,8 +14,6 @@
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-enum { MOST_NEAR = 64 }; /* most faces near one vertex; more would be a heap of slivers in one place */
-
 /* A vertex near a face. */
 typedef struct {
   PetscInt face, on; /* rows of faces: the face of the vertex (of two, the lower gid), the one it is near */
@@ -27,6 +25,13 @@ typedef struct {
   PetscReal flush;   /* [m] a lower step counts as none */
   PetscInt before;   /* place among the old contacts, -1: none */
 } VertexNear;
+
+/* All faces near one vertex. None is left out, however many slivers meet in one place: the order in which
+   they are found is that of the rank. */
+typedef struct {
+  PetscInt n, capacity;
+  VertexNear *item; /* (n,) */
+} NearList;
 
 /* What the search at every vertex needs. */
 typedef struct {
@@ -70,32 +75,44 @@ static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscI
   return PETSC_TRUE;
 }
 
-/* Lists all faces near a vertex, each once, whichever of the vertex's faces they are near. Returns how
-   many. */
-static PetscInt faces_near(const Search *s, PetscInt v, VertexNear *list)
+static PetscErrorCode near_push(NearList *list, const VertexNear *near)
+{
+  PetscFunctionBeginUser;
+  if (list->n == list->capacity) {
+    list->capacity = 2 * list->capacity + 64;
+    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(VertexNear), &list->item));
+  }
+  list->item[list->n++] = *near;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists all faces near a vertex, each once, whichever of the vertex's faces they are near. */
+static PetscErrorCode faces_near(const Search *s, PetscInt v, NearList *list)
 {
   const FaceTable *table = s->table;
   const PetscInt *gid = s->m->faces.gid;
-  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  list->n = 0;
   for (PetscInt r = table->vertex_start[v]; r < table->vertex_start[v + 1]; r++) {
     const PetscInt f = table->vertex_row[r];
     const PetscReal *P = table->x + 4 * f + 2 * (s->m->faces.vertex[2 * f] != v);
-    for (PetscInt p = table->start[f]; p < table->start[f + 1] && n < MOST_NEAR; p++) {
+    for (PetscInt p = table->start[f]; p < table->start[f + 1]; p++) {
       VertexNear now;
       PetscInt i = 0;
       if (!is_near(s, v, P, f, p, &now)) continue;
-      while (i < n && list[i].on != now.on) i++;
-      if (i == n) {
-        list[n++] = now;
+      while (i < list->n && list->item[i].on != now.on) i++;
+      if (i == list->n) {
+        PetscCall(near_push(list, &now));
         continue;
       }
-      if (gid[f] < gid[list[i].face]) list[i].face = f, list[i].flush = now.flush;
-      list[i].blocked = (PetscBool)(list[i].blocked || now.blocked);
-      list[i].flat = (PetscBool)(list[i].flat || now.flat);
-      list[i].was = (PetscBool)(list[i].was || now.was);
+      VertexNear *same = list->item + i;
+      if (gid[f] < gid[same->face]) same->face = f, same->flush = now.flush;
+      same->blocked = (PetscBool)(same->blocked || now.blocked);
+      same->flat = (PetscBool)(same->flat || now.flat);
+      same->was = (PetscBool)(same->was || now.was);
     }
   }
-  return n;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Whether two faces meet in a convex corner of their body. */
@@ -182,17 +199,17 @@ static PetscErrorCode post(const Model *m, PetscInt on, const VertexRecord *r, O
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decides which of the n near faces an owned vertex is in contact with. */
-static PetscErrorCode decide(const Search *s, PetscInt v, PetscInt n, VertexNear *near, Outbox *box,
+/* Decides which of the near faces an owned vertex is in contact with. */
+static PetscErrorCode decide(const Search *s, PetscInt v, const NearList *faces, Outbox *box,
                              CandidateList *list)
 {
   const Model *m = s->m;
+  const PetscInt n = faces->n;
+  VertexNear *near = faces->item;
   PetscFunctionBeginUser;
-  PetscInt body[MOST_NEAR];
-  for (PetscInt i = 0; i < n; i++) body[i] = near[i].body;
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt j = 0; j < n && !near[i].blocked; j++)
-      if (body[j] == body[i] && j != i && belongs_to_other(s, near + i, near + j))
+      if (near[j].body == near[i].body && j != i && belongs_to_other(s, near + i, near + j))
         near[i].blocked = PETSC_TRUE;
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt f = near[i].face, g = near[i].on;
@@ -262,14 +279,17 @@ PetscErrorCode VerticesFind(const Scene *scene, const Model *m, const OldContact
                             const FaceTable *table, CandidateList *list)
 {
   Search search = {scene, m, old, table, NULL};
-  VertexNear near[MOST_NEAR];
+  NearList near = {0};
   Outbox box = {0};
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_owned, &search.stood));
   mark_stood(m, old->contacts, search.stood);
-  for (PetscInt v = 0; v < m->n_owned; v++)
-    PetscCall(decide(&search, v, faces_near(&search, v, near), near, &box, list));
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    PetscCall(faces_near(&search, v, &near));
+    PetscCall(decide(&search, v, &near, &box, list));
+  }
   if (m->size > 1) PetscCall(deliver(m, old, &box, list));
+  PetscCall(PetscFree(near.item));
   PetscCall(PetscFree(search.stood));
   PetscCall(PetscFree(box.to));
   PetscCall(PetscFree(box.record));
