@@ -68,14 +68,16 @@ static void add_piece(const PetscReal t[2], const PetscReal p[2], const PetscRea
 void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal x[4], PetscReal thickness,
                   PetscReal f[4])
 {
-  const PetscReal span = s[1] - s[0];
+  const PetscReal span = s[1] - s[0], length = d->s[d->n - 1];
+  const PetscBool across = (PetscBool)(PetscAbsReal(span) < 1e-9 * length); // a step across the joint
+  const PetscReal place = PetscClipInterval(s[0], 0., length); // at heel and toe rounding may lead beyond
   for (int k = 0; k < 4; k++) f[k] = 0.;
   for (PetscInt i = 0; i + 1 < d->n; i++) {
     const PetscReal width = d->s[i + 1] - d->s[i], slope = width > 0. ? (d->p[i + 1] - d->p[i]) / width : 0.;
     PetscReal t[2], p[2];
-    if (PetscAbsReal(span) < 1e-9 * d->s[d->n - 1]) { // a face across the joint, a step, has one pressure
-      if (s[0] < d->s[i] || s[0] >= d->s[i + 1]) continue;
-      t[0] = 0., t[1] = 1., p[0] = p[1] = d->p[i] + slope * (s[0] - d->s[i]);
+    if (across) { // one pressure
+      if (place < d->s[i] || (place >= d->s[i + 1] && i + 2 < d->n)) continue;
+      t[0] = 0., t[1] = 1., p[0] = p[1] = d->p[i] + slope * (place - d->s[i]);
     } else {
       for (int k = 0; k < 2; k++) {
         t[k] = PetscClipInterval((d->s[i + k] - s[0]) / span, 0., 1.);

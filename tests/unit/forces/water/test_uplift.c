@@ -21,6 +21,25 @@ static void PressureOnFace(void)
   for (int k = 0; k < 4; k++) ENSURE_NEAR(g[k], -f[(k + 2) % 4], 1e-12);
 }
 
+/* A face across the joint, a step, has the pressure of its place: at the heel, inside, at a bend and at the
+   toe, where the tailwater is, and where rounding puts it just beyond either end. */
+static void PressureOnAFaceAcrossTheJoint(void)
+{
+  const UpliftDiagram d = {.n = 3, .s = {0., 4., 10.}, .p = {90., 30., 12.}};
+  const struct {
+    double at, p;
+  } step[] = {{-1e-15, 90}, {0, 90}, {2, 60}, {4, 30}, {7, 21}, {10, 12}, {10 + 2e-15, 12}};
+  for (size_t i = 0; i < sizeof step / sizeof step[0]; i++) {
+    const PetscReal s[2] = {step[i].at, step[i].at}, x[4] = {step[i].at, 3., step[i].at, 1.};
+    PetscReal f[4];
+    UpliftOnFace(&d, s, x, 2., f); // x runs down: the block is to the right, the water presses to the right
+    for (int k = 0; k < 2; k++) {
+      ENSURE_NEAR(f[2 * k], 0.5 * 2. * 2. * step[i].p, 1e-11);
+      ENSURE_NEAR(f[2 * k + 1], 0., 1e-12);
+    }
+  }
+}
+
 /* The full head acts along the crack; a crack past the drain loses the drain. */
 static void DiagramsOfTheCrack(void)
 {
@@ -71,6 +90,7 @@ int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(PressureOnFace);
+  RUN_TEST(PressureOnAFaceAcrossTheJoint);
   RUN_TEST(DiagramsOfTheCrack);
   RUN_TEST(NoSuchSet);
   int failed = CheckSummary();
