@@ -26,6 +26,8 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   }
 }
 
+/* Water stays on the undeformed faces of condensed bodies: the displacements of their inner vertices are
+   those of the last equilibrium until the stage ends (CondensedRecover). */
 static PetscErrorCode applied(const TermView *w, PetscInt row, PetscReal *f_vertex)
 {
   const Model *m = w->m;

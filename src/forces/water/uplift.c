@@ -94,6 +94,9 @@ PetscReal UpliftPlace(const Uplift *u, const PetscReal X[2])
          u->length;
 }
 
+/* Faces of condensed bodies go along like all others, unlike those under a reservoir: all vertices of a
+   face in a joint are kept ones, and contacts act where these are now. Water that presses on both faces of
+   a joint has no resultant only when both go along. */
 void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *m,
                   const PetscReal *u, PetscReal *f)
 {

@@ -151,6 +151,48 @@ static PetscErrorCode UndampedMotionDoesNotGrow(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Uplift in a joint between a condensed wall and a deformable one, in large strain, both faces moved alike
+   by a few degrees: it has neither resultant nor moment, because water in a joint presses on both of its
+   sides. */
+static PetscErrorCode UpliftOnACondensedFaceGoesAlong(void)
+{
+  const double low[8] = {0, 0, 4, 0, 4, 2, 0, 2}, high[8] = {0, 2, 4, 2, 3, 5, 1, 5}, angle = 0.05;
+  PetscReal sum[4] = {0}; // resultant, moment, size
+  Fixture f;
+  PetscFunctionBeginUser;
+  memset(&sketch, 0, sizeof sketch);
+  const int soft = SketchGroup(&sketch, "soft", 0), stone = SketchGroup(&sketch, "stone", 0);
+  const int below = SketchGrid(&sketch, soft, low, 4, 2, QUADS);
+  SketchGrid(&sketch, stone, high, 4, 3, QUADS);
+  for (int i = 0; i < 4; i++) SketchFace(&sketch, "joint", below + 4 + i, 2);
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f,
+                        "strain: large\nrelaxation: {allow_floating: true}\n"
+                        "materials: {soft: {density: 2400, young: 1e10, poisson: 0.2},\n"
+                        "  stone: {density: 2400, young: 1e10, poisson: 0.2, condensed: true}}\n"
+                        "joints: {joint: {k_n: 1e10, k_s: 3e9, friction: 45}}\n"
+                        "loads: {up: {type: uplift, faces: joint, level: 20, tailwater: 5}}\n"
+                        "stages: [all: {loads: [up]}]\n"));
+  const Model *m = f.model;
+  PetscReal *force, *unused;
+  PetscCall(Arrays(m, &force, &unused));
+  for (PetscInt v = 0; v < m->n_vertices; v++) {
+    f.u_vertex[2 * v] = (cos(angle) - 1) * m->X[2 * v] - sin(angle) * m->X[2 * v + 1];
+    f.u_vertex[2 * v + 1] = sin(angle) * m->X[2 * v] + (cos(angle) - 1) * m->X[2 * v + 1];
+  }
+  PetscCall(TermApplied(f.scene, m, f.scene->stages, f.state, 0, force));
+  for (PetscInt d = 0; d < 2 * m->n_owned; d += 2) {
+    const PetscReal x = m->X[d] + f.u_vertex[d], y = m->X[d + 1] + f.u_vertex[d + 1];
+    sum[0] += force[d], sum[1] += force[d + 1], sum[2] += x * force[d + 1] - y * force[d];
+    sum[3] += PetscHypotReal(force[d], force[d + 1]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPI_SUM, m->comm));
+  for (int i = 0; i < 3; i++) ENSURE_NEAR(sum[i], 0, 1e-9 * sum[3]);
+  ENSURE_NEAR(sum[3], 2 * 4 * 0.5 * (18 + 3) * 1e3 * 9.81, 1e-6 * sum[3]);
+  PetscCall(PetscFree2(force, unused));
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -158,6 +200,7 @@ int main(int argc, char **argv)
   RUN_TEST(LoadsInsideKeepTheirResultant);
   RUN_TEST(TheInsideIsInEquilibrium);
   RUN_TEST(UndampedMotionDoesNotGrow);
+  RUN_TEST(UpliftOnACondensedFaceGoesAlong);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
