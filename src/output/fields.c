@@ -194,12 +194,15 @@ static PetscReal open_fraction(const ContactRow *c)
   return in > 0 && out < 0 ? in / (in - out) : 0.5;
 }
 
-/* Lengths of a contact that are open and crushing. With tptm its diagram tells the crushed length. */
+/* Lengths of a contact that are open and crushing. With tptm its diagram tells both where the joint was
+   crushed or bears tension. */
 static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
 {
   PetscReal open = open_fraction(row), crushing = 0.;
   for (int k = 0; k < 2; k++) crushing += 0.5 * !!(row->end[k].state & CONTACT_CRUSHING);
-  if (kind == STRESS_TPTM && row->klass != VERTEX_FACE && (p->closure[0] < 0. || p->closure[1] < 0.))
+  const PetscBool crushed = (PetscBool)(p->closure[0] < 0. || p->closure[1] < 0.),
+                  tensile = (PetscBool)(joint->law != LAW_ELASTIC && joint->tension[0] > 0.);
+  if (kind == STRESS_TPTM && row->klass != VERTEX_FACE && (crushed || tensile))
     StressModelParts(joint, p, &open, &crushing);
   row->open = row->length * open, row->crushing = row->length * crushing;
 }

@@ -30,7 +30,8 @@ typedef struct {
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
 /* [m] Plastic part of u_n at end k. */
 PetscReal StressModelClosure(const ContactPoint *p, int k);
-/* For tptm: the fractions of the length where the trial stress is tension and where it crushes the joint. */
+/* For tptm: the fractions of the length that are open, where the trial stress is above the tensile
+   strength, and where it crushes the joint. */
 void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing);
 /* [J/m] For tptm: the energy of the normal springs, sigma^2/(2 k_n) over the length. */
 PetscReal StressModelStored(const Joint *joint, PetscReal length, const ContactPoint *p);

@@ -115,15 +115,35 @@ static PetscReal fraction_above(PetscReal a, PetscReal b, PetscReal limit)
   return a > limit ? (a - limit) / (a - b) : (b - limit) / (b - a);
 }
 
+/* Length of what is above the limit between two places on a piece, as a fraction of the contact. */
+static PetscReal length_above(const Piece *piece, PetscReal from, PetscReal to, PetscReal limit)
+{
+  const PetscReal a = PetscMax(from, piece->from), b = PetscMin(to, piece->to),
+                  part = piece->to - piece->from;
+  PetscReal s[2];
+  if (!(b > a)) return 0.;
+  for (int k = 0; k < 2; k++)
+    s[k] = piece->sigma[0] + ((k ? b : a) - piece->from) / part * (piece->sigma[1] - piece->sigma[0]);
+  return (b - a) * fraction_above(s[0], s[1], limit);
+}
+
+/* Open is what is above the tensile strength: the peak strength between the fronts of failure, the
+   residual one beyond them; a loose contact has none. */
 void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing)
 {
+  const PetscBool loose = (PetscBool)(p->broken[0] >= LOOSE),
+                  through = (PetscBool)(p->broken[0] + p->broken[1] >= 1.);
+  const PetscReal front[2] = {through ? 1. : p->broken[0], through ? 1. : 1. - p->broken[1]},
+                  peak = loose ? 0. : joint->tension[0], residual = loose ? 0. : joint->tension[1];
   Piece piece[3];
   *open = *crushing = 0.;
   pieces_of(joint, p, piece);
   for (int i = 0; i < 3; i++) {
-    const PetscReal *s = piece[i].sigma, part = piece[i].to - piece[i].from;
-    *open += part * fraction_above(s[0], s[1], 0.);
-    *crushing += part * fraction_above(-s[0], -s[1], (1. - 1e-9) * joint->compression);
+    *open += length_above(piece + i, 0., front[0], residual) +
+             length_above(piece + i, front[0], front[1], peak) +
+             length_above(piece + i, front[1], 1., residual);
+    *crushing += (piece[i].to - piece[i].from) *
+                 fraction_above(-piece[i].sigma[0], -piece[i].sigma[1], (1. - 1e-9) * joint->compression);
   }
 }
 

@@ -252,6 +252,42 @@ static void TestCrushedToe(void)
   }
 }
 
+/* A contact crushed at one end, with u_n of 0.05 mm and then of 0.2 mm at the other: 0.5 MPa of tension,
+   which 1 MPa of strength holds, so nothing is open; then 2 MPa, and open is what is above 1 MPa, a
+   seventh. So it is where the joint has no strength left once it has failed, because the rest has not
+   failed. A loose contact and one that has failed all along are open wherever they are in tension, a third
+   with what was crushed. */
+static void TestCrushedJointInTension(void)
+{
+  for (int end = 0; end < 2; end++)
+    for (int brittle = 0; brittle < 2; brittle++) {
+      Joint joint = MakeJoint(10e9, 3e9, 30, 0, 1 * MPa);
+      ContactPoint p = {.broken = {0}};
+      double u[2], open, crushing;
+
+      joint.compression = 2 * MPa;
+      if (brittle) joint.tension[1] = 0;
+      u[end] = -0.5 * mm, u[1 - end] = -0.1 * mm;
+      SetNormal(STRESS_TPTM, &joint, u[0], u[1], &p);
+      ENSURE(p.closure[end] < 0);
+      u[1 - end] = 0.05 * mm;
+      SetNormal(STRESS_TPTM, &joint, u[0], u[1], &p);
+      ENSURE(!(p.state[1 - end] & CONTACT_OPEN));
+      StressModelParts(&joint, &p, &open, &crushing);
+      ENSURE(open == 0 && crushing > 0);
+      u[1 - end] = 0.2 * mm;
+      SetNormal(STRESS_TPTM, &joint, u[0], u[1], &p);
+      ENSURE(p.state[1 - end] & CONTACT_OPEN);
+      StressModelParts(&joint, &p, &open, &crushing);
+      ENSURE_NEAR(open, 1. / 7, 1e-12);
+      for (int loose = 0; loose < 2; loose++) {
+        p.broken[0] = p.broken[1] = loose ? LOOSE : 1;
+        StressModelParts(&joint, &p, &open, &crushing);
+        ENSURE_NEAR(open, brittle || loose ? 1. / 3 : 1. / 7, 1e-12);
+      }
+    }
+}
+
 /* One contact of tptm beside fibres that each keep their own closure; C = k_n = L = 1. */
 enum { FIBRES = 400 };
 static double fibre_force(const double u[2], double closure[FIBRES], double F[2], PetscBool keep)
@@ -413,6 +449,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestEnvelope);
   RUN_TEST(TestCrushing);
   RUN_TEST(TestCrushedToe);
+  RUN_TEST(TestCrushedJointInTension);
   RUN_TEST(TestCrushingPaths);
   RUN_TEST(TestCrushingLoses);
   RUN_TEST(TestDashpots);
