@@ -10,12 +10,13 @@ static PetscBool is_bad(const PetscReal *x)
 
 /* Blocks with fewer good vertices go first, then those with the lower file id. The block where the fault
    arose is among the first, because a force that is no number spoils all vertices of its block, but of a
-   neighbour only the vertices that it shares. */
+   neighbour only the vertices that it shares. Inner vertices of condensed bodies count as good: a cycle
+   does not meet them. */
 PetscInt64 FaultFind(const Model *m, const State *s)
 {
   const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;
   PetscInt64 first = FAULT_NONE;
-  for (const Elements *list = m->elements; list < m->elements + MOVING_LISTS; list++)
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) {
       PetscInt64 good = 0;
       for (PetscInt k = 0; k < list->n_nodes; k++) {
