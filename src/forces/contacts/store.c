@@ -106,11 +106,19 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether contact i comes after the one before it: within a stress model keys ascend, and padding is last. */
+static PetscBool keys_ascend(const Contacts *c, PetscInt i)
+{
+  const PetscInt *key = c->key + 2 * i, *before = key - 2;
+  return (PetscBool)(before[0] >= 0 && (before[0] < key[0] || (before[0] == key[0] && before[1] < key[1])));
+}
+
 PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *valid)
 {
-  PetscInt bad = 0, n = 0;
+  PetscInt bad = 0, n = 0, s = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
+    while (i >= c->model_start[s + 1]) s++;
     if (c->key[2 * i] < 0) {
       bad += c->length[i] != 0.;
       continue;
@@ -125,8 +133,7 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
       owned = (PetscBool)(owned || v < m->n_owned);
     }
     for (int k = 0; k < 2; k++) bad += !(c->t[SUB(i, k)] > -1e-6 && c->t[SUB(i, k)] < 1. + 1e-6);
-    const PetscInt before = i && c->key[2 * (i - 1)] >= 0 ? i - 1 : -1; // keys ascend within a stress model
-    if (before >= 0) bad += c->key[2 * before] > c->key[2 * i] && c->joint[before] == c->joint[i];
+    if (i > c->model_start[s] && !keys_ascend(c, i)) bad++;
     bad += c->owned[i] && !owned;
   }
   bad += n != c->n;

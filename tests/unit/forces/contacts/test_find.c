@@ -313,6 +313,44 @@ static PetscErrorCode LengthsOfANonMatchingJointAddUp(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Contacts stand in the order of their faces, whatever their joints: two exchanged ones are told, and so is
+ * one that is there twice. */
+static PetscErrorCode ContactsOutOfOrderAreInvalid(void)
+{
+  PetscFunctionBeginUser;
+  for (int twice = 0; twice < 2; twice++) {
+    Fixture f;
+    PetscBool valid;
+    memset(&sketch, 0, sizeof sketch);
+    const int group[2] = {SketchGroup(&sketch, "soft", 0), SketchGroup(&sketch, "hard", 1)};
+    for (int i = 0; i < 6; i++) SketchBox(&sketch, group[i / 2 % 2], i, 0, 1, 1);
+    PetscCall(FixtureOpen(
+        PETSC_COMM_WORLD, &sketch, &f,
+        "materials: {soft: {density: 1, young: 1e9, poisson: 0}, hard: {density: 1, rigid: true}}\n"
+        "joints: {default: {k_n: 1, k_s: 1, friction: 1}, hard+soft: {k_n: 2, k_s: 1, friction: 1}}\n"
+        "relaxation: {allow_floating: true}\n"
+        "loads: {weight: {type: self_weight}}\nstages: [all: {loads: [weight]}]\n"));
+    Contacts *c = f.contacts;
+    PetscInt at = c->model_start[STRESS_TPTM] + 1, changed = 0;
+    while (at < c->n_padded && c->key[2 * at] >= 0 && c->joint[at] == c->joint[at - 1]) at++;
+    PetscCall(ContactsIsValid(f.model, c, &valid));
+    ENSURE(valid);
+    if (at < c->n_padded && c->key[2 * at] >= 0) {
+      const PetscInt before[2] = {c->key[2 * at - 2], c->key[2 * at - 1]};
+      for (int k = 0; k < 2; k++) {
+        if (!twice) c->key[2 * at - 2 + k] = c->key[2 * at + k];
+        c->key[2 * at + k] = before[k];
+      }
+      changed = 1;
+    }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_SUM, f.model->comm));
+    PetscCall(ContactsIsValid(f.model, c, &valid));
+    ENSURE(changed > 0 && !valid);
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A pair of groups finds its joint; a face set on one side goes before it. */
 static PetscErrorCode JointsAreFoundByFaceSetThenByGroups(void)
 {
@@ -382,6 +420,7 @@ int main(int argc, char **argv)
   RUN_TEST(FoundContactsAreThoseOfBruteForce);
   RUN_TEST(ContactsAreTheSameOnAnyNumberOfRanks);
   RUN_TEST(LengthsOfANonMatchingJointAddUp);
+  RUN_TEST(ContactsOutOfOrderAreInvalid);
   RUN_TEST(JointsAreFoundByFaceSetThenByGroups);
   RUN_TEST(SlitsTouchAndThinBodiesDoNotTouchThemselves);
   int failed = CheckSummary();
