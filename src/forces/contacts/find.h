@@ -62,11 +62,6 @@ static inline PetscInt OldContactFind(const OldContacts *old, PetscInt a, PetscI
     if (slot[2] < 0 || (slot[0] == a && slot[1] == b)) return slot[2];
   }
 }
-/* As OldContactFind, for the gids of two faces in any order. */
-static inline PetscInt OldFacesFind(const OldContacts *old, PetscInt a, PetscInt b)
-{
-  return OldContactFind(old, PetscMin(a, b), PetscMax(a, b));
-}
 /* Second number of the key of a vertex on a face; the first is the gid of the face. */
 static inline PetscInt VertexKey(PetscInt vertex_gid)
 {
