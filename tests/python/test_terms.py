@@ -1,4 +1,4 @@
-"""What docs/extend.md and tests/terms/*.diff add, in the program built with it: springs from points to the ground, which have what a
+"""What docs/extend.md and tests/terms/*.diff add, in the program built with it: springs between points and to the ground, which have what a
 force term gets from its row of the table and nothing else; a load, a stage, a field of the results."""
 # ranks: 2
 
@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
-from quoin_tools.mesh.meshing import rectangle  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 from run import ENVIRONMENT  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin")).parent / "tests/quoin_recipes"
@@ -26,8 +26,8 @@ STIFFNESS, DENSITY, GRAVITY, WIDTH, HEIGHT = 2e6, 2400.0, 10.0, 2.0, 1.0
 MASS = DENSITY * WIDTH * HEIGHT
 
 
-def run(folder, material, stage, *options, ranks=1, **others):
-    write(str(folder / "model.h5"), rectangle(0, 0, WIDTH, HEIGHT, nx=2, group="block"))
+def run(folder, material, stage, *options, ranks=1, mesh=None, **others):
+    write(str(folder / "model.h5"), mesh or rectangle(0, 0, WIDTH, HEIGHT, nx=2, group="block"))
     scene = {
         "model": "model.h5", "gravity": GRAVITY,
         "relaxation": {"allow_floating": True, "tolerance": 1e-9},
@@ -83,6 +83,37 @@ def test_motion_in_time_and_its_energy(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "out by" not in done.stdout + done.stderr
     assert sinking(tmp_path) == pytest.approx(2, rel=1e-3)
+
+
+HUNG = {"roof": {"fix": "xy", "target": "roof"}}
+
+
+def hung():
+    """A block 5 m below another, whose top is held; corners of both where they face each other."""
+    upper = renamed(rectangle(0, 6, WIDTH, HEIGHT, nx=2, group="block"), {"roof": "top"},
+                    {"upper_left": "bottom_left", "upper_right": "bottom_right"})  # fmt: skip
+    lower = renamed(rectangle(0, 0, WIDTH, HEIGHT, nx=2, group="block"), {}, {"lower_left": "top_left", "lower_right": "top_right"})
+    return join([upper, lower])
+
+
+@pytest.mark.parametrize("material", [ELASTIC, RIGID])
+@pytest.mark.parametrize("method", ["explicit", "preconditioned"])
+def test_springs_between_blocks(tmp_path, material, method):
+    """A block hangs by two springs that cross. However the blocks are dealt out to two ranks, one reads a point of the other, and the
+    springs bear half the weight each."""
+    tie = {"stiffness": [STIFFNESS, STIFFNESS]}
+    springs = {"one": {"point": "upper_left", "to": "lower_right"} | tie, "other": {"point": "upper_right", "to": "lower_left"} | tie}
+    checksums = set()
+    for ranks in (1, 2):
+        done = run(tmp_path, material, {}, "-relaxation_method", method, "-partition", "stripes", ranks=ranks, mesh=hung(),
+                   springs=springs, supports=HUNG)  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        probes = stage_of(tmp_path)["probes"]
+        for spring in springs.values():
+            stretch = probes[spring["point"]]["u_y"] - probes[spring["to"]]["u_y"]
+            assert stretch == pytest.approx(MASS * GRAVITY / 2 / STIFFNESS, rel=1e-6)
+        checksums.add(stage_of(tmp_path)["checksum"])
+    assert len(checksums) == 1 or method == "preconditioned"
 
 
 def test_a_point_that_is_none(tmp_path):

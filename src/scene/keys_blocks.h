@@ -1,0 +1,61 @@
+/* keys_blocks.h: what a scene says of groups of blocks: section materials. */
+#ifdef KEY_STRUCTS
+typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
+
+typedef struct {
+  char name[NAME_LENGTH];   /* name of a group of the mesh */
+  PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
+  PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
+  Formulation element;      /* see element_kernels.h */
+  PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
+  PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
+  PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
+  PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
+  PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
+  PetscReal spin;           /* [rad/s] at that start, about each body's mass centre */
+  PetscBool upgradeable;    /* its contacts are verified and searched for under variable connectivity */
+  PetscBool output;         /* its blocks are written into results.h5 */
+  PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
+                                                         failure factors (39)-(41); NaN: not given */
+  int line; /* line in the scene file, for messages, here and below; 0: command line */
+} Material;
+#endif
+#ifdef KEY_WORDS
+static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
+#endif
+// clang-format off
+#ifdef KEY_ROWS
+  KEY(MATERIALS, "density", REAL, Material, density, NULL, ">= 0", "kg/m3", "0: weightless"),
+  KEY(MATERIALS, "young", REAL, Material, young, "= required unless rigid", "> 0", "Pa",
+      "modulus of elasticity"),
+  KEY(MATERIALS, "poisson", REAL, Material, poisson, "= required unless rigid", "> -1, < 0.5", "-",
+      "Poisson's ratio"),
+  KEY(MATERIALS, "element", CHOICE, Material, element, "full", NULL, "",
+      "blocks of 4 vertices: 2x2 points; one point and exact bending of rectangles; one point and hourglass control",
+      .choices = Formulations),
+  KEY(MATERIALS, "hourglass", REAL, Material, hourglass, "0.1", "> 0, <= 1", "-",
+      "element: reduced: stiffness of the hourglass control"),
+  KEY(MATERIALS, "rigid", TRISTATE, Material, rigid, "= as in the mesh", NULL, "",
+      "bodies of this group are rigid"),
+  KEY(MATERIALS, "macroblocks", BOOL, Material, macroblocks, "true", NULL, "",
+      "blocks that share a vertex are one body; false: each block is a body of its own, with joints to its neighbours"),
+  KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",
+      "bodies of this group are reduced onto the vertices where they meet others: small strain, static stages"),
+  KEY(MATERIALS, "tension", REAL, Material, tension, "= none", ">= 0", "Pa",
+      "tensile strength f_t, for the local failure factor (39)"),
+  KEY(MATERIALS, "compression", REAL, Material, compression, "= none", "> 0", "Pa",
+      "compressive strength f_c, for (40)"),
+  KEY(MATERIALS, "cohesion", REAL, Material, cohesion, "= none", ">= 0", "Pa", "c, for (41), with friction"),
+  KEY(MATERIALS, "friction", REAL, Material, friction, "= none", ">= 0, < 90", "degree",
+      "angle of friction, for (41), with cohesion"),
+
+  KEY(MATERIALS, "velocity", PAIR, Material, velocity, "0, 0", NULL, "m/s",
+      "x, y at the start of the first dynamic stage"),
+  KEY(MATERIALS, "spin", REAL, Material, spin, "0", NULL, "rad/s",
+      "likewise, about the mass centre of each body"),
+  KEY(MATERIALS, "upgradeable", BOOL, Material, upgradeable, "true", NULL, "",
+      "its contacts are verified when connectivity is variable"),
+  KEY(MATERIALS, "output", BOOL, Material, output, "true", NULL, "",
+      "its blocks, and contacts between blocks without output, are in results.h5 and results.xdmf"),
+#endif
+    // clang-format on

@@ -1,0 +1,57 @@
+/* keys_joints.h: what a scene says of joints: section joints. */
+#ifdef KEY_STRUCTS
+typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
+typedef enum {
+  STRESS_PT,   /* of fixed control points; those before STRESS_R2PT have a potential */
+  STRESS_R2PT, /* from here on they have none */
+  STRESS_R3PT,
+  STRESS_T2PT,
+  STRESS_T3PT,
+  STRESS_TPTM, /* from here on control points move; contacts are sorted by model */
+  STRESS_MODELS
+} StressModelKind;
+
+/* Properties of a joint, of a pair of groups, or of the default. Index [0]: peak, [1]: residual, after the
+   joint has failed there in tension or shear. */
+typedef struct {
+  char name[NAME_LENGTH]; /* face set of the mesh, or "groupA+groupB", or "default" */
+  JointLawKind law;
+  StressModelKind stress_model;
+  PetscReal k_n, k_s;    /* [Pa/m] */
+  PetscReal friction[2]; /* [degree] */
+  PetscReal tan_phi[2];  /* [-] of friction; JointPrepare writes it */
+  PetscReal cohesion[2]; /* [Pa] */
+  PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
+  PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
+  PetscReal damping;     /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
+  PetscBool defined;     /* false only for row 0 when the scene gives no "default": then all else is 0 */
+  int line;
+} Joint;
+#endif
+#ifdef KEY_WORDS
+static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
+#endif
+// clang-format off
+#ifdef KEY_ROWS
+  KEY(JOINTS, "law", CHOICE, Joint, law, "mohr_coulomb", NULL, "", "elastic: no limits, tension included",
+      .choices = Laws),
+  KEY(JOINTS, "stress_model", CHOICE, Joint, stress_model, "tptm", NULL, "",
+      "how stress is distributed along a contact", .choices = StressModels),
+  KEY(JOINTS, "k_n", REAL, Joint, k_n, NULL, "> 0", "Pa/m", "normal stiffness"),
+  KEY(JOINTS, "k_s", REAL, Joint, k_s, NULL, ">= 0", "Pa/m", "shear stiffness"),
+  KEY(JOINTS, "friction", REAL, Joint, friction[0], "= required unless elastic", ">= 0, < 90", "degree",
+      "angle of friction"),
+  KEY(JOINTS, "cohesion", REAL, Joint, cohesion[0], "0", ">= 0", "Pa",
+      "shear strength without normal stress"),
+  KEY(JOINTS, "tension", REAL, Joint, tension[0], "0", ">= 0", "Pa", "tensile strength"),
+  KEY(JOINTS, "compression", LIMIT, Joint, compression, "inf", "> 0", "Pa",
+      "compressive strength; past it the joint is crushed and stays so; inf: no limit"),
+  KEY(JOINTS, "friction_residual", REAL, Joint, friction[1], "= friction", ">= 0, < 90", "degree",
+      "once the joint has failed"),
+  KEY(JOINTS, "cohesion_residual", REAL, Joint, cohesion[1], "0", ">= 0", "Pa", "once the joint has failed"),
+  KEY(JOINTS, "tension_residual", REAL, Joint, tension[1], "0", ">= 0", "Pa", "once the joint has failed"),
+
+  KEY(JOINTS, "damping", REAL, Joint, damping, "0", ">= 0", "s",
+      "dynamic stages: dashpot of damping * k_n while closed"),
+#endif
+    // clang-format on

@@ -1,0 +1,44 @@
+/* keys_loads.h: what a scene says of loads: section loads. Water in joints has a file of its own. */
+#ifdef KEY_STRUCTS
+#include "scene/keys_water.h"
+typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE, LOAD_UPLIFT } LoadKind;
+
+typedef struct {
+  char name[NAME_LENGTH];
+  LoadKind kind;
+  PetscInt n_groups; /* self_weight: number of groups it acts on; 0: all */
+  char (*groups)[NAME_LENGTH];
+  char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
+  PetscReal level;          /* [m] reservoir: elevation of the water surface */
+  PetscReal density;        /* [kg/m3] reservoir: density of the water */
+  PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  UpliftKeys uplift;        /* of an uplift; target, level and density as of a reservoir */
+  int line;
+} Load;
+#endif
+#ifdef KEY_WORDS
+#include "scene/keys_water.h"
+static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", "point_force",
+                                        "uplift",      "LoadKind",  "LOAD_",    NULL};
+#endif
+// clang-format off
+#ifdef KEY_ROWS
+  KEY(LOADS, "type", CHOICE, Load, kind, NULL, NULL, "", "what it is; decides which keys follow",
+      .choices = LoadTypes),
+  KEY(LOADS, "groups", NAMES, Load, groups, "= all", NULL, "", "self_weight: groups that get their weight",
+      .count = offsetof(Load, n_groups), .loads = BIT(LOAD_SELF_WEIGHT)),
+  KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
+      "reservoir, traction: face set it acts on; uplift: face set of a joint",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m", "reservoir, uplift: elevation of the water surface",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift: of the water",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT)),
+#include "scene/keys_water.h"
+  KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
+      .loads = BIT(LOAD_POINT_FORCE)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa or N/m",
+      "x, y of a traction [Pa] or of a point_force [N per m of thickness]",
+      .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
+#endif
+    // clang-format on

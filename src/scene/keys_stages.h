@@ -1,0 +1,98 @@
+/* keys_stages.h: what a scene says of stages: section stages. */
+#ifdef KEY_STRUCTS
+typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
+typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
+
+typedef struct {
+  char name[NAME_LENGTH];
+  StageKind kind;
+  PetscInt n_loads;    /* loads that act at its end; a load of the stage before that is not among them goes */
+  PetscInt *loads;     /* (n_loads,) rows of Scene.loads */
+  PetscInt ramp;       /* [cycles] over which loads change linearly from the last stage's to this one's */
+  PetscInt max_cycles; /* [cycles] after which the verdict is "undecided" */
+  PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
+  PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement, as
+                                   the ratio */
+  PetscInt variable;   /* 1: connectivity is variable in this stage, 0: fixed, -1: as Scene.connectivity */
+  PetscReal duration;  /* [s] of a dynamic stage */
+  PetscReal dt_factor; /* [-] dynamic: time step over its stability bound */
+  PetscReal alpha;     /* [1/s] dynamic: mass-proportional damping */
+  PetscInt frames;     /* dynamic: number of results on the way, at equal intervals */
+  Joint *joints;       /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
+                          strength reduction leaves the strengths of its last stable trial here */
+  /* strength_reduction, flood: trials go from start towards limit; see trial_stage.c */
+  ReductionKind what;
+  PetscInt n_reduce; /* number of joints that are reduced; 0: all */
+  char (*reduce)[NAME_LENGTH];
+  PetscReal start, step, limit; /* [degree], [-] or [m]; NaN: not given */
+  PetscReal factor;  /* [-] strengths: each trial has this part of the strengths of the trial before */
+  PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
+  PetscReal
+      displacement_limit; /* [m] a trial fails that has moved farther since the stage began; NaN: no limit */
+  PetscInt n_rises;       /* flood: number of loads named; 0: the highest reservoir rises */
+  PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
+  bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) loads whose level, whose tailwater rises */
+  int line;
+} Stage;
+#endif
+#ifdef KEY_WORDS
+static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
+                                         "STAGE_", NULL};
+static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
+#endif
+// clang-format off
+#ifdef KEY_ROWS
+  KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood: trials until something fails",
+      .choices = StageTypes),
+  KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
+      "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
+  KEY(STAGES, "ramp", INT, Stage, ramp, "= relaxation.ramp", ">= 0", "cycles",
+      "over which the loads change from those of the stage before to those of this stage"),
+  KEY(STAGES, "max_cycles", INT, Stage, max_cycles, "= relaxation.max_cycles", ">= 1", "cycles",
+      "after them the stage ends undecided"),
+  KEY(STAGES, "tolerance", REAL, Stage, tolerance, "= relaxation.tolerance", "> 0", "-",
+      "unbalanced ratio of the worst body at which the stage has converged"),
+  KEY(STAGES, "velocity_tolerance", REAL, Stage, velocity_tolerance, "= relaxation.velocity_tolerance", "> 0",
+      "-", "largest displacement increment of a cycle, over the largest displacement, at which the stage has converged"),
+  KEY(STAGES, "variable", TRISTATE, Stage, variable, "= contact.connectivity", NULL, "",
+      "true: variable connectivity in this stage, false: fixed"),
+  KEY(STAGES, "duration", REAL, Stage, duration, "1", "> 0", "s", "dynamic: how long it lasts",
+      .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "dt_factor", REAL, Stage, dt_factor, "0.05", "> 0, <= 1", "-",
+      "dynamic: time step over the stability bound; smaller where contacts open and close",
+      .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "dynamic: mass-proportional damping",
+      .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
+      "dynamic: results written on the way, at equal intervals of time", .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "what", CHOICE, Stage, what, "friction", NULL, "",
+      "strength_reduction: the angle of friction, or all strengths by one factor", .choices = Reductions,
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "reduce", NAMES, Stage, reduce, "= all that are not elastic", NULL, "",
+      "strength_reduction: joints that are reduced", .count = offsetof(Stage, n_reduce),
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "rises", LOADS, Stage, rises, "= the highest reservoir", NULL, "",
+      "flood: reservoirs and uplifts that rise; an uplift at the level of such a reservoir follows; all others stay",
+      .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_FLOOD)),
+  KEY(STAGES, "start", REAL, Stage, start, "= as the joints are", "> 0", "degree or -",
+      "strength_reduction: first angle of friction, or part of the strengths that is left",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "step", REAL, Stage, step, "= none: bisection only", "> 0", "degree or m",
+      "change of the angle of friction, or rise of the level, from trial to trial",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "factor", REAL, Stage, factor, "= none: bisection only", "> 0, < 1", "-",
+      "strength_reduction, strengths: part of them that a trial leaves (0.85: 15 % less)",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+  KEY(STAGES, "limit", REAL, Stage, limit, "= 0 for a reduction", NULL, "degree, - or m",
+      "value at which the trials end", .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "bracket", REAL, Stage, bracket, "0", ">= 0", "degree, - or m",
+      "bisection between the last stable and the first unstable trial down to this width; 0: none",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "displacement_limit", REAL, Stage, displacement_limit, "= none", "> 0", "m",
+      "trials: a trial fails that comes to rest after it has moved farther since the stage began",
+      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
+      "any key of this joint, changed from this stage on"),
+#endif
+    // clang-format on
