@@ -1,4 +1,5 @@
-/* keys_water.h: what a scene says of water in joints: keys of loads of the type uplift. keys_loads.h includes it. */
+/* keys_water.h: what a scene says of water in joints: keys of loads of the type uplift. Only keys_loads.h
+   includes it. */
 #ifdef KEY_STRUCTS
 typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC } UpliftRule;
 typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;

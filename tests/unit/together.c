@@ -1,10 +1,10 @@
 /* All unit tests in one program, for runs that are dear to start: under valgrind and under the sanitizers.
 
-     unit_tests test_grid test_check    these one after the other; CTest forms the groups
+   unit_tests test_grid test_check    these one after the other; CTest forms the groups
 
-   Each test is its own file with its main renamed (tests/CMakeLists.txt writes unit_tests.h, a line TEST(name)
-   each). MPI starts once here; PETSc starts and ends in each test. The exit code is 1 when a test failed, and
-   its name is the last line it leaves behind. */
+   Each test is its own file with its main renamed (tests/CMakeLists.txt writes unit_tests.h, a line
+   TEST(name) each). MPI starts once here; PETSc starts and ends in each test. The exit code is 1 when a
+   test failed, and its name is the last line it leaves behind. */
 #include <stdio.h>
 #include <string.h>
 #include <mpi.h>

@@ -136,16 +136,24 @@ KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, Lane
   return 1;
 }
 
-/* Whether the law holds elastically at both ends when the stresses of dashpots are added. */
-KERNEL Mask IsElasticDamped(const LanesJoint *J, int closes, const LanesContact *c)
+/* Whether the law holds elastically at both ends, and in the middle where the model looks there, when the
+   stresses of dashpots are added. Springs alone need no look at the middle: their stresses are lines, and so
+   are the limits. A dashpot acts only where the joint is closed, so its stress is none. */
+KERNEL Mask IsElasticDamped(const LanesJoint *J, const LanesModel *model, int closes, const LanesContact *c)
 {
+  const Lanes middle = LanesOf(0.);
   LanesContact total;
   for (int k = 0; k < 2; k++) {
     total.sigma[k] = c->sigma[k] + DashpotStress(J, c->sigma[k], c->dashpot[k]);
     total.tau[k] = c->tau[k], total.broken[k] = c->broken[k];
     if (closes) total.closure[k] = c->closure[k];
   }
-  return IsElastic(J, closes, &total);
+  const Mask ends = IsElastic(J, closes, &total);
+  if (model->moving || model->row[1] == 0.) return ends;
+  const Lanes spring = MiddleTrial(J, closes, c), shear = Line(c->tau, middle),
+              stress = spring + DashpotStress(J, spring, Line(c->dashpot, middle));
+  for (int k = 0; k < 2; k++) total.sigma[k] = stress, total.tau[k] = shear;
+  return ends & IsElastic(J, closes, &total);
 }
 
 /* Adds the forces of dashpots to F_n, which has those of the springs. spring: trial stresses of the springs
@@ -218,7 +226,7 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
 {
   TrialStresses(J, closes, c);
   Mask elastic = IsElastic(J, closes, c);
-  if (damped) elastic &= IsElasticDamped(J, closes, c);
+  if (damped) elastic &= IsElasticDamped(J, model, closes, c);
   if (!Any(~elastic)) {
     RespondElastic(model->elastic, c);
     if (damped) AddDashpots(J, model, closes, c->sigma, c);
