@@ -1,5 +1,4 @@
-"""The key `advise`: what it says a run costs against what the run costs, and what a change alters against both runs.
-ranks: 1 2"""
+"""The key `advise`: what it says a run costs against what the run costs, and what a change alters against both runs."""
 
 import contextlib
 import json
@@ -156,7 +155,7 @@ def test_trials(tmp_path):
     assert re.search("^not tried: s1: ", advice.text, re.M)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
 @pytest.mark.parametrize("method, bodies, blocks", [("explicit", 1, 250), ("explicit", 90, 1), ("explicit", 40, 4),
                                                     ("preconditioned", 1, 150), ("preconditioned", 70, 1), ("preconditioned", 40, 4)])  # fmt: skip
 def test_memory(method, bodies, blocks, ranks, tmp_path):
@@ -236,6 +235,7 @@ def test_changes(tmp_path):
     assert "displacements and joint forces within 1 %: " in advice.text and "not tried" not in advice.text
 
 
+@pytest.mark.alone
 def test_ranks(tmp_path):
     one, two = advise(G1, tmp_path), advise(G1, tmp_path, ranks=2)
     for name, stage in one.stages.items():

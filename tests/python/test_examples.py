@@ -1,5 +1,4 @@
-"""The examples run as their headers say, here on coarse meshes, give the numbers of their references and draw the paper's figures.
-ranks: 1 3"""
+"""The examples run as their headers say, here on coarse meshes, give the numbers of their references and draw the paper's figures."""
 
 import csv
 import importlib.util
@@ -70,6 +69,7 @@ def test_guilhofrei(dam):
             assert row["ours"] == pytest.approx(row["fe"], rel=close, abs=0.001), row["quantity"]
 
 
+@pytest.mark.alone
 def test_guilhofrei_on_three_ranks_has_the_same_bits(dam, tmp_path):
     """Water that follows faces which ranks share."""
     three = run("guilhofrei", tmp_path / "three", ranks=3)
@@ -152,6 +152,7 @@ def voronoi(tmp_path_factory):
     return folder
 
 
+@pytest.mark.alone
 def test_voronoi_has_the_same_bits_on_two_ranks(voronoi):
     """Every trial of the reduction, to its last verdict."""
     assert compare.same_bits(voronoi, Results(voronoi / "1"), "1") is True

@@ -1,5 +1,4 @@
-"""Groups with `output: false`: their blocks, and contacts between them, are not in results.h5; all else is as with them.
-ranks: 1 2"""
+"""Groups with `output: false`: their blocks, and contacts between them, are not in results.h5; all else is as with them."""
 
 import csv
 import json
@@ -97,6 +96,7 @@ def rows_of(mine, whole):
     return of
 
 
+@pytest.mark.alone  # the first to ask for the runs
 @pytest.mark.parametrize("out", ["part", "part2"])
 def test_what_is_written_is_as_with_all(folder, out):
     whole, mine = Results(folder / "whole"), Results(folder / out)

@@ -1,6 +1,5 @@
 """What a dynamic stage writes: frames, time and energies in every file, and vertices on faces. The scene is the
-example of docs/scene.md, so that the example runs.
-ranks: 1 2"""
+example of docs/scene.md, so that the example runs."""
 
 import os
 import re
@@ -153,6 +152,7 @@ def test_table_and_picture_of_energies(shaken, capsys):
     assert "energy_shaking.png" in written and "energy_rest.png" not in written and "history.png" in written
 
 
+@pytest.mark.alone  # the first to ask for the runs
 def test_vertex_on_a_face(dropped):
     """One vertex carries the block: its place, its ids in the file, and one end with all of the force."""
     run = Results(dropped / "out1")

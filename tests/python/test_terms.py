@@ -1,6 +1,5 @@
 """What docs/extend.md and tests/terms/*.diff add, in the program built with it: springs between points and to the ground, which have what a
 force term gets from its row of the table and nothing else; a load, a stage, a field of the results."""
-# ranks: 2
 
 import json
 import math
@@ -68,6 +67,7 @@ def test_springs_carry_the_weight(tmp_path, material, method):
     assert sinking(tmp_path) == pytest.approx(1, abs=1e-6)
 
 
+@pytest.mark.alone
 def test_the_same_bits_on_two_ranks(tmp_path):
     checksums = set()
     for ranks in (1, 2):
@@ -96,6 +96,7 @@ def hung():
     return join([upper, lower])
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("material", [ELASTIC, RIGID])
 @pytest.mark.parametrize("method", ["explicit", "preconditioned"])
 def test_springs_between_blocks(tmp_path, material, method):
@@ -149,7 +150,7 @@ def test_body_force_on_springs(tmp_path, material):
     assert carried == pytest.approx(TOTAL, rel=1e-6)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
 def test_reactions_balance_the_body_force(tmp_path, ranks):
     done = run(tmp_path, ELASTIC, {}, ranks=ranks, **HELD | {"stages": {"stand": {"loads": ["weight", "push"]}}})
     assert done.returncode == 0, done.stderr
