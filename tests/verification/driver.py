@@ -75,6 +75,10 @@ class Run(Results):
         elif exit_code != 2:
             raise RuntimeError(f"{folder}: exit code {exit_code}\n{stdout[-2000:]}{stderr[-4000:]}")
 
+    def moved(self, folder):
+        """Its files are in this folder now."""
+        self.folder, self.path = str(folder), str(folder / "results.h5")
+
     def probe(self, stage, point):
         """Displacement (u_x, u_y) [m] of a named point at the end of a stage."""
         values = self.stage_summary(stage)["probes"][point]
@@ -89,6 +93,7 @@ class Case:
         self.full = full  # also what takes too long for every day
         self.same_bits = same_bits  # repeat every run on other numbers of ranks
         self.bits = []  # (run, ranks, whether the checksums are those of the run) of these repetitions
+        self._last = {}  # folder: the Run that was in it last
         self._told = {}  # run: checksums of the numbers of ranks that it has been on
         self.checks = []
         self.runs = 0
@@ -111,15 +116,27 @@ class Case:
 
     def again(self, folder, *options, ranks=1, short=False):
         """Run what is in a folder; short: it ends before its first cycle."""
+        if "-output" not in options:
+            self._put_aside(folder, "-restart" in options)
         with turn(alone=ranks > 1 and not short):
             start = time.monotonic()
             done = self._start(folder, options, ranks)
             seconds = time.monotonic() - start
         self._since.append((ranks, seconds))
-        run = Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
+        run = self._last[folder] = Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
         if self.same_bits and run.exit_code != 2:
             self._repeat(folder, options, ranks, checksums(run))
         return run
+
+    def _put_aside(self, folder, continued):
+        """Results that a Run still reads get a folder of their own before the next run is written over them."""
+        out, aside = folder / "out", folder / f"out_before_{len(list(folder.glob('out_before_*')))}"
+        if folder in self._last and out.is_dir():
+            if continued:
+                shutil.copytree(out, aside)
+            else:
+                out.rename(aside)
+            self._last.pop(folder).moved(aside)
 
     def _start(self, folder, options, ranks):
         command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []

@@ -94,7 +94,7 @@ def free(case, model):
 def across_ranks(case, name, folder, one, normal, phi, all_ranks):
     """The same run with the border of two ranks under the slider; `one`: on one rank."""
     for ranks in all_ranks:
-        checksum = one.stage_summary("cross")["checksum"]  # before its folder is written over
+        checksum = one.stage_summary("cross")["checksum"]
         result = case.again(folder, ranks=ranks)
         owner = {result.mesh.group_names[g]: int(rank) for g, rank in zip(result.mesh.block_group, result.mesh.rank)}
         case.check(f"{name}, {ranks} ranks: left and right block on different ranks", owner["left"] != owner["right"], True)
