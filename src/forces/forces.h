@@ -28,11 +28,19 @@ PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *
 /* Collective, all but TermsHistory. These call the functions of the same name in each row, see term.h; they
    fill in the memory of the view. */
 PetscErrorCode TermsBegin(const TermView *view);
-PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again);
+/* commit: what has changed stays, so joints remember the equilibrium. */
+PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again, PetscBool *commit);
+/* Whether a row tries in the stage of the view. */
+PetscBool TermsTry(const TermView *view);
+/* grow: the least that a row asks for. */
+PetscErrorCode TermsStepOver(const TermView *view, PetscReal *grow);
 PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell);
 PetscErrorCode TermsHistory(const TermView *view, TermHistory what);
 PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
 PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
+/* Rank 0. The tables of all terms that have one. */
+PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables);
+PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables);
 /* Rank 0. Writes the members of all terms into summary.json. */
 void TermsSummary(FILE *f, const TermView *view);
 

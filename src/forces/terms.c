@@ -3,8 +3,8 @@
 
 /* The resisting forces at a vertex are summed phase by phase, within a phase in the order of the table. Row
    sums and stiffnesses are summed the other way, from the blocks up. Another order changes bits. */
-static const TermKind *const Terms[] = {&Contacts_term, &Supports_term,  &Loads_term, &Reservoir_term,
-                                        &Uplift_term,   &Condensed_term, &Blocks_term};
+static const TermKind *const Terms[] = {&Contacts_term, &Supports_term, &Loads_term,     &Reservoir_term,
+                                        &Uplift_term,   &Flow_term,     &Condensed_term, &Blocks_term};
 enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
 
 /* Calls row->FUNCTION(...) of every row that has it; `of` is the view of the row. */
@@ -165,10 +165,10 @@ PetscErrorCode TermsBegin(const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again)
+PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again, PetscBool *commit)
 {
   PetscFunctionBeginUser;
-  *again = PETSC_FALSE;
+  *again = *commit = PETSC_FALSE;
   for (int t = 0; t < TERMS; t++) {
     const Verdict before = result->verdict;
     TermView of = *view;
@@ -177,9 +177,35 @@ PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool 
     of.memory = view->state->terms[t];
     PetscCall(Terms[t]->settle(&of, result, &one));
     *again = (PetscBool)(*again || one);
+    *commit = (PetscBool)(*commit || (one && !(Terms[t]->tries && Terms[t]->tries(&of))));
     if (result->verdict == before) continue;
     *again = PETSC_FALSE; // it has ended the stage
     break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool TermsTry(const TermView *view)
+{
+  for (int t = 0; t < TERMS; t++) {
+    TermView of = *view;
+    of.memory = view->state->terms[t];
+    if (Terms[t]->tries && Terms[t]->tries(&of)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+PetscErrorCode TermsStepOver(const TermView *view, PetscReal *grow)
+{
+  PetscReal one = PETSC_INFINITY;
+  PetscFunctionBeginUser;
+  *grow = PETSC_INFINITY;
+  for (int t = 0; t < TERMS; t++) {
+    TermView of = *view;
+    of.memory = view->state->terms[t];
+    if (!Terms[t]->step_over) continue;
+    PetscCall(Terms[t]->step_over(&of, &one));
+    *grow = PetscMin(*grow, one);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -211,6 +237,34 @@ PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
 {
   PetscFunctionBeginUser;
   EACH(archive_stable, a, &of);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables)
+{
+  PetscFunctionBeginUser;
+  *n = 0;
+  PetscCall(PetscCalloc1(TERMS, tables));
+  for (int t = 0; t < TERMS; t++) {
+    TermView of = *view;
+    TermTable *table = *tables + *n;
+    of.memory = view->state->terms[t];
+    if (!Terms[t]->table) continue;
+    table->name = Terms[t]->name;
+    PetscCall(Terms[t]->table(&of, table));
+    if (table->n_rows) ++*n;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt t = 0; t < *n; t++)
+    for (PetscInt c = 0; c < (*tables)[t].n_columns; c++)
+      PetscCall(PetscFree((*tables)[t].columns[c].values));
+  PetscCall(PetscFree(*tables));
+  *n = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -166,17 +166,17 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
 static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   // what a load of each kind has as its target, none: it acts on groups alone; TermKind.loads has room for 32
-  static const int kinds[32] = {[LOAD_RESERVOIR] = FACE_SETS,
-                                [LOAD_TRACTION] = FACE_SETS,
-                                [LOAD_POINT_FORCE] = POINTS,
-                                [LOAD_UPLIFT] = FACE_SETS};
+  static const int kinds[32] = {
+      [LOAD_RESERVOIR] = FACE_SETS, [LOAD_TRACTION] = FACE_SETS, [LOAD_POINT_FORCE] = POINTS,
+      [LOAD_UPLIFT] = FACE_SETS,    [LOAD_HEAD] = FACE_SETS,     [LOAD_DRAIN] = FACE_SETS,
+      [LOAD_INFLOW] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
     snprintf(key, sizeof key, "loads.%s", load->name);
     for (PetscInt g = 0; g < load->n_groups; g++)
       check_target(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
-    if (kinds[load->kind])
+    if (kinds[load->kind] && load->target[0])
       check_target(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
   }
 }

@@ -11,3 +11,7 @@ int Hdf5WriteAttribute(hid_t where, const char *name, hid_t type, hid_t memory_t
 int Hdf5WriteText(hid_t where, const char *name, const char *text);
 int Hdf5WriteNumber(hid_t where, const char *name, double value);
 int Hdf5WriteCount(hid_t where, const char *name, long long value);
+
+/* ---- results_tables.c */
+/* Writes fields->tables below the group of a stage; returns 0 or -1. */
+int ResultsTablesWrite(hid_t stage, const StageFields *fields);

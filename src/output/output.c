@@ -359,6 +359,7 @@ PetscErrorCode OutputHistory(const Problem *p)
 
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
 {
+  const TermView view = ViewOf(p);
   Output *output = p->output;
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
@@ -366,8 +367,11 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
-  if (!p->m->rank)
+  if (!p->m->rank) {
+    PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileFrame(&output->results, p->number, frame, p->result, &fields, message));
+    PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
+  }
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(refuse(output, message));
@@ -408,8 +412,10 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(TermsSurvey(&view, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
   if (!p->m->rank) {
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
+    PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
+    PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
     output->n_contacts = fields.n_contacts, output->n_dofs = fields.n_dof;
     output->settled = settle_now(p);
     if (output->settled) PetscCall(settle(p->scene, p->m, output, message));

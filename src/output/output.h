@@ -52,6 +52,8 @@ typedef struct {
   PetscReal *safety;                    /* (n_blocks,) least of (39)-(41), NaN without strengths; safety.c */
   PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
   PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
+  PetscInt n_tables;
+  TermTable *tables; /* (n_tables,) of force terms, TermsTables; rank 0 */
 } StageFields;
 /* These functions are collective. */
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
@@ -165,7 +167,7 @@ PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt
 /* Says what the stage's single factor is, or why it has none; "" when there is nothing to say. */
 void TrialsSay(const Problem *p, size_t size, char *text);
 PetscErrorCode TrialsReset(Trials *trials);
-/* Writes the members of a stage's object in summary.json. */
+/* Writes the members of a stage's object in summary.json; of a transient stage its steps. */
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
 
 /* ---- mechanism.c */

@@ -37,7 +37,7 @@ static void put_waters(FILE *f, const Problem *p)
   fprintf(f, "\"waters\": {");
   for (PetscInt i = 0; i < p->stage->n_loads; i++) {
     const Load *load = p->scene->loads + p->stage->loads[i];
-    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT) continue;
+    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT && load->kind != LOAD_HEAD) continue;
     fprintf(f, "%s\"%s\": {", before, load->name);
     JsonNumber(f, "level", load->level, load->kind == LOAD_UPLIFT ? ", " : "}");
     if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->uplift.tailwater, "}");
@@ -63,7 +63,7 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonCount(f, "cycles", r->cycles, ", ");
   JsonNumber(f, "wall_s", r->wall, ", ");
   JsonText(f, "evidence", r->evidence, ",\n      ");
-  if (p->stage->kind == STAGE_FLOOD) put_waters(f, p);
+  if (p->stage->kind == STAGE_FLOOD || p->stage->kind == STAGE_TRANSIENT) put_waters(f, p);
   JsonNumber(f, "moved", moved, ", ");
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryHinges(f, hinges);
@@ -77,9 +77,12 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
 
 PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
 {
-  static const char *const units[] = {" m", " degree", " of the strengths"};
+  static const char *const units[] = {" m", " degree", " of the strengths", " s"};
   const TermView view = ViewOf(p);
-  const char *unit = units[p->stage->kind == STAGE_FLOOD ? 0 : p->stage->what == REDUCE_FRICTION ? 1 : 2];
+  const char *unit = units[p->stage->kind == STAGE_FLOOD       ? 0
+                           : p->stage->kind == STAGE_TRANSIENT ? 3
+                           : p->stage->what == REDUCE_FRICTION ? 1
+                                                               : 2];
   const Model *m = p->m;
   const StageResult *result = p->result;
   Trials *trials = &p->output->trials;
@@ -204,8 +207,22 @@ static void put_factors(FILE *f, const Scene *scene, const Trials *t)
   fprintf(f, "},\n        ");
 }
 
+static void put_list(FILE *f, const Trials *trials)
+{
+  fprintf(f, "[\n");
+  for (PetscInt i = 0; i < trials->n; i++)
+    fprintf(f, "%s%s\n", trials->json[i], i + 1 < trials->n ? "," : "");
+  fprintf(f, "        ]");
+}
+
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials)
 {
+  if (stage->kind == STAGE_TRANSIENT) {
+    fprintf(f, "      \"steps\": ");
+    put_list(f, trials);
+    fprintf(f, ",\n");
+    return;
+  }
   const PetscBool flood = (PetscBool)(stage->kind == STAGE_FLOOD);
   const char *const unit = flood ? "m" : stage->what == REDUCE_FRICTION ? "degree" : "-";
   fprintf(f, "      \"%s\": {\n        ", flood ? "flood" : "strength_reduction");
@@ -222,8 +239,7 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
     JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");
     JsonNumber(f, "safety_factor_failing", 1. / trials->failing, ",\n        ");
   }
-  fprintf(f, "\"trials\": [\n");
-  for (PetscInt i = 0; i < trials->n; i++)
-    fprintf(f, "%s%s\n", trials->json[i], i + 1 < trials->n ? "," : "");
-  fprintf(f, "        ]\n      },\n");
+  fprintf(f, "\"trials\": ");
+  put_list(f, trials);
+  fprintf(f, "\n      },\n");
 }

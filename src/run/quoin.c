@@ -137,6 +137,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(PartEnd(PART_READING));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
   PetscCall(SceneReadMotions(q->comm, &q->scene));
+  PetscCall(SceneReadLevels(q->comm, &q->scene));
   for (PetscInt g = 0; g < mesh.n_groups; g++)
     mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(PartBegin(PART_CHECKS));

@@ -59,6 +59,57 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Conditions of water that flows in joints. */
+PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
+{
+  const FlowKeys *flow = &load->flow;
+  const PetscBool line = (PetscBool) !(isnan(flow->from[0]) || isnan(flow->to[0]));
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (load->kind == LOAD_CURTAIN) {
+    PetscCall(is_given(r, path, "from", &given));
+    if (!line) COMPLAIN_MISSING(r, "missing [m]: a curtain needs from and to, the ends of its axis");
+    PetscCall(is_given(r, path, "factor", &given));
+    if (isnan(flow->factor) == isnan(flow->aperture))
+      COMPLAIN_MISSING(r, "a curtain needs a factor [-] or an aperture [m], one of them");
+  }
+  if (load->kind == LOAD_DRAIN) {
+    PetscCall(is_given(r, path, "distance", &given));
+    if ((PetscBool)!isnan(flow->distance) == line || (given && !load->target[0]))
+      COMPLAIN_MISSING(r, "a drain needs joint and distance [m], or from and to [m], one of these pairs");
+  }
+  PetscCall(is_given(r, path, "joint", &given));
+  if (load->kind == LOAD_DRAIN && given && line)
+    COMPLAIN(r, "a drain with from and to meets every joint that it crosses: expected joint and distance [m] "
+                "without them");
+  PetscCall(is_given(r, path, "to", &given));
+  if (line && hypot(flow->to[0] - flow->from[0], flow->to[1] - flow->from[1]) == 0.)
+    COMPLAIN(r, "from and to are one point");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A transient stage needs water that flows, and that can be stored. */
+PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage)
+{
+  PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const LoadKind kind = stage->loads[i] < 0 ? LOAD_HEAD : r->scene->loads[stage->loads[i]].kind;
+    flows = (PetscBool)(flows || kind == LOAD_HEAD || kind == LOAD_INFLOW || kind == LOAD_DRAIN);
+  }
+  PetscCall(is_given(r, path, "loads", &given));
+  if (!flows)
+    COMPLAIN(r, "a transient stage needs water that flows in joints: a load of type head, inflow or drain");
+  PetscCall(is_given(r, path, "type", &given));
+  if (r->scene->flow.bulk_modulus >= PETSC_INFINITY) // not the inf of C
+    COMPLAIN(r, "a transient stage needs water that stores: flow.bulk_modulus is inf [Pa]");
+  if (r->scene->flow.coupling == FLOW_ONE_WAY && stage->variable > 0)
+    COMPLAIN(r, "flow.coupling one_way keeps the joints as they are, but connectivity is variable");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* An empty list of loads makes sense in three cases: a structure swings, follows its supports, or is relieved
    of the loads before. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)
@@ -155,7 +206,7 @@ static PetscBool acts(const Stage *stage, PetscInt load)
 }
 
 // Chooses the waters that a flood raises by itself: those that the stage names, else the highest reservoir,
-// else the highest uplifts.
+// else the highest uplifts, else the highest heads.
 static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *stage)
 {
   const Load *loads = r->scene->loads;
@@ -167,8 +218,9 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   for (PetscInt i = 0; i < stage->n_rises; i++) {
     const PetscInt l = stage->rises[i];
     if (l < 0) continue; // a complaint has said so
-    if (!acts(stage, l) || (loads[l].kind != LOAD_RESERVOIR && loads[l].kind != LOAD_UPLIFT))
-      COMPLAIN(r, "'%s' is no reservoir or uplift of this stage", loads[l].name);
+    const LoadKind kind = loads[l].kind;
+    if (!acts(stage, l) || (kind != LOAD_RESERVOIR && kind != LOAD_UPLIFT && kind != LOAD_HEAD))
+      COMPLAIN(r, "'%s' is no reservoir, uplift or head of this stage", loads[l].name);
     stage->level_rises[l] = true;
   }
   if (stage->n_rises) PetscFunctionReturn(PETSC_SUCCESS);
@@ -178,8 +230,9 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   if (top >= 0) stage->level_rises[top] = true;
   if (top >= 0) PetscFunctionReturn(PETSC_SUCCESS);
   top = highest(r->scene, stage, LOAD_UPLIFT, &others);
+  if (top < 0) top = highest(r->scene, stage, LOAD_HEAD, &others);
   for (PetscInt l = 0; l < r->scene->n_loads && top >= 0; l++)
-    stage->level_rises[l] = acts(stage, l) && loads[l].kind == LOAD_UPLIFT &&
+    stage->level_rises[l] = acts(stage, l) && loads[l].kind == loads[top].kind &&
                             one_level(loads[l].level, loads[top].level);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -193,11 +246,30 @@ static void count_owners(const Scene *scene, const Stage *stage, const Load *upl
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     const Load *load = scene->loads + l;
     if (load->kind != LOAD_RESERVOIR || !acts(stage, l) || !one_level(load->level, level)) continue;
-    if (one_level(load->density, uplift->density)) n[stage->level_rises[l] ? 0 : 1]++;
+    if (uplift->kind == LOAD_HEAD || one_level(load->density, uplift->density))
+      n[stage->level_rises[l] ? 0 : 1]++;
   }
 }
 
-// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density.
+// A head that no reservoir has stays, as that of the tailwater may; one of them has to rise.
+static void check_heads(Reader *r, const Stage *stage)
+{
+  PetscInt head = -1;
+
+  for (PetscInt l = 0; l < r->scene->n_loads; l++) {
+    if (r->scene->loads[l].kind != LOAD_HEAD || !acts(stage, l)) continue;
+    if (stage->level_rises[l]) return;
+    head = l;
+  }
+  if (head >= 0)
+    COMPLAIN_MISSING(r,
+                     "water flows in joints (loads.%s), but no head has the level of a reservoir that rises: "
+                     "name all that rise",
+                     r->scene->loads[head].name);
+}
+
+// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density. A
+// head belongs to those that have its level.
 static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
 {
   PetscInt n[2], others;
@@ -207,8 +279,8 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   PetscCall(is_given(r, path, "rises", &given));
   for (PetscInt l = 0; l < r->scene->n_loads; l++) {
     const Load *load = r->scene->loads + l;
-    if (load->kind != LOAD_UPLIFT || !acts(stage, l)) continue;
-    if (!isnan(load->uplift.tailwater)) {
+    if ((load->kind != LOAD_UPLIFT && load->kind != LOAD_HEAD) || !acts(stage, l)) continue;
+    if (load->kind == LOAD_UPLIFT && !isnan(load->uplift.tailwater)) {
       count_owners(r->scene, stage, load, load->uplift.tailwater, n);
       if (n[0] && n[1])
         COMPLAIN_MISSING(r,
@@ -223,12 +295,14 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
       COMPLAIN_MISSING(
           r, "loads.%s has the level %g m of a reservoir that rises and of one that stays: name it too",
           load->name, (double)load->level);
-    else if (!n[0] && !n[1] && !given && highest(r->scene, stage, LOAD_RESERVOIR, &others) >= 0)
+    else if (load->kind == LOAD_UPLIFT && !n[0] && !n[1] && !given &&
+             highest(r->scene, stage, LOAD_RESERVOIR, &others) >= 0)
       COMPLAIN_MISSING(
           r, "loads.%s has the level %g m, which no reservoir of this stage has: name all that rise",
           load->name, (double)load->level);
     stage->level_rises[l] = n[0] > 0;
   }
+  check_heads(r, stage);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -244,7 +318,7 @@ PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
     if (stage->level_rises[l]) level = PetscMax(level, r->scene->loads[l].level);
   PetscCall(follow_rising(r, path, stage));
   PetscCall(is_given(r, path, "loads", &given));
-  if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir or uplift");
+  if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir, uplift or head");
   stage->start = level;
   PetscCall(is_given(r, path, "limit", &given));
   if (!given)

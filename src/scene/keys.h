@@ -7,7 +7,7 @@
 
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
-  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
+  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
 #define PATH_OF_TERM(SECTION, word, type) (word ".<name>."),
   "loads.<name>.", "stages.<name>.", TERM_SECTIONS(PATH_OF_TERM)};
 // clang-format on
@@ -122,6 +122,17 @@ static const Key Keys[] = {
       "between looks for a better partition"),
   KEY(REPARTITION, "gain", REAL, Scene, repartition_gain, "0.1", ">= 0, < 1", "-",
       "part of the busiest rank's work that it must save"),
+
+  KEY(FLOW, "coupling", CHOICE, Scene, flow.coupling, "two_way", NULL, "",
+      "two_way: water and openings agree at equilibrium; one_way: water flows through the joints as they are when a stage begins",
+      .choices = FlowCouplings),
+  KEY(FLOW, "viscosity", REAL, Scene, flow.viscosity, "1e-3", "> 0", "Pa s", "of the water in joints"),
+  KEY(FLOW, "density", REAL, Scene, flow.density, "1000", "> 0", "kg/m3", "of the water in joints"),
+  KEY(FLOW, "bulk_modulus", LIMIT, Scene, flow.bulk_modulus, "2.2e9", "> 0", "Pa",
+      "of the water in joints, for transient stages"),
+  KEY(FLOW, "tolerance", REAL, Scene, flow.tolerance, "1e-4", "> 0", "-",
+      "change of pressure between two rounds, over the largest pressure, at which water and openings agree"),
+  KEY(FLOW, "rounds", INT, Scene, flow.rounds, "100", ">= 1", "", "of a stage, after which it ends undecided"),
 
   KEY(STAGE_DEFAULTS, "ramp", INT, Stage, ramp, "1000", ">= 0", "cycles", "for stages that give none"),
   KEY(STAGE_DEFAULTS, "max_cycles", INT, Stage, max_cycles, "1000000", ">= 1", "cycles",

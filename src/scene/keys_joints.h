@@ -1,6 +1,7 @@
 /* keys_joints.h: what a scene says of joints: section joints. */
 #ifdef KEY_STRUCTS
 typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
+typedef enum { LETS_IN, LETS_NONE_IN, LETS_IN_AFTER_FAILURE } JointWater;
 typedef enum {
   STRESS_PT,   /* of fixed control points; those before STRESS_R2PT have a potential */
   STRESS_R2PT, /* from here on they have none */
@@ -24,11 +25,18 @@ typedef struct {
   PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
   PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
   PetscReal damping;     /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
-  PetscBool defined;     /* false only for row 0 when the scene gives no "default": then all else is 0 */
+  /* water that flows in it */
+  JointWater water;
+  PetscReal aperture;          /* [m] where its normal stress is zero; NaN: no water flows in it */
+  PetscReal aperture_residual; /* [m] it never closes further */
+  PetscReal aperture_max;      /* [m] nor opens further for the water, PETSC_INFINITY: no limit */
+  PetscReal roughness;         /* [-] divides the conductance */
+  PetscBool defined; /* false only for row 0 when the scene gives no "default": then all else is 0 */
   int line;
 } Joint;
 #endif
 #ifdef KEY_WORDS
+static const char *const JointWaters[] = {"true", "false", "after_failure", "JointWater", "LETS_", NULL};
 static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "LAW_", NULL};
 #endif
 // clang-format off
@@ -53,5 +61,17 @@ static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "L
 
   KEY(JOINTS, "damping", REAL, Joint, damping, "0", ">= 0", "s",
       "dynamic stages: dashpot of damping * k_n while closed"),
+
+  KEY(JOINTS, "flow", CHOICE, Joint, water, "true", NULL, "",
+      "whether water gets into a joint with an aperture; after_failure: where it has opened, slipped or broken",
+      .choices = JointWaters),
+  KEY(JOINTS, "aperture", REAL, Joint, aperture, "= none: dry", ">= 1e-9", "m",
+      "width for water where the normal stress is zero; it changes with the opening"),
+  KEY(JOINTS, "aperture_residual", REAL, Joint, aperture_residual, "= required with aperture", ">= 1e-9", "m",
+      "least width for water, when it is closed"),
+  KEY(JOINTS, "aperture_max", LIMIT, Joint, aperture_max, "inf", "> 0", "m",
+      "largest width for water; inf: no limit"),
+  KEY(JOINTS, "roughness", REAL, Joint, roughness, "1", ">= 1", "-",
+      "divides the conductance of smooth plates"),
 #endif
     // clang-format on

@@ -1,25 +1,40 @@
 /* keys_loads.h: what a scene says of loads: section loads. Water in joints has a file of its own. */
 #ifdef KEY_STRUCTS
 #include "scene/keys_water.h"
-typedef enum { LOAD_SELF_WEIGHT, LOAD_RESERVOIR, LOAD_TRACTION, LOAD_POINT_FORCE, LOAD_UPLIFT } LoadKind;
+typedef enum {
+  LOAD_SELF_WEIGHT,
+  LOAD_RESERVOIR,
+  LOAD_TRACTION,
+  LOAD_POINT_FORCE,
+  LOAD_UPLIFT,
+  LOAD_HEAD, /* the four conditions of water that flows in joints */
+  LOAD_DRAIN,
+  LOAD_CURTAIN,
+  LOAD_INFLOW
+} LoadKind;
 
 typedef struct {
   char name[NAME_LENGTH];
   LoadKind kind;
   PetscInt n_groups; /* self_weight: number of groups it acts on; 0: all */
   char (*groups)[NAME_LENGTH];
-  char target[NAME_LENGTH]; /* reservoir, traction: face set; point_force: point */
-  PetscReal level;          /* [m] reservoir: elevation of the water surface */
-  PetscReal density;        /* [kg/m3] reservoir: density of the water */
-  PetscReal traction[2];    /* [Pa] traction x, y; point_force: [N/m of thickness] */
-  UpliftKeys uplift;        /* of an uplift; target, level and density as of a reservoir */
+  char target[NAME_LENGTH];        /* reservoir, traction: face set; point_force: point */
+  PetscReal level;                 /* [m] reservoir: elevation of the water surface */
+  PetscReal density;               /* [kg/m3] reservoir: density of the water */
+  PetscReal traction[2];           /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  UpliftKeys uplift;               /* of an uplift; target, level and density as of a reservoir */
+  char levels[PETSC_MAX_PATH_LEN]; /* head, reservoir: CSV file of t [s], level [m]; "": none */
+  PetscInt n_levels;               /* its rows; SceneReadLevels */
+  PetscReal *t, *levels_at;        /* (n_levels,) [s] since the transient stage began, [m] */
+  FlowKeys flow; /* of head, drain, curtain, inflow; heel and gallery of a drain are in uplift */
   int line;
 } Load;
 #endif
 #ifdef KEY_WORDS
 #include "scene/keys_water.h"
 static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", "point_force",
-                                        "uplift",      "LoadKind",  "LOAD_",    NULL};
+                                        "uplift",      "head",      "drain",    "curtain",
+                                        "inflow",      "LoadKind",  "LOAD_",    NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -28,10 +43,17 @@ static const char *const LoadTypes[] = {"self_weight", "reservoir", "traction", 
   KEY(LOADS, "groups", NAMES, Load, groups, "= all", NULL, "", "self_weight: groups that get their weight",
       .count = offsetof(Load, n_groups), .loads = BIT(LOAD_SELF_WEIGHT)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
-      "reservoir, traction: face set it acts on; uplift: face set of a joint",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT)),
-  KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m", "reservoir, uplift: elevation of the water surface",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT)),
+      "reservoir, traction: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) |
+               BIT(LOAD_INFLOW)),
+  KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
+      .loads = BIT(LOAD_DRAIN)),
+  KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
+      "reservoir, uplift, head: elevation of the water surface; faces above it seep",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD)),
+  KEY(LOADS, "levels", PATH, Load, levels, "", NULL, "",
+      "reservoir, head: CSV file of t [s] since the start of a transient stage, level [m], in place of level there",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_HEAD)),
   KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift: of the water",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT)),
 #include "scene/keys_water.h"

@@ -1,6 +1,12 @@
 /* keys_stages.h: what a scene says of stages: section stages. */
 #ifdef KEY_STRUCTS
-typedef enum { STAGE_STATIC, STAGE_DYNAMIC, STAGE_STRENGTH_REDUCTION, STAGE_FLOOD } StageKind;
+typedef enum {
+  STAGE_STATIC,
+  STAGE_DYNAMIC,
+  STAGE_STRENGTH_REDUCTION,
+  STAGE_FLOOD,
+  STAGE_TRANSIENT
+} StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 
 typedef struct {
@@ -14,11 +20,14 @@ typedef struct {
   PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement, as
                                    the ratio */
   PetscInt variable;   /* 1: connectivity is variable in this stage, 0: fixed, -1: as Scene.connectivity */
-  PetscReal duration;  /* [s] of a dynamic stage */
-  PetscReal dt_factor; /* [-] dynamic: time step over its stability bound */
-  PetscReal alpha;     /* [1/s] dynamic: mass-proportional damping */
-  PetscInt frames;     /* dynamic: number of results on the way, at equal intervals */
-  Joint *joints;       /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
+  PetscReal duration;  /* [s] of a dynamic or transient stage */
+  PetscReal time_step; /* [s] transient: of the water, NaN: from the change of pressure */
+  PetscReal water_time, water_step; /* [s] transient, while it runs: end and length of the present step of the
+                                       water; 0: water flows steadily */
+  PetscReal dt_factor;              /* [-] dynamic: time step over its stability bound */
+  PetscReal alpha;                  /* [1/s] dynamic: mass-proportional damping */
+  PetscInt frames;                  /* dynamic: number of results on the way, at equal intervals */
+  Joint *joints; /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
   /* strength_reduction, flood: trials go from start towards limit; see trial_stage.c */
   ReductionKind what;
@@ -36,14 +45,14 @@ typedef struct {
 } Stage;
 #endif
 #ifdef KEY_WORDS
-static const char *const StageTypes[] = {"static", "dynamic", "strength_reduction", "flood", "StageKind",
-                                         "STAGE_", NULL};
+static const char *const StageTypes[] = {
+    "static", "dynamic", "strength_reduction", "flood", "transient", "StageKind", "STAGE_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
   KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
-      "static: to equilibrium; dynamic: in time; strength_reduction, flood: trials until something fails",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood: trials until something fails; transient: equilibria while water in joints flows in time",
       .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
       "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
@@ -57,15 +66,17 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "-", "largest displacement increment of a cycle, over the largest displacement, at which the stage has converged"),
   KEY(STAGES, "variable", TRISTATE, Stage, variable, "= contact.connectivity", NULL, "",
       "true: variable connectivity in this stage, false: fixed"),
-  KEY(STAGES, "duration", REAL, Stage, duration, "1", "> 0", "s", "dynamic: how long it lasts",
-      .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "duration", REAL, Stage, duration, "1", "> 0", "s", "dynamic, transient: how long it lasts",
+      .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT)),
+  KEY(STAGES, "time_step", REAL, Stage, time_step, "= from the change of pressure", "> 0", "s",
+      "transient: length of the steps of the water", .stages = BIT(STAGE_TRANSIENT)),
   KEY(STAGES, "dt_factor", REAL, Stage, dt_factor, "0.05", "> 0, <= 1", "-",
       "dynamic: time step over the stability bound; smaller where contacts open and close",
       .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "dynamic: mass-proportional damping",
       .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
-      "dynamic: results written on the way, at equal intervals of time", .stages = BIT(STAGE_DYNAMIC)),
+      "dynamic, transient: results written on the way, at equal intervals of time", .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT)),
   KEY(STAGES, "what", CHOICE, Stage, what, "friction", NULL, "",
       "strength_reduction: the angle of friction, or all strengths by one factor", .choices = Reductions,
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),

@@ -1,5 +1,5 @@
-/* keys_water.h: what a scene says of water in joints: keys of loads of the type uplift. Only keys_loads.h
-   includes it. */
+/* keys_water.h: what a scene says of water in joints: keys of loads of the types uplift, head, drain, curtain
+   and inflow, and the section flow. Only keys_loads.h includes it. */
 #ifdef KEY_STRUCTS
 typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC } UpliftRule;
 typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
@@ -22,12 +22,35 @@ typedef struct {
   PetscReal efficiency;      /* [-] efficiency of the drain, NaN until the rule has set it */
   PetscReal drain_level;     /* [m] level for the pressure at the drain; the same as level except in floods */
 } UpliftKeys;
+
+/* What heads, drains, curtains and inflows have besides faces, level, heel and gallery; see flow.h. */
+typedef struct {
+  PetscReal from[2], to[2]; /* [m] line of a drain, or axis of a curtain; NaN: none */
+  PetscReal distance;       /* [m] drain: from the heel of its joint, NaN: it goes by its line */
+  PetscReal conductance;    /* [m2/s] drain: discharge per metre of head and of thickness */
+  PetscReal width;          /* [m] curtain, across its axis */
+  PetscReal factor;         /* [-] curtain: on the apertures, NaN: none */
+  PetscReal aperture;       /* [m] curtain: in place of the joint's, NaN: none */
+  PetscReal discharge;      /* [m2/s] inflow, per metre of thickness */
+} FlowKeys;
+
+typedef enum { FLOW_TWO_WAY, FLOW_ONE_WAY } FlowCoupling;
+/* The water in the joints: section flow. */
+typedef struct {
+  FlowCoupling coupling;
+  PetscReal viscosity;    /* [Pa s] */
+  PetscReal density;      /* [kg/m3] */
+  PetscReal bulk_modulus; /* [Pa] transient stages, PETSC_INFINITY: none */
+  PetscReal tolerance;    /* [-] change of pressure between two rounds, over the largest pressure */
+  PetscInt rounds;        /* most rounds of a stage */
+} FlowSettings;
 #endif
 #ifdef KEY_WORDS
 static const char *const Rules[] = {"linear", "npb", "usbr", "usace", "ferc", "UpliftRule", "UPLIFT_", NULL};
 static const char *const Components[] = {"both", "vertical", "UpliftComponent", "UPLIFT_", NULL};
 static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL};
 static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
+static const char *const FlowCouplings[] = {"two_way", "one_way", "FlowCoupling", "FLOW_", NULL};
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 #endif
 // clang-format off
@@ -38,13 +61,14 @@ static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_
       .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "efficiency", REAL, Load, uplift.efficiency, "= 2/3 for npb, usbr", ">= 0, <= 1", "-",
       "uplift: of the drain; required for usace and ferc", .loads = BIT(LOAD_UPLIFT)),
-  KEY(LOADS, "gallery", REAL, Load, uplift.gallery, "= none", NULL, "m", "uplift: elevation where the drain opens",
-      .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "gallery", REAL, Load, uplift.gallery, "= none", NULL, "m",
+      "uplift, drain: elevation of the water where the drain opens; none: a drain runs freely",
+      .loads = BIT(LOAD_UPLIFT) | BIT(LOAD_DRAIN)),
   KEY(LOADS, "tailwater", REAL, Load, uplift.tailwater, "= none", NULL, "m", "uplift: elevation of the water downstream",
       .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "heel", CHOICE, Load, uplift.heel, "start", NULL, "",
-      "uplift: upstream end of the joint; start: its left, or lower, end", .choices = Heels,
-      .loads = BIT(LOAD_UPLIFT)),
+      "uplift, drain: upstream end of the joint; start: its left, or lower, end", .choices = Heels,
+      .loads = BIT(LOAD_UPLIFT) | BIT(LOAD_DRAIN)),
   KEY(LOADS, "component", CHOICE, Load, uplift.component, "both", NULL, "",
       "uplift: both: pressure normal to the faces; vertical: its vertical component only", .choices = Components,
       .loads = BIT(LOAD_UPLIFT)),
@@ -58,5 +82,22 @@ static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_
   KEY(LOADS, "raise", CHOICE, Load, uplift.raise, "whole", NULL, "",
       "uplift: what a flood raises: the whole pressure, or only from heel to drain", .choices = Raises,
       .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "distance", REAL, Load, flow.distance, "= none", ">= 0", "m",
+      "drain: from the heel along `joint`, in place of from and to", .loads = BIT(LOAD_DRAIN)),
+  KEY(LOADS, "from", PAIR, Load, flow.from, "= none", NULL, "m",
+      "drain: drains every joint that the line to `to` crosses; curtain: start of its axis",
+      .loads = BIT(LOAD_DRAIN) | BIT(LOAD_CURTAIN)),
+  KEY(LOADS, "to", PAIR, Load, flow.to, "= none", NULL, "m", "drain, curtain: end of that line",
+      .loads = BIT(LOAD_DRAIN) | BIT(LOAD_CURTAIN)),
+  KEY(LOADS, "conductance", LIMIT, Load, flow.conductance, "inf", ">= 0", "m2/s",
+      "drain: discharge per metre of head where it meets a joint; inf: clean, 0: clogged", .loads = BIT(LOAD_DRAIN)),
+  KEY(LOADS, "width", REAL, Load, flow.width, NULL, "> 0", "m", "curtain: across its axis",
+      .loads = BIT(LOAD_CURTAIN)),
+  KEY(LOADS, "factor", REAL, Load, flow.factor, "= none", ">= 1e-6, <= 1", "-",
+      "curtain: what it leaves of the apertures within it", .loads = BIT(LOAD_CURTAIN)),
+  KEY(LOADS, "aperture", REAL, Load, flow.aperture, "= none", ">= 1e-9", "m",
+      "curtain: aperture of all joints within it, in place of factor", .loads = BIT(LOAD_CURTAIN)),
+  KEY(LOADS, "discharge", REAL, Load, flow.discharge, NULL, ">= 0", "m2/s",
+      "inflow: per metre of thickness, shared by the joints that end at its faces", .loads = BIT(LOAD_INFLOW)),
 #endif
     // clang-format on

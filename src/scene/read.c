@@ -3,8 +3,6 @@
    Scene. */
 #include "scene/scene.h"
 #include "scene/keys.h"
-#include <inttypes.h>
-#include <sys/stat.h>
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -94,10 +92,13 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     memcpy(load->name, names[i].name, NAME_LENGTH);
     load->line = names[i].line;
     load->uplift.drain = load->uplift.gallery = load->uplift.tailwater = load->uplift.efficiency = NAN;
+    load->flow.from[0] = load->flow.from[1] = load->flow.to[0] = load->flow.to[1] = NAN;
+    load->flow.distance = load->flow.factor = load->flow.aperture = NAN;
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
     if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
+    PetscCall(CompleteFlow(r, path, load));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -178,6 +179,15 @@ static void complete_joint(Reader *r, Joint *joint)
   if (limited && PetscIsNanReal(joint->friction[0]))
     COMPLAIN_MISSING(r, "friction is missing [degree] (or law: elastic)");
   if (PetscIsNanReal(joint->friction[0])) joint->friction[0] = 0;
+  if (!PetscIsNanReal(joint->aperture) && PetscIsNanReal(joint->aperture_residual))
+    COMPLAIN_MISSING(r, "aperture_residual is missing [m]: the width for water of a closed joint");
+  if (PetscIsNanReal(joint->aperture) &&
+      (!PetscIsNanReal(joint->aperture_residual) || joint->aperture_max < PETSC_INFINITY ||
+       joint->water == LETS_IN_AFTER_FAILURE))
+    COMPLAIN_MISSING(r, "aperture is missing [m]: the width for water where the normal stress is zero");
+  if (joint->aperture_max < PetscMax(joint->aperture, joint->aperture_residual))
+    COMPLAIN(r, "aperture_max %g is less than aperture or aperture_residual [m]",
+             (double)joint->aperture_max);
   if (PetscIsNanReal(joint->friction[1])) joint->friction[1] = joint->friction[0];
   if (!limited) return;
   if (joint->friction[1] > joint->friction[0]) COMPLAIN(r, "friction_residual is larger than friction");
@@ -224,6 +234,7 @@ static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, 
   PetscFunctionBeginUser;
   for (PetscInt j = 0; j < n; j++) {
     joints[j].friction[0] = joints[j].friction[1] = NAN;
+    joints[j].aperture = joints[j].aperture_residual = NAN;
     if (!joints[j].defined) continue;
     PetscCall(AskSection(r, path, joints[j].name, section));
     for (PetscInt k = 0; k < KEYS; k++) {
@@ -313,6 +324,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     memcpy(stage->name, names[i].name, NAME_LENGTH);
     stage->line = names[i].line;
     stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
+    stage->time_step = NAN;
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
@@ -320,6 +332,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     PetscCall(read_stage_joints(r, path, scene, i ? stage[-1].joints : scene->joints, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
+    if (stage->kind == STAGE_TRANSIENT) PetscCall(CompleteTransient(r, path, stage));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -349,6 +362,9 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(AskSection(r, "", "repartition", path));
   PetscCall(EchoSection(r, 0, "repartition"));
   PetscCall(read_section(r, SECTION_REPARTITION, path, scene, NULL));
+  PetscCall(AskSection(r, "", "flow", path));
+  PetscCall(EchoSection(r, 0, "flow"));
+  PetscCall(read_section(r, SECTION_FLOW, path, scene, NULL));
   PetscCall(read_materials(r, scene));
   PetscCall(read_joints(r, scene, &given));
   PetscCall(read_supports(r, scene));
@@ -358,31 +374,6 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));
   PetscCall(PetscSegBufferDestroy(&r->asked));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds a line with the checksum of each file of motion to the options, so that a restart tells when a file
-   has changed. */
-static PetscErrorCode note_motions(Scene *scene)
-{
-  char *text = NULL;
-  size_t size;
-
-  PetscFunctionBeginUser;
-  FILE *f = open_memstream(&text, &size);
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
-  fputs(scene->options, f);
-  for (PetscInt i = 0; i < scene->n_supports; i++) {
-    const Support *s = scene->supports + i;
-    struct stat file = {0};
-    uint64_t sum;
-    if (!s->motion[0] || stat(s->motion, &file) || !S_ISREG(file.st_mode)) continue;
-    if (FileChecksum(s->motion, (size_t)file.st_size, &sum)) continue; // the reader of the file says why
-    fprintf(f, "supports_%s_motion_checksum %08" PRIx64 "\n", s->name, sum);
-  }
-  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
-  free(scene->options);
-  scene->options = text;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -403,7 +394,7 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   if (!r.message[0]) PetscCall(EntriesCheckElsewhere(r.message));
   if (!r.message[0]) PetscCall(read_all(&r, scene));
   if (!r.message[0]) PetscCall(EntriesText(&r.entries, &scene->options));
-  if (!r.message[0]) PetscCall(note_motions(scene));
+  if (!r.message[0]) PetscCall(SceneNoteFiles(scene));
   PetscCall(PetscFree(text));
   PetscCall(EntriesDestroy(&r.entries));
   if (r.message[0]) PetscCall(PetscSegBufferDestroy(&r.echo));
@@ -437,6 +428,10 @@ PetscErrorCode SceneDestroy(Scene *scene)
     PetscCall(PetscFree(scene->supports[i].xy));
   }
   PetscCall(PetscFree(scene->supports));
+  for (PetscInt i = 0; scene->loads && i < scene->n_loads; i++) {
+    PetscCall(PetscFree(scene->loads[i].t));
+    PetscCall(PetscFree(scene->loads[i].levels_at));
+  }
   PetscCall(PetscFree(scene->loads));
   PetscCall(PetscFree(scene->stages));
   memset(scene, 0, sizeof *scene);

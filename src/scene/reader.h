@@ -9,6 +9,7 @@ typedef enum {
   SECTION_RELAXATION,     /* fields of Scene */
   SECTION_CHECKPOINT,     /* fields of Scene */
   SECTION_REPARTITION,    /* fields of Scene */
+  SECTION_FLOW,           /* fields of Scene */
   SECTION_STAGE_DEFAULTS, /* keys of `relaxation` that are fields of Stage: every stage starts from them */
   SECTION_MATERIALS,
   SECTION_JOINTS,
@@ -92,6 +93,8 @@ PetscErrorCode EchoEnd(Reader *r, char **text);
 /* ---- complete.c: what keys of one load or stage say together; path: its section */
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
+PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
+PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
 /* first: no stage of the scene comes before this one. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);

@@ -60,6 +60,7 @@ typedef struct {
   RepartitionKind repartition;
   PetscInt repartition_every; /* [cycles] between looks for a better partition */
   PetscReal repartition_gain; /* [-] part of the busiest rank's work that a new partition must save */
+  FlowSettings flow;          /* water in joints */
   /* checkpoints */
   char restart[PETSC_MAX_PATH_LEN]; /* file, folder or "auto"; "": a run from the start */
   PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */
@@ -114,6 +115,10 @@ PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- motion_file.c */
 /* Collective. The rows of files of support motion, into scene->supports; refuses a file that is none. */
 PetscErrorCode SceneReadMotions(MPI_Comm comm, Scene *scene);
+/* Collective. The rows of files of levels, into scene->loads; refuses a file that is none. */
+PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
+/* Adds to scene->options the checksums of these files. */
+PetscErrorCode SceneNoteFiles(Scene *scene);
 /* The entries of a section that a force term has of its own, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 

@@ -96,7 +96,7 @@ static PetscErrorCode commit(const Problem *p)
   PetscFunctionBeginUser;
   n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
   PetscCall(NewtonKeep(p, n->u));
-  PetscCall(TermsHistory(&view, COMMIT));
+  if (!TermsTry(&view)) PetscCall(TermsHistory(&view, COMMIT));
   PartingOfBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

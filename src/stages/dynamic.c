@@ -58,6 +58,7 @@ static void half_step(const Model *m, State *s, PetscReal sign)
 static PetscErrorCode start(const Problem *p)
 {
   const Stage *stage = p->stage;
+  const TermView view = ViewOf(p);
   Model *m = p->m;
   State *s = p->state;
   PetscReal limit;
@@ -77,6 +78,7 @@ static PetscErrorCode start(const Problem *p)
   }
   p->contacts->counted = PETSC_FALSE;
   PartingStart(p);
+  PetscCall(TermsBegin(&view));
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
@@ -418,12 +420,10 @@ static PetscErrorCode say_steps(Loop *loop)
 static PetscErrorCode begin(Loop *loop)
 {
   const Problem *p = loop->p;
-  const TermView view = ViewOf(p);
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   PetscCall(start(p));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
-  PetscCall(TermsBegin(&view));
   if (!p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(say_steps(loop));
   PetscFunctionReturn(PETSC_SUCCESS);

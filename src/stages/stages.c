@@ -8,7 +8,8 @@ static const struct {
 } kinds[] = {[STAGE_STATIC] = {StageRelax, PETSC_FALSE},
              [STAGE_DYNAMIC] = {DynamicRun, PETSC_TRUE},
              [STAGE_STRENGTH_REDUCTION] = {ReductionRun, PETSC_FALSE},
-             [STAGE_FLOOD] = {FloodRun, PETSC_FALSE}};
+             [STAGE_FLOOD] = {FloodRun, PETSC_FALSE},
+             [STAGE_TRANSIENT] = {TransientRun, PETSC_FALSE}};
 
 /* Runs a stage that relaxes, with what all such stages have in common: effort, mechanism, the inside of
    condensed bodies. */
@@ -21,7 +22,8 @@ static PetscErrorCode run_relaxing(const Problem *p)
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   p->relax->told = PETSC_FALSE;
   PetscCall(kinds[p->stage->kind].run(p));
-  if (p->stage->kind == STAGE_STATIC && result->verdict == VERDICT_COLLAPSED)
+  if ((p->stage->kind == STAGE_STATIC || p->stage->kind == STAGE_TRANSIENT) &&
+      result->verdict == VERDICT_COLLAPSED)
     PetscCall(MechanismTake(p, NULL));
   result->effort = *effort;
   if (effort->wanted) {

@@ -60,6 +60,10 @@ PetscErrorCode StageRelax(const Problem *p);
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode FloodRun(const Problem *p);
 
+/* ---- transient.c */
+/* Collective. Runs equilibria while water in joints flows in time. */
+PetscErrorCode TransientRun(const Problem *p);
+
 /* ---- repartition.c */
 /* What it takes to deal a run with variable connectivity out to the ranks anew when blocks have moved. */
 typedef struct _p_Repartition {

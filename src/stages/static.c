@@ -44,12 +44,13 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
   const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->applied.ramp >= 1. &&
                                             p->relax->evidence.chunk_start == state->cycle);
   const TermView view = ViewOf(p);
-  PetscBool again;
+  PetscBool again, commit;
   PetscFunctionBeginUser;
   if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TermsSettle(&view, result, &again));
+  PetscCall(TermsSettle(&view, result, &again, &commit));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (result->verdict == VERDICT_CONVERGED && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
+  if (commit && result->verdict == VERDICT_CONVERGED && p->contacts->held)
+    PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   PetscCall(EnergyAccountOpen(p));

@@ -431,6 +431,7 @@ PetscErrorCode FloodRun(const Problem *p)
   Driver d = {.scene = p->scene, .p = *p, .stage = *p->stage, .raised = *p->scene};
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(p->scene->n_loads, &d.raised.loads));
+  PetscCall(PetscArraycpy(d.raised.loads, p->scene->loads, p->scene->n_loads));
   PetscCall(drive(&d, NULL));
   PetscCall(PetscFree(d.raised.loads));
   PetscFunctionReturn(PETSC_SUCCESS);

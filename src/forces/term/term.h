@@ -60,6 +60,19 @@ typedef PetscErrorCode (*TermAdd)(PetscInt n, const PetscInt *vertices, const Pe
 /* Takes a group of vertices whose owners must know each other's. */
 typedef PetscErrorCode (*TermCouple)(PetscInt n, const PetscInt *gids, void *context);
 
+/* A table of a term's own in results.h5: a group of its name below the stage, a dataset a column. */
+enum { TERM_COLUMNS = 8 };
+typedef struct {
+  const char *name;
+  PetscInt width;    /* numbers in a row */
+  PetscReal *values; /* (n_rows, width) from PetscMalloc */
+} TermColumn;
+typedef struct {
+  const char *name;
+  PetscInt n_rows, n_columns;
+  TermColumn columns[TERM_COLUMNS];
+} TermTable;
+
 typedef struct {
   const char *name;
   TermPhase phase;
@@ -93,12 +106,17 @@ typedef struct {
   PetscErrorCode (*begin)(const TermView *v); /* a stage or trial begins */
   /* At an equilibrium, and after each chunk of cycles without one. again: something has changed, the stage
      goes on; or a verdict. */
+  /* Whether what settle changes in this stage is a try, so joints do not remember the equilibrium before. */
+  PetscBool (*tries)(const TermView *v);
   PetscErrorCode (*settle)(const TermView *v, StageResult *result, PetscBool *again);
+  /* A step of a transient stage is over; grow: [-] by how much longer the next one may be. */
+  PetscErrorCode (*step_over)(const TermView *v, PetscReal *grow);
   PetscErrorCode (*survey)(const TermView *v, PetscBool tell);    /* before a summary; tell: warns */
   PetscErrorCode (*history)(const TermView *v, TermHistory what); /* not collective */
 
   /* memory and answers */
   PetscErrorCode (*archive)(Archive *archive, const TermView *v);
   PetscErrorCode (*archive_stable)(Archive *archive, const TermView *v); /* what KEEP_STABLE has kept */
+  PetscErrorCode (*table)(const TermView *v, TermTable *table);          /* rank 0; no rows: there is none */
   void (*summary)(FILE *f, const TermView *v); /* members of a stage or trial in summary.json; rank 0 */
 } TermKind;

@@ -10,6 +10,16 @@ void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[
   }
 }
 
+/* Two Gauss points are exact, because pressure and shape functions are linear. */
+void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
+                   PetscReal f[4])
+{
+  for (int g = -1; g <= 1; g += 2) {
+    const PetscReal w = 0.5 + g * 0.5 / PetscSqrtReal(3.), at = t[0] + w * (t[1] - t[0]);
+    PushOnFace(x, at, 0.5 * PetscAbsReal(t[1] - t[0]) * (p[0] + w * (p[1] - p[0])) * thickness, f);
+  }
+}
+
 /* Two Gauss points on the wet stretch of the face are exact, because pressure and shape functions are
    linear. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])

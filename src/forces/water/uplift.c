@@ -54,17 +54,6 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
 
 /* ---- forces */
 
-/* Adds the forces of pressure that runs from p[0] at t[0] to p[1] at t[1] (parameters along the face). Two
-   Gauss points are exact for it. */
-static void add_piece(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
-                      PetscReal f[4])
-{
-  for (int g = -1; g <= 1; g += 2) {
-    const PetscReal w = 0.5 + g * 0.5 / PetscSqrtReal(3.), at = t[0] + w * (t[1] - t[0]);
-    PushOnFace(x, at, 0.5 * PetscAbsReal(t[1] - t[0]) * (p[0] + w * (p[1] - p[0])) * thickness, f);
-  }
-}
-
 void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal x[4], PetscReal thickness,
                   PetscReal f[4])
 {
@@ -84,7 +73,7 @@ void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal 
         p[k] = d->p[i] + slope * (s[0] + t[k] * span - d->s[i]);
       }
     }
-    if (t[0] != t[1]) add_piece(t, p, x, thickness, f);
+    if (t[0] != t[1]) PushAlongFace(t, p, x, thickness, f);
   }
 }
 

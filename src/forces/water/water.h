@@ -3,12 +3,16 @@
 #include "forces/blocks/blocks.h"
 
 /* Rows of the table of force terms. */
-extern const TermKind Reservoir_term, Uplift_term;
+extern const TermKind Reservoir_term, Uplift_term, Flow_term;
 
 /* Adds to f the forces that a Gauss point at `at` (0..1) of the face from x[0..1] to x[2..3] gives to the
    ends of the face. push: [N/m] weight of the point times pressure times thickness; the function multiplies
    it by the length of the face. */
 void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4]);
+/* Adds to f the forces of pressure that runs from p[0] [Pa] at t[0] of the face to p[1] at t[1]. x, f: (4)
+   ends of the face, forces at them [N]. */
+void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
+                   PetscReal f[4]);
 /* Finds the forces of water with its surface at `level` on one face: pressure rho_g (level - y), normal to
    the face. x: (4) present ends of the face. f: (4) forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);

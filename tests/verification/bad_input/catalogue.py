@@ -6,7 +6,7 @@
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
 Scenes: one fault each in the good scene of tests/unit/scene/test_read.c, as listed in scene_faults.h beside it, and texts made to
-do harm. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
+do harm. Water in joints: one fault each in a scene whose joints do not bear it out. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
 one line on stderr, when ranks do not agree on that line, or when the document says another one."""
 
 import argparse
@@ -211,6 +211,63 @@ def motion_faults():
             ("bytes", bytes(range(256)))]  # fmt: skip
 
 
+def water_mesh():
+    """A dam of four blocks on rock of four, 4 m long, and a wall that stands apart."""
+    rock, dam = rectangle(0, 0, 4, 1, nx=4, group="rock"), rectangle(0, 1, 4, 1, nx=4, group="dam")
+    parts = [rock, dam, rectangle(9, 0, 1, 1, group="dam")]
+    for part in parts:
+        part.face_sets, part.points = {}, {}
+    mesh = join(parts)
+    mesh.face_sets = {"base": face_set_on(mesh, (0, 1), (4, 1)), "up": face_set_on(mesh, (0, 1), (0, 2)), "down": face_set_on(mesh, (4, 1), (4, 2)),
+                      "left": face_set_on(mesh, (0, 0), (0, 2)), "apart": face_set_on(mesh, (9, 0), (9, 1)),
+                      "bottom": face_set_on(mesh, (0, 0), (4, 0)), "foot": face_set_on(mesh, (9, 0), (10, 0))}  # fmt: skip
+    return mesh
+
+
+WATER = """\
+model: model.h5
+gravity: 9.81
+materials: {rock: {density: 0, young: 20e9, poisson: 0.2}, dam: {density: 2400, young: 10e9, poisson: 0.2}}
+joints:
+  default: {k_n: 10e9, k_s: 3e9, law: elastic}
+  base: {aperture: 2e-4, aperture_residual: 2e-5}
+supports: {bottom: {fix: xy}, foot: {fix: xy}}
+loads:
+  weight: {type: self_weight}
+  reservoir: {type: head, faces: up, level: 5}
+  tail: {type: head, faces: down, level: 2}
+  drain: {type: drain, joint: base, distance: 1.5}
+stages:
+  - own: {loads: [weight]}
+  - full: {loads: [weight, reservoir, tail, drain]}
+"""
+
+
+def water_faults():
+    """(what, scene) of each fault that shows on the joints of the mesh, though the keys are right."""
+    changes = [
+        ("gravity: 9.81", "gravity: 0"), ("aperture: 2e-4, aperture_residual: 2e-5", "flow: false"), ("aperture: 2e-4", "aperture: 1.5"),
+        ("aperture_residual: 2e-5", "aperture_residual: 1.5"), ("distance: 1.5", "distance: 4.5"), ("joint: base", "joint: apart"),
+        ("joint: base, distance: 1.5", "from: [1, 0.2], to: [3, 0.2]"), ("distance: 1.5", "distance: 0"), ("distance: 1.5", "distance: 4, conductance: 1e-6"),
+        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: curtain, from: [1, 3], to: [1, 5], width: 1, factor: 0.1}"),
+        ("faces: up, level: 5", "faces: apart, level: 5"), ("faces: up, level: 5", "faces: base, level: 5"),
+        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: head, faces: left, level: 4}"),
+        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: uplift, faces: base, level: 5}"),
+        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: inflow, faces: apart, discharge: 1e-5}"),
+        ("[weight, reservoir, tail, drain]", "[weight, drain], joints: {base: {flow: false}}"),
+        ("distance: 1.5}\nstages", "distance: 1.5, conductance: 0}\n  rain: {type: inflow, faces: up, discharge: 1e-5}\nstages",
+         "reservoir, tail, drain]", "rain, drain]"),
+        ("loads: [weight, reservoir, tail, drain]}", "loads: [weight, reservoir]}\n  - quake: {type: dynamic, loads: [weight, reservoir, tail]}"),
+        ("  - full: {", "  - full: {type: transient, duration: 10, ", "gravity: 9.81", "gravity: 9.81\nflow: {bulk_modulus: inf}"),
+    ]  # fmt: skip
+    for change in changes:
+        scene = WATER
+        for before, after in zip(change[::2], change[1::2]):
+            assert before in scene, before
+            scene = scene.replace(before, after, 1)
+        yield ", ".join(f"{before} → {after}" for before, after in zip(change[::2], change[1::2])), scene
+
+
 def prepare(folder):
     """A folder for each entry; (section, what, folder, options)."""
     entries = []
@@ -226,6 +283,8 @@ def prepare(folder):
         write(str(new("Scenes", what, scene.encode(), options)), good_mesh())
     for what, scene in text_faults():
         write(str(new("Scenes as texts", what, scene)), good_mesh())
+    for what, scene in water_faults():
+        write(str(new("Water in joints", what, scene.encode())), water_mesh())
     for what, change in mesh_faults():
         path = new("Block meshes", what, good_scene().encode())
         write(str(path), good_mesh())

@@ -1,0 +1,190 @@
+/* flow.h: what rows.c to flow_term.c share: water that flows in joints, and presses on their faces.
+
+   The water of a joint flows between plates (cubic law). A contact is a stretch of such a joint whose
+   aperture runs linearly between its two ends: aperture + opening there, between aperture_residual and
+   aperture_max. A node of the network is a void: ends of contacts that meet in it. Drains and the edges of
+   curtains cut contacts into pieces, with a node at each cut. The unknowns are heads; pressure acts on the
+   blocks as an external force, as uplift does, so the stress of a joint is its effective stress. */
+#pragma once
+#include "forces/water/water.h"
+
+/* ---- flow_rows.c */
+/* A contact as the network sees it, the same on all ranks. Ends are numbered as sub-contacts. */
+typedef struct {
+  PetscInt key[2];       /* gids of its faces */
+  PetscInt joint;        /* row of the joints table */
+  PetscInt parted;       /* its faces have parted: it is in the list of contacts no more */
+  PetscInt shut;         /* it lets no water in until it fails */
+  PetscInt failed[2];    /* an end has opened, slipped or broken, now or before */
+  PetscInt vertex[2][2]; /* of an end: gids of the vertices that stand in its void; -1: only one does */
+  PetscReal x[2][2];     /* [m] where the ends stand */
+  PetscReal t[2][2];     /* [-] place of end k along face s: t[s][k] */
+  PetscReal opening[2];  /* [m] of the ends, 0 where the joint just bears */
+  PetscReal length;      /* [m] */
+} FlowRow;
+enum { ROW_INTS = 11, ROW_REALS = 11 };
+
+/* Collective. Gathers the contacts of joints with an aperture, by ascending key. */
+PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *joints, const PetscReal *u,
+                              PetscInt *n, FlowRow **rows);
+/* Collective. Carries over what rows remember from `before`: what has failed stays failed, and contacts whose
+   faces have parted since stay, as wide open as the faces are now: replaces *rows by both lists. */
+PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscReal *u, PetscInt n_before,
+                              const FlowRow *before, PetscInt *n, FlowRow **rows);
+
+/* ---- network.c */
+/* A stretch of a contact between two nodes. */
+typedef struct {
+  PetscInt row;          /* its contact */
+  PetscInt node[2];      /* the void at either end */
+  PetscReal s[2];        /* [-] where it begins and ends along the contact */
+  PetscReal length;      /* [m] */
+  PetscReal a[2];        /* [m] apertures at its ends */
+  PetscReal conductance; /* [m2/s] discharge per metre of head between its ends */
+} FlowPiece;
+
+typedef enum {
+  NODE_FREE,
+  NODE_HEAD, /* under water: the head is given */
+  NODE_SEEP  /* at a face above the water, or at a drain that runs freely: water leaves it without pressure */
+} FlowNodeKind;
+typedef struct {
+  FlowNodeKind kind;
+  PetscInt load;         /* row of the scene's loads that gives its condition, -1: none */
+  PetscReal x[2];        /* [m] */
+  PetscReal head;        /* [m] of NODE_HEAD, or outside a drain that resists */
+  PetscReal conductance; /* [m2/s] of a drain that resists, 0: none */
+  PetscReal inflow;      /* [m2/s] */
+  /* what it takes in while water flows in time, [m2/s]: wet[0] psi + wet[1], or part[0] chi + part[1] */
+  PetscReal wet[2], part[2];
+} FlowNode;
+
+/* What a condition of the scene names in the mesh, the same on all ranks. */
+typedef struct {
+  PetscInt n_faces, *faces, n_vertices, *vertices; /* gids, ascending */
+} FlowTarget;
+
+typedef struct {
+  PetscInt n_rows, n_pieces, n_nodes;
+  FlowRow *row;     /* (n_rows,) */
+  FlowPiece *piece; /* (n_pieces,) in the order of rows */
+  FlowNode *node;   /* (n_nodes,) */
+  PetscReal step;   /* [s] of the water, 0: it flows steadily */
+} FlowNetwork;
+
+/* Builds nodes and pieces from net->row, with the conditions of the stage's loads. target: (n_loads,). unmet:
+   the first condition that meets no joint; message: conditions that contradict each other; "": none. Both
+   follow the name of the scene's file. */
+PetscErrorCode FlowNetworkBuild(const Scene *scene, const Stage *stage, const FlowTarget *target,
+                                PetscReal reach, FlowNetwork *net, char unmet[MESSAGE_LENGTH],
+                                char message[MESSAGE_LENGTH]);
+PetscErrorCode FlowNetworkDestroy(FlowNetwork *net);
+/* Sets apertures and conductances from the rows. */
+void FlowConduct(const Scene *scene, const Stage *stage, FlowNetwork *net);
+
+/* ---- storage.c */
+/* The water at an end of a piece. */
+typedef struct {
+  PetscInt key[2];
+  PetscReal s;        /* [-] along the contact */
+  PetscReal a;        /* [m] aperture that holds it */
+  PetscReal psi, chi; /* [m], [-] pressure head and saturation */
+} FlowWater;
+/* What an end of a piece does when pressure rises: [m/Pa] change of its aperture at once, by the stiffness of
+   the joint; 0 where the aperture is at its least or largest. */
+PetscReal FlowCompliance(const Scene *scene, const Stage *stage, const FlowNetwork *net, PetscInt piece,
+                         int end);
+/* Sets what nodes take in over net->step since `past`, (n,) in the order of pieces; where it has no water the
+   joint was empty. reference: (n_nodes,) [m] pressure heads to which the apertures belong. */
+void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, PetscInt n,
+               const PetscReal *reference, FlowNetwork *net);
+/* The water at a place along a contact, from a list as FlowStore has; false: it was empty. */
+PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], PetscReal s,
+                      FlowWater *water);
+
+/* ---- heads.c */
+/* Flow of a network. Arrays are (n_nodes,), but for those marked. */
+typedef struct {
+  PetscReal *pressure;   /* [m] of water, >= 0 */
+  PetscReal *saturation; /* [-] 0..1, 1 under the free surface */
+  PetscReal *stream;     /* [-] 0..1, what falls from a node over what falls from a full one */
+  PetscReal *stored;     /* [m2/s] that a node takes in while water flows in time */
+  PetscReal *drained;    /* [m2/s] that drains that resist take */
+  PetscReal *outflow;    /* [m2/s] that leaves the joints at a node with a condition */
+  PetscReal *discharge;  /* [m2/s] (n_pieces,) from its first node to its second */
+  PetscBool *cut_off;    /* no way leads to a head, an inflow or a drain under water: it is dry */
+  PetscReal error; /* [-] largest imbalance of a node over the inflow of all; heads may be out by as much */
+  PetscReal inflow, taken; /* [m2/s] of all nodes together: entering; stored */
+  PetscInt rounds;         /* of the free surface */
+} FlowSolution;
+PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char message[MESSAGE_LENGTH]);
+/* Finds what is cut off, (n_nodes,). message: an inflow without an outlet. */
+PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char message[MESSAGE_LENGTH]);
+PetscErrorCode FlowSolutionDestroy(FlowSolution *flow);
+
+/* ---- coupling.c */
+enum { MIXED = 3 }; /* old rounds that Anderson's method looks at */
+/* The fixed-point iteration x = g(x) between pressures that act and those that flow leads to. */
+typedef struct {
+  PetscInt n, n_old;              /* unknowns; rounds kept, the last one first */
+  PetscReal *x[MIXED], *g[MIXED]; /* (n,) each */
+} Mixer;
+/* Makes x, (n,), the next try from x and g(x), both >= 0. */
+PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal *x);
+PetscErrorCode MixerReset(Mixer *mixer);
+
+/* ---- the memory of the term */
+/* A face of this rank on which a piece presses. */
+typedef struct {
+  PetscInt piece, side, face; /* face: row of model->faces */
+} FlowPush;
+typedef struct _p_Flow {
+  FlowTarget *target; /* (n_loads,) */
+  FlowNetwork net;
+  FlowSolution now;  /* the flow that the last openings lead to */
+  PetscReal *acting; /* (n_nodes,) [m] pressure heads that press on the blocks */
+  PetscInt n_push;
+  FlowPush *push; /* (n_push,) in the order of pieces */
+  Mixer mixer;
+  PetscInt rounds;            /* of this stage */
+  PetscReal change;           /* [-] of pressure in the last round */
+  char unmet[MESSAGE_LENGTH]; /* a condition that meets no joint of net, "": none */
+  PetscReal *reference;       /* (n_nodes,) [m] what pressed when the apertures were measured */
+  PetscInt n_past, n_present;
+  FlowWater *past, *present; /* ends of pieces: when the step of the water began, and now */
+  PetscReal volume, volume_0, taken,
+      entered;           /* [m2] of water in joints, when the stage began, taken in since, and
+                                                 of that what came in */
+  PetscReal step_change; /* [-] of pressure in the step of the water, over the largest */
+  PetscBool stale;       /* net and now are still to be made from net.row, whose acting holds n_nodes */
+  PetscBool frozen;      /* the stage is in time: pressures stay what they were as it began */
+  PetscInt n_stable;     /* rows of the last stable trial, and what pressed then */
+  FlowRow *row_stable;
+  PetscReal *acting_stable;
+  PetscInt n_acting_stable, rounds_stable;
+  PetscReal change_stable;
+} Flow;
+/* ---- flow_setup.c */
+/* [m] How far apart ends of contacts may be and share a void. */
+PetscReal FlowReach(const Scene *scene, const Model *m);
+/* Collective. Refuses a stage. message: what follows the name of the scene's file, "": nothing is wrong. */
+PetscErrorCode FlowRefuse(const TermView *v, const Stage *stage, const char *message);
+/* Whether water flows in the stage, and the row of its loads that stands for it in the list of loads. */
+PetscBool FlowActs(const Scene *scene, const Stage *stage, PetscInt *carrier);
+/* Whether it does in any stage. */
+PetscBool FlowEverActs(const Scene *scene);
+/* Collective. Names in the mesh that conditions ask for; refuses what cannot be. */
+PetscErrorCode FlowCreate(const TermView *v, Flow **flow);
+PetscErrorCode FlowDestroy(const Scene *scene, Flow **flow);
+/* ---- flow.c */
+/* Collective. A stage begins: the flow through the joints as they are. */
+PetscErrorCode FlowBegin(const TermView *v);
+/* Collective. At equilibrium: the flow through the joints as they have become. again: pressures change. */
+PetscErrorCode FlowSettle(const TermView *v, StageResult *result, PetscBool *again);
+/* Adds the forces of the pressures that act. u, f: vertex arrays. */
+void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
+/* Collective. What remains to be done when a step of the water is over; grow: [-] by how much longer the next
+   one may be. */
+PetscErrorCode FlowStepOver(const TermView *v, PetscReal *grow);
+/* Makes what has been put back whole: network, pushes and flow from its rows. */
+PetscErrorCode FlowFresh(const TermView *v);

@@ -1,0 +1,158 @@
+/* transient.c: a transient stage: water in joints flows in time, slowly enough for the blocks to be at rest.
+
+   After each step of the water (backward Euler) the blocks relax to equilibrium, and water and openings agree
+   as in a static stage. Without `time_step` a step is as long as lets pressures change by a fortieth of the
+   largest. Levels follow their files; a step ends where a row of one stands. */
+#include "stages/stages.h"
+
+typedef struct {
+  const Scene *scene; /* as the user wrote it */
+  Problem p;          /* the step, of the two that follow */
+  Stage stage;        /* water_time and water_step change */
+  Scene now;          /* levels change */
+  PetscReal t, next;  /* [s] since the stage began; length of the next step by the change of pressure */
+  PetscInt64 first_cycle;
+  double start; /* [s] of MPI_Wtime */
+  PetscReal *u_start;
+  PetscInt frame;
+} Transient;
+
+/* [m] Level of a load at time t: straight between rows, constant beyond them. Of two rows at one time the
+   second holds from there on. */
+static PetscReal level_at(const Load *load, PetscReal t)
+{
+  PetscInt i = 0;
+  if (!load->n_levels) return load->level;
+  while (i < load->n_levels && load->t[i] <= t) i++;
+  if (!i) return load->levels_at[0];
+  if (i == load->n_levels) return load->levels_at[i - 1];
+  const PetscReal part = (t - load->t[i - 1]) / (load->t[i] - load->t[i - 1]);
+  return load->levels_at[i - 1] + part * (load->levels_at[i] - load->levels_at[i - 1]);
+}
+
+/* [s] The first time behind t at which a row of levels stands, at most the end of the stage. */
+static PetscReal next_row(const Transient *d)
+{
+  PetscReal end = d->stage.duration;
+  for (const Load *load = d->scene->loads; load < d->scene->loads + d->scene->n_loads; load++)
+    for (PetscInt i = 0; i < load->n_levels; i++)
+      if (load->t[i] > d->t * (1. + 1e-12)) end = PetscMin(end, load->t[i]);
+  return end;
+}
+
+/* Sets the step that begins at d->t. */
+static void set_step(Transient *d)
+{
+  const PetscReal wanted = PetscIsNanReal(d->stage.time_step) ? d->next : d->stage.time_step,
+                  row = next_row(d);
+  PetscReal end = d->t + wanted;
+  if (end > row - 1e-6 * wanted) end = row; // no sliver is left
+  d->stage.water_step = end - d->t, d->stage.water_time = end;
+  for (PetscInt l = 0; l < d->scene->n_loads; l++) d->now.loads[l].level = level_at(d->scene->loads + l, end);
+}
+
+/* [m] Largest displacement since the stage began. */
+static PetscErrorCode way_of(const Transient *d, PetscReal *most)
+{
+  const Model *m = d->p.m;
+  const PetscReal *u = d->p.state->u + 3 * m->n_bodies, *from = d->u_start + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  *most = 0.;
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    *most = PetscMax(*most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_transient(Archive *a, void *context)
+{
+  Transient *d = context;
+  PetscReal reals[] = {d->t, d->next, d->stage.water_time, d->stage.water_step, MPI_Wtime() - d->start};
+  PetscInt64 counts[] = {d->first_cycle, d->frame};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveReals(a, "t_next_end_step_wall", 5, reals));
+  PetscCall(ArchiveCounts(a, "counts", 2, counts));
+  d->t = reals[0], d->next = reals[1], d->stage.water_time = reals[2], d->stage.water_step = reals[3];
+  d->start = MPI_Wtime() - reals[4], d->first_cycle = counts[0], d->frame = (PetscInt)counts[1];
+  PetscCall(ArchiveEffort(a, &d->p.relax->effort));
+  PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));
+  if (a->reading) RigidMotion(d->p.m, d->u_start);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs one step to equilibrium. */
+static PetscErrorCode run_step(Transient *d)
+{
+  const TermView view = ViewOf(&d->p);
+  PetscReal grow, moved;
+  PetscFunctionBeginUser;
+  set_step(d);
+  PetscCall(StageRelax(&d->p));
+  if (d->p.result->verdict == VERDICT_INTERRUPTED) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TermsStepOver(&view, &grow));
+  PetscCall(way_of(d, &moved));
+  PetscCall(TrialsAdd(&d->p, d->stage.water_time, moved));
+  if (d->p.result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
+  d->t = d->stage.water_time;
+  d->next = d->stage.water_step * grow;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Frames at equal intervals, after the step that passes each. */
+static PetscErrorCode write_frames(Transient *d)
+{
+  const PetscInt due = (PetscInt)(d->t / d->stage.duration * (d->stage.frames + 1) + 1e-9);
+  PetscFunctionBeginUser;
+  if (d->frame >= PetscMin(due, d->stage.frames)) PetscFunctionReturn(PETSC_SUCCESS);
+  d->frame = PetscMin(due, d->stage.frames);
+  PetscCall(OutputFrame(&d->p, d->frame));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the stage comes to: its last equilibrium, or the step that finds none. */
+static PetscErrorCode conclude(const Transient *d)
+{
+  StageResult *result = d->p.result;
+  char last[sizeof(result->evidence)];
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(last, result->evidence, sizeof(last)));
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "%s %.6g s of the water, %" PetscInt_FMT " steps: %.400s",
+                          result->verdict == VERDICT_CONVERGED ? "after" : "in the step to",
+                          (double)d->stage.water_time, d->p.output->trials.n, last));
+  result->cycles = d->p.state->cycle - d->first_cycle;
+  result->wall = MPI_Wtime() - d->start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TransientRun(const Problem *p)
+{
+  enum { FIRST_PART = 1000 }; /* the first step is this part of the duration */
+  Transient d = {.scene = p->scene, .p = *p, .stage = *p->stage, .now = *p->scene};
+  PetscBool resumed;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(p->scene->n_loads, &d.now.loads));
+  PetscCall(PetscArraycpy(d.now.loads, p->scene->loads, p->scene->n_loads));
+  PetscCall(PetscMalloc1(ModelApplied(p->m), &d.u_start));
+  PetscCall(PetscArraycpy(d.u_start, p->state->u, ModelApplied(p->m)));
+  d.p.scene = &d.now, d.p.stage = &d.stage;
+  d.next = d.stage.duration / FIRST_PART, d.first_cycle = p->state->cycle, d.start = MPI_Wtime();
+  PetscCall(CheckpointAttach(p->output->checkpoint, "transient", archive_transient, &d, &resumed));
+  if (!resumed) PetscCall(TrialsReset(&p->output->trials));
+  while (d.t < d.stage.duration * (1. - 1e-12)) {
+    StageResult between = {.verdict = VERDICT_NONE};
+    PetscCall(run_step(&d));
+    if (p->result->verdict != VERDICT_CONVERGED) break;
+    PetscCall(write_frames(&d));
+    if (d.t >= d.stage.duration * (1. - 1e-12)) break;
+    PetscCall(CheckpointPoll(p->output->checkpoint, p->state->cycle, &between));
+    if (between.verdict == VERDICT_NONE) continue;
+    *p->result = between;
+    break;
+  }
+  PetscCall(CheckpointDetach(p->output->checkpoint));
+  PetscCall(conclude(&d));
+  PetscCall(PetscFree(d.u_start));
+  PetscCall(PetscFree(d.now.loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
