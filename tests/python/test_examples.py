@@ -239,6 +239,56 @@ def test_study_table(dam, local, voronoi, sliding, tmp_path):
     assert crest["paper"] == "6.5" and float(crest["ours"]) == pytest.approx(6.26, abs=0.01)
 
 
+# ---- seepage
+
+
+SEEPAGE = ("-stages", "rock,sw,rule,present,grouted,drained,clogged")
+
+
+@pytest.fixture(scope="module")
+def seepage(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("seepage") / "one"
+    return folder, run("guilhofrei_seepage", folder, options=SEEPAGE)
+
+
+def test_seepage(seepage):
+    """The numbers of the README; water balances; it takes from the base what it presses; 1.873 by statics where uplift is prescribed."""
+    chart, stages = load(ROOT / "examples/guilhofrei_seepage/chart.py"), seepage[1]
+    rows, expected = chart.state_rows(Results(seepage[0])), chart.references()
+    assert [row["state"] for row in rows] == list(expected)
+    for row in rows:
+        known = {name: number for name, number in expected[row["state"]].items() if number is not None}
+        assert {name: row[name] for name in known} == pytest.approx(known, rel=0.01, abs=0.05), row["state"]
+    assert rows[0]["factor"] == pytest.approx(1.873, abs=1e-3)
+    held = [stages[row["state"]]["joints"]["base"]["N"] / 1e3 + row["uplift"] for row in rows[1:]]
+    assert held == pytest.approx([held[0]] * 4, rel=1e-3)
+    for flow in (stages[row["state"]]["flow"] for row in rows[1:]):
+        assert flow["error"] < 1e-8 and abs(sum(c["discharge"] for c in flow["conditions"].values())) < 1e-8 * flow["inflow"]
+
+
+@pytest.mark.alone
+def test_seepage_on_two_ranks_has_the_same_bits(seepage, tmp_path):
+    two = run("guilhofrei_seepage", tmp_path / "two", ranks=2, options=SEEPAGE)
+    assert [stage["checksum"] for stage in two.values()] == [stage["checksum"] for stage in seepage[1].values()]
+
+
+def test_seepage_chart(seepage):
+    done = subprocess.run([sys.executable, "examples/guilhofrei_seepage/chart.py", str(seepage[0])], cwd=ROOT, capture_output=True, text=True, check=True,
+                          env=dict(os.environ, PYTHONPATH=str(ROOT / "tools")), timeout=60)  # fmt: skip
+    assert "grouted, expected" in done.stdout and is_drawn(seepage[0] / "states.png")
+
+
+def test_seepage_limits(seepage, tmp_path):
+    """Without drains the dam fails soon after the rule with full head in the crack says, long before the rule without."""
+    limits = load(ROOT / "examples/guilhofrei_seepage/limits.py")
+    cracked, computed = (limits.solve(QUOIN, str(seepage[0] / "model.h5"), case) for case in ((None, "cracked", None), (0.4, "none", "no")))
+    assert 0 <= cracked["stable_m"] <= computed["stable_m"] < 3 and computed["outcome"] == "fails"
+    assert [cracked["uplift_kN"], computed["uplift_kN"]] == pytest.approx([2352, 3922], rel=0.01)
+    limits.write_rows(tmp_path / "limits.csv", [cracked, computed])
+    limits.draw(limits.read_rows(tmp_path / "limits.csv"), str(tmp_path / "limits.png"))
+    assert is_drawn(tmp_path / "limits.png")
+
+
 @pytest.mark.parametrize("words", [["-h"], ["--help"], []])
 def test_study_usage(words, tmp_path):
     """Asked how it is called it says so; it made a folder of the name -h."""

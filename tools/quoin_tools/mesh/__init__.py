@@ -6,6 +6,7 @@ polygons     Voronoi polygons cut to a section, without short edges
 stacks       columns, patches, cantilevers and grids of macroblocks
 dam          gravity dam on rock; default: section G1 of the Guilhofrei dam
 voronoi      dam of random polygons between facing courses
+rock         rock that sets of parallel joints cut into blocks
 walls        walls in running bond, arches of voussoirs, slopes of stepped blocks
 gmsh_import  Gmsh .msh 2.2 and 4.1 to a block mesh, joints at named curves
 """

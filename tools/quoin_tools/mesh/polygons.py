@@ -159,14 +159,16 @@ def area(xy):
 
 # ---- tidying ---------------------------------------------------------------------------------------------
 
-def tidy(tess, shortest, smallest):
-    """Merge edges shorter than `shortest`, give slivers and polygons below the area `smallest` to neighbours."""
+def tidy(tess, shortest, smallest, sharp=SHARP):
+    """Merge edges shorter than `shortest`, give slivers and polygons below the area `smallest` to neighbours.
+
+    Corners below `sharp` degrees are merged away where that is possible."""
     for _ in range(20):
         before = list(tess.rings)
         absorb(tess, 0.5 * shortest, smallest)
         straighten(tess)
         merge_short_edges(tess, shortest)
-        blunt(tess, SHARP)
+        blunt(tess, sharp)
         if tess.rings == before:
             break
     return tess.compact()
