@@ -4,6 +4,7 @@ cut                 a path through the mesh: its base, what stands on it, the fo
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
 joint_uplift        uplift in other joints than the base, as loads of a cut
+base_water          the water on a base: by rule, of the scene, computed
 wedge               the passive wedge at the toe
 strength            strength of a path from its joints and blocks
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from quoin_tools.assess import cut, guidelines, uplift, wedge
+from quoin_tools.assess import base_water, cut, guidelines, uplift, wedge
 from quoin_tools.assess.assessment_options import Options, options_from, parser
+from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
-from quoin_tools.assess.joint_uplift import uplift_loads
 from quoin_tools.assess.strength import closed_stretches, factors, neighbours, rows_of, strength_of
 from quoin_tools.base import scene
+from quoin_tools.base.flow import condition_rows, facts_of
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account, table
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.meshing import separated
@@ -60,7 +61,9 @@ class Assessment:
     strength: dict
     with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
     water: Uplift | None = None  # what governs: of the options, else of the scene
-    other_water: bool = False  # uplift of the scene elsewhere on the part, such as along a bent path
+    other_water: bool = False  # other water on the part: uplift of the scene along a bent path, or as the run has computed it
+    computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
+    straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -166,40 +169,6 @@ def block_on_path(case, stage, path, base, strength):
 
 # ---- the hand method ------------------------------------------------------------------------------------------
 
-def water_levels(case, stage, base):
-    """Levels of the water at the start and at the end of a base: reservoirs by the side on which their faces lie."""
-    levels = {"start": None, "end": None}
-    for load in case.scene.stage_loads(stage).values():
-        if load.get("type") != "reservoir":
-            continue
-        middle = cut.wet_segments(case.mesh, load).reshape(-1, 2).mean(axis=0)
-        side = "start" if (middle - base.middle) @ base.along < 0 else "end"
-        levels[side] = max(float(load["level"]), -np.inf if levels[side] is None else levels[side])
-    return levels["start"], levels["end"]
-
-
-def uplift_under(case, stage, name, base):
-    """Uplift of the options under a base; None when there is none."""
-    o = case.options
-    if not o.uplift or (o.uplift_on and name not in o.uplift_on):
-        return None
-    head, tail = water_levels(case, stage, base)
-    tail = o.tailwater if o.tailwater is not None else tail
-    if head is None or head <= base.start[1]:
-        return None
-    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
-    gallery = None
-    if o.gallery is not None:
-        gallery = max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
-    heads = uplift.Heads(base.length, head - base.start[1], toe, o.drain, o.efficiency, gallery, o.drain_head)
-    return Uplift(o.uplift, heads, o.direction, o.in_crack, water_density(case, stage) * case.scene.gravity)
-
-
-def water_density(case, stage):
-    loads = case.scene.stage_loads(stage).values()
-    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") == "reservoir"), default=1000.0)
-
-
 def assess_base(case, stage, name, path, kind, strength):
     """Hand method and block model of one base in one stage; of a bent path on the plane that the part above slides on."""
     part = case.part(name, path)
@@ -208,11 +177,13 @@ def assess_base(case, stage, name, path, kind, strength):
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
     dry = cut.total(forces)
     bent = wedge.is_bent(path)
+    flowing = base_water.computed(case, stage, part)
     if bent:
-        water, others = None, block_uplift(case, stage, part)
+        water, others = None, block_uplift(case, stage, part) + flowing
         base = wedge.sliding_plane(path, dry + others, case.scene.thickness)
     else:
         water, others = scene_uplift(case, stage, part, base)
+        others = others + flowing
     hand = hand_method(base, dry, water, others)
     if bent and hand.refused:
         raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand "
@@ -222,8 +193,11 @@ def assess_base(case, stage, name, path, kind, strength):
     else:
         block = block_on_path(case, stage, path, base, strength)
     if block:
-        block["uplift"] = float(np.hypot(*block_uplift(case, stage, part)[:2])) or None
+        block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
     found = Assessment(stage, name, kind, base, path, block, hand, strength)
+    if flowing.any():
+        found.computed = flowing
+        found.straight = None if bent else base_water.straight(case, stage, base, dry)
     asked = uplift_under(case, stage, name, base)
     if asked and bent:
         asked, found.complete = None, False
@@ -245,27 +219,6 @@ def assess_base(case, stage, name, path, kind, strength):
         found.complete = False
         found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
     return found
-
-
-def block_uplift(case, stage, part):
-    """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
-    ran = case.results.stage_summary(stage).get("uplift", {})
-    loads = uplift_loads(case.mesh, case.scene, stage, part)
-    return case.scene.thickness * sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
-
-
-def dry_stretches(facts):
-    """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
-    return [f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head: "
-            f"{d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
-            for name, load in facts.get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
-
-
-def scene_uplift(case, stage, part, base):
-    """The scene's uplift under a base, which may follow its crack, or None; and the force of all other uplift on the part."""
-    loads = uplift_loads(case.mesh, case.scene, stage, part)
-    under = next((load for load in loads if load.is_under(base)), None)
-    return under, sum((load.forces(base, 0.0) for load in loads if load is not under), np.zeros(3))
 
 
 def full_head(found, forces):
@@ -324,7 +277,7 @@ def stage_complaints(case, stage):
     if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts)
-    found += dry_stretches(facts)
+    found += dry_stretches(facts) + base_water.complaints(case, stage)
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
     ours = cut.total(forces)[:2]
     run = np.array([facts["applied"]["x"], facts["applied"]["y"]])
@@ -343,22 +296,27 @@ def local_factor(facts):
 
 def least_favourable(found, strength, facts):
     """Quantity of guidelines.py to the worse of the block model's number and the gravity method's. facts: summary of the stage."""
-    hand, length = found.governing, found.base.length
-    own = factors(hand, found.strength)
-    refused = hand.crack is None
+    length, block = found.base.length, found.block or {}
+    hands = [found.governing, *([found.hand] if found.computed is not None and found.with_uplift else [])]  # computed water counts beside a rule
+    refused = [hand.crack is None for hand in hands]
+    own = [factors(hand, found.strength) for hand in hands]
+
+    def least(key):
+        return [0.0 if none else each[key] for none, each in zip(refused, own)]
+
     both = {
-        "sliding_peak": (min, [0.0 if refused else own["peak"], (found.block or {}).get("peak")]),
-        "sliding_residual": (min, [0.0 if refused else own["residual"], (found.block or {}).get("residual")]),
-        "friction_only": (min, [0.0 if refused else own["friction_only"]]),
-        "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf]),
-        "crack": (max, [1.0 if refused else hand.crack / length]),
-        "tension": (max, [max(*hand.linear, 0.0)]),
+        "sliding_peak": (min, [*least("peak"), block.get("peak")]),
+        "sliding_residual": (min, [*least("residual"), block.get("residual")]),
+        "friction_only": (min, least("friction_only")),
+        "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands]),
+        "crack": (max, [1.0 if none else hand.crack / length for none, hand in zip(refused, hands)]),
+        "tension": (max, [max(*hand.linear, 0.0) for hand in hands]),
         "local_factor": (min, [local_factor(facts)]),
-        "strength": (max, [hand.compression / strength if strength and not refused else None]),
+        "strength": (max, [None if none or not strength else hand.compression / strength for none, hand in zip(refused, hands)]),
     }
-    if found.block and found.with_uplift is None:
-        both["crack"][1].append(found.block["crack"] / length)
-    if own["peak"] is None:
+    if block and (found.with_uplift is None or found.computed is not None):
+        both["crack"][1].append(block["crack"] / length)
+    if own[0]["peak"] is None:
         both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
     numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
     return {name: both[name][0](values) if values else None for name, values in numbers.items()}
@@ -391,6 +349,9 @@ def judge(case, found):
     if found.water is not None and rule and rule != found.water.rule:
         found.complete = False
         found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
+    if found.water is None and found.computed is not None and rule:
+        found.complete = False
+        found.notes.append(f"Uplift is the computed one; this guideline goes with rule {rule}: --uplift {rule} sets it beside.")
     found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength, case.results.stage_summary(stage)))
 
 
@@ -482,6 +443,23 @@ def text_of(found):
     return out + [f"  {note}" for note in found.notes]
 
 
+def beside(found):
+    """The uplift of a base by BESIDE of base_water.py, as words."""
+    return [(words, cell(force, 1), cell(at, 3), *(cell(factor, 3) for factor in factors)) for words, force, at, *factors in base_water.side_by_side(found)]
+
+
+def water_text(case, stage, found):
+    """The water in the joints of a stage for the terminal; nothing where none flows."""
+    facts = case.results.stage_summary(stage)
+    if not facts_of(facts):
+        return []
+    rows = [(a.name, *row) for a in found if a.stage == stage and a.computed is not None for row in beside(a)]
+    out = ["", f"Stage {stage}: water in joints, {facts_of(facts)['state']}"]
+    out += table(["leaves the joints (negative: enters) by", "m2/s", "litres per minute and metre"], condition_rows(facts))
+    out += table(["base", *base_water.BESIDE], rows) if rows else []
+    return out + [f"  {line}" for line in base_water.remarks(case.results, stage)]
+
+
 def main(arguments=None):
     given = parser("assessment", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
     try:
@@ -492,6 +470,8 @@ def main(arguments=None):
         return 2
     for assessment in found:
         print("\n".join(text_of(assessment)))
+    for line in (line for stage in case.results.stages for line in water_text(case, stage, found)):
+        print(line)
     for stages, line in gathered(complaints):
         print(f"  {stages}: {line}")
     return 0

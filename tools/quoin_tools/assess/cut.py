@@ -192,17 +192,18 @@ def point_force(mesh, scene, load, part=WHOLE):
     return force_at(scene.thickness * np.array(load["value"], dtype=float), mesh.vertices[vertex])
 
 
+IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads of water in joints
 KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point_force": point_force}
 
 
 def stage_forces(mesh, scene, stage, part=WHOLE):
     """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know.
 
-    Uplift is left to joint_uplift.py: it presses on both sides of a joint, and may follow a crack."""
+    Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow."""
     forces, left_out = {}, []
     for name, load in scene.stage_loads(stage).items():
         kind = KINDS.get(load.get("type"))
-        if load.get("type") == "uplift":
+        if load.get("type") in IN_JOINTS:
             continue
         if kind is None:
             left_out.append(f"{name} ({load.get('type')})")

@@ -4,7 +4,7 @@ python -m quoin_tools.results FOLDER    table of stages, probes, joints and extr
 
 results = Results("out")
 results.stages                     # names, in order
-stage = results.stage("water")     # .displacement, .s1, .contacts.sigma, ...
+stage = results.stage("water")     # .displacement, .s1, .contacts.sigma, .flow.pressure (None: no water flows), ...
 results.frames("quake")            # names of the frames of a dynamic stage: results.stage("quake_3").time
 results.summary, results.history   # dict of summary.json; dict of the columns of history.csv
 """
@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quoin_tools.base import flow
 from quoin_tools.base.files import reading
 from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
 
@@ -26,7 +27,7 @@ VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 witho
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
-SOME_STAGES = ("safety_factor", "safety_mode", "mechanism")  # fields that not every stage has: None there
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow")  # what not every stage has: None there
 CONTACT_FIELDS = (
     "face",
     "joint",
@@ -137,6 +138,13 @@ class Contacts:
         return len(self.length)
 
 
+def flow_of(group):
+    return flow.Flow(**{name: array(group[name]) for name in flow.column_names()})
+
+
+GROUPS = {"contacts": Contacts, "flow": flow_of}  # what a stage has that is no array
+
+
 class Stage:
     """Fields at the end of a stage, or in a frame of it; arrays are read when they are asked for."""
 
@@ -150,11 +158,11 @@ class Stage:
             self.verdict, self.evidence = text(group.attrs["verdict"]), text(group.attrs["evidence"])
 
     def __getattr__(self, name):
-        if name not in STAGE_FIELDS + SOME_STAGES and name != "contacts":
+        if name not in STAGE_FIELDS + SOME_STAGES + tuple(GROUPS):
             raise AttributeError(name)
         with expecting(self.path, "a complete results file"), reading(self.path) as file:
             item = file["stages"][self.name].get(name)
-            value = Contacts(item) if name == "contacts" else None if item is None and name in SOME_STAGES else array(item)
+            value = None if item is None and name in SOME_STAGES else GROUPS.get(name, array)(item)
         setattr(self, name, value)
         return value
 
@@ -443,6 +451,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak, c on closed|residual|length m|open m|closed m|slipping m|"
                "sigma start MPa|sigma end MPa", joint_rows),
+    *flow.SECTIONS,
     ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing|moved mm", bracket_rows),
     ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
     ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),

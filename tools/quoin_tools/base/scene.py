@@ -44,10 +44,10 @@ class Scene:
     supports: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
     stages: dict = field(default_factory=dict)
-    trials: dict = field(default_factory=dict)  # stage: its strength_reduction or flood of summary.json, of a run
+    trials: dict = field(default_factory=dict)  # stage: its strength_reduction or flood of summary.json, or its steps, of a run
 
     def stage_loads(self, stage):
-        """Loads that act at the end of a stage: name to keys. Of a flood, at its last stable level."""
+        """Loads that act at the end of a stage: name to keys. Of a flood, at its last stable level, of a transient stage at that of its last step."""
         if stage not in self.stages:
             raise SceneError(f"{self.path}: no stage '{stage}'")
         names = self.stages[stage].get("loads") or []
@@ -58,9 +58,10 @@ class Scene:
             raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
         loads = {name: self.loads[name] for name in names}
         found = self.trials.get(stage, {})
-        if found.get("stable") is None or "what" in found:
+        if "steps" not in found and (found.get("stable") is None or "what" in found):
             return loads
-        waters = next((t["waters"] for t in found["trials"] if t["value"] == found["stable"] and "waters" in t), None)
+        last = found["steps"][-1:] if "steps" in found else [t for t in found["trials"] if t["value"] == found["stable"]]
+        waters = next((t["waters"] for t in last if "waters" in t), None)
         if waters is None:
             raise SceneError(f"{self.path}: stage '{stage}': the run, of an older Quoin, does not say which waters its flood has raised")
         return {name: raised(load, waters[name]) if name in waters else load for name, load in loads.items()}
@@ -188,4 +189,5 @@ def of_run(folder, summary):
         raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")
     used = read(path)
     used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood"))}
+    used.trials |= {s["name"]: {"steps": s["steps"]} for s in summary["stages"] if s.get("steps")}
     return used

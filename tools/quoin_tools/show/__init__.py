@@ -2,6 +2,7 @@
 
 style      what all pictures share: colours, fonts, the part of the section they show
 plot_mesh  picture of a block mesh
+seepage    pictures of the water in joints
 plots      pictures of a run
 mechanism  how a stage fails
 section    the section and its bases, for the sheet

@@ -13,20 +13,24 @@ import sys
 
 import numpy as np
 
+from quoin_tools.base.flow import LITRES
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, table
 
 KINDS = (  # words, unit, factor, pattern of the path of the number
     ("displacement", "mm", 1e3, r"\.u_[xy]$"),
-    ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$"),
+    ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$|^flow\.joints\..*\.uplift$"),
     ("moment", "kN m", 1e-3, r"\.M$"),
     ("stress", "MPa", 1e-6, r"\.sigma_linear_(start|end)$|\bs[12]_(max|min)\.value$|\.sigma$"),
-    ("length", "m", 1.0, r"[._]length$"),
+    ("length", "m", 1.0, r"[._]length$|^flow\.joints\..*\.centre_[xy]$"),
+    ("discharge", "l/(min m)", LITRES, r"^flow\.inflow$|^flow\.conditions\..*\.discharge$"),
+    ("aperture", "mm", 1e3, r"^flow\.joints\..*\.widest$"),
     ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$"),
     ("angle", "deg", 1.0, r"\.friction_needed$"),
     ("bracket", "", 1.0, r"^(strength_reduction|flood)\.(stable|failing)$"),
 )
 ALONE = ("factor", "bracket")  # kinds of which each number is held against itself: one large one would hide the others
-TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6, "bracket": 1e-9}
+TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6, "bracket": 1e-9,
+        "discharge": 1e-12, "aperture": 1e-9}  # fmt: skip
 
 
 def kind_of(path):
@@ -56,11 +60,17 @@ def fields(stage):
     return {f"field {path}": value for path, value in found.items()}
 
 
-def compare_fields(a, b):
+def water(stage):
+    """The same of the water in joints; empty where none flows."""
+    kinds, flow = {kind[0]: kind[:3] for kind in KINDS}, stage.flow
+    named = (("pressure", "stress"), ("aperture", "aperture"), ("discharge", "discharge"))
+    return {} if flow is None else {f"field flow.{name}": (getattr(flow, name), kinds[kind]) for name, kind in named}
+
+
+def compare_fields(left, right):
     """Rows as those of compare_stage, of arrays that do not have the same bits: their largest size in each run. None where the runs have other
     blocks or contacts."""
-    left, right = fields(a), fields(b)
-    if any(left[path][0].shape != right[path][0].shape for path in left):
+    if left.keys() != right.keys() or any(left[path][0].shape != right[path][0].shape for path in left):
         return None
     rows = []
     for path, (x, kind) in left.items():
@@ -101,11 +111,13 @@ def compare(a, b):
         other = stages[1][name]
         if s["verdict"] != other["verdict"]:
             said.append(f"stage {name}: verdict {s['verdict']} in A, {other['verdict']} in B")
-        found = compare_fields(a.stage(name), b.stage(name))
+        found, flowing = (compare_fields(of(a.stage(name)), of(b.stage(name))) for of in (fields, water))
         if found is None:
             left_out.append(f"stage {name}: other blocks or contacts are written: fields are not compared")
-        same = s["checksum"] == other["checksum"] and not found
-        rows[name] = [] if same else compare_stage(s, other) + (found or [])
+        if flowing is None:
+            left_out.append(f"stage {name}: water flows in other pieces of joints: its fields are not compared")
+        same = s["checksum"] == other["checksum"] and not found and flowing == []
+        rows[name] = [] if same else compare_stage(s, other) + (found or []) + (flowing or [])
     return rows, said, left_out
 
 

@@ -3,7 +3,8 @@
     python -m quoin_tools.export FOLDER [--stage NAME]... [--to FOLDER]
 
 writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends); of all stages joints.csv, supports.csv,
-and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint).
+and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint). Where water
+flows in joints <stage>_flow.csv (two rows per piece of a joint: its ends); of all stages discharges.csv and uplifts.csv.
 SI units, signs of docs/results_format.md; the first row names columns with their units.
 """
 
@@ -16,12 +17,17 @@ import sys
 import numpy as np
 
 from quoin_tools.base.files import write_file
+from quoin_tools.base.flow import facts_of
 from quoin_tools.base.results import Results, ResultsError, trials_of
 
 JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
          "sliding_factor_residual", "chord", "sigma_linear_start", "sigma_linear_end")  # fmt: skip
 UNITS = {"length": "m", "chord": "m", "N": "N", "T": "N", "M": "N m", "friction_needed": "deg", "sigma_linear_start": "Pa",
          "sigma_linear_end": "Pa", "open_length": "m", "closed_length": "m", "slipping_length": "m", "crushing_length": "m"}  # fmt: skip
+
+
+UPLIFT = {"length": "length [m]", "uplift": "force [N]", "centre_x": "centre x [m]", "centre_y": "centre y [m]", "widest": "widest [m]",
+          "at_residual": "part at residual aperture", "at_max": "part at largest aperture", "reynolds": "Reynolds number"}  # fmt: skip
 
 
 def plain(value):
@@ -80,6 +86,29 @@ def contacts(results, stage):
     return header, rows
 
 
+def flow(results, stage):
+    header = ("piece", "end", "joint", "x [m]", "y [m]", "head [m]", "pressure [Pa]", "aperture [m]", "saturation", "discharge [m2/s]", "length [m]")
+    water, names = stage.flow, results.mesh.joint_names
+    rows = (
+        (i, end, names[water.joint[i]], *water.point[i, end], water.head[i, end], water.pressure[i, end], water.aperture[i, end],
+         water.saturation[i, end], water.discharge[i], water.length[i]) for i in range(len(water)) for end in (0, 1))  # fmt: skip
+    return header, rows
+
+
+def discharges(results, stages):
+    """Of heads, drains and inflows: what leaves the joints there."""
+    rows = ((stage, name, c["nodes"], c["discharge"], c["litres_per_minute"]) for stage in stages
+            for name, c in facts_of(results.stage_summary(stage)).get("conditions", {}).items())  # fmt: skip
+    return ("stage", "load", "nodes", "discharge [m2/s]", "discharge [litres per minute and metre]"), rows
+
+
+def uplifts(results, stages):
+    """Force of the water in each joint."""
+    rows = ((stage, name, *(j[key] for key in UPLIFT)) for stage in stages
+            for name, j in facts_of(results.stage_summary(stage)).get("joints", {}).items())  # fmt: skip
+    return ("stage", "joint", *UPLIFT.values()), rows
+
+
 def joints(results, stages):
     header = ("stage", "joint", *(f"{key} [{UNITS[key]}]" if key in UNITS else key for key in JOINT))
     rows = ((stage, name, *(facts.get(key) for key in JOINT)) for stage in stages
@@ -127,7 +156,9 @@ def export(results, stages=None, folder=None):
         stage = results.stage(name)
         for words, of in (("vertices", vertices), ("blocks", blocks), ("contacts", contacts)):
             written.append(write(os.path.join(folder, f"{name}_{words}.csv"), *of(results, stage)))
-    for of in (joints, supports, factors, trials):
+        if stage.flow is not None:
+            written.append(write(os.path.join(folder, f"{name}_flow.csv"), *flow(results, stage)))
+    for of in (joints, supports, factors, trials, discharges, uplifts):
         header, rows = of(results, stages)
         rows = list(rows)
         if rows or of in (joints, supports):

@@ -6,6 +6,9 @@ mesh.png                    deformed blocks at the end of the last stage over th
 stress_<stage>.png          principal stresses as contours, and as crosses
 joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
+water_<stage>.png           pressure and discharge of the water in joints, where it flows
+uplift_<joint>_<stage>.png  its pressure along a joint against the straight line between the heads of its ends
+transient_<stage>.png       levels, forces and discharge of the water in joints over the time of a transient stage
 energy_<stage>.png          where the energy of a dynamic stage is, came from and went, over time
 
 Where one group is much larger than the rest (the rock under a dam), pictures show the rest with a margin;
@@ -26,6 +29,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from quoin_tools.base.results import Results, ResultsError, sliding
+from quoin_tools.show import seepage
 from quoin_tools.show.plot_mesh import outline_width, silhouette
 from quoin_tools.show.style import (
     COMPRESSION,
@@ -320,7 +324,7 @@ def cut_runaway(axes, results):
     kept = values[:, np.isin(history["stage"], held)]
     kept = kept[np.isfinite(kept)]
     finite = values[np.isfinite(values)]
-    if not len(kept) or np.ptp(finite) < 4 * np.ptp(kept):
+    if not len(kept) or np.ptp(finite) <= 4 * np.ptp(kept):
         return
     room = 0.35 * np.ptp(kept)
     axes.set_ylim(kept.min() - room, kept.max() + room)
@@ -418,6 +422,7 @@ def plot_all(results, whole=False):
             for joint in results.stage_summary(stage)["joints"]:
                 if plot_joint(results, stage, joint, path(f"joint_{joint}_{stage}")):
                     written.append(path(f"joint_{joint}_{stage}"))
+            written += seepage.plot_stage(results, stage, whole)
             if plot_energy(results, stage, path(f"energy_{stage}")):
                 written.append(path(f"energy_{stage}"))
         if plot_history(results, path("history")):

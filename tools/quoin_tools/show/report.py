@@ -13,11 +13,12 @@ import os
 import sys
 
 import quoin_tools
-from quoin_tools.assess import guidelines, uplift
-from quoin_tools.assess.assessment import ERRORS, account_complaints, assess, cell, gathered, lines, load_case
+from quoin_tools.assess import base_water, guidelines, uplift
+from quoin_tools.assess.assessment import ERRORS, account_complaints, assess, beside, cell, gathered, lines, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import scene
 from quoin_tools.base.files import write_file
+from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.results import (
     body_rows,
     condensed_words,
@@ -269,13 +270,14 @@ def inputs_part(case):
         peak = (j["cohesion"], j["tension"]) if j["law"] != "elastic" else (None, None)
         joints.append((name, j["law"], j["stress_model"], cell_of(j.get("k_n"), 1e-9, 2), cell_of(j.get("k_s"), 1e-9, 2),
                        cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), cell_of(peak[0], 1e-3, 1),
-                       cell_of(peak[1], 1e-3, 1)))  # fmt: skip
+                       cell_of(peak[1], 1e-3, 1), *(cell_of(j.get(key), 1e3, 3) for key in ("aperture", "aperture_residual"))))  # fmt: skip
+    shown = 11 if any(row[-2] != "-" for row in joints) else 9  # apertures where water may flow
     loads = [(name, load.get("type", ""), ", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"))
              for name, load in case.scene.loads.items()]  # fmt: skip
     return ("<h2>Materials, joints and loads</h2>" + table(("group", "blocks", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"), materials, range(2, 9))
             + f"<h3>Joints in stage {esc(last)}</h3>"
-            + table(("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]"),
-                    joints, range(3, 9))
+            + table(("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]", "aperture [mm]",
+                     "residual [mm]")[:shown], [row[:shown] for row in joints], range(3, shown))
             + "<h3>Loads</h3>" + table(("load", "type", "keys (SI)"), loads))  # fmt: skip
 
 
@@ -328,6 +330,28 @@ def assessments_part(case, found, complaints):
     return part + (("<h3>Reservations</h3>" + notes(said)) if said else "")
 
 
+def water_part(case, found):
+    """Water that flows in joints, stage by stage: uplift beside the prescribed one, what heads and drains give and take."""
+    part = ""
+    for s in case.results.summary["stages"]:
+        if not state_rows(s):
+            continue
+        flow = state_rows(s)[0]
+        part += f"<section><h3>Stage {esc(s['name'])}: {esc(flow[0])} flow</h3>"
+        rows = [(a.name, *row) for a in found if a.stage == s["name"] and a.computed is not None for row in beside(a)]
+        part += table(("base", *base_water.BESIDE), rows, range(2, 8)) if rows else ""
+        part += table(("head or drain", "leaves the joints there [m²/s]", "in litres per minute and metre"), condition_rows(s), (1, 2))
+        part += table(("joint", "length [m]", "force of its water [kN]", "centre x [m]", "centre y [m]", "widest [mm]", "part at residual aperture",
+                       "part at largest aperture", "Reynolds number"), joint_rows(s), range(1, 9))  # fmt: skip
+        part += table(("rounds of flow and openings", "last change of pressure, of the largest", "inflow [m²/s]", "water balance, of the inflow",
+                       "cut off from every head [m]"), [flow[1:]], range(5))  # fmt: skip
+        part += notes(base_water.remarks(case.results, s["name"])) + "</section>"
+    note = ("<p><small>Computed: as the run has found it, in block model and gravity method; the straight line lies between the computed pressures at the "
+            "ends of the base; the rule is that of the options, with its drain in stages with one that is not clogged. Discharge: negative enters the "
+            "joints. Force of water in a joint that is no line: the sum of the sizes on its pieces.</small></p>")  # fmt: skip
+    return f"<h2>Water in joints</h2>{part}{note}" if part else ""
+
+
 def convergence_part(case, pictures):
     rows = [(s["name"], s["verdict"], s["evidence"], s["cycles"], "-" if s["ratio"] is None else f"{s['ratio']:.2e}", s["checksum"])
             for s in case.results.summary["stages"]]  # fmt: skip
@@ -348,6 +372,8 @@ def convergence_part(case, pictures):
 
 
 CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}.",
+            "water": "Water in joints, stage {}: pressure on them; discharge.", "uplift": "Water pressure along a joint, {}.",
+            "transient": "Levels, force of the water in joints and discharge in time, stage {}.",
             "mechanism": "How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {}."}
 
 
@@ -401,7 +427,7 @@ def page(case, pictures):
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), trials_part(case), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), trials_part(case), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip

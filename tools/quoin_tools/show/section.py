@@ -7,6 +7,7 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
 from quoin_tools.assess import cut
+from quoin_tools.assess.assessment import contacts_on
 from quoin_tools.assess.uplift import head_line
 from quoin_tools.mesh import blockmesh
 from quoin_tools.show import style
@@ -86,18 +87,32 @@ def draw_other(axes, case, name, load, force, size):
     axes.text(*(at - 0.13 * size * direction), force_text(name, force), color=LOAD, ha="center", zorder=7, **LABEL)
 
 
-def draw_uplift(axes, found, size):
-    """Uplift below the base and the resultant of the base in it."""
-    base, hand = found.base, found.governing
-    crack = hand.crack or 0.0
-    x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == "start" else 0.0, found.water.in_crack)
-    points = np.array([base.at(distance) for distance in x])
-    if head.max() > 0:
-        segments = np.stack([points[:-1], points[1:]], axis=1)
-        tips = draw_pressure(axes, segments, np.stack([head[:-1], head[1:]], axis=1), 0.12 * size / head.max(), "#e7d6f2", UPLIFT)
-        axes.text(*(tips[len(tips) // 2].mean(axis=0) - [0, 0.035 * size]),
-                  f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", color=UPLIFT, ha="center", va="top", zorder=7,
-                  **LABEL)  # fmt: skip
+def uplifts_of(case, found):
+    """Diagrams below the base: words, segments (n, 2, 2) along it, pressures at their ends [Pa], colours: of the rule or load, and as computed."""
+    base, hand, diagrams = found.base, found.governing, []
+    if found.water is not None:
+        crack = hand.crack or 0.0
+        x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == "start" else 0.0, found.water.in_crack)
+        points, pressure = np.array([base.at(distance) for distance in x]), found.water.unit_weight * head
+        diagrams.append((f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", np.stack([points[:-1], points[1:]], axis=1),
+                         np.stack([pressure[:-1], pressure[1:]], axis=1), "#e7d6f2", UPLIFT))  # fmt: skip
+    if found.computed is not None:
+        flow = case.results.stage(found.stage).flow
+        mine = contacts_on(found.path, flow)
+        backwards = (flow.point[mine, 1] - flow.point[mine, 0]) @ base.along < 0
+        segments, pressure = (np.where(backwards.reshape(-1, *[1] * (array.ndim - 1)), array[:, ::-1], array) for array in (flow.point[mine], flow.pressure[mine]))
+        diagrams.append((f"uplift (computed)  {style.plain(np.hypot(*found.computed[:2]) / 1e3)} kN", segments, pressure, WATER_FILL, WATER))
+    return [diagram for diagram in diagrams if len(diagram[2]) and diagram[2].max() > 0]
+
+
+def draw_uplift(axes, case, found, size):
+    """Uplift below the base, all to one scale, the larger one behind."""
+    diagrams = sorted(uplifts_of(case, found), key=lambda diagram: -diagram[2].sum() / len(diagram[2]))
+    largest = max((pressure.max() for _, _, pressure, *_ in diagrams), default=0.0)
+    for row, (words, segments, pressure, fill, edge) in enumerate(diagrams):
+        draw_pressure(axes, segments, pressure, 0.12 * size / largest, fill, edge)
+        lowest = found.base.middle - found.base.normal * 0.12 * size * max(d[2].mean() for d in diagrams) / largest
+        axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), words, color=edge, ha="center", va="top", zorder=7, **LABEL)
 
 
 def draw_bases(axes, assessed, size):
@@ -138,8 +153,7 @@ def section_svg(case, stage, assessed):
             else:
                 draw_other(axes, case, name, load, force, size)
         for found in assessed:
-            if found.water is not None:
-                draw_uplift(axes, found, size)
+            draw_uplift(axes, case, found, size)
         draw_bases(axes, assessed, size)
         style.set_view(axes, box)
         axes.set_ylabel("y [m]")

@@ -1,0 +1,195 @@
+"""Water on a base: levels at its ends, uplift by the rule of the options, of the scene's loads, and as the run has computed it.
+
+    under, others = scene_uplift(case, stage, part, base)      # of the scene, in both methods
+    flowing = computed(case, stage, part)                      # of the water that flows in joints, in both methods
+    rule = uplift_under(case, stage, name, base)               # of the options, in the gravity method only
+"""
+
+import numpy as np
+import shapely
+
+from quoin_tools.assess import cut, uplift
+from quoin_tools.assess.gravity import Uplift, hand_method
+from quoin_tools.assess.joint_uplift import uplift_loads
+from quoin_tools.assess.strength import factors
+from quoin_tools.base.flow import CARRIES, STILL, WEDGE, facts_of
+from quoin_tools.base.results import NO_SHEAR
+from quoin_tools.mesh.blockmesh import face_ends
+
+AT_END = 0.01  # [m] faces and joints no farther than this from an end of a base come to it
+TURBULENT, LAMINAR = 2000, 500  # Reynolds numbers: no longer laminar; surely laminar below
+BESIDE = ("uplift", "force [kN]", "centre from the start [m]", "factor peak, block model", "gravity method", "residual, block model",
+          "gravity method")  # fmt: skip
+BALANCED = 1e-8  # of the inflow: what a node of the network may be out by
+
+
+def water_levels(case, stage, base):
+    """Levels of the water at the start and at the end of a base: of reservoirs on its side, of heads whose faces come to it."""
+    levels = {"start": None, "end": None}
+    for load in case.scene.stage_loads(stage).values():
+        if load.get("type") not in ("reservoir", "head"):
+            continue
+        faces = cut.wet_segments(case.mesh, load)
+        middle = (faces.reshape(-1, 2).mean(axis=0) - base.middle) @ base.along
+        side = "start" if middle < 0 else "end"
+        if load["type"] == "reservoir" or shapely.distance(shapely.multilinestrings(faces), shapely.Point(getattr(base, side))) <= AT_END:
+            levels[side] = max(float(load["level"]), -np.inf if levels[side] is None else levels[side])
+    return levels["start"], levels["end"]
+
+
+def uplift_under(case, stage, name, base):
+    """Uplift of the options under a base; None when there is none."""
+    o = case.options
+    if not o.uplift or (o.uplift_on and name not in o.uplift_on):
+        return None
+    head, tail = water_levels(case, stage, base)
+    tail = o.tailwater if o.tailwater is not None else tail
+    if head is None or head <= base.start[1]:
+        return None
+    unit = water_density(case, stage) * case.scene.gravity
+    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
+    if not has_drain(case, stage):
+        return Uplift(o.uplift, uplift.Heads(base.length, head - base.start[1], toe), o.direction, o.in_crack, unit)
+    gallery = None
+    if o.gallery is not None:
+        gallery = max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
+    heads = uplift.Heads(base.length, head - base.start[1], toe, o.drain, o.efficiency, gallery, o.drain_head)
+    return Uplift(o.uplift, heads, o.direction, o.in_crack, unit)
+
+
+def has_drain(case, stage):
+    """Whether the drain of the options is there: a stage whose water is computed has it when one of its drains is not clogged."""
+    if not facts_of(case.results.stage_summary(stage)):
+        return True
+    return any(load.get("type") == "drain" and load.get("conductance") != 0 for load in case.scene.stage_loads(stage).values())
+
+
+def water_density(case, stage):
+    loads = case.scene.stage_loads(stage).values()
+    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") == "reservoir"), default=1000.0)
+
+
+def block_uplift(case, stage, part):
+    """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
+    ran = case.results.stage_summary(stage).get("uplift", {})
+    loads = uplift_loads(case.mesh, case.scene, stage, part)
+    return case.scene.thickness * sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
+
+
+def dry_stretches(facts):
+    """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
+    return [f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head: "
+            f"{d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
+            for name, load in facts.get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
+
+
+def scene_uplift(case, stage, part, base):
+    """The scene's uplift under a base, which may follow its crack, or None; and the force of all other uplift on the part."""
+    loads = uplift_loads(case.mesh, case.scene, stage, part)
+    under = next((load for load in loads if load.is_under(base)), None)
+    return under, sum((load.forces(base, 0.0) for load in loads if load is not under), np.zeros(3))
+
+
+# ---- water that flows in joints
+
+
+def pieces_between(flow, part):
+    """Of each piece of a joint: 1 where the part lies to its left and the rest to its right, -1 the other way, else 0."""
+    along = flow.point[:, 1] - flow.point[:, 0]
+    left = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
+    there = [shapely.contains_xy(part.region, *(flow.point.mean(axis=1) + side * 2 * cut.GAP * left).T) for side in (1, -1)]
+    return there[0].astype(int) - there[1].astype(int)
+
+
+def computed(case, stage, part):
+    """(X, Y, M) on the part above of the water that the run has in the joints between it and the rest."""
+    flow = case.results.stage(stage).flow
+    if flow is None:
+        return np.zeros(3)
+    a, b = np.moveaxis(flow.point, 1, 0)
+    push = pieces_between(flow, part)[:, None] * np.column_stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]])  # away from the joint, times its length
+    total = np.zeros(3)
+    for k, at in enumerate(((2 * a + b) / 3, (a + 2 * b) / 3)):  # resultants of the two triangles of a trapezium
+        force = 0.5 * flow.pressure[:, [k]] * push
+        total += [*force.sum(axis=0), (at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0]).sum()]
+    return case.scene.thickness * total
+
+
+def straight(case, stage, base, dry):
+    """The gravity method with the straight line between the computed pressures at the ends of the base; None where it rises downstream."""
+    flow = case.results.stage(stage).flow
+    points, pressure = flow.point.reshape(-1, 2), flow.pressure.ravel()
+    ends = [pressure[np.hypot(*(points - end).T) <= AT_END].max(initial=0.0) / uplift.WATER for end in base.ends()]
+    if ends[0] < ends[1]:
+        return None
+    line = Uplift("linear", uplift.Heads(base.length, *ends), in_crack="unchanged")
+    return line, hand_method(base, dry, line)
+
+
+def centre(base, forces):
+    """Distance [m] from the start of the base at which a force (X, Y, M) goes through it; None where it does not press on it."""
+    N, _, M = base.resultants(forces)
+    return 0.5 * base.length - M / N if N else None
+
+
+def side_by_side(found):
+    """Uplift of a base as computed, as a straight line, and by the rule of the options: words, force [kN], its centre from the start [m], sliding
+    factor with peak strength of block model and gravity method, with residual strength of both. None where there is no such number."""
+    def row(words, forces, hand, block):
+        own = factors(hand, found.strength) if hand.crack is not None else {}
+        pairs = [source.get(key) for key in ("peak", "residual") for source in (block, own)]
+        return (words, 1e-3 * float(np.hypot(*forces[:2])), centre(found.base, forces),
+                *(np.inf if factor is not None and factor > NO_SHEAR else factor for factor in pairs))  # fmt: skip
+
+    def under(water, hand):
+        return water.forces(found.base, hand.crack if hand.crack and hand.crack_at == "start" else 0.0)
+
+    rows = [row("computed", found.computed, found.hand, found.block or {})]
+    if found.straight:
+        rows.append(row("straight line between the heads of its ends", under(*found.straight), found.straight[1], {}))
+    if found.with_uplift:
+        rows.append(row(f"rule {found.water.rule}", under(found.water, found.with_uplift), found.with_uplift, {}))
+    return rows
+
+
+def complaints(case, stage):
+    """What makes the water of a stage no basis for a judgement."""
+    facts, said = facts_of(case.results.stage_summary(stage)), []
+    if not facts:
+        return said
+    if (facts["reynolds"] or 0.0) >= TURBULENT:
+        said.append(f"Flow in joints is not laminar: Reynolds number {facts['reynolds']:.0f}, from {TURBULENT} on the cubic law does not hold.")
+    error, inflow = (np.inf if facts[key] is None else facts[key] for key in ("error", "inflow"))
+    if error > BALANCED and inflow > STILL:
+        said.append(f"Water in joints does not balance: a node is out by {error:.1e} of the inflow.")
+    twice = [(name, length) for name, length in uplift_on_water(case, stage) if length > 0]
+    said += [f"Water counts twice: load {name} presses on {length:.2f} m of joints in which computed water presses too." for name, length in twice]
+    return said
+
+
+def uplift_on_water(case, stage):
+    """Uplift loads of the stage, and the length [m] of the joints under them in which water flows."""
+    flow = case.results.stage(stage).flow
+    middles = shapely.points(flow.point.mean(axis=1))
+    for name, load in case.scene.stage_loads(stage).items():
+        if load.get("type") == "uplift":
+            faces = case.mesh.vertices[face_ends(case.mesh, case.mesh.face_sets[load["faces"]])]
+            yield name, flow.length[shapely.distance(middles, shapely.multilinestrings(faces)) <= cut.GAP].sum()
+
+
+def remarks(results, stage):
+    """What a reader of the numbers of the water must know."""
+    facts, flow, said = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
+    if facts["state"] == "frozen":
+        said.append("The pressures are those of the stage before: water stands still while the structure moves.")
+    if LAMINAR <= (facts["reynolds"] or 0.0) < TURBULENT:
+        said.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
+                    "and the cubic law gives too much of it.")  # fmt: skip
+    if facts["cut_off_length"] > 0:
+        said.append(f"Joints of {facts['cut_off_length']:.2f} m are cut off from every head, seepage face and drain: no water presses in them.")
+    if coarse := len(flow.too_coarse()):
+        x, y = flow.point[flow.too_coarse()[0]].mean(axis=0)
+        said.append(f"Apertures differ by more than {WEDGE:g} times between the ends of {coarse} piece{'s' * (coarse != 1)} of joints in which more than "
+                    f"{100 * CARRIES:.0f} % of the largest head is lost, the first at ({x:.2f}, {y:.2f}) m: the straight line of pressure that presses "
+                    "there can be half its force out. More contacts there make it right.")  # fmt: skip
+    return said
