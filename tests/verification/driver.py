@@ -93,7 +93,7 @@ class Case:
         self.full = full  # also what takes too long for every day
         self.same_bits = same_bits  # repeat every run on other numbers of ranks
         self.bits = []  # (run, ranks, whether the checksums are those of the run) of these repetitions
-        self._last = {}  # folder: the Run that was in it last
+        self._last = {}  # folder: the Run whose results are in it
         self._told = {}  # run: checksums of the numbers of ranks that it has been on
         self.checks = []
         self.runs = 0
@@ -123,7 +123,9 @@ class Case:
             done = self._start(folder, options, ranks)
             seconds = time.monotonic() - start
         self._since.append((ranks, seconds))
-        run = self._last[folder] = Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
+        run = Run(folder / "out", done.returncode, done.stdout, done.stderr, seconds)
+        if run.exit_code != 2:  # one that is refused has no results
+            self._last[folder] = run
         if self.same_bits and run.exit_code != 2:
             self._repeat(folder, options, ranks, checksums(run))
         return run
