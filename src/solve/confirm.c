@@ -200,13 +200,23 @@ PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode ConfirmRound(const Problem *p)
+{
+  PetscReal work[3], most[2];
+  PetscFunctionBeginUser;
+  PetscCall(work_along(p, p->state->u, work, most));
+  p->relax->account.rounds = PetscMax(p->relax->account.rounds, PetscAbsReal(work[2]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ConfirmWay(const Problem *p)
 {
   PetscReal work[3], most[2];
   PetscFunctionBeginUser;
   if (p->stage->kind != STAGE_STATIC) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(work_along(p, p->state->u, work, most));
-  const PetscReal fraction = work[2] > 0. ? PetscAbsReal(work[0]) / work[2] : 0.;
+  const PetscReal whole = PetscMax(work[2], p->relax->account.rounds),
+                  fraction = work[2] > 0. ? PetscAbsReal(work[0]) / whole : 0.;
   if (p->m->rank || !(fraction > SHORT) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,

@@ -35,6 +35,7 @@ typedef struct {
   PetscReal most;       /* [J] largest kinetic energy since then that was found in order */
   PetscReal ramp;       /* [J] what the ramp may have added to the work of the loads at its end */
   PetscInt made_energy; /* times in this stage that the kinetic energy was too large */
+  PetscReal rounds;     /* [J] largest work of a round of the stage that is over, for ConfirmWay */
 } GuardAccount;
 /* What the static stages of a run remember. */
 typedef struct _p_Relaxation {
@@ -126,6 +127,9 @@ PetscErrorCode ConfirmByLaw(const Problem *p, PetscReal *contact_scale);
 PetscErrorCode ConfirmPath(const Problem *p, PetscReal *contact_scale);
 /* Collective, with forces evaluated. Warns of a static stage whose own change is still out of balance. */
 PetscErrorCode ConfirmWay(const Problem *p);
+/* Collective. A round of the stage is over, and the next will hardly move: ConfirmWay measures by the larger
+   one. */
+PetscErrorCode ConfirmRound(const Problem *p);
 /* Collective, with the displacements inside condensed bodies recovered. Forces act on condensed bodies where
    these were before they moved. This warns where the moments that are missing so make displacements too
    small. */

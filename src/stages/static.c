@@ -53,6 +53,7 @@ static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
     PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
+  if (!commit) PetscCall(ConfirmRound(p));
   PetscCall(EnergyAccountOpen(p));
   result->verdict = VERDICT_NONE;
   state->applied.ramp = 0.;
@@ -132,6 +133,7 @@ static PetscErrorCode prepare(const Problem *p)
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscCall(RelaxationReset(p)); // a stage may collapse before the ramp ends: its motion counts from here
   PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
+  p->relax->account.rounds = 0.;
   PetscCall(EnergyAccountOpen(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

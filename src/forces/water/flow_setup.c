@@ -142,6 +142,30 @@ PetscReal FlowReach(const Scene *scene, const Model *m)
   return scene->contact_relative ? touching : PetscMax(touching, scene->contact_tolerance);
 }
 
+/* Faces that are apart in the mesh, by its rounding or across a layer thinner than contact.tolerance, leave water
+   more room than the aperture of their joint. Rank 0, once a run. */
+static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *net)
+{
+  static PetscBool told = PETSC_FALSE;
+  const PetscReal much = 0.1; // of the aperture
+  for (PetscInt j = 0; j < v->scene->n_joints && !told && !v->m->rank; j++) {
+    PetscReal most = 0.;
+    const FlowRow *worst = NULL;
+    for (const FlowRow *row = net->row; row < net->row + net->n_rows; row++)
+      for (int k = 0; k < 2; k++)
+        if (row->joint == j && row->opening[k] > most) most = row->opening[k], worst = row;
+    if (!(most > much * stage->joints[j].aperture)) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: joints.%s: near (%.6g, %.6g) m faces are %.3g m apart in the mesh, which adds to "
+        "aperture %g m: bring them together, or lower contact.tolerance, %g m\n",
+        stage->joints[j].name, (double)worst->x[0][0], (double)worst->x[0][1], (double)most,
+        (double)stage->joints[j].aperture, (double)v->scene->contact_tolerance);
+  }
+  told = PETSC_TRUE;
+  fflush(stderr);
+}
+
 /* Collective. Finds what is wrong with the water of a stage, in the contacts of the start, as if those
    that let it in after failure did so already. */
 static PetscErrorCode check_network(const TermView *v, const Flow *flow, const Stage *stage,
@@ -156,6 +180,7 @@ static PetscErrorCode check_network(const TermView *v, const Flow *flow, const S
   PetscCall(FlowRowsGather(v->m, v->contacts, stage->joints, v->state->u + 3 * v->m->n_bodies, &net.n_rows,
                            &net.row));
   for (PetscInt i = 0; i < net.n_rows; i++) net.row[i].shut = 0;
+  warn_gaps(v, stage, &net);
   check_apertures(stage, &net, v->scene->n_joints, message);
   check_faces(v, flow, stage, &net, message);
   if (!net.n_rows)

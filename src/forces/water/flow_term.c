@@ -355,6 +355,46 @@ static void summary(FILE *f, const TermView *v)
   JsonNumber(f, "reynolds", reynolds, "\n      },\n");
 }
 
+/* Rank 0. Warns of a flow that is not that of the cubic law, and of a drain that feeds the joints. */
+static void warn(const TermView *v)
+{
+  enum { FAST = 500, TURBULENT = 2000 };
+  const Flow *flow = v->memory;
+  const FlowSettings *water = &v->scene->flow;
+  PetscReal most = 0.;
+  PetscInt n;
+  for (PetscInt i = 0; i < flow->net.n_pieces; i++)
+    most = PetscMax(most, 2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
+  if (most > FAST)
+    fprintf(stderr,
+            "quoin: warning: stage %s: the largest Reynolds number of the water in joints is %.3g: %s\n",
+            v->stage->name, (double)most,
+            most > TURBULENT ? "it is not laminar, and less water flows than the cubic law says"
+                             : "it is laminar up to some 500 to 2000");
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const Load *load = v->scene->loads + v->stage->loads[i];
+    const PetscReal q = load->kind == LOAD_DRAIN ? discharge_of(flow, v->stage->loads[i], &n) : 0.;
+    if (-q > 1e-6 * flow->now.inflow)
+      fprintf(
+          stderr,
+          "quoin: warning: stage %s: the drain %s gives %.3g m2/s to the joints: its gallery stands higher\n",
+          v->stage->name, load->name, (double)-q);
+  }
+  fflush(stderr);
+}
+
+static PetscErrorCode survey(const TermView *v, PetscBool tell)
+{
+  const Flow *flow = v->memory;
+  PetscInt carrier;
+  PetscFunctionBeginUser;
+  if (!tell || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FlowFresh(v));
+  warn(v);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A row of results for each piece, a column each: see results_format.md. */
 static PetscErrorCode table(const TermView *v, TermTable *t)
 {
@@ -405,6 +445,7 @@ const TermKind Flow_term = {.name = "flow",
                             .begin = FlowBegin,
                             .settle = FlowSettle,
                             .tries = tries,
+                            .survey = survey,
                             .history = history,
                             .archive = archive,
                             .archive_stable = archive_stable,

@@ -186,7 +186,7 @@ def remarks(results, stage):
         said.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
                     "and the cubic law gives too much of it.")  # fmt: skip
     if facts["cut_off_length"] > 0:
-        said.append(f"Joints of {facts['cut_off_length']:.2f} m are cut off from every head, seepage face and drain: no water presses in them.")
+        said.append(f"Joints of {facts['cut_off_length']:.2f} m are cut off from every head, inflow and drain under water: they are dry.")
     if coarse := len(flow.too_coarse()):
         x, y = flow.point[flow.too_coarse()[0]].mean(axis=0)
         said.append(f"Apertures differ by more than {WEDGE:g} times between the ends of {coarse} piece{'s' * (coarse != 1)} of joints in which more than "
