@@ -142,8 +142,8 @@ PetscReal FlowReach(const Scene *scene, const Model *m)
   return scene->contact_relative ? touching : PetscMax(touching, scene->contact_tolerance);
 }
 
-/* Faces that are apart in the mesh, by its rounding or across a layer thinner than contact.tolerance, leave water
-   more room than the aperture of their joint. Rank 0, once a run. */
+/* Faces that are apart in the mesh, by its rounding or across a layer thinner than contact.tolerance,
+   leave water more room than the aperture of their joint. Rank 0, once a run. */
 static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *net)
 {
   static PetscBool told = PETSC_FALSE;
