@@ -154,7 +154,7 @@ static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *
     for (const FlowRow *row = net->row; row < net->row + net->n_rows; row++)
       for (int k = 0; k < 2; k++)
         if (row->joint == j && row->opening[k] > most) most = row->opening[k], worst = row;
-    if (!(most > much * stage->joints[j].aperture)) continue;
+    if (!worst || most <= much * stage->joints[j].aperture) continue;
     fprintf(
         stderr,
         "quoin: warning: joints.%s: near (%.6g, %.6g) m faces are %.3g m apart in the mesh, which adds to "
