@@ -29,7 +29,8 @@ PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *
    fill in the memory of the view. */
 PetscErrorCode TermsBegin(const TermView *view);
 /* commit: what has changed stays, so joints remember the equilibrium. */
-PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again, PetscBool *commit);
+PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *result, PetscBool *again,
+                           PetscBool *commit);
 /* Whether a row tries in the stage of the view. */
 PetscBool TermsTry(const TermView *view);
 /* grow: the least that a row asks for. */

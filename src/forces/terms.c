@@ -165,7 +165,8 @@ PetscErrorCode TermsBegin(const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool *again, PetscBool *commit)
+PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *result, PetscBool *again,
+                           PetscBool *commit)
 {
   PetscFunctionBeginUser;
   *again = *commit = PETSC_FALSE;
@@ -175,7 +176,7 @@ PetscErrorCode TermsSettle(const TermView *view, StageResult *result, PetscBool 
     PetscBool one = PETSC_FALSE;
     if (!Terms[t]->settle) continue;
     of.memory = view->state->terms[t];
-    PetscCall(Terms[t]->settle(&of, result, &one));
+    PetscCall(Terms[t]->settle(&of, when, result, &one));
     *again = (PetscBool)(*again || one);
     *commit = (PetscBool)(*commit || (one && !(Terms[t]->tries && Terms[t]->tries(&of))));
     if (result->verdict == before) continue;

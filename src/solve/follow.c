@@ -35,6 +35,13 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
   }
 }
 
+void FollowAnew(Relaxation *r, Contacts *contacts)
+{
+  if (!contacts->held || contacts->pull == 0.) return;
+  r->follow.stalls = 0;
+  contacts->pull = FOLLOW_CLOSELY;
+}
+
 /* Friction that follows the law closely chatters sooner; friction that follows from afar is slow to lose slip
    that does not belong to the loads. So where the unbalanced ratio has not halved in one and a half periods
    of the slowest mode, which is a stall, the other of the two is tried. Near a limit load, and where hundreds

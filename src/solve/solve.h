@@ -76,6 +76,10 @@ static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; se
    stalls. */
 void FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
 
+/* Loads have changed within the stage: stalls count from here, and friction follows its law closely again. It
+   does nothing where slip is kept as it comes. */
+void FollowAnew(Relaxation *r, Contacts *contacts);
+
 /* ---- balance.c */
 /* Collective. Sets ratio, worst_body, increment, displacement, kinetic and finite of result.
    contact_scale: (n_dof,) |force of contacts| per dof at this cycle. */

@@ -35,29 +35,53 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Measures the open length of a cracked base, at equilibrium and at the end of each chunk of cycles. When it
-   has changed, the stage goes on and ramps to the new pressure. */
-static PetscErrorCode follow_cracks(const Problem *p, PetscInt64 *ramp_start)
+/* The ramp to the loads of another round. Where no force changes by a tenth of the largest, it starts that
+   much nearer to its end: what is left to come at once shakes nothing. */
+static PetscErrorCode start_ramp(const Problem *p, PetscInt64 *ramp_start)
+{
+  const Applied *applied = &p->state->applied;
+  const PetscReal small = 0.1;
+  PetscReal most[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal arm = DofLength(p->m, p->state, d);
+    most[0] = PetscMax(most[0], PetscAbsReal(applied->target[d] - applied->start[d]) / arm);
+    most[1] = PetscMax(most[1], PetscAbsReal(applied->target[d]) / arm);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPI_MAX, p->m->comm));
+  const PetscReal part = most[0] < small * most[1] ? most[0] / (small * most[1]) : 1.;
+  *ramp_start = p->result->cycles - (PetscInt64)((1. - part) * (PetscReal)p->stage->ramp);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets what depends on openings follow them: cracks and water. When this has changed a load, the stage goes
+   on and ramps to the new one. */
+static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
   StageResult *result = p->result;
-  const PetscBool chunk_ended = (PetscBool)(result->verdict == VERDICT_NONE && state->applied.ramp >= 1. &&
-                                            p->relax->evidence.chunk_start == state->cycle);
+  const PetscBool rests = (PetscBool)(result->verdict == VERDICT_CONVERGED),
+                  chunk_ended = (PetscBool)(p->relax->evidence.chunk_start == state->cycle);
   const TermView view = ViewOf(p);
   PetscBool again, commit;
   PetscFunctionBeginUser;
-  if (result->verdict != VERDICT_CONVERGED && !chunk_ended) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TermsSettle(&view, result, &again, &commit));
+  if (!rests && (result->verdict != VERDICT_NONE || state->applied.ramp < 1.))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TermsSettle(&view,
+                        rests         ? AT_EQUILIBRIUM
+                        : chunk_ended ? AT_END_OF_CHUNK
+                                      : AT_LOOK,
+                        result, &again, &commit));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (commit && result->verdict == VERDICT_CONVERGED && p->contacts->held)
-    PetscCall(TermsHistory(&view, COMMIT));
+  if (commit && rests && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   if (!commit) PetscCall(ConfirmRound(p));
   PetscCall(EnergyAccountOpen(p));
+  FollowAnew(p->relax, p->contacts);
   result->verdict = VERDICT_NONE;
   state->applied.ramp = 0.;
-  *ramp_start = result->cycles;
+  PetscCall(start_ramp(p, ramp_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,7 +95,7 @@ static PetscErrorCode precondition(const Problem *p)
   while (again && p->result->verdict == VERDICT_NONE) {
     PetscCall(NewtonRelax(p));
     again = (PetscBool)(p->result->verdict == VERDICT_CONVERGED);
-    if (again) PetscCall(follow_cracks(p, &ramp_start));
+    if (again) PetscCall(follow_openings(p, &ramp_start));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -240,7 +264,7 @@ static PetscErrorCode judge(Loop *loop)
 static PetscErrorCode settle(Loop *loop)
 {
   PetscFunctionBeginUser;
-  PetscCall(follow_cracks(loop->p, &((Static *)loop->memory)->ramp_start));
+  PetscCall(follow_openings(loop->p, &((Static *)loop->memory)->ramp_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

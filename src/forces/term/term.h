@@ -44,6 +44,13 @@ typedef enum {
   BACK_TO_STABLE /* the next trial starts from it */
 } TermHistory;
 
+/* When `settle` is called: in a static stage with its loads in full. */
+typedef enum {
+  AT_LOOK,         /* on the way to equilibrium */
+  AT_END_OF_CHUNK, /* at such a look, a chunk of cycles has just ended */
+  AT_EQUILIBRIUM
+} TermMoment;
+
 typedef enum {
   TANGENT_PATTERN, /* which vertices couple, with all that meet one of this rank; k: NULL */
   TANGENT_ELASTIC, /* of the reference state, joints whole */
@@ -104,11 +111,10 @@ typedef struct {
 
   /* of stages; collective */
   PetscErrorCode (*begin)(const TermView *v); /* a stage or trial begins */
-  /* At an equilibrium, and after each chunk of cycles without one. again: something has changed, the stage
-     goes on; or a verdict. */
+  /* again: something has changed, the stage goes on; or a verdict. */
+  PetscErrorCode (*settle)(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
   /* Whether what settle changes in this stage is a try, so joints do not remember the equilibrium before. */
   PetscBool (*tries)(const TermView *v);
-  PetscErrorCode (*settle)(const TermView *v, StageResult *result, PetscBool *again);
   /* A step of a transient stage is over; grow: [-] by how much longer the next one may be. */
   PetscErrorCode (*step_over)(const TermView *v, PetscReal *grow);
   PetscErrorCode (*survey)(const TermView *v, PetscBool tell);    /* before a summary; tell: warns */

@@ -179,15 +179,15 @@ PetscErrorCode UpliftStart(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *again)
+PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *result, PetscBool *again)
 {
   const Stage *stage = v->stage;
   enum { MOST_ROUNDS = 200 };
   const PetscReal through = 0.99; // of the joint's length: the rest would be crushed before it holds
-  const PetscBool at_rest = (PetscBool)(result->verdict == VERDICT_CONVERGED);
   PetscReal crack = 0.;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
+  if (when == AT_LOOK) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = v->scene->loads + stage->loads[l];
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
@@ -195,7 +195,7 @@ PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *ag
     PetscCall(measure(v->m, v->contacts, load, u, &crack));
     const PetscBool runs = (PetscBool)(crack > through * u->length);
     // before equilibrium only growth counts; the crack may shrink again at rest
-    const PetscReal change = at_rest ? PetscAbsReal(crack - u->crack) : crack - u->crack;
+    const PetscReal change = when == AT_EQUILIBRIUM ? PetscAbsReal(crack - u->crack) : crack - u->crack;
     if (!runs && change <= load->uplift.crack_tolerance) continue;
     if (runs || u->rounds >= MOST_ROUNDS) {
       result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;

@@ -148,6 +148,7 @@ typedef struct _p_Flow {
   Mixer mixer;
   PetscInt rounds;            /* of this stage */
   PetscReal change;           /* [-] of pressure in the last round */
+  PetscReal early;            /* [-] unbalanced ratio at which the next round begins before equilibrium */
   char unmet[MESSAGE_LENGTH]; /* a condition that meets no joint of net, "": none */
   PetscReal *reference;       /* (n_nodes,) [m] what pressed when the apertures were measured */
   PetscInt n_past, n_present;
@@ -179,8 +180,9 @@ PetscErrorCode FlowDestroy(const Scene *scene, Flow **flow);
 /* ---- flow.c */
 /* Collective. A stage begins: the flow through the joints as they are. */
 PetscErrorCode FlowBegin(const TermView *v);
-/* Collective. At equilibrium: the flow through the joints as they have become. again: pressures change. */
-PetscErrorCode FlowSettle(const TermView *v, StageResult *result, PetscBool *again);
+/* Collective. At equilibrium, and on the way to it where that is near enough for a round: the flow through
+   the joints as they have become. again: pressures change. */
+PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
 /* Adds the forces of the pressures that act. u, f: vertex arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
 /* Collective. What remains to be done when a step of the water is over; grow: [-] by how much longer the next

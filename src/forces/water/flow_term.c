@@ -205,10 +205,11 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
                                         i == 2 ? MIXED : PETSC_MAX_INT / 64);
   flow->net.n_rows = counts[0], flow->net.n_nodes = counts[1], flow->rounds = counts[3];
   flow->frozen = (PetscBool)counts[4], flow->stale = (PetscBool)(flow->stale || a->reading);
-  PetscReal volumes[5] = {flow->change, flow->volume, flow->volume_0, flow->taken, flow->entered};
-  PetscCall(ArchiveReals(a, "flow_change_volumes", 5, volumes));
+  PetscReal volumes[6] = {flow->change, flow->volume,  flow->volume_0,
+                          flow->taken,  flow->entered, flow->early};
+  PetscCall(ArchiveReals(a, "flow_change_volumes", 6, volumes));
   flow->change = volumes[0], flow->volume = volumes[1], flow->volume_0 = volumes[2];
-  flow->taken = volumes[3], flow->entered = volumes[4];
+  flow->taken = volumes[3], flow->entered = volumes[4], flow->early = volumes[5];
   PetscCall(archive_water(a, "flow_past", &flow->n_past, &flow->past));
   PetscCall(archive_water(a, "flow_present", &flow->n_present, &flow->present));
   PetscCall(archive_rows(a, "flow", counts[0], &flow->net.row));

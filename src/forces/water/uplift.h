@@ -44,7 +44,7 @@ void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, co
 /* Collective. Measures the open lengths of the stage's cracked uplift loads. again: one has changed (before
    equilibrium: one has grown), so the stage must go on. A crack through the joint, or too many rounds, sets
    the verdict. */
-PetscErrorCode UpliftCrack(const TermView *v, StageResult *result, PetscBool *again);
+PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
 /* Collective. Finds the open stretches that the full head does not reach, for the cracked uplift loads and
    joints as they are now. tell: whether to warn of them. */
 PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell);
