@@ -3,8 +3,9 @@
 
 /* The resisting forces at a vertex are summed phase by phase, within a phase in the order of the table. Row
    sums and stiffnesses are summed the other way, from the blocks up. Another order changes bits. */
-static const TermKind *const Terms[] = {&Contacts_term, &Supports_term, &Loads_term,     &Reservoir_term,
-                                        &Uplift_term,   &Flow_term,     &Condensed_term, &Blocks_term};
+static const TermKind *const Terms[] = {&Contacts_term,  &Supports_term,      &Loads_term,
+                                        &Reservoir_term, &Pseudo_static_term, &Uplift_term,
+                                        &Flow_term,      &Condensed_term,     &Blocks_term};
 enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
 
 /* Calls row->FUNCTION(...) of every row that has it; `of` is the view of the row. */
@@ -141,7 +142,7 @@ static int term_of(LoadKind kind)
 PetscBool TermPresses(const Scene *scene, const Load *load)
 {
   const int t = term_of(load->kind);
-  return (PetscBool)(t >= 0 && Terms[t]->presses && scene->strain == STRAIN_LARGE);
+  return (PetscBool)(t >= 0 && Terms[t]->presses && load->target[0] && scene->strain == STRAIN_LARGE);
 }
 
 PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stage, const State *state,

@@ -163,18 +163,25 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
   }
 }
 
+// groups: [none] of a load that acts on the water alone, unless the mesh has a group of that name.
+static PetscBool acts_on_none(const BlockMesh *mesh, const Load *load)
+{
+  return (PetscBool)(load->kind == LOAD_PSEUDO_STATIC && load->n_groups == 1 &&
+                     !strcmp(load->groups[0], "none") && find_group(mesh, "none") < 0);
+}
+
 static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   // what a load of each kind has as its target, none: it acts on groups alone; TermKind.loads has room for 32
   static const int kinds[32] = {
-      [LOAD_RESERVOIR] = FACE_SETS, [LOAD_TRACTION] = FACE_SETS, [LOAD_POINT_FORCE] = POINTS,
-      [LOAD_UPLIFT] = FACE_SETS,    [LOAD_HEAD] = FACE_SETS,     [LOAD_DRAIN] = FACE_SETS,
-      [LOAD_INFLOW] = FACE_SETS};
+      [LOAD_RESERVOIR] = FACE_SETS, [LOAD_TRACTION] = FACE_SETS,     [LOAD_POINT_FORCE] = POINTS,
+      [LOAD_UPLIFT] = FACE_SETS,    [LOAD_HEAD] = FACE_SETS,         [LOAD_DRAIN] = FACE_SETS,
+      [LOAD_INFLOW] = FACE_SETS,    [LOAD_PSEUDO_STATIC] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
     snprintf(key, sizeof key, "loads.%s", load->name);
-    for (PetscInt g = 0; g < load->n_groups; g++)
+    for (PetscInt g = 0; g < load->n_groups && !acts_on_none(mesh, load); g++)
       check_target(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
     if (kinds[load->kind] && load->target[0])
       check_target(scene, mesh, kinds[load->kind], load->target, load->line, key, message);

@@ -409,7 +409,8 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
-  PetscCall(TermsSurvey(&view, (PetscBool)(p->result->verdict == VERDICT_CONVERGED)));
+  PetscCall(TermsSurvey(&view, (PetscBool)(p->result->verdict == VERDICT_CONVERGED &&
+                                           p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
   if (!p->m->rank) {
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));

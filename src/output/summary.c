@@ -214,7 +214,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   put_probes(f, p->m, p->output->probes);
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(f, &hinges);
-  if (p->stage->kind != STAGE_FLOOD) TermsSummary(f, &view);
+  if (p->stage->kind != STAGE_FLOOD && p->stage->kind != STAGE_LOAD_FACTOR) TermsSummary(f, &view);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);

@@ -1,5 +1,5 @@
-/* trials.c: what the trials of a strength reduction or a flood leave: an object per trial in summary.json
-   (probes, open lengths, joints), the bracket, and the velocity field of the mechanism. */
+/* trials.c: what the trials of a strength reduction, a flood or a load factor leave: an object per trial
+   in summary.json (probes, open lengths, joints), the bracket, and the velocity field of the mechanism. */
 #include "output/output.h"
 #include <math.h>
 
@@ -77,12 +77,12 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
 
 PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
 {
-  static const char *const units[] = {" m", " degree", " of the strengths", " s"};
+  static const char *const units[] = {" degree", " of the strengths"};
   const TermView view = ViewOf(p);
-  const char *unit = units[p->stage->kind == STAGE_FLOOD       ? 0
-                           : p->stage->kind == STAGE_TRANSIENT ? 3
-                           : p->stage->what == REDUCE_FRICTION ? 1
-                                                               : 2];
+  const char *unit = p->stage->kind == STAGE_FLOOD         ? " m"
+                     : p->stage->kind == STAGE_TRANSIENT   ? " s"
+                     : p->stage->kind == STAGE_LOAD_FACTOR ? " times the loads raised"
+                                                           : units[p->stage->what];
   const Model *m = p->m;
   const StageResult *result = p->result;
   Trials *trials = &p->output->trials;
@@ -175,10 +175,26 @@ PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says the coefficients of the first pseudo-static load that is raised. */
+static void say_coefficient(const Problem *p, size_t size, char *text)
+{
+  const Trials *t = &p->output->trials;
+  for (PetscInt i = 0; i < p->stage->n_rises; i++) {
+    const Load *load = p->scene->loads + p->stage->rises[i];
+    if (load->kind != LOAD_PSEUDO_STATIC || PetscIsNanReal(t->failing)) continue;
+    const int x = load->coefficient[0] == 0.;
+    const double k = (double)load->coefficient[x];
+    snprintf(text, size, "; k_%c of %s %.6g to %.6g", x ? 'v' : 'h', load->name, k * (double)t->stable,
+             k * (double)t->failing);
+    return;
+  }
+}
+
 void TrialsSay(const Problem *p, size_t size, char *text)
 {
   const Trials *t = &p->output->trials;
   text[0] = '\0';
+  if (p->stage->kind == STAGE_LOAD_FACTOR) say_coefficient(p, size, text);
   if (!t->joints || PetscIsNanReal(t->failing)) return;
   if (t->one < 0)
     snprintf(text, size,
@@ -207,6 +223,22 @@ static void put_factors(FILE *f, const Scene *scene, const Trials *t)
   fprintf(f, "},\n        ");
 }
 
+/* Loads that were raised, and the coefficients of those that are pseudo-static. */
+static void put_raised(FILE *f, const Scene *scene, const Stage *stage, const Trials *t)
+{
+  fprintf(f, "\"raises\": {");
+  for (PetscInt i = 0; i < stage->n_rises; i++) {
+    const Load *load = scene->loads + stage->rises[i];
+    fprintf(f, "%s\"%s\": {", i ? ", " : "", load->name);
+    for (int x = 0; x < 2 && load->kind == LOAD_PSEUDO_STATIC; x++) {
+      JsonNumber(f, x ? "k_v_stable" : "k_h_stable", load->coefficient[x] * t->stable, ", ");
+      JsonNumber(f, x ? "k_v_failing" : "k_h_failing", load->coefficient[x] * t->failing, x ? "" : ", ");
+    }
+    fprintf(f, "}");
+  }
+  fprintf(f, "},\n        ");
+}
+
 static void put_list(FILE *f, const Trials *trials)
 {
   fprintf(f, "[\n");
@@ -223,11 +255,13 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
     fprintf(f, ",\n");
     return;
   }
-  const PetscBool flood = (PetscBool)(stage->kind == STAGE_FLOOD);
-  const char *const unit = flood ? "m" : stage->what == REDUCE_FRICTION ? "degree" : "-";
-  fprintf(f, "      \"%s\": {\n        ", flood ? "flood" : "strength_reduction");
+  const PetscBool reduces = (PetscBool)(stage->kind == STAGE_STRENGTH_REDUCTION),
+                  flood = (PetscBool)(stage->kind == STAGE_FLOOD);
+  const char *const unit = flood ? "m" : reduces && stage->what == REDUCE_FRICTION ? "degree" : "-";
+  fprintf(f, "      \"%s\": {\n        ", flood ? "flood" : reduces ? "strength_reduction" : "load_factor");
   JsonText(f, "unit", unit, ", ");
-  if (!flood) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");
+  if (stage->kind == STAGE_LOAD_FACTOR) put_raised(f, scene, stage, trials);
+  if (reduces) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");
   JsonNumber(f, "stable", trials->stable, ", ");
   JsonNumber(f, "failing", trials->failing, ", ");
   JsonNumber(f, "width", fabs(trials->failing - trials->stable), ", ");
@@ -235,7 +269,7 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
   JsonNumber(f, "moved", trials->moved, ", ");
   JsonNumber(f, "displacement_limit", stage->displacement_limit, ",\n        ");
   if (trials->joints) put_factors(f, scene, trials);
-  if (!flood && stage->what == REDUCE_STRENGTHS) {
+  if (reduces && stage->what == REDUCE_STRENGTHS) {
     JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");
     JsonNumber(f, "safety_factor_failing", 1. / trials->failing, ",\n        ");
   }

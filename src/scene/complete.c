@@ -1,5 +1,4 @@
-/* complete.c: completes the keys of strengths, uplift, strength reduction and flood, which only make sense
-   together. */
+/* complete.c: completes the keys of strengths, loads and stages of trials, which only make sense together. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -56,6 +55,33 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   PetscCall(is_given(r, path, "raise", &given));
   if (load->uplift.raise == RAISE_TO_DRAIN && isnan(load->uplift.drain))
     COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The keys of water belong to faces. Defaults are no fault without them: scene_echo.yaml has them all. */
+PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
+{
+  static const char *const keys[] = {"level", "rule", "density", "bottom"};
+  const PetscBool on_faces = (PetscBool)(load->target[0] != '\0');
+  PetscBool given[4];
+
+  PetscFunctionBeginUser;
+  for (int k = 3; k >= 0; k--)
+    PetscCall(is_given(r, path, keys[k], given + k)); // the level is asked for last
+  if (on_faces && !given[0]) COMPLAIN_MISSING(r, "missing [m]: the level of the water at the faces");
+  for (int k = 0; k < 4 && !on_faces; k++) {
+    const PetscBool same[] = {PETSC_FALSE, (PetscBool)(load->hydro.rule == HYDRO_WESTERGAARD),
+                              (PetscBool)(load->density == 1000.), PETSC_FALSE};
+    if (!given[k] || same[k]) continue;
+    PetscCall(is_given(r, path, keys[k], given + k));
+    COMPLAIN(r, "there is no water: give loads.%s.faces", load->name);
+  }
+  PetscCall(is_given(r, path, "bottom", given));
+  if (on_faces && load->hydro.bottom >= load->level)
+    COMPLAIN(r, "%g is not below the level %g [m]", (double)load->hydro.bottom, (double)load->level);
+  PetscCall(is_given(r, path, "groups", given));
+  if (!on_faces && load->n_groups == 1 && !strcmp(load->groups[0], "none"))
+    COMPLAIN(r, "none, and no faces: it acts on nothing");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,6 +144,13 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
 
   PetscFunctionBeginUser;
   PetscCall(is_given(r, path, "loads", &given));
+  for (PetscInt i = 0; i < stage->n_loads && stage->kind == STAGE_DYNAMIC; i++) {
+    const Load *load = stage->loads[i] < 0 ? NULL : r->scene->loads + stage->loads[i];
+    if (load && load->kind == LOAD_PSEUDO_STATIC && load->target[0])
+      COMPLAIN(
+          r, "'%s' has the water's inertia as a force at rest: expected it without faces in a dynamic stage",
+          load->name);
+  }
   if (!given || stage->n_loads || stage->kind == STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS);
   if (stage->kind == STAGE_STATIC && !first) PetscFunctionReturn(PETSC_SUCCESS);
   COMPLAIN(r, "no loads: only a dynamic stage, or a static one behind another, needs none");
@@ -306,6 +339,18 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+// What rises does so by steps, or bisection looks for the limit.
+static PetscErrorCode check_width(Reader *r, const char *path, const Stage *stage, const char *unit)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "bracket", &given));
+  if (stage->bracket <= 0 && isnan(stage->step))
+    COMPLAIN_MISSING(r, "missing%s: give the width of the bracket, or a step, or both", unit);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
 {
   PetscReal level = -PETSC_INFINITY;
@@ -325,8 +370,46 @@ PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
     COMPLAIN_MISSING(r, "missing [m]: the highest level");
   else if (stage->limit <= level)
     COMPLAIN(r, "%g is not above the level %g of the loads [m]", (double)stage->limit, (double)level);
-  PetscCall(is_given(r, path, "bracket", &given));
-  if (stage->bracket <= 0 && isnan(stage->step))
-    COMPLAIN_MISSING(r, "missing [m]: give the width of the bracket, or a step, or both");
+  PetscCall(check_width(r, path, stage, " [m]"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a load factor raises */
+
+static PetscBool is_zero(const PetscReal xy[2])
+{
+  return (PetscBool)(xy[0] == 0. && xy[1] == 0.);
+}
+
+// A load that is raised acts in the stage, has a force, and leaves the blocks their weight.
+static void check_raised(Reader *r, const Stage *stage, const Load *load)
+{
+  if (!acts(stage, (PetscInt)(load - r->scene->loads)))
+    COMPLAIN(r, "'%s' is no load of this stage", load->name);
+  else if (load->kind == LOAD_HEAD || load->kind == LOAD_DRAIN || load->kind == LOAD_CURTAIN ||
+           load->kind == LOAD_INFLOW)
+    COMPLAIN(r, "'%s' is a condition of water that flows, not a force: a flood raises its level", load->name);
+  else if ((load->kind == LOAD_PSEUDO_STATIC && is_zero(load->coefficient)) ||
+           ((load->kind == LOAD_TRACTION || load->kind == LOAD_POINT_FORCE) && is_zero(load->traction)))
+    COMPLAIN(r, "'%s' is zero: no factor raises it", load->name);
+  else if (load->kind == LOAD_SELF_WEIGHT && stage->start == 0.)
+    COMPLAIN(r, "'%s' is a self_weight, which start: 0 takes off: expected a start > 0", load->name);
+}
+
+PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "raises", &given));
+  if (given && !stage->n_rises) COMPLAIN(r, "the list is empty");
+  for (PetscInt i = 0; i < stage->n_rises; i++)
+    if (stage->rises[i] >= 0) check_raised(r, stage, r->scene->loads + stage->rises[i]);
+  PetscCall(is_given(r, path, "limit", &given));
+  if (!given)
+    COMPLAIN_MISSING(r, "missing [-]: the largest factor");
+  else if (stage->limit <= stage->start)
+    COMPLAIN(r, "%g is not above start, %g", (double)stage->limit, (double)stage->start);
+  PetscCall(check_width(r, path, stage, ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

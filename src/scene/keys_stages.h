@@ -5,7 +5,8 @@ typedef enum {
   STAGE_DYNAMIC,
   STAGE_STRENGTH_REDUCTION,
   STAGE_FLOOD,
-  STAGE_TRANSIENT
+  STAGE_TRANSIENT,
+  STAGE_LOAD_FACTOR
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 
@@ -29,7 +30,7 @@ typedef struct {
   PetscInt frames;                  /* dynamic: number of results on the way, at equal intervals */
   Joint *joints; /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
-  /* strength_reduction, flood: trials go from start towards limit; see trial_stage.c */
+  /* strength_reduction, flood, load_factor: trials go from start towards limit; see trial_stage.c */
   ReductionKind what;
   PetscInt n_reduce; /* number of joints that are reduced; 0: all */
   char (*reduce)[NAME_LENGTH];
@@ -38,21 +39,23 @@ typedef struct {
   PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
   PetscReal
       displacement_limit; /* [m] a trial fails that has moved farther since the stage began; NaN: no limit */
-  PetscInt n_rises;       /* flood: number of loads named; 0: the highest reservoir rises */
+  PetscInt n_rises;       /* flood, load_factor: number of loads named; 0: the highest reservoir rises */
   PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
   bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) loads whose level, whose tailwater rises */
   int line;
 } Stage;
 #endif
 #ifdef KEY_WORDS
-static const char *const StageTypes[] = {
-    "static", "dynamic", "strength_reduction", "flood", "transient", "StageKind", "STAGE_", NULL};
+static const char *const StageTypes[] = {"static",    "dynamic",   "strength_reduction",
+                                         "flood",     "transient", "load_factor",
+                                         "StageKind", "STAGE_",    NULL};
+#define TRIALS (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR))
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
   KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
-      "static: to equilibrium; dynamic: in time; strength_reduction, flood: trials until something fails; transient: equilibria while water in joints flows in time",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; transient: equilibria while water in joints flows in time",
       .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
       "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
@@ -86,23 +89,28 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "rises", LOADS, Stage, rises, "= the highest reservoir", NULL, "",
       "flood: reservoirs and uplifts that rise; an uplift at the level of such a reservoir follows; all others stay",
       .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_FLOOD)),
+  KEY(STAGES, "raises", LOADS, Stage, rises, NULL, NULL, "",
+      "load_factor: loads whose forces are multiplied by one factor; all others stay",
+      .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_LOAD_FACTOR)),
+  KEY(STAGES, "start", REAL, Stage, start, "1", ">= 0", "-",
+      "load_factor: first factor; 0: without these loads", .stages = BIT(STAGE_LOAD_FACTOR)),
   KEY(STAGES, "start", REAL, Stage, start, "= as the joints are", "> 0", "degree or -",
       "strength_reduction: first angle of friction, or part of the strengths that is left",
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),
-  KEY(STAGES, "step", REAL, Stage, step, "= none: bisection only", "> 0", "degree or m",
-      "change of the angle of friction, or rise of the level, from trial to trial",
-      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+  KEY(STAGES, "step", REAL, Stage, step, "= none: bisection only", "> 0", "degree, m or -",
+      "change of the angle of friction, or rise of the level or factor, from trial to trial",
+      .stages = TRIALS),
   KEY(STAGES, "factor", REAL, Stage, factor, "= none: bisection only", "> 0, < 1", "-",
       "strength_reduction, strengths: part of them that a trial leaves (0.85: 15 % less)",
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),
   KEY(STAGES, "limit", REAL, Stage, limit, "= 0 for a reduction", NULL, "degree, - or m",
-      "value at which the trials end", .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+      "value at which the trials end", .stages = TRIALS),
   KEY(STAGES, "bracket", REAL, Stage, bracket, "0", ">= 0", "degree, - or m",
       "bisection between the last stable and the first unstable trial down to this width; 0: none",
-      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+      .stages = TRIALS),
   KEY(STAGES, "displacement_limit", REAL, Stage, displacement_limit, "= none", "> 0", "m",
       "trials: a trial fails that comes to rest after it has moved farther since the stage began",
-      .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD)),
+      .stages = TRIALS),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),
 #endif

@@ -7,6 +7,15 @@
 #include <stdio.h>
 #include <string.h>
 
+// Whether a key of this name belongs to the type in another row, where it has another default or range.
+static PetscBool has_other_row(const Key *key, int type)
+{
+  for (const Key *k = Keys; k < Keys + KEYS; k++)
+    if (k->section == key->section && (k->loads | k->stages) & BIT(type) && !strcmp(k->name, key->name))
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 // Reads all keys of one section into the struct `base`. kind: the kind of a load or stage, which is its first
 // key.
 static PetscErrorCode read_section(Reader *r, Section section, const char *path, void *base, const void *kind)
@@ -23,7 +32,7 @@ static PetscErrorCode read_section(Reader *r, Section section, const char *path,
     if (!bits || bits & BIT(type)) {
       PetscCall(ReadKey(r, key, entry, base));
       PetscCall(EchoKey(r, key, entry));
-    } else if (entry)
+    } else if (entry && !has_other_row(key, type))
       COMPLAIN(r, "does not belong to a %s of type %s", is_stage ? "stage" : "load",
                (is_stage ? StageTypes : LoadTypes)[type]);
   }
@@ -93,11 +102,13 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     load->line = names[i].line;
     load->uplift.drain = load->uplift.gallery = load->uplift.tailwater = load->uplift.efficiency = NAN;
     load->flow.from[0] = load->flow.from[1] = load->flow.to[0] = load->flow.to[1] = NAN;
-    load->flow.distance = load->flow.factor = load->flow.aperture = NAN;
+    load->flow.distance = load->flow.factor = load->flow.aperture = load->hydro.bottom = NAN;
+    load->coefficient[1] = -1.; // of self_weight, which has no such key
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
     if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
+    if (load->kind == LOAD_PSEUDO_STATIC) PetscCall(CompletePseudoStatic(r, path, load));
     PetscCall(CompleteFlow(r, path, load));
   }
   PetscCall(PetscFree(names));
@@ -332,6 +343,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     PetscCall(read_stage_joints(r, path, scene, i ? stage[-1].joints : scene->joints, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
+    if (stage->kind == STAGE_LOAD_FACTOR) PetscCall(CompleteLoadFactor(r, path, stage));
     if (stage->kind == STAGE_TRANSIENT) PetscCall(CompleteTransient(r, path, stage));
   }
   PetscCall(PetscFree(names));

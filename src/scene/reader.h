@@ -93,12 +93,14 @@ PetscErrorCode EchoEnd(Reader *r, char **text);
 /* ---- complete.c: what keys of one load or stage say together; path: its section */
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
+PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
 /* first: no stage of the scene comes before this one. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
+PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage);
 /* Chooses the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing
    key. */
 PetscErrorCode ConcludeMessage(Reader *r);

@@ -8,8 +8,9 @@ static const struct {
 } kinds[] = {[STAGE_STATIC] = {StageRelax, PETSC_FALSE},
              [STAGE_DYNAMIC] = {DynamicRun, PETSC_TRUE},
              [STAGE_STRENGTH_REDUCTION] = {ReductionRun, PETSC_FALSE},
-             [STAGE_FLOOD] = {FloodRun, PETSC_FALSE},
-             [STAGE_TRANSIENT] = {TransientRun, PETSC_FALSE}};
+             [STAGE_FLOOD] = {RaiseRun, PETSC_FALSE},
+             [STAGE_TRANSIENT] = {TransientRun, PETSC_FALSE},
+             [STAGE_LOAD_FACTOR] = {RaiseRun, PETSC_FALSE}};
 
 /* Runs a stage that relaxes, with what all such stages have in common: effort, mechanism, the inside of
    condensed bodies. */

@@ -55,10 +55,10 @@ PetscErrorCode StageRun(const Problem *p);
 PetscErrorCode StageRelax(const Problem *p);
 
 /* ---- trial_stage.c */
-/* Collective. Run a strength reduction and a flood. A strength reduction leaves in p->stage->joints the
-   strengths of the last stable trial. */
+/* Collective. Run a strength reduction; a flood or a load factor. A strength reduction leaves in
+   p->stage->joints the strengths of the last stable trial. */
 PetscErrorCode ReductionRun(const Problem *p);
-PetscErrorCode FloodRun(const Problem *p);
+PetscErrorCode RaiseRun(const Problem *p);
 
 /* ---- transient.c */
 /* Collective. Runs equilibria while water in joints flows in time. */

@@ -1,4 +1,5 @@
-/* trial_stage.c: stages made of trials: strengths reduced, or the water raised, until something gives way.
+/* trial_stage.c: stages made of trials: strengths reduced, the water or other loads raised, until something
+   gives way.
 
    A trial is a relaxation to a verdict from the last stable state (an unstable one leaves slip behind):
    equilibrium makes it stable, a mechanism makes it fail, and everything else ends the stage undecided.
@@ -18,12 +19,12 @@ typedef struct {
   const Scene *scene; /* as the user wrote it */
   Problem p;          /* the trial, of the two that follow */
   Stage stage;        /* joints and ramp change */
-  Scene raised;       /* levels of water change */
+  Scene raised;       /* loads change */
   Snapshot snapshot;
   StageResult last_stable;
-  PetscInt *has;             /* (n_joints,) joints that are reduced and have contacts; NULL: a flood */
-  PetscInt trial;            /* of the steps: 0: the start */
-  PetscReal value;           /* of the trial that runs */
+  PetscInt *has;   /* (n_joints,) joints that are reduced and have contacts; NULL: loads are raised */
+  PetscInt trial;  /* of the steps: 0: the start */
+  PetscReal value; /* of the trial that runs */
   PetscReal stable, failing; /* NaN: none yet */
   PetscReal open;            /* value nearest to stable whose trial ended without a verdict; NaN: none */
   PetscReal moved[2]; /* [m] since the stage began, in the trial that ran last, and in the last stable one */
@@ -131,10 +132,24 @@ static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, 
   }
 }
 
-/* Joints or water as they are at `value`. */
+/* The loads that a load factor names, times `factor`: the force of each is proportional to one of these. */
+static void multiply_loads(const Scene *scene, const Stage *stage, PetscReal factor, Load *loads)
+{
+  for (PetscInt i = 0; i < stage->n_rises; i++) {
+    const Load *load = scene->loads + stage->rises[i];
+    Load *raised = loads + stage->rises[i];
+    for (int x = 0; x < 2; x++) raised->coefficient[x] = factor * load->coefficient[x];
+    for (int x = 0; x < 2; x++) raised->traction[x] = factor * load->traction[x];
+    if (load->kind != LOAD_PSEUDO_STATIC) raised->density = factor * load->density; // of water at rest
+  }
+}
+
+/* Joints or loads as they are at `value`. */
 static void set_value(Driver *d, const Joint *full, PetscReal value)
 {
-  if (d->stage.kind == STAGE_FLOOD)
+  if (d->stage.kind == STAGE_LOAD_FACTOR)
+    multiply_loads(d->scene, &d->stage, value, d->raised.loads);
+  else if (d->stage.kind == STAGE_FLOOD)
     raise_water(d->scene, &d->stage, value - d->stage.start, d->raised.loads);
   else
     reduce_joints(d->scene, &d->stage, full, value);
@@ -176,7 +191,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
   const PetscReal value = d->value;
   Verdict *verdict = &d->p.result->verdict;
   PetscFunctionBeginUser;
-  if (d->trial && d->stage.kind != STAGE_FLOOD) d->stage.ramp = 0; // the loads stay
+  if (d->trial && d->stage.kind == STAGE_STRENGTH_REDUCTION) d->stage.ramp = 0; // the loads stay
   set_value(d, full, value);
   PetscCall(StageRelax(&d->p));
   // far away but finite: it fell
@@ -213,7 +228,8 @@ static PetscReal nearest_end(const Driver *d)
 static PetscReal next_value(const Stage *s, PetscInt trial)
 {
   PetscReal value = s->limit;
-  if (s->kind == STAGE_FLOOD && s->step > 0.) value = PetscMin(s->limit, s->start + trial * s->step);
+  if (s->kind != STAGE_STRENGTH_REDUCTION && s->step > 0.)
+    value = PetscMin(s->limit, s->start + trial * s->step);
   if (s->kind == STAGE_STRENGTH_REDUCTION && s->step > 0.)
     value = PetscMax(s->limit, s->start - trial * s->step);
   if (s->kind == STAGE_STRENGTH_REDUCTION && s->factor > 0.)
@@ -269,8 +285,11 @@ static PetscErrorCode refuse_start(const Driver *d)
 /* The bracket in words, and what it leaves open. */
 static void tell_bracket(const Driver *d, size_t size, char *text)
 {
-  const char *unit = d->stage.kind == STAGE_FLOOD ? " m" : d->stage.what == REDUCE_FRICTION ? " degree" : "";
-  char end[96] = "", open[96] = "", factor[128];
+  const char *unit = d->stage.kind == STAGE_FLOOD ? " m"
+                     : d->stage.kind == STAGE_STRENGTH_REDUCTION && d->stage.what == REDUCE_FRICTION
+                         ? " degree"
+                         : "";
+  char end[96] = "", open[96] = "", factor[160];
   const PetscBool stands = (PetscBool)(PetscIsNanReal(d->failing) && PetscIsNanReal(d->open));
   if (!PetscIsNanReal(d->failing))
     snprintf(end, sizeof(end), ", fails at %.8g%s", (double)d->failing, unit);
@@ -278,7 +297,9 @@ static void tell_bracket(const Driver *d, size_t size, char *text)
     snprintf(end, sizeof(end), ", the limit; nothing fails");
   if (nearest_end(d) == d->open)
     snprintf(open, sizeof(open), ", no verdict at %.8g%s", (double)d->open, unit);
-  TrialsSay(&d->p, sizeof(factor), factor);
+  Problem whole = d->p;
+  whole.scene = d->scene; // with loads that no factor has raised
+  TrialsSay(&whole, sizeof(factor), factor);
   snprintf(text, size, "%d trials: stable at %.8g%s%s%s%s; moved %.3g m since the stage began%s",
            (int)d->p.output->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1],
            stands && PetscIsNanReal(d->stage.displacement_limit)
@@ -372,6 +393,9 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   }
   PetscCall(CheckpointDetach(d->p.output->checkpoint));
   if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
+  const TermView view = ViewOf(&d->p);
+  const PetscBool tell = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
+  if (tell) PetscCall(TermsSurvey(&view, PETSC_TRUE)); // of the loads as they are raised
   trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
   trials->moved = d->moved[1];
   if (d->has && d->stage.what == REDUCE_FRICTION) {
@@ -426,7 +450,7 @@ PetscErrorCode ReductionRun(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FloodRun(const Problem *p)
+PetscErrorCode RaiseRun(const Problem *p)
 {
   Driver d = {.scene = p->scene, .p = *p, .stage = *p->stage, .raised = *p->scene};
   PetscFunctionBeginUser;

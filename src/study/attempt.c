@@ -132,7 +132,7 @@ static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const
     bisections = PetscCeilReal(PetscLogReal(width / s->bracket) / PetscLogReal(2.));
   const PetscReal least = 2. + bisections, most = 1. + PetscCeilReal(steps) + bisections;
   const PetscReal times[3] = {0.5 * (least + most), least, most};
-  Cost cost = relaxations(a, s, s->kind == STAGE_FLOOD ? (PetscReal)s->ramp : 0., times);
+  Cost cost = relaxations(a, s, s->kind == STAGE_STRENGTH_REDUCTION ? 0. : (PetscReal)s->ramp, times);
   if (a->solved && a->unit > 0.) trial_efforts(a, times, bisections, bodies, &cost);
   return cost;
 }

@@ -1,10 +1,9 @@
 /* loads.c: dead loads: self-weight, tractions, point forces. */
 #include "forces/loads/loads.h"
 
-/* Adds the weight of the groups that the load names (all groups when it names none): the lumped masses (27)
-   times g downwards. A rigid block counts as one or two triangles, each with a third of its weight at each
-   vertex, so that the resultant stays at the centroid of the block however the body turns. */
-static PetscErrorCode weight(const Scene *scene, const Load *load, const Model *m, PetscReal *f_vertex)
+/* A rigid block counts as one or two triangles, each with a third of its weight at each vertex, so that the
+   resultant stays at the centroid of the block however the body turns. */
+PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m, PetscReal *f_vertex)
 {
   Model chosen = *m; // the same model, in which the other groups weigh nothing
   PetscReal *mass;
@@ -26,7 +25,7 @@ static PetscErrorCode weight(const Scene *scene, const Load *load, const Model *
         for (int k = 0; k < 3; k++)
           mass[vertex[k]] += chosen.density[list->group[e]] * m->thickness * area / 3.;
       }
-  for (PetscInt v = 0; v < m->n_owned; v++) f_vertex[2 * v + 1] -= scene->gravity * mass[v];
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) f_vertex[d] += a[d % 2] * mass[d / 2];
   PetscCall(PetscFree(mass));
   PetscCall(PetscFree(chosen.density));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -56,8 +55,9 @@ static void point_force(const Load *load, const Model *m, PetscReal *f_vertex)
 static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
 {
   const Load *load = v->scene->loads + row;
+  const PetscReal g = v->scene->gravity, a[2] = {load->coefficient[0] * g, load->coefficient[1] * g};
   PetscFunctionBeginUser;
-  if (load->kind == LOAD_SELF_WEIGHT) PetscCall(weight(v->scene, load, v->m, f));
+  if (load->kind == LOAD_SELF_WEIGHT) PetscCall(BodyForce(a, load, v->m, f));
   if (load->kind == LOAD_TRACTION) traction(load, v->m, f);
   if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, f);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -38,23 +38,41 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
 
 /* Water stays on the undeformed faces of condensed bodies: the displacements of their inner vertices are
    those of the last equilibrium until the stage ends (CondensedRecover). */
-static PetscErrorCode applied(const TermView *w, PetscInt row, PetscReal *f_vertex)
+void PressOnFaces(const TermView *v, const char *name, PressFace press, const void *context,
+                  PetscReal *f_vertex)
 {
-  const Model *m = w->m;
-  const Load *load = w->scene->loads + row;
-  const PetscReal *u_vertex = w->state->u + 3 * m->n_bodies;
-  PetscFunctionBeginUser;
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  const Model *m = v->m;
+  const PetscReal *u_vertex = v->state->u + 3 * m->n_bodies;
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+    const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
     const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
     const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u_vertex[2 * v[k / 2] + k % 2];
-    WaterOnFace(x, load->level, load->density * w->scene->gravity, m->thickness, f);
+    for (int k = 0; k < 4; k++) x[k] = m->X[2 * at[k / 2] + k % 2] + moving * u_vertex[2 * at[k / 2] + k % 2];
+    press(x, context, f);
     for (int k = 0; k < 4; k++)
-      if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
+      if (at[k / 2] < m->n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }
+}
+
+/* Water at rest. */
+typedef struct {
+  PetscReal level, rho_g, thickness; /* [m], [N/m3], [m] */
+} Water;
+
+static void press(const PetscReal x[4], const void *context, PetscReal f[4])
+{
+  const Water *water = context;
+  WaterOnFace(x, water->level, water->rho_g, water->thickness, f);
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vertex)
+{
+  const Load *load = v->scene->loads + row;
+  const Water water = {load->level, load->density * v->scene->gravity, v->m->thickness};
+  PetscFunctionBeginUser;
+  PressOnFaces(v, load->target, press, &water, f_vertex);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

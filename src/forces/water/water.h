@@ -3,7 +3,7 @@
 #include "forces/blocks/blocks.h"
 
 /* Rows of the table of force terms. */
-extern const TermKind Reservoir_term, Uplift_term, Flow_term;
+extern const TermKind Reservoir_term, Pseudo_static_term, Uplift_term, Flow_term;
 
 /* Adds to f the forces that a Gauss point at `at` (0..1) of the face from x[0..1] to x[2..3] gives to the
    ends of the face. push: [N/m] weight of the point times pressure times thickness; the function multiplies
@@ -13,6 +13,12 @@ void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[
    ends of the face, forces at them [N]. */
 void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
                    PetscReal f[4]);
+/* What presses on one face: x: (4) present ends of the face, f: (4) receives the forces at them [N]. */
+typedef void (*PressFace)(const PetscReal x[4], const void *context, PetscReal f[4]);
+/* Adds to f_vertex what `press` gives on each face of a set. Faces of condensed bodies stay where the mesh
+   has them, the others move in large strain. */
+void PressOnFaces(const TermView *v, const char *set, PressFace press, const void *context,
+                  PetscReal *f_vertex);
 /* Finds the forces of water with its surface at `level` on one face: pressure rho_g (level - y), normal to
    the face. x: (4) present ends of the face. f: (4) forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);

@@ -146,11 +146,15 @@ static PetscErrorCode LoadsSumToTheirResultants(void)
       const double soft = 2000 * 10 * 1.5 * 2 * (4 - n_hard), hard = 3000 * 10 * 1.5 * 2 * n_hard;
       const double weight = soft + hard, at = soft * (4 + n_hard) / 2 + hard * n_hard / 2; // first moment
       const double water = 0.5 * 1000 * 10 * 1.5 * 1.5 * 1.5;
-      const double expected[5][3] = {{0, -weight, -at},
-                                     {0, -soft, -soft * (4 + n_hard) / 2},
-                                     {water, 0, -water * 0.5},                            // level 1.5
-                                     {4 * 1.5 * 30, -4 * 1.5 * 40, -180. * 2 - 240. * 2}, // on top
-                                     {1.5 * 5, 1.5 * 7, 1.5 * (4 * 7 - 2 * 5)}};
+      const double hydro = 7. / 12. * 1000 * 1.5 * 1.5 * 1.5; // over the horizontal inertia
+      const double expected[7][3] = {
+          {0, -weight, -at},
+          {0, -soft, -soft * (4 + n_hard) / 2},
+          {water, 0, -water * 0.5},                            // level 1.5
+          {4 * 1.5 * 30, -4 * 1.5 * 40, -180. * 2 - 240. * 2}, // on top
+          {1.5 * 5, 1.5 * 7, 1.5 * (4 * 7 - 2 * 5)},
+          {.2 * weight + 2 * hydro, -.1 * weight, -.2 * weight - .1 * at - 2 * hydro * .6},
+          {-.3 * soft, 0, .3 * soft}};
       Fixture f;
       Block(n_hard, shape);
       PetscCall(
@@ -158,11 +162,13 @@ static PetscErrorCode LoadsSumToTheirResultants(void)
                       "%sloads: {weight: {type: self_weight}, part: {type: self_weight, groups: [soft]},"
                       " water: {type: reservoir, faces: left, level: 1.5},"
                       " wind: {type: traction, faces: top, value: [30, -40]},"
-                      " point: {type: point_force, point: corner, value: [5, 7]}}\n"
+                      " point: {type: point_force, point: corner, value: [5, 7]},"
+                      " quake: {type: pseudo_static, coefficient: [0.2, -0.1], faces: left, level: 1.5},"
+                      " back: {type: pseudo_static, coefficient: [-0.3, 0], groups: [soft]}}\n"
                       "stages: [a: {loads: [weight]}, b: {loads: [part]}, c: {loads: [water]}, d: {loads: "
-                      "[wind]}, e: {loads: [point]}]\n",
+                      "[wind]}, e: {loads: [point]}, f: {loads: [quake]}, g: {loads: [back]}]\n",
                       materials));
-      for (int s = 0; s < 5; s++) {
+      for (int s = 0; s < 7; s++) {
         PetscReal sum[3];
         PetscCall(LoadsTarget(f.scene, f.model, f.scene->stages + s, f.state));
         PetscCall(Resultant(&f, sum));

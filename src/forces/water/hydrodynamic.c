@@ -1,0 +1,189 @@
+/* hydrodynamic.c: pressure of water whose bottom and wall shake together: incompressible, no waves at the
+   surface.
+
+   westergaard  p = 7/8 rho a_n sqrt(H z), a_n the acceleration normal to the face, so each face counts by its
+                own slope (Westergaard 1933, on faces that lean in the usual generalised form)
+   zangar       p = rho a H C_m/2 [s (2 - s) + sqrt(s (2 - s))], s = z/H, C_m = 0.7412 - 0.0073 lean/degree
+                (Zangar 1952); one slope for the whole wall, that of the line from the water's edge to the
+                lowest point, and none where the upper half of the wall or more is vertical */
+#include "forces/water/hydrodynamic.h"
+
+static const PetscReal VERTICAL = 1.;   /* [degree] off the vertical, within which a face is vertical */
+static const PetscReal OVERHANGS = -5.; /* [degree] from which zangar has no number */
+
+/* ---- the wall */
+
+static PetscReal degrees(PetscReal radians)
+{
+  return radians * (180. / PETSC_PI);
+}
+
+/* The ends of face i of a set: x, y, x, y; PETSC_FALSE: it is dry. */
+static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal x[4])
+{
+  const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+  for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
+  return (PetscBool)(PetscMin(x[1], x[3]) < level);
+}
+
+/* x where the face is at elevation y; outside it the nearer end. */
+static PetscReal x_at(const PetscReal x[4], PetscReal y)
+{
+  if (x[1] == x[3]) return x[0];
+  return x[0] + PetscClipInterval((y - x[1]) / (x[3] - x[1]), 0., 1.) * (x[2] - x[0]);
+}
+
+/* Finds bounds: 0: lowest point, 1: highest wet point (negative), 2: top of what is not vertical (negative),
+   3, 4: normals, the latter negative. */
+static void find_bounds(const Model *m, PetscInt set, PetscReal level, PetscReal least[5])
+{
+  PetscReal x[4];
+  for (int k = 0; k < 5; k++) least[k] = k < 3 ? PETSC_MAX_REAL : 1.;
+  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+    const PetscBool wet = wet_face(m, i, level, x);
+    const PetscReal top = PetscMin(level, PetscMax(x[1], x[3])),
+                    n = (x[3] - x[1]) / PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+    least[0] = PetscMin(least[0], PetscMin(x[1], x[3]));
+    if (!wet) continue;
+    least[1] = PetscMin(least[1], -top);
+    if (degrees(PetscAcosReal(PetscMin(1., PetscAbsReal(n)))) > VERTICAL) least[2] = PetscMin(least[2], -top);
+    least[3] = PetscMin(least[3], n), least[4] = PetscMin(least[4], -n);
+  }
+}
+
+/* Finds the range of x where faces come to the elevations y[0] and y[1]: least, largest (negative) of
+   each. */
+static void find_ends(const Model *m, PetscInt set, PetscReal level, const PetscReal y[2], PetscReal least[4])
+{
+  const PetscReal near = 1e-9 * (y[1] - y[0]);
+  PetscReal x[4];
+  for (int k = 0; k < 4; k++) least[k] = PETSC_MAX_REAL;
+  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+    if (!wet_face(m, i, level, x)) continue;
+    for (int e = 0; e < 2; e++) {
+      if (PetscMin(x[1], x[3]) > y[e] + near || PetscMax(x[1], x[3]) < y[e] - near) continue;
+      const PetscBool flat = (PetscBool)(PetscAbsReal(x[3] - x[1]) <= near);
+      const PetscReal at[2] = {flat ? x[0] : x_at(x, y[e]), flat ? x[2] : x_at(x, y[e])};
+      least[2 * e] = PetscMin(least[2 * e], PetscMin(at[0], at[1]));
+      least[2 * e + 1] = PetscMin(least[2 * e + 1], -PetscMax(at[0], at[1]));
+    }
+  }
+}
+
+PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  PetscReal least[5], ends[4];
+  PetscFunctionBeginUser;
+  find_bounds(m, set, load->level, least);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, 5, MPIU_REAL, MPI_MIN, m->comm));
+  const PetscReal y[2] = {least[0], -least[1]}, bottom = load->hydro.bottom;
+  *wall = (WetWall){.rule = load->hydro.rule, .level = load->level, .lowest = y[0]};
+  wall->depth = load->level - (PetscIsNanReal(bottom) ? y[0] : bottom);
+  wall->normal[0] = least[3], wall->normal[1] = -least[4];
+  if (least[3] > -least[4]) PetscFunctionReturn(PETSC_SUCCESS); // dry
+  find_ends(m, set, load->level, y, ends);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 4, MPIU_REAL, MPI_MIN, m->comm));
+  // of a bed that belongs to the faces the foot of the wall counts
+  const PetscReal top = 0.5 * (ends[2] - ends[3]), foot = PetscClipInterval(top, ends[0], -ends[1]),
+                  side = -least[3] > -least[4] ? -1. : 1.;
+  wall->lean = degrees(PetscAtan2Real(side * (foot - top), y[1] - y[0]));
+  if (load->hydro.rule == HYDRO_ZANGAR && y[1] + least[2] >= 0.5 * (y[1] - y[0])) wall->lean = 0.;
+  wall->largest = 0.7412 - 0.0073 * PetscMax(0., wall->lean);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void WetWallRefuse(const Scene *scene, const Load *load, const WetWall *wall, char message[MESSAGE_LENGTH])
+{
+  const PetscReal n[2] = {wall->normal[0], wall->normal[1]};
+  char key[LABEL_LENGTH];
+  message[0] = '\0';
+  if (n[0] > n[1]) {
+    PetscCallAbort(PETSC_COMM_SELF, PetscSNPrintf(key, sizeof(key), "loads.%s.level", load->name));
+    Complain(message, scene->file, load->line, key, "%g is not above the lowest point of the faces, %g [m]",
+             (double)load->level, (double)wall->lowest);
+    return;
+  }
+  if (load->hydro.bottom > wall->lowest + 1e-9 * wall->depth) {
+    PetscCallAbort(PETSC_COMM_SELF, PetscSNPrintf(key, sizeof(key), "loads.%s.bottom", load->name));
+    Complain(message, scene->file, load->line, key, "%g is above the lowest point of the faces, %g [m]",
+             (double)load->hydro.bottom, (double)wall->lowest);
+    return;
+  }
+  if (load->hydro.rule != HYDRO_ZANGAR) return;
+  PetscCallAbort(PETSC_COMM_SELF, PetscSNPrintf(key, sizeof(key), "loads.%s.rule", load->name));
+  if (PetscMin(-n[0], n[1]) > 0.1)
+    Complain(
+        message, scene->file, load->line, key,
+        "zangar takes the faces as one wall, and some of these look upstream, some downstream: give each "
+        "side a load");
+  else if (wall->lean < OVERHANGS)
+    Complain(
+        message, scene->file, load->line, key,
+        "zangar has no number for faces that overhang the water, these by %.3g degrees: choose westergaard",
+        (double)-wall->lean);
+}
+
+/* ---- the pressure */
+
+PetscReal HydrodynamicPressure(const WetWall *wall, PetscReal s)
+{
+  s = PetscClipInterval(s, 0., 1.);
+  if (wall->rule == HYDRO_WESTERGAARD) return 0.875 * PetscSqrtReal(s);
+  return 0.5 * wall->largest * (s * (2. - s) + PetscSqrtReal(s * (2. - s)));
+}
+
+/* Normal force over rho a H^2 of potential flow on a straight wall; westergaard gives 7/12 at all angles. */
+PetscReal WestergaardExcess(PetscReal lean)
+{
+  static const PetscReal exact[] = {0.5427, 0.4712, 0.4323, 0.4167, 0.4211}; // at 0, 15, 30, 45, 60 degrees
+  const PetscReal at = PetscClipInterval(lean / 15., 0., 4.), from = PetscMin(PetscFloorReal(at), 3.);
+  const PetscReal *e = exact + (int)from;
+  return 7. / 12. / (e[0] + (at - from) * (e[1] - e[0])) - 1.;
+}
+
+PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h)
+{
+  const PetscReal away = PetscMax(k_h * wall->normal[0], k_h * wall->normal[1]);
+  const PetscReal k = wall->rule == HYDRO_ZANGAR && away > 0. ? PetscAbsReal(k_h) : away;
+  PetscReal pulls = 0., presses = 1.;
+  if (k <= 0.) return 0.;
+  if (k * HydrodynamicPressure(wall, 1.) >= 1.) return wall->depth;
+  for (int i = 0; i < 60; i++) { // pressure over depth falls with depth
+    const PetscReal s = 0.5 * (pulls + presses);
+    *(k * HydrodynamicPressure(wall, s) > s ? &pulls : &presses) = s;
+  }
+  return pulls * wall->depth;
+}
+
+/* Points and weights of Gauss's rule over 0..1. */
+static const PetscReal GAUSS[8][2] = {
+    {0.019855071751231856, 0.050614268145188130}, {0.10166676129318664, 0.11119051722668724},
+    {0.23723379504183550, 0.15685332293894364},   {0.40828267875217510, 0.18134189168918099},
+    {0.59171732124782490, 0.18134189168918099},   {0.76276620495816450, 0.15685332293894364},
+    {0.89833323870681336, 0.11119051722668724},   {0.98014492824876814, 0.050614268145188130}};
+
+/* The points stand at equal steps of r = sqrt(depth), of which the pressure is a smooth function: exact for
+   westergaard, to 1e-9 for zangar. */
+void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal push, PetscReal thickness,
+                        PetscReal f[4])
+{
+  const PetscReal z[2] = {wall->level - x[1], wall->level - x[3]};
+  const PetscReal n = (x[3] - x[1]) / PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+  PetscReal from = 0., to = 1.;
+  for (int i = 0; i < 4; i++) f[i] = 0.;
+  if (z[0] <= 0. && z[1] <= 0.) return;
+  if (z[0] < 0.) from = z[0] / (z[0] - z[1]);
+  if (z[1] < 0.) to = z[0] / (z[0] - z[1]);
+  const PetscReal a = PetscSqrtReal(PetscMax(z[0], 0.)), b = PetscSqrtReal(PetscMax(z[1], 0.));
+  // water on the left of the wall, n < 0, presses against inertia to the right; that on the right pulls
+  const PetscReal towards = wall->rule == HYDRO_WESTERGAARD      ? -n
+                            : wall->normal[0] < -wall->normal[1] ? 1.
+                                                                 : -1.;
+  for (int g = 0; g < 8; g++) {
+    const PetscReal r = a + GAUSS[g][0] * (b - a), along = GAUSS[g][0] * (r + a) / (a + b),
+                    weight = (to - from) * GAUSS[g][1] * 2. * r / (a + b);
+    const PetscReal p = towards * push * wall->depth * HydrodynamicPressure(wall, r * r / wall->depth);
+    PushOnFace(x, from + (to - from) * along, weight * p * thickness, f);
+  }
+}

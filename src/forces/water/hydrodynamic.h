@@ -1,0 +1,31 @@
+/* hydrodynamic.h: pressure of water whose bottom and wall shake together, over depth. */
+#pragma once
+#include "forces/water/water.h"
+
+/* The wet faces of a load taken as one wall. */
+typedef struct {
+  HydroRule rule;
+  PetscReal level, depth; /* [m] elevation of the water; from there to the bottom */
+  PetscReal lowest;       /* [m] elevation of the lowest point of the faces */
+  PetscReal lean;         /* [degree] of the line from the water's edge to the lowest point, off the vertical;
+                             negative: it overhangs the water */
+  PetscReal
+      normal[2];     /* [-] least and largest x of the outward normals of the wet faces; 1, -1: none is wet */
+  PetscReal largest; /* [-] zangar: pressure coefficient C_m */
+} WetWall;
+/* Collective. Looks at the faces in their reference position. */
+PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall);
+/* Says what is wrong with the wall; "": nothing. */
+void WetWallRefuse(const Scene *scene, const Load *load, const WetWall *wall, char message[MESSAGE_LENGTH]);
+/* [-] Pressure over density, acceleration normal to a vertical wall and depth; s: place below the water over
+   the depth. */
+PetscReal HydrodynamicPressure(const WetWall *wall, PetscReal s);
+/* [-] By how much westergaard exceeds potential flow on a straight wall that leans so much. */
+PetscReal WestergaardExcess(PetscReal lean);
+/* [m] Down to which depth the pressure of a coefficient that moves the wall off the water pulls more than the
+   water at rest presses; 0: nowhere. */
+PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h);
+/* Finds the forces on one face. push: [N/m2] density of the water times horizontal inertia k_h g, positive
+   along +x. x: (4) ends of the face. f: (4) forces at the ends [N]. */
+void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal push, PetscReal thickness,
+                        PetscReal f[4]);
