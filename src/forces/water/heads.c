@@ -9,20 +9,19 @@
    q = c [(psi_i - psi_j) + phi_up (z_i - z_j)],  phi_up of the upper node,
 
    and what flows into a free node leaves it, or is stored. A node at a seepage face has psi = 0 and gives
-   water off while it is wet; it is not wet where it would take water in. All nodes are taken as wet at
-   first; those that violate a bound change sides, until none does. A node that has no way down never falls
-   dry; one that has only pockets below is empty when it is dry.
+   water off while it is wet; it is not wet where it would take water in. The search begins with all wet,
+   or with the sides found before; nodes that violate a bound change sides, until none does. A node that
+   has no way down never falls dry; one that has only pockets below is empty when it is dry.
 
    Every rank solves the same equations in the same order with a sequential factor, so all have the same
    bits. */
 #include "forces/water/flow.h"
 #include <petscksp.h>
 
-typedef enum { WET, PARTLY, DRY } Side;
 typedef struct {
   const FlowNetwork *net;
   PetscInt *unknown; /* (n_nodes,) row of the node's unknown, -1: none */
-  Side *side;        /* (n_nodes,) */
+  FlowSide *side;    /* (n_nodes,) */
   PetscBool *pit;    /* (n_nodes,) no way leads down */
   PetscInt n;
   PetscInt *start, *piece; /* (n_nodes + 1,): the pieces at each node */
@@ -251,7 +250,7 @@ static void take_solution(const Surface *s, const PetscReal *x, FlowSolution *fl
 
 /* The side that a node belongs to by what it has come to; beyond: [m or -] by how much it violates a bound of
    its own. */
-static Side side_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
+static FlowSide side_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
 {
   const FlowNode *node = s->net->node + i;
   const PetscBool stores = (PetscBool)(s->net->step > 0.);
@@ -279,10 +278,10 @@ static PetscInt change_sides(const Surface *s, const FlowSolution *flow, PetscIn
 {
   enum { ALL_AT_ONCE = 40 };
   PetscInt n = 0, worst = -1;
-  Side worst_side = WET;
+  FlowSide worst_side = WET;
   PetscReal most = 0., beyond;
   for (PetscInt i = 0; i < s->net->n_nodes; i++) {
-    const Side side = side_of(s, flow, i, &beyond);
+    const FlowSide side = side_of(s, flow, i, &beyond);
     if (side == s->side[i]) continue;
     n++;
     if (beyond > most) most = beyond, worst = i, worst_side = side;
@@ -390,7 +389,7 @@ static PetscErrorCode surface_create(const FlowNetwork *net, Surface *s)
   const PetscInt n = net->n_nodes;
   PetscFunctionBeginUser;
   s->net = net;
-  PetscCall(PetscCalloc6(n, &s->unknown, n, &s->side, n, &s->pit, n, &s->tiny, n, &s->queue, n, &s->drains));
+  PetscCall(PetscCalloc5(n, &s->unknown, n, &s->pit, n, &s->tiny, n, &s->queue, n, &s->drains));
   PetscCall(PetscCalloc2(n + 2, &s->start, 2 * net->n_pieces, &s->piece));
   for (PetscInt e = 0; e < 2 * net->n_pieces; e++) s->start[net->piece[e / 2].node[e % 2] + 2]++;
   for (PetscInt i = 0; i < n; i++) s->start[i + 2] += s->start[i + 1];
@@ -403,7 +402,7 @@ static PetscErrorCode surface_create(const FlowNetwork *net, Surface *s)
 static PetscErrorCode surface_destroy(Surface *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree6(s->unknown, s->side, s->pit, s->tiny, s->queue, s->drains));
+  PetscCall(PetscFree5(s->unknown, s->pit, s->tiny, s->queue, s->drains));
   PetscCall(PetscFree2(s->start, s->piece));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -413,8 +412,17 @@ PetscErrorCode FlowSolutionDestroy(FlowSolution *flow)
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(flow->pressure, flow->saturation, flow->stream, flow->outflow, flow->stored,
                        flow->cut_off, flow->discharge));
-  PetscCall(PetscFree(flow->drained));
+  PetscCall(PetscFree2(flow->drained, flow->side));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The side with which the search begins: one that it could also come to. */
+static FlowSide first_side(const Surface *s, const PetscBool *cut_off, PetscInt i)
+{
+  const FlowNode *node = s->net->node + i;
+  if (node->first == WET || cut_off[i] || node->kind == NODE_HEAD) return WET;
+  if (s->net->step > 0.) return node->first == DRY && !s->pit[i] ? DRY : PARTLY;
+  return s->pit[i] ? WET : DRY;
 }
 
 PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char message[MESSAGE_LENGTH])
@@ -429,9 +437,11 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
   PetscCall(FlowSolutionDestroy(flow));
   PetscCall(PetscCalloc7(n, &flow->pressure, n, &flow->saturation, n, &flow->stream, n, &flow->outflow, n,
                          &flow->stored, n, &flow->cut_off, net->n_pieces, &flow->discharge));
-  PetscCall(PetscCalloc1(n, &flow->drained));
+  PetscCall(PetscCalloc2(n, &flow->drained, n, &flow->side));
   PetscCall(FlowFindCutOff(net, flow->cut_off, message));
   PetscCall(surface_create(net, &s));
+  s.side = flow->side;
+  for (PetscInt i = 0; i < n; i++) s.side[i] = first_side(&s, flow->cut_off, i);
   PetscCall(PetscMalloc2(n, &x, n, &b));
   const PetscReal head = set_rounding(&s);
   for (PetscInt round = 0, left = 1; left && !message[0]; round++) {

@@ -1,5 +1,5 @@
 /* Heads of water in a network: a bridge by hand, free surfaces, pits, what no head reaches, drains, random
-   networks. */
+   networks, searches that begin with what is known. */
 #include "forces/water/flow.h"
 #include "check.h"
 #include <string.h>
@@ -330,6 +330,80 @@ static PetscErrorCode AnyNetwork(void)
   return 0;
 }
 
+/* A grid of joints between two waters. k odd: over a step of time, in which voids fill that were partly
+   full. */
+static void grid(Pipes *p, int k)
+{
+  enum { WIDE = 7, HIGH = 8 };
+  start(p);
+  p->net.step = k % 2;
+  for (int n = 0; n < WIDE * HIGH; n++) {
+    const int i = n % WIDE, j = n / WIDE;
+    free_node(p, i, j);
+    if (i) pipe(p, n - 1, n, pow(10., draw(-2, 1)));
+    if (j) pipe(p, n, n - WIDE, pow(10., draw(-2, 1)));
+    const double holds = k % 2 ? pow(10., draw(-3, 0)) : 0., held = holds * draw(0, 1);
+    FlowNode *node = p->node + n;
+    node->wet[0] = 1e-3 * holds, node->wet[1] = holds - held, node->part[0] = holds, node->part[1] = -held;
+  }
+}
+
+/* Sets the levels of the waters at both ends of a grid. */
+static void set_levels(Pipes *p, double up, double down)
+{
+  for (FlowNode *node = p->node; node < p->node + p->net.n_nodes; node++) {
+    const double z = node->x[1], level = node->x[0] > 0. ? down : up;
+    if (node->x[0] > 0. && node->x[0] < 6.) continue;
+    node->kind = level > z ? NODE_HEAD : NODE_SEEP, node->load = 0, node->head = PetscMax(level, z);
+  }
+}
+
+static void begin_with(Pipes *p, const FlowSolution *flow)
+{
+  for (PetscInt i = 0; i < p->net.n_nodes; i++) p->node[i].first = flow ? flow->side[i] : WET;
+}
+
+static bool same_bits(const FlowNetwork *net, const FlowSolution *a, const FlowSolution *b)
+{
+  const size_t nodes = (size_t)net->n_nodes * sizeof(PetscReal),
+               pieces = (size_t)net->n_pieces * sizeof(PetscReal);
+  return !memcmp(a->pressure, b->pressure, nodes) && !memcmp(a->saturation, b->saturation, nodes) &&
+         !memcmp(a->stream, b->stream, nodes) && !memcmp(a->stored, b->stored, nodes) &&
+         !memcmp(a->outflow, b->outflow, nodes) && !memcmp(a->discharge, b->discharge, pieces);
+}
+
+/* A search that begins with the sides of its answer ends at once. One that begins with those of other levels
+   ends sooner than one that begins with all wet. All have the same bits. */
+static PetscErrorCode KnownSides(void)
+{
+  FlowSolution cold = {0}, warm = {0};
+  const int draws = CheckDraws(200);
+  int from_wet = 0, from_near = 0;
+  for (int k = 0; k < draws; k++) {
+    const double up = draw(1, 9), down = draw(-1, up);
+    char message[MESSAGE_LENGTH] = "";
+    Pipes p;
+    grid(&p, k);
+    set_levels(&p, up, down);
+    PetscCall(FlowSolve(&p.net, &cold, message));
+    begin_with(&p, &cold);
+    PetscCall(FlowSolve(&p.net, &warm, message));
+    ENSURE(warm.rounds == 1 && same_bits(&p.net, &cold, &warm));
+    begin_with(&p, NULL);
+    set_levels(&p, up + draw(-0.3, 0.3), down + draw(-0.3, 0.3));
+    PetscCall(FlowSolve(&p.net, &warm, message));
+    begin_with(&p, &warm);
+    set_levels(&p, up, down);
+    PetscCall(FlowSolve(&p.net, &warm, message));
+    ENSURE(!message[0] && same_bits(&p.net, &cold, &warm));
+    from_wet += cold.rounds, from_near += warm.rounds;
+  }
+  ENSURE(from_near < 0.5 * from_wet);
+  PetscCall(FlowSolutionDestroy(&cold));
+  PetscCall(FlowSolutionDestroy(&warm));
+  return 0;
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -342,6 +416,7 @@ int main(int argc, char **argv)
   RUN_TEST(DrainThatFeeds);
   RUN_TEST(StillWater);
   RUN_TEST(AnyNetwork);
+  RUN_TEST(KnownSides);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
