@@ -145,8 +145,8 @@ static PetscBool is_first(const Stage *stage)
   return (PetscBool)(stage->water_time <= stage->water_step);
 }
 
-/* Lets the search for the free surface begin with the sides that the last look found; a stage's first look
-   begins with all wet. After a restart these are the sides with which the search had ended. */
+/* Lets the search for the free surface begin with the sides that the last look found. After a restart
+   these are the sides with which the search had ended. */
 static void begin_as_found(Flow *flow)
 {
   const PetscBool looked = (PetscBool)(flow->n_present > 0); // in this step of the water, else in the last
@@ -175,7 +175,10 @@ static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, c
   if (before) PetscCall(keep_acting(flow, n, before, &same));
   if (measured || !same) PetscCall(note_reference(flow, (PetscBool)(same || before)));
   FlowStore(v->scene, v->stage, flow->past, flow->n_past, flow->reference, &flow->net);
-  if (flow->n_present || !is_first(v->stage)) begin_as_found(flow);
+  if (flow->n_present || !is_first(v->stage))
+    begin_as_found(flow);
+  else
+    PetscCall(FlowGuess(&flow->net));
   PetscCall(FlowSolve(&flow->net, &flow->now, message));
   if (!same && !before) {
     PetscCall(PetscFree(flow->acting));

@@ -127,6 +127,10 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
 PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char message[MESSAGE_LENGTH]);
 PetscErrorCode FlowSolutionDestroy(FlowSolution *flow);
 
+/* ---- coarse.c */
+/* Guesses the sides with which the search in a large network begins. */
+PetscErrorCode FlowGuess(FlowNetwork *net);
+
 /* ---- coupling.c */
 enum { MIXED = 3 }; /* old rounds that Anderson's method looks at */
 /* The fixed-point iteration x = g(x) between pressures that act and those that flow leads to. */

@@ -106,15 +106,19 @@ static void find_drained(Surface *s)
 }
 
 /* Gives each node its unknown: none where the pressure is given, and none where a dry node has only pockets
-   below: nothing falls from it. */
-static void number_unknowns(const FlowSolution *flow, Surface *s)
+   below: nothing falls from it. Returns whether all have the unknown that they had. */
+static PetscBool number_unknowns(const FlowSolution *flow, Surface *s)
 {
+  PetscBool same = PETSC_TRUE;
   s->n = 0;
   find_drained(s);
   for (PetscInt i = 0; i < s->net->n_nodes; i++) {
     const PetscBool empty = (PetscBool)(s->side[i] == DRY && !s->drains[i]);
+    const PetscInt before = s->unknown[i];
     s->unknown[i] = is_given(s, i) || empty || flow->cut_off[i] ? -1 : s->n++;
+    same = (PetscBool)(same && s->unknown[i] == before);
   }
+  return same;
 }
 
 /* [m] Pressure head of a node without an unknown. */
@@ -173,7 +177,8 @@ static PetscErrorCode assemble(const Surface *s, Mat *A, PetscReal *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a sequential factor of A: symmetric where nothing is dry. */
+/* Makes a sequential factor of A: symmetric where nothing is dry. *factor: of a matrix with the same pattern,
+   whose analysis remains, or NULL. */
 static PetscErrorCode factorise(Mat A, PetscBool symmetric, Mat *factor)
 {
   const MatFactorType type = symmetric ? MAT_FACTOR_CHOLESKY : MAT_FACTOR_LU;
@@ -183,6 +188,10 @@ static PetscErrorCode factorise(Mat A, PetscBool symmetric, Mat *factor)
   PetscCall(MatFactorInfoInitialize(&info));
   info.fill = 5., info.dtcol = 1e-6, info.shifttype = (PetscReal)MAT_SHIFT_NONZERO,
   info.shiftamount = PETSC_MACHINE_EPSILON;
+  if (*factor) {
+    PetscCall(MatLUFactorNumeric(*factor, A, &info));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatGetOrdering(A, MATORDERINGND, &rows, &columns));
   PetscCall(MatGetFactor(A, MATSOLVERPETSC, type, factor));
   if (symmetric) {
@@ -445,10 +454,12 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
   PetscCall(PetscMalloc2(n, &x, n, &b));
   const PetscReal head = set_rounding(&s);
   for (PetscInt round = 0, left = 1; left && !message[0]; round++) {
+    const PetscBool same = number_unknowns(flow, &s);
     PetscBool symmetric = PETSC_TRUE;
     Mat A;
-    number_unknowns(flow, &s);
     for (PetscInt i = 0; i < n; i++) symmetric = (PetscBool)(symmetric && s.side[i] == WET);
+    // what falls and what presses have the same place in the matrix; what fills a void has none
+    if (!same || symmetric || net->step > 0.) PetscCall(MatDestroy(&factor));
     PetscCall(assemble(&s, &A, b));
     if (s.n) PetscCall(factorise(A, symmetric, &factor));
     if (s.n) PetscCall(solve(factor, s.n, b, x));
@@ -456,13 +467,14 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
     take_solution(&s, x, flow);
     for (int i = 0; i < MOST_PASSES && s.n && (!i || moved > 1e-12 * head); i++)
       PetscCall(refine(&s, factor, x, b, flow, &moved));
-    PetscCall(MatDestroy(&factor));
+    if (symmetric) PetscCall(MatDestroy(&factor));
     left = change_sides(&s, flow, round);
     flow->rounds = round + 1;
     if (left && round >= MOST_ROUNDS)
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, ": the free surface is not found in %d rounds",
                               MOST_ROUNDS));
   }
+  PetscCall(MatDestroy(&factor));
   balance(&s, moved > RESOLVED * head ? moved / head : 0., flow);
   PetscCall(PetscFree2(x, b));
   PetscCall(surface_destroy(&s));
