@@ -3,8 +3,9 @@
 #include "forces/term/term.h"
 
 /* ---- supports.c */
-/* Collective. Writes model->support from the scene's supports. */
-PetscErrorCode SupportsApply(const Scene *scene, Model *model);
+/* Collective. Writes model->support from the scene's supports. in_time: those whose boundary lets waves
+   out do not hold. */
+PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *model);
 
 /* ---- motion.c */
 /* How the ground moves by a file, in time [s] since the start of the file. */
@@ -31,3 +32,7 @@ PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
 /* ---- support_motion.c */
 /* Supports that move in dynamic stages, as a force term. */
 extern const TermKind Supports_term;
+
+/* ---- quiet.c */
+/* Supports that let waves out in dynamic stages, as a force term. */
+extern const TermKind Quiet_term;
