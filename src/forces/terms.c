@@ -3,9 +3,20 @@
 
 /* The resisting forces at a vertex are summed phase by phase, within a phase in the order of the table. Row
    sums and stiffnesses are summed the other way, from the blocks up. Another order changes bits. */
-static const TermKind *const Terms[] = {&Contacts_term,  &Supports_term,      &Loads_term,
-                                        &Reservoir_term, &Pseudo_static_term, &Uplift_term,
-                                        &Flow_term,      &Condensed_term,     &Blocks_term};
+// clang-format off
+static const TermKind *const Terms[] = {
+    &Contacts_term,
+    &Supports_term,
+    &Quiet_term,
+    &Loads_term,
+    &Reservoir_term,
+    &Pseudo_static_term,
+    &Uplift_term,
+    &Flow_term,
+    &Condensed_term,
+    &Blocks_term,
+};
+// clang-format on
 enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
 
 /* Calls row->FUNCTION(...) of every row that has it; `of` is the view of the row. */
@@ -101,6 +112,19 @@ void TermsAdvance(const Model *m, State *state)
 {
   for (int t = 0; t < TERMS; t++)
     if (Terms[t]->advance) Terms[t]->advance(state->terms[t], m, state);
+}
+
+PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context)
+{
+  PetscFunctionBeginUser;
+  EACH(inertia, &of, add, context);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TermsIncoming(const Model *m, const State *state, PetscReal *w, PetscReal *push)
+{
+  for (int t = 0; t < TERMS; t++)
+    if (Terms[t]->incoming) Terms[t]->incoming(state->terms[t], m, state, w, push);
 }
 
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k)

@@ -228,6 +228,7 @@ typedef struct {
   PetscReal kinetic, strain, joints; /* present values */
   PetscReal outside;                 /* work of applied forces, weight included */
   PetscReal supports;                /* work of moving supports */
+  PetscReal incoming, radiated;      /* what waves bring in and take out through quiet boundaries */
   PetscReal friction;                /* lost in joints, dashpots included: their work less what they store */
   PetscReal damping;                 /* lost to mass-proportional damping */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */

@@ -46,6 +46,28 @@ Ahead IntegrateAhead(const State *state, PetscInt from);
 void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums);
 
+/* ---- local.c */
+typedef struct _p_Local Local;
+/* Works and energies of this rank [J]. Those ahead are of the half step beyond the present time. */
+enum {
+  LOCAL_KINETIC,  /* of added mass, at the present time */
+  LOCAL_INCOMING, /* what waves have brought in */
+  LOCAL_DASHPOTS, /* work of dashpots on the model */
+  LOCAL_DASHPOTS_AHEAD,
+  LOCAL_SUPPORTS, /* work of moving supports on added mass that they hold, and of what acts beside dashpots */
+  LOCAL_SUPPORTS_AHEAD,
+  LOCAL_WORKS
+};
+/* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
+PetscErrorCode LocalCreate(const TermView *view, Local **local);
+PetscErrorCode LocalDestroy(Local **local);
+/* Gives the points the velocities and displacements of their own inertia, after Integrate has moved them and
+   supports what they hold. v_before: (n_dof,) velocities before the step. */
+void LocalStep(Local *local, State *state, const PetscReal *v_before, PetscReal works[LOCAL_WORKS]);
+/* Moves the velocities of the points from v_before by half a step of the present forces: sign -1 back, +1
+   forward. */
+void LocalHalfStep(Local *local, State *state, const PetscReal *v_before, PetscReal sign);
+
 /* ---- fault.c */
 /* Finds the first block of this rank where a force or displacement is not finite: a number that orders such
    blocks, FAULT_NONE when there is none. Called in the cycle in which that happened, it finds the block where

@@ -62,8 +62,8 @@ static PetscBool in_time(const Scene *scene)
 static void history_energies(FILE *f, const Problem *p)
 {
   const Energies *e = &p->result->energy;
-  const PetscReal value[] = {e->strain,   e->joints,  e->outside,   e->supports,
-                             e->friction, e->damping, e->detection, e->balance};
+  const PetscReal value[] = {e->strain,  e->joints,   e->outside,  e->supports,  e->friction,
+                             e->damping, e->incoming, e->radiated, e->detection, e->balance};
   fprintf(f, ",%.10g", p->state->time);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(value); i++)
     fprintf(f, ",%.10g", p->stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
@@ -73,7 +73,8 @@ static void history_header(FILE *f, const Scene *scene, const Model *model)
 {
   fprintf(f, "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m");
   if (in_time(scene))
-    fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,detection_J,balance_J");
+    fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,incoming_J,radiated_J,"
+               "detection_J,balance_J");
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, ",%s_ux_m,%s_uy_m", model->point_names[p], model->point_names[p]);
   }

@@ -80,6 +80,8 @@ static void put_account(FILE *f, const Energies *e)
   JsonNumber(f, "supports", e->supports, ", ");
   JsonNumber(f, "friction", e->friction, ", ");
   JsonNumber(f, "damping", e->damping, ", ");
+  JsonNumber(f, "incoming", e->incoming, ", ");
+  JsonNumber(f, "radiated", e->radiated, ", ");
   JsonNumber(f, "detection", e->detection, ", ");
   JsonNumber(f, "balance", e->balance, "},\n");
 }

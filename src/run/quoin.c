@@ -89,7 +89,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(CouplingsDestroy(&couplings));
   PetscCall(BlocksCreate(&q->scene, &q->model));
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
-  PetscCall(SupportsApply(&q->scene, &q->model));
+  PetscCall(SupportsApply(&q->scene, PETSC_FALSE, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));

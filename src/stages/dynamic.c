@@ -49,13 +49,17 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
 
 /* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1
    forward to t at the end. */
-static void half_step(const Model *m, State *s, PetscReal sign)
+static void half_step(const Problem *p, Local *local, EnergyAccount *energy, PetscReal sign)
 {
+  const Model *m = p->m;
+  State *s = p->state;
+  memcpy(energy->v_before, s->v, m->n_dof * sizeof *s->v);
   for (PetscInt d = 0; d < m->n_dof; d++)
     s->v[d] += sign * 0.5 * s->dt * (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * s->v[d]);
+  LocalHalfStep(local, s, energy->v_before, sign);
 }
 
-static PetscErrorCode start(const Problem *p)
+static PetscErrorCode start(const Problem *p, Local *local, EnergyAccount *energy)
 {
   const Stage *stage = p->stage;
   const TermView view = ViewOf(p);
@@ -82,7 +86,7 @@ static PetscErrorCode start(const Problem *p)
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
-  half_step(m, s, -1.);
+  half_step(p, local, energy, -1.);
   p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -172,7 +176,7 @@ static PetscErrorCode follow_motion(const Problem *p)
 }
 
 /* On to the next time, by the forces just evaluated. */
-static PetscErrorCode advance(const Problem *p, EnergyAccount *energy)
+static PetscErrorCode advance(const Problem *p, Local *local, EnergyAccount *energy)
 {
   const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
   const Model *m = p->m;
@@ -183,8 +187,9 @@ static PetscErrorCode advance(const Problem *p, EnergyAccount *energy)
   PetscCall(follow_motion(p));
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
-  EnergyAfterStep(m, s, energy);
   TermsAdvance(m, s);
+  LocalStep(local, s, energy->v_before, energy->local);
+  EnergyAfterStep(m, s, energy);
   RigidMotion(m, s->u);
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
@@ -246,10 +251,23 @@ static PetscErrorCode warn_models(const Problem *p)
 /* What the loop remembers of a stage in time. */
 typedef struct {
   EnergyAccount energy;
+  Local *local;                 /* NULL: to be made */
   PetscInt64 steps;             /* of the stage */
   PetscInt frame;               /* the last written */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
 } Dynamic;
+
+/* Boundaries that let waves out hold no longer, and what has inertia of its own is known; again on a new
+   partition. */
+static PetscErrorCode prepare(const Problem *p, Dynamic *d)
+{
+  const TermView view = ViewOf(p);
+  PetscFunctionBeginUser;
+  if (d->local) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SupportsApply(p->scene, PETSC_TRUE, p->m));
+  PetscCall(LocalCreate(&view, &d->local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode archive(Archive *a, Loop *loop)
 {
@@ -259,6 +277,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   if (a->anew) {
     PetscCall(EnergyDestroy(&d->energy));
     PetscCall(EnergyCreate(p->m, &d->energy));
+    PetscCall(LocalDestroy(&d->local)); // its vertices may have other numbers
   }
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
@@ -320,6 +339,7 @@ static PetscErrorCode cycle(Loop *loop)
   const PetscInt64 i = p->result->cycles;
   PetscBool verified = PETSC_FALSE;
   PetscFunctionBeginUser;
+  PetscCall(prepare(p, d));
   if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, &d->energy, &verified));
   if (!verified) PetscCall(evaluate(p, &d->energy));
   if (d->frame < stage->frames && i * (stage->frames + 1) >= d->steps * (d->frame + 1)) {
@@ -327,7 +347,7 @@ static PetscErrorCode cycle(Loop *loop)
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
-  PetscCall(advance(p, &d->energy));
+  PetscCall(advance(p, d->local, &d->energy));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
     d->fault = FaultFind(p->m, p->state), d->fault_step = i;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -378,8 +398,8 @@ static PetscErrorCode judge_account(const Problem *p, const EnergyAccount *energ
 {
   StageResult *r = p->result;
   const Energies *e = &r->energy;
-  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + energy->kinetic_0 +
-                          energy->strain_0 + energy->joints_0;
+  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + e->incoming +
+                          energy->kinetic_0 + energy->strain_0 + energy->joints_0;
   const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
   const PetscReal out = made + PetscMax(0., -e->detection);
   char words[512];
@@ -422,7 +442,8 @@ static PetscErrorCode begin(Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  PetscCall(start(p));
+  PetscCall(prepare(p, d));
+  PetscCall(start(p, d->local, &d->energy));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
   if (!p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(say_steps(loop));
@@ -432,13 +453,15 @@ static PetscErrorCode begin(Loop *loop)
 static PetscErrorCode end(Loop *loop)
 {
   const Problem *p = loop->p;
+  Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   p->contacts->rate = -1.;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   PetscCall(follow_motion(p));
-  half_step(p->m, p->state, 1.);
+  half_step(p, d->local, &d->energy, 1.);
+  PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
-  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &((Dynamic *)loop->memory)->energy));
+  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &d->energy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -459,5 +482,6 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
+  PetscCall(LocalDestroy(&d.local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

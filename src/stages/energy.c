@@ -13,7 +13,7 @@
 #include "stages/stages.h"
 #include "base/lanes.h"
 
-enum { ENERGY_SUMS = 7 }; /* over the dofs, or the contacts, of a rank */
+enum { ENERGY_SUMS = 7, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
 {
@@ -53,19 +53,19 @@ PetscErrorCode EnergyContactsChanged(const Contacts *c, EnergyAccount *e)
 
 /* The sums of this rank, then the work of each contact so far: one by one, so that what is added to them
    later is rounded as if nothing had happened. */
-static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal sums[ENERGY_SUMS])
+static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal sums[ALL_SUMS])
 {
-  const PetscInt n = ENERGY_SUMS + e->n_contacts;
+  const PetscInt n = ALL_SUMS + e->n_contacts;
   PetscBool mine = PETSC_FALSE;
   PetscReal *x;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(n, &x));
-  PetscCall(PetscArraycpy(x, sums, ENERGY_SUMS));
-  PetscCall(PetscArraycpy(x + ENERGY_SUMS, e->work, e->n_contacts));
+  PetscCall(PetscArraycpy(x, sums, ALL_SUMS));
+  PetscCall(PetscArraycpy(x + ALL_SUMS, e->work, e->n_contacts));
   PetscCall(ArchiveSummands(a, "summands", n, x, &mine));
   if (mine) {
-    PetscCall(PetscArraycpy(sums, x, ENERGY_SUMS));
-    PetscCall(PetscArraycpy(e->work, x + ENERGY_SUMS, e->n_contacts));
+    PetscCall(PetscArraycpy(sums, x, ALL_SUMS));
+    PetscCall(PetscArraycpy(e->work, x + ALL_SUMS, e->n_contacts));
   }
   PetscCall(PetscFree(x));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -73,13 +73,14 @@ static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal s
 
 PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, EnergyAccount *e)
 {
-  PetscReal sums[ENERGY_SUMS] = {e->kinetic, e->strain,        e->outside,    e->supports,
-                                 e->damping, e->damping_ahead, e->work_before};
+  PetscReal sums[ALL_SUMS] = {e->kinetic, e->strain,        e->outside,    e->supports,
+                              e->damping, e->damping_ahead, e->work_before};
   PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0};
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, LOCAL_WORKS));
   if (!a->reading) PetscCall(archive_summands(a, e, sums));
   for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
-  PetscCall(ArchiveSums(a, "energies", ENERGY_SUMS, sums));
+  PetscCall(ArchiveSums(a, "energies", ALL_SUMS, sums));
   PetscCall(ArchiveReals(a, "energies_at_start", 4, alike));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,6 +88,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscCall(archive_summands(a, e, sums));
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6];
+  PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, LOCAL_WORKS));
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -223,17 +225,29 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   PetscReal in_joints;
   PetscFunctionBeginUser;
   PetscCall(EnergyOfJoints(p, &in_joints));
-  if (first) e->outside = e->supports = 0., e->damping = e->damping_ahead; // it starts at this very time
-  PetscReal sum[7] = {e->kinetic,    e->strain,   in_joints,
-                      e->outside,    e->supports, e->damping - e->damping_ahead,
-                      e->work_before};
+  if (first) { // the account starts at this very time
+    e->outside = e->supports = 0., e->damping = e->damping_ahead;
+    e->local[LOCAL_DASHPOTS] = e->local[LOCAL_DASHPOTS_AHEAD], e->local[LOCAL_INCOMING] = 0.;
+    e->local[LOCAL_SUPPORTS] = e->local[LOCAL_SUPPORTS_AHEAD];
+  }
+  PetscReal sum[9] = {e->kinetic + e->local[LOCAL_KINETIC],
+                      e->strain,
+                      in_joints,
+                      e->outside,
+                      e->supports + e->local[LOCAL_SUPPORTS] - e->local[LOCAL_SUPPORTS_AHEAD],
+                      e->damping - e->damping_ahead,
+                      e->work_before,
+                      e->local[LOCAL_INCOMING],
+                      e->local[LOCAL_DASHPOTS] - e->local[LOCAL_DASHPOTS_AHEAD]};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPIU_REAL, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 9, MPIU_REAL, MPI_SUM, p->m->comm));
   if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
   out->kinetic = sum[0], out->strain = sum[1], out->joints = sum[2], out->outside = sum[3],
   out->supports = sum[4], out->damping = sum[5];
+  out->incoming = sum[7], out->radiated = sum[7] - sum[8];
   out->detection = e->detection;
   out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
-  out->balance = sum[3] + sum[4] - (sum[0] - e->kinetic_0) - (sum[1] - e->strain_0) - sum[6] - sum[5];
+  out->balance = sum[3] + sum[4] + sum[8] - (sum[0] - e->kinetic_0) - (sum[1] - e->strain_0) - sum[6] -
+                 sum[5];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,7 @@ typedef struct {
   PetscReal kinetic, strain, outside, supports, damping, damping_ahead,
       detection;                           /* [J] as in Energies; damping_ahead: of the half step beyond this
                                               time; detection: of all ranks */
+  PetscReal local[LOCAL_WORKS];            /* [J] of added mass and dashpots, see motion.h */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);

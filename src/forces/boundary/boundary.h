@@ -3,9 +3,36 @@
 #include "forces/term/term.h"
 
 /* ---- supports.c */
-/* Collective. Writes model->support from the scene's supports. */
-PetscErrorCode SupportsApply(const Scene *scene, Model *model);
+/* Collective. Writes model->support from the scene's supports. in_time: those whose boundary lets waves
+   out do not hold. */
+PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *model);
+
+/* ---- motion.c */
+/* How the ground moves by a file, in time [s] since the start of the file. */
+typedef struct {
+  PetscInt n;         /* rows; 0: it does not move */
+  const PetscReal *t; /* (n,) [s]; the scene's */
+  PetscReal *row;     /* (n,4): displacement [m] at a row and, just behind it, its three derivatives */
+} MotionTrack;
+typedef struct {
+  MotionTrack along[2]; /* x, y */
+} Motion;
+
+/* A support without a motion gives one that rests. */
+PetscErrorCode MotionCreate(const Support *support, Motion *motion);
+PetscErrorCode MotionDestroy(Motion *motion);
+PetscBool MotionMoves(const Motion *motion);
+/* Numbers that are finite may still add up to more than there are numbers. */
+PetscBool MotionIsFinite(const Motion *motion);
+/* Along x (k = 0) or y (1): how far it has moved [m], and how fast it moves [m/s]. Before the first row and
+   from the last one on it rests. */
+PetscReal MotionPlace(const Motion *motion, PetscReal t, int k);
+PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
 
 /* ---- support_motion.c */
 /* Supports that move in dynamic stages, as a force term. */
 extern const TermKind Supports_term;
+
+/* ---- quiet.c */
+/* Supports that let waves out in dynamic stages, as a force term. */
+extern const TermKind Quiet_term;

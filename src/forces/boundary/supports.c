@@ -68,13 +68,16 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SupportsApply(const Scene *scene, Model *m)
+PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
 {
+  const PetscInt n_held = 3 * m->n_bodies + 2 * m->n_owned;
   BodyHold *body;
   PetscFunctionBeginUser;
   PetscCheck(scene->n_supports <= INT16_MAX, m->comm, PETSC_ERR_SUP, "more than %d supports", INT16_MAX);
   PetscCall(PetscMalloc1(m->n_bodies, &body));
+  for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
+    if (in_time && scene->supports[i].boundary != BOUNDARY_FIXED) continue;
     PetscCall(PetscArrayzero(body, m->n_bodies));
     hold_target(scene->supports + i, m, body);
     PetscCall(hold_bodies(scene, scene->supports + i, m, body));

@@ -67,6 +67,11 @@ typedef PetscErrorCode (*TermAdd)(PetscInt n, const PetscInt *vertices, const Pe
 /* Takes a group of vertices whose owners must know each other's. */
 typedef PetscErrorCode (*TermCouple)(PetscInt n, const PetscInt *gids, void *context);
 
+/* Takes what a term adds to the inertia of n local vertices: mass [kg] and dashpots [N s/m], (2n,2n) each
+   in x and y of the vertices; NULL: none. Dashpots couple x and y of one vertex only. */
+typedef PetscErrorCode (*TermInertia)(PetscInt n, const PetscInt *vertices, const PetscReal *mass,
+                                      const PetscReal *dashpot, void *context);
+
 /* A table of a term's own in results.h5: a group of its name below the stage, a dataset a column. */
 enum { TERM_COLUMNS = 8 };
 typedef struct {
@@ -98,6 +103,12 @@ typedef struct {
   /* In a dynamic stage, after each step: what the term prescribes or has of its own moves on to the new
      time. */
   void (*advance)(void *memory, const Model *m, State *state);
+  /* In a dynamic stage, at its start or where it goes on: adds mass and dashpots, every rank at all of its
+     vertices. */
+  PetscErrorCode (*inertia)(const TermView *v, TermInertia add, void *context);
+  /* Then in each step, at vertices with such inertia: adds to w [m/s] the velocities that dashpots hold
+     against, and to push [N] the forces that act beside them; both vertex arrays. */
+  void (*incoming)(void *memory, const Model *m, const State *state, PetscReal *w, PetscReal *push);
   /* Adds row sums (28)-(29): the time step. anywhere: also for what may come about as bodies move. */
   PetscErrorCode (*bound)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k);
   PetscErrorCode (*energy)(const void *memory, const Instant *at, PetscReal *sum); /* [J] stored; this rank */

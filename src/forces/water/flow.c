@@ -76,7 +76,8 @@ static PetscErrorCode note_present(const TermView *v)
                          .s = piece->s[k],
                          .a = piece->a[k],
                          .psi = flow->now.pressure[node],
-                         .chi = flow->now.saturation[node]};
+                         .chi = flow->now.saturation[node],
+                         .side = flow->now.side[node]};
     if (water->chi >= 1.)
       water->a += FlowCompliance(v->scene, v->stage, &flow->net, e / 2, k) * rho_g *
                   (water->psi - flow->reference[node]);
@@ -138,6 +139,27 @@ static PetscErrorCode keep_acting(Flow *flow, PetscInt n, const FlowWater *befor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether the stage has one state of the water, or this is its first step. */
+static PetscBool is_first(const Stage *stage)
+{
+  return (PetscBool)(stage->water_time <= stage->water_step);
+}
+
+/* Lets the search for the free surface begin with the sides that the last look found. After a restart
+   these are the sides with which the search had ended. */
+static void begin_as_found(Flow *flow)
+{
+  const PetscBool looked = (PetscBool)(flow->n_present > 0); // in this step of the water, else in the last
+  const PetscInt n = looked ? flow->n_present : flow->n_past;
+  const FlowWater *last = looked ? flow->present : flow->past;
+  for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
+    const FlowPiece *piece = flow->net.piece + e / 2;
+    FlowWater water;
+    if (FlowWaterAt(last, n, flow->net.row[piece->row].key, piece->s[e % 2], &water))
+      flow->net.node[piece->node[e % 2]].first = water.side;
+  }
+}
+
 /* Makes network, pushes and flow anew from net.row. n, before: what pressed, as keep_acting takes it; NULL:
    acting stays as long as it fits. measured: the rows are new. */
 static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, const FlowWater *before,
@@ -153,6 +175,10 @@ static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, c
   if (before) PetscCall(keep_acting(flow, n, before, &same));
   if (measured || !same) PetscCall(note_reference(flow, (PetscBool)(same || before)));
   FlowStore(v->scene, v->stage, flow->past, flow->n_past, flow->reference, &flow->net);
+  if (flow->n_present || !is_first(v->stage))
+    begin_as_found(flow);
+  else
+    PetscCall(FlowGuess(&flow->net));
   PetscCall(FlowSolve(&flow->net, &flow->now, message));
   if (!same && !before) {
     PetscCall(PetscFree(flow->acting));
@@ -220,21 +246,16 @@ static PetscErrorCode run_dry(Flow *flow)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the stage has one state of the water, or this is its first step. */
-static PetscBool is_first(const Stage *stage)
-{
-  return (PetscBool)(stage->water_time <= stage->water_step);
-}
-
 /* What is there now is where the step of the water starts from. */
 static PetscErrorCode begin_step(const TermView *v)
 {
   Flow *flow = v->memory;
   PetscFunctionBeginUser;
   PetscCall(PetscFree(flow->past));
-  flow->n_past = 0;
-  if (v->stage->water_step == 0.) PetscFunctionReturn(PETSC_SUCCESS);
-  if (is_first(v->stage)) {
+  if (v->stage->water_step == 0.) {
+    PetscCall(PetscFree(flow->present));
+    flow->n_present = 0;
+  } else if (is_first(v->stage)) {
     flow->taken = flow->entered = 0.;
     flow->volume_0 = flow->volume;
   }

@@ -48,6 +48,8 @@ typedef enum {
   NODE_HEAD, /* under water: the head is given */
   NODE_SEEP  /* at a face above the water, or at a drain that runs freely: water leaves it without pressure */
 } FlowNodeKind;
+/* What a node has come to: heads.c. */
+typedef enum { WET, PARTLY, DRY } FlowSide;
 typedef struct {
   FlowNodeKind kind;
   PetscInt load;         /* row of the scene's loads that gives its condition, -1: none */
@@ -55,6 +57,7 @@ typedef struct {
   PetscReal head;        /* [m] of NODE_HEAD, or outside a drain that resists */
   PetscReal conductance; /* [m2/s] of a drain that resists, 0: none */
   PetscReal inflow;      /* [m2/s] */
+  FlowSide first;        /* the side with which the search for the free surface begins */
   /* what it takes in while water flows in time, [m2/s]: wet[0] psi + wet[1], or part[0] chi + part[1] */
   PetscReal wet[2], part[2];
 } FlowNode;
@@ -89,6 +92,7 @@ typedef struct {
   PetscReal s;        /* [-] along the contact */
   PetscReal a;        /* [m] aperture that holds it */
   PetscReal psi, chi; /* [m], [-] pressure head and saturation */
+  FlowSide side;
 } FlowWater;
 /* What an end of a piece does when pressure rises: [m/Pa] change of its aperture at once, by the stiffness of
    the joint; 0 where the aperture is at its least or largest. */
@@ -112,6 +116,7 @@ typedef struct {
   PetscReal *drained;    /* [m2/s] that drains that resist take */
   PetscReal *outflow;    /* [m2/s] that leaves the joints at a node with a condition */
   PetscReal *discharge;  /* [m2/s] (n_pieces,) from its first node to its second */
+  FlowSide *side;        /* on which the search ended: begun with these it ends at once, with the same bits */
   PetscBool *cut_off;    /* no way leads to a head, an inflow or a drain under water: it is dry */
   PetscReal error; /* [-] largest imbalance of a node over the inflow of all; heads may be out by as much */
   PetscReal inflow, taken; /* [m2/s] of all nodes together: entering; stored */
@@ -121,6 +126,10 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
 /* Finds what is cut off, (n_nodes,). message: an inflow without an outlet. */
 PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char message[MESSAGE_LENGTH]);
 PetscErrorCode FlowSolutionDestroy(FlowSolution *flow);
+
+/* ---- coarse.c */
+/* Guesses the sides with which the search in a large network begins. */
+PetscErrorCode FlowGuess(FlowNetwork *net);
 
 /* ---- coupling.c */
 enum { MIXED = 3 }; /* old rounds that Anderson's method looks at */

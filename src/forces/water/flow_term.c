@@ -177,18 +177,22 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
     PetscCall(PetscFree(*list));
     PetscCall(PetscCalloc1(n, list));
   }
-  PetscCall(PetscMalloc2(2 * n, &ints, 4 * n, &reals));
+  PetscCall(PetscMalloc2(3 * n, &ints, 4 * n, &reals));
   for (PetscInt i = 0; i < n && !a->reading; i++) {
     const FlowWater *w = *list + i;
-    ints[2 * i] = w->key[0], ints[2 * i + 1] = w->key[1];
+    ints[3 * i] = w->key[0], ints[3 * i + 1] = w->key[1], ints[3 * i + 2] = w->side;
     reals[4 * i] = w->s, reals[4 * i + 1] = w->a, reals[4 * i + 2] = w->psi, reals[4 * i + 3] = w->chi;
   }
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_faces", name));
-  PetscCall(ArchiveInts(a, label, 2 * n, ints));
+  PetscCall(ArchiveInts(a, label, 3 * n, ints));
   PetscCall(ArchiveReals(a, name, 4 * n, reals));
   for (PetscInt i = 0; i < n && a->reading; i++)
-    (*list)[i] = (FlowWater){
-        {ints[2 * i], ints[2 * i + 1]}, reals[4 * i], reals[4 * i + 1], reals[4 * i + 2], reals[4 * i + 3]};
+    (*list)[i] = (FlowWater){.key = {ints[3 * i], ints[3 * i + 1]},
+                             .s = reals[4 * i],
+                             .a = reals[4 * i + 1],
+                             .psi = reals[4 * i + 2],
+                             .chi = reals[4 * i + 3],
+                             .side = (FlowSide)ints[3 * i + 2]};
   PetscCall(PetscFree2(ints, reals));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,20 +9,19 @@
    q = c [(psi_i - psi_j) + phi_up (z_i - z_j)],  phi_up of the upper node,
 
    and what flows into a free node leaves it, or is stored. A node at a seepage face has psi = 0 and gives
-   water off while it is wet; it is not wet where it would take water in. All nodes are taken as wet at
-   first; those that violate a bound change sides, until none does. A node that has no way down never falls
-   dry; one that has only pockets below is empty when it is dry.
+   water off while it is wet; it is not wet where it would take water in. The search begins with all wet,
+   or with the sides found before; nodes that violate a bound change sides, until none does. A node that
+   has no way down never falls dry; one that has only pockets below is empty when it is dry.
 
    Every rank solves the same equations in the same order with a sequential factor, so all have the same
    bits. */
 #include "forces/water/flow.h"
 #include <petscksp.h>
 
-typedef enum { WET, PARTLY, DRY } Side;
 typedef struct {
   const FlowNetwork *net;
   PetscInt *unknown; /* (n_nodes,) row of the node's unknown, -1: none */
-  Side *side;        /* (n_nodes,) */
+  FlowSide *side;    /* (n_nodes,) */
   PetscBool *pit;    /* (n_nodes,) no way leads down */
   PetscInt n;
   PetscInt *start, *piece; /* (n_nodes + 1,): the pieces at each node */
@@ -107,15 +106,19 @@ static void find_drained(Surface *s)
 }
 
 /* Gives each node its unknown: none where the pressure is given, and none where a dry node has only pockets
-   below: nothing falls from it. */
-static void number_unknowns(const FlowSolution *flow, Surface *s)
+   below: nothing falls from it. Returns whether all have the unknown that they had. */
+static PetscBool number_unknowns(const FlowSolution *flow, Surface *s)
 {
+  PetscBool same = PETSC_TRUE;
   s->n = 0;
   find_drained(s);
   for (PetscInt i = 0; i < s->net->n_nodes; i++) {
     const PetscBool empty = (PetscBool)(s->side[i] == DRY && !s->drains[i]);
+    const PetscInt before = s->unknown[i];
     s->unknown[i] = is_given(s, i) || empty || flow->cut_off[i] ? -1 : s->n++;
+    same = (PetscBool)(same && s->unknown[i] == before);
   }
+  return same;
 }
 
 /* [m] Pressure head of a node without an unknown. */
@@ -174,7 +177,8 @@ static PetscErrorCode assemble(const Surface *s, Mat *A, PetscReal *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a sequential factor of A: symmetric where nothing is dry. */
+/* Makes a sequential factor of A: symmetric where nothing is dry. *factor: of a matrix with the same pattern,
+   whose analysis remains, or NULL. */
 static PetscErrorCode factorise(Mat A, PetscBool symmetric, Mat *factor)
 {
   const MatFactorType type = symmetric ? MAT_FACTOR_CHOLESKY : MAT_FACTOR_LU;
@@ -184,6 +188,10 @@ static PetscErrorCode factorise(Mat A, PetscBool symmetric, Mat *factor)
   PetscCall(MatFactorInfoInitialize(&info));
   info.fill = 5., info.dtcol = 1e-6, info.shifttype = (PetscReal)MAT_SHIFT_NONZERO,
   info.shiftamount = PETSC_MACHINE_EPSILON;
+  if (*factor) {
+    PetscCall(MatLUFactorNumeric(*factor, A, &info));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatGetOrdering(A, MATORDERINGND, &rows, &columns));
   PetscCall(MatGetFactor(A, MATSOLVERPETSC, type, factor));
   if (symmetric) {
@@ -251,7 +259,7 @@ static void take_solution(const Surface *s, const PetscReal *x, FlowSolution *fl
 
 /* The side that a node belongs to by what it has come to; beyond: [m or -] by how much it violates a bound of
    its own. */
-static Side side_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
+static FlowSide side_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
 {
   const FlowNode *node = s->net->node + i;
   const PetscBool stores = (PetscBool)(s->net->step > 0.);
@@ -279,10 +287,10 @@ static PetscInt change_sides(const Surface *s, const FlowSolution *flow, PetscIn
 {
   enum { ALL_AT_ONCE = 40 };
   PetscInt n = 0, worst = -1;
-  Side worst_side = WET;
+  FlowSide worst_side = WET;
   PetscReal most = 0., beyond;
   for (PetscInt i = 0; i < s->net->n_nodes; i++) {
-    const Side side = side_of(s, flow, i, &beyond);
+    const FlowSide side = side_of(s, flow, i, &beyond);
     if (side == s->side[i]) continue;
     n++;
     if (beyond > most) most = beyond, worst = i, worst_side = side;
@@ -390,7 +398,7 @@ static PetscErrorCode surface_create(const FlowNetwork *net, Surface *s)
   const PetscInt n = net->n_nodes;
   PetscFunctionBeginUser;
   s->net = net;
-  PetscCall(PetscCalloc6(n, &s->unknown, n, &s->side, n, &s->pit, n, &s->tiny, n, &s->queue, n, &s->drains));
+  PetscCall(PetscCalloc5(n, &s->unknown, n, &s->pit, n, &s->tiny, n, &s->queue, n, &s->drains));
   PetscCall(PetscCalloc2(n + 2, &s->start, 2 * net->n_pieces, &s->piece));
   for (PetscInt e = 0; e < 2 * net->n_pieces; e++) s->start[net->piece[e / 2].node[e % 2] + 2]++;
   for (PetscInt i = 0; i < n; i++) s->start[i + 2] += s->start[i + 1];
@@ -403,7 +411,7 @@ static PetscErrorCode surface_create(const FlowNetwork *net, Surface *s)
 static PetscErrorCode surface_destroy(Surface *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree6(s->unknown, s->side, s->pit, s->tiny, s->queue, s->drains));
+  PetscCall(PetscFree5(s->unknown, s->pit, s->tiny, s->queue, s->drains));
   PetscCall(PetscFree2(s->start, s->piece));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -413,8 +421,17 @@ PetscErrorCode FlowSolutionDestroy(FlowSolution *flow)
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(flow->pressure, flow->saturation, flow->stream, flow->outflow, flow->stored,
                        flow->cut_off, flow->discharge));
-  PetscCall(PetscFree(flow->drained));
+  PetscCall(PetscFree2(flow->drained, flow->side));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The side with which the search begins: one that it could also come to. */
+static FlowSide first_side(const Surface *s, const PetscBool *cut_off, PetscInt i)
+{
+  const FlowNode *node = s->net->node + i;
+  if (node->first == WET || cut_off[i] || node->kind == NODE_HEAD) return WET;
+  if (s->net->step > 0.) return node->first == DRY && !s->pit[i] ? DRY : PARTLY;
+  return s->pit[i] ? WET : DRY;
 }
 
 PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char message[MESSAGE_LENGTH])
@@ -429,16 +446,20 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
   PetscCall(FlowSolutionDestroy(flow));
   PetscCall(PetscCalloc7(n, &flow->pressure, n, &flow->saturation, n, &flow->stream, n, &flow->outflow, n,
                          &flow->stored, n, &flow->cut_off, net->n_pieces, &flow->discharge));
-  PetscCall(PetscCalloc1(n, &flow->drained));
+  PetscCall(PetscCalloc2(n, &flow->drained, n, &flow->side));
   PetscCall(FlowFindCutOff(net, flow->cut_off, message));
   PetscCall(surface_create(net, &s));
+  s.side = flow->side;
+  for (PetscInt i = 0; i < n; i++) s.side[i] = first_side(&s, flow->cut_off, i);
   PetscCall(PetscMalloc2(n, &x, n, &b));
   const PetscReal head = set_rounding(&s);
   for (PetscInt round = 0, left = 1; left && !message[0]; round++) {
+    const PetscBool same = number_unknowns(flow, &s);
     PetscBool symmetric = PETSC_TRUE;
     Mat A;
-    number_unknowns(flow, &s);
     for (PetscInt i = 0; i < n; i++) symmetric = (PetscBool)(symmetric && s.side[i] == WET);
+    // what falls and what presses have the same place in the matrix; what fills a void has none
+    if (!same || symmetric || net->step > 0.) PetscCall(MatDestroy(&factor));
     PetscCall(assemble(&s, &A, b));
     if (s.n) PetscCall(factorise(A, symmetric, &factor));
     if (s.n) PetscCall(solve(factor, s.n, b, x));
@@ -446,13 +467,14 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
     take_solution(&s, x, flow);
     for (int i = 0; i < MOST_PASSES && s.n && (!i || moved > 1e-12 * head); i++)
       PetscCall(refine(&s, factor, x, b, flow, &moved));
-    PetscCall(MatDestroy(&factor));
+    if (symmetric) PetscCall(MatDestroy(&factor));
     left = change_sides(&s, flow, round);
     flow->rounds = round + 1;
     if (left && round >= MOST_ROUNDS)
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, ": the free surface is not found in %d rounds",
                               MOST_ROUNDS));
   }
+  PetscCall(MatDestroy(&factor));
   balance(&s, moved > RESOLVED * head ? moved / head : 0., flow);
   PetscCall(PetscFree2(x, b));
   PetscCall(surface_destroy(&s));

@@ -44,7 +44,7 @@ PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], 
     const FlowWater *a = past + low, *b = a + 1;
     const PetscReal at = b->s > a->s ? (s - a->s) / (b->s - a->s) : 0.;
     if (at > 1. + 1e-9) continue;
-    *water = *a;
+    *water = at > 0.5 ? *b : *a;
     water->a = (1. - at) * a->a + at * b->a; // exact at the ends
     water->psi = (1. - at) * a->psi + at * b->psi, water->chi = (1. - at) * a->chi + at * b->chi;
     return PETSC_TRUE;

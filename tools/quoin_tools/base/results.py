@@ -25,7 +25,7 @@ FORMAT = "quoin-results"
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
 VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 without force
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
-ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "detection", "balance")
+ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
 SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow")  # what not every stage has: None there
 CONTACT_FIELDS = (
@@ -422,10 +422,11 @@ def energy_account(s):
     e = s.get("energy", {})
     if "balance" not in e or None in e.values():
         return None
-    came = e["outside"] + e["supports"]
+    incoming, radiated = e.get("incoming", 0.0), e.get("radiated", 0.0)  # older files have none
+    came = e["outside"] + e["supports"] + incoming - radiated
     start = e["kinetic"] + e["strain"] + e["joints"] + e["friction"] - e["detection"] + e["damping"] + e["balance"] - came
     made = abs(e["balance"]) + max(0.0, e["detection"]) + max(0.0, -e["friction"])
-    return made, max(0.0, -e["detection"]), abs(e["outside"]) + abs(e["supports"]) + start
+    return made, max(0.0, -e["detection"]), abs(e["outside"]) + abs(e["supports"]) + incoming + start
 
 
 def energy_rows(s):
@@ -433,7 +434,7 @@ def energy_rows(s):
     energy = s.get("energy", {})
     if "balance" not in energy:
         return []
-    return [(fixed(s["time"]), *("-" if energy[name] is None else f"{energy[name]:.4g}" for name in ENERGIES))]
+    return [(fixed(s["time"]), *("-" if energy.get(name) is None else f"{energy[name]:.4g}" for name in ENERGIES))]
 
 
 def body_rows(s):

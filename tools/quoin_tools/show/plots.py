@@ -388,10 +388,12 @@ def plot_energy(results, stage, path):
     time = history["time_s"][rows]
     present = {"kinetic": "kinetic", "strain": "strain of blocks", "joints": "stored in joints"}
     flows = {"outside": "work of loads", "supports": "work of moving supports", "friction": "lost in joints",
-             "damping": "lost to damping", "detection": "changed by verification", "balance": "not accounted for"}
+             "damping": "lost to damping", "incoming": "brought by waves", "radiated": "taken by waves", "detection": "changed by verification", "balance": "not accounted for"}
     figure, panels = pyplot.subplots(2, 1, figsize=(8.5, 6.4), sharex=True)
     for axes, names, title in zip(panels, (present, flows), ("energy now [J]", "since the start [J]")):
         for colour, (name, words) in zip(LINES, names.items()):
+            if name in ("incoming", "radiated") and not history.get(f"{name}_J", np.zeros(1))[rows if f"{name}_J" in history else 0].any():
+                continue
             axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=words)
         axes.set_ylabel(title)
         axes.grid(alpha=0.3)

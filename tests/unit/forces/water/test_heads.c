@@ -1,10 +1,10 @@
 /* Heads of water in a network: a bridge by hand, free surfaces, pits, what no head reaches, drains, random
-   networks. */
+   networks, searches that begin with what is known. */
 #include "forces/water/flow.h"
 #include "check.h"
 #include <string.h>
 
-enum { MOST_NODES = 64, MOST_PIECES = 256 };
+enum { MOST_NODES = 1296, MOST_PIECES = 2592 };
 /* A network by hand. */
 typedef struct {
   FlowNode node[MOST_NODES];
@@ -330,6 +330,107 @@ static PetscErrorCode AnyNetwork(void)
   return 0;
 }
 
+/* A grid of joints between two waters. spread: powers of ten by which conductances differ. in_time: over a
+   step in which voids fill that were partly full. */
+static void grid(Pipes *p, int wide, int high, double spread, bool in_time)
+{
+  start(p);
+  p->net.step = in_time;
+  for (int n = 0; n < wide * high; n++) {
+    const int i = n % wide, j = n / wide;
+    free_node(p, i, j);
+    if (i) pipe(p, n - 1, n, pow(10., draw(0, spread)));
+    if (j) pipe(p, n, n - wide, pow(10., draw(0, spread)));
+    const double holds = in_time ? pow(10., draw(-3, 0)) : 0., held = holds * draw(0, 1);
+    FlowNode *node = p->node + n;
+    node->wet[0] = 1e-3 * holds, node->wet[1] = holds - held, node->part[0] = holds, node->part[1] = -held;
+  }
+}
+
+/* Sets the levels of the waters at both ends of a grid. */
+static void set_levels(Pipes *p, double up, double down)
+{
+  const double end = p->node[p->net.n_nodes - 1].x[0];
+  for (FlowNode *node = p->node; node < p->node + p->net.n_nodes; node++) {
+    const double x = node->x[0], z = node->x[1], level = x > 0. ? down : up;
+    if (x > 0. && x < end) continue;
+    node->kind = level > z ? NODE_HEAD : NODE_SEEP, node->load = 0, node->head = PetscMax(level, z);
+  }
+}
+
+static void begin_with(Pipes *p, const FlowSolution *flow)
+{
+  for (PetscInt i = 0; i < p->net.n_nodes; i++) p->node[i].first = flow->side[i];
+}
+
+static bool same_bits(const FlowNetwork *net, const FlowSolution *a, const FlowSolution *b)
+{
+  const size_t nodes = (size_t)net->n_nodes * sizeof(PetscReal),
+               pieces = (size_t)net->n_pieces * sizeof(PetscReal);
+  return !memcmp(a->pressure, b->pressure, nodes) && !memcmp(a->saturation, b->saturation, nodes) &&
+         !memcmp(a->stream, b->stream, nodes) && !memcmp(a->stored, b->stored, nodes) &&
+         !memcmp(a->outflow, b->outflow, nodes) && !memcmp(a->discharge, b->discharge, pieces);
+}
+
+/* A search that begins with the sides of its answer ends at once. One that begins with those of other levels
+   ends sooner than one that begins with all wet. All have the same bits. */
+static PetscErrorCode KnownSides(void)
+{
+  FlowSolution cold = {0}, warm = {0};
+  const int draws = CheckDraws(200);
+  int from_wet = 0, from_near = 0;
+  for (int k = 0; k < draws; k++) {
+    const double up = draw(1, 9), down = draw(-1, up);
+    char message[MESSAGE_LENGTH] = "";
+    Pipes p;
+    grid(&p, 7, 8, 3, k % 2);
+    set_levels(&p, up, down);
+    PetscCall(FlowSolve(&p.net, &cold, message));
+    begin_with(&p, &cold);
+    PetscCall(FlowSolve(&p.net, &warm, message));
+    ENSURE(warm.rounds == 1 && same_bits(&p.net, &cold, &warm));
+    set_levels(&p, up + draw(-0.3, 0.3), down + draw(-0.3, 0.3));
+    PetscCall(FlowSolve(&p.net, &warm, message));
+    begin_with(&p, &warm);
+    set_levels(&p, up, down);
+    PetscCall(FlowSolve(&p.net, &warm, message));
+    ENSURE(!message[0] && same_bits(&p.net, &cold, &warm));
+    from_wet += cold.rounds, from_near += warm.rounds;
+  }
+  ENSURE(from_near < 0.5 * from_wet);
+  PetscCall(FlowSolutionDestroy(&cold));
+  PetscCall(FlowSolutionDestroy(&warm));
+  return 0;
+}
+
+/* A search that begins with the guess of a coarse network ends sooner than one that begins with all wet, with
+   the same bits; also where all is wet, and in a network without height. */
+static PetscErrorCode Guess(void)
+{
+  static const struct {
+    int wide, high;
+    double up, down;
+    bool in_time;
+  } known[] = {{36, 36, 33.3, 5, false}, {36, 36, 20.3, 12, false}, {36, 36, 30.3, -1, false},
+               {36, 36, 25.3, 5, true},  {36, 36, 50, 40, false},   {1296, 1, 3, 1, false}};
+  FlowSolution cold = {0}, guessed = {0};
+  for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
+    const bool full = known[k].down > known[k].high - 1;
+    char message[MESSAGE_LENGTH] = "";
+    Pipes p;
+    grid(&p, known[k].wide, known[k].high, 1, known[k].in_time);
+    set_levels(&p, known[k].up, known[k].down);
+    PetscCall(FlowSolve(&p.net, &cold, message));
+    PetscCall(FlowGuess(&p.net));
+    PetscCall(FlowSolve(&p.net, &guessed, message));
+    ENSURE(!message[0] && same_bits(&p.net, &cold, &guessed));
+    ENSURE(full ? guessed.rounds == 1 : guessed.rounds < cold.rounds);
+  }
+  PetscCall(FlowSolutionDestroy(&cold));
+  PetscCall(FlowSolutionDestroy(&guessed));
+  return 0;
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -342,6 +443,8 @@ int main(int argc, char **argv)
   RUN_TEST(DrainThatFeeds);
   RUN_TEST(StillWater);
   RUN_TEST(AnyNetwork);
+  RUN_TEST(KnownSides);
+  RUN_TEST(Guess);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

@@ -1,0 +1,285 @@
+/* quiet.c: ground that lets waves out, as a force term: supports whose boundary is quiet.
+
+   In static stages they hold. When a dynamic stage follows, they let go, and their reactions stay as
+   forces, so that nothing moves by letting go; dashpots rho c_p along the normal of a face and rho c_s
+   along the face take up waves that come from within. A motion is that of the free surface far away
+   (outcrop), or of the wave that comes in (incident), half as much: C (2 v_in - v) is the force on the
+   model. When static stages come back the ground is held where it is then. */
+#include "forces/boundary/boundary.h"
+
+/* A vertex through which waves of a support come. */
+typedef struct {
+  PetscInt vertex, support;
+  PetscReal share[2][2]; /* of what all dashpots of the vertex hold against: C_all^-1 C_support */
+} QuietVertex;
+
+typedef struct {
+  Motion *motion;      /* (n_supports,) */
+  PetscReal *times;    /* [-] (n_supports,) of its velocity that dashpots hold against */
+  PetscBool *held;     /* (n_dof,) in static stages, by a quiet support */
+  PetscReal *reaction; /* [N] (n_dof,) that have stayed since boundaries let go; 0 elsewhere */
+  PetscBool let_go;
+  PetscInt n;
+  QuietVertex *at; /* (n,) of this rank, while waves come in */
+} Quiet;
+
+static PetscBool is_quiet(const Support *s)
+{
+  return (PetscBool)(s->boundary == BOUNDARY_QUIET);
+}
+
+/* ---- set-up */
+
+static const char *const Expected = "expected faces of blocks that deform, with density > 0";
+
+/* What is wrong with the target of a quiet support on this rank. */
+static PetscErrorCode check_target(const Scene *scene, const Model *m, const Support *s, char *message)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
+  PetscFunctionBeginUser;
+  if (set < 0)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: supports.%s.boundary: quiet: \"%s\" is no face set: %s", scene->file,
+                            s->name, s->target, Expected));
+  for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++) {
+    const PetscInt group = m->faces.group[m->face_set_faces[i]];
+    if (!m->group_rigid[group] && !m->group_condensed[group] && m->density[group] > 0.) continue;
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: supports.%s.boundary: quiet: a face of \"%s\" belongs to group %s: %s",
+                            scene->file, s->name, s->target, m->group_names[group], Expected));
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether two stages have the same loads. */
+static PetscBool same_loads(const Stage *a, const Stage *b)
+{
+  if (a->n_loads != b->n_loads) return PETSC_FALSE;
+  for (PetscInt i = 0; i < a->n_loads; i++)
+    if (a->loads[i] != b->loads[i]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* Ground that holds no more gives way to what is put on it: a load of p moves all of it at p / (rho c). */
+static PetscErrorCode check_loads(const Scene *scene, char *message)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < scene->n_stages; i++) {
+    const Stage *stage = scene->stages + i;
+    const PetscBool same = i ? (PetscBool)(stage[-1].kind != STAGE_FLOOD && same_loads(stage, stage - 1))
+                             : (PetscBool)!stage->n_loads;
+    if (stage->kind != STAGE_DYNAMIC || same) continue;
+    PetscCall(
+        PetscSNPrintf(message, MESSAGE_LENGTH,
+                      "%s: stages.%s.loads: not those of the stage before: ground with a quiet boundary "
+                      "would give way to what is added; expected the same loads",
+                      scene->file, stage->name));
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Waves that come in and a support that is moved beside them would be two earthquakes. */
+static PetscErrorCode check_motions(const Scene *scene, char *message)
+{
+  const Support *waves = NULL, *moved = NULL;
+  PetscFunctionBeginUser;
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
+    if (!s->motion[0]) continue;
+    if (is_quiet(s))
+      waves = s;
+    else
+      moved = s;
+  }
+  if (waves && moved)
+    PetscCall(
+        PetscSNPrintf(message, MESSAGE_LENGTH,
+                      "%s: supports.%s.motion: a fixed support is moved, while waves come in through %s: "
+                      "expected one of them",
+                      scene->file, moved->name, waves->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  const Scene *scene = v->scene;
+  char message[MESSAGE_LENGTH] = "";
+  PetscBool any = PETSC_FALSE;
+  Quiet *q;
+  PetscFunctionBeginUser;
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports && !message[0]; s++) {
+    if (!is_quiet(s)) continue;
+    any = PETSC_TRUE;
+    PetscCall(check_target(scene, v->m, s, message));
+  }
+  if (any && !message[0]) PetscCall(check_loads(scene, message));
+  if (any && !message[0]) PetscCall(check_motions(scene, message));
+  PetscCall(CheckMessage(v->m->comm, message));
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&q));
+  PetscCall(PetscCalloc1(scene->n_supports, &q->motion));
+  PetscCall(PetscCalloc1(scene->n_supports, &q->times));
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    const Support *s = scene->supports + i;
+    if (is_quiet(s)) PetscCall(MotionCreate(s, q->motion + i));
+    q->times[i] = s->input == INPUT_INCIDENT ? 2. : 1.; // free ground moves twice as much as the wave
+  }
+  PetscCall(PetscCalloc1(v->m->n_dof, &q->reaction));
+  PetscCall(PetscMalloc1(v->m->n_dof, &q->held));
+  for (PetscInt d = 0; d < v->m->n_dof; d++)
+    q->held[d] = (PetscBool)(Held(v->m, d) && is_quiet(scene->supports + v->m->support[d]));
+  *memory = q;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  Quiet *q = *memory;
+  PetscFunctionBeginUser;
+  if (!q) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < scene->n_supports; i++) PetscCall(MotionDestroy(q->motion + i));
+  PetscCall(PetscFree(q->motion));
+  PetscCall(PetscFree(q->times));
+  PetscCall(PetscFree(q->held));
+  PetscCall(PetscFree(q->reaction));
+  PetscCall(PetscFree(q->at));
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- stages */
+
+/* Dashpots of the half of a face at one of its vertices [N s/m]. */
+static void half_face(const Model *m, PetscInt face, PetscReal C[2][2])
+{
+  const PetscInt *v = m->faces.vertex + 2 * face, group = m->faces.group[face];
+  const PetscReal ex = m->X[2 * v[1]] - m->X[2 * v[0]], ey = m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1];
+  const PetscReal length = PetscHypotReal(ex, ey), s[2] = {ex / length, ey / length}, n[2] = {s[1], -s[0]};
+  const PetscReal half = 0.5 * length * m->thickness, rho = m->density[group];
+  const Lame lame = m->lame[group];
+  const PetscReal along = half * PetscSqrtReal(rho * lame.mu),
+                  across = half * PetscSqrtReal(rho * (lame.lambda + 2. * lame.mu));
+  for (int i = 0; i < 2; i++)
+    for (int j = 0; j < 2; j++) C[i][j] = across * n[i] * n[j] + along * s[i] * s[j];
+}
+
+/* (2 n_deformable, 2) Dashpots of a quiet support, or of all, at this rank's vertices. */
+static void dashpots(const Scene *scene, const Model *m, const Support *only, PetscReal (*sum)[2])
+{
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
+    if (!is_quiet(s) || (only && s != only)) continue;
+    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
+    for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+      const PetscInt face = m->face_set_faces[i];
+      PetscReal C[2][2];
+      half_face(m, face, C);
+      for (int k = 0; k < 2; k++) {
+        const PetscInt v = m->faces.vertex[2 * face + k];
+        for (int x = 0; x < 4 && v < m->n_deformable; x++) sum[2 * v + x / 2][x % 2] += C[x / 2][x % 2];
+      }
+    }
+  }
+}
+
+/* share = C_all^-1 C. */
+static void part_of(PetscReal (*all)[2], PetscReal (*C)[2], PetscReal share[2][2])
+{
+  const PetscReal det = all[0][0] * all[1][1] - all[0][1] * all[1][0];
+  for (int j = 0; j < 2; j++) {
+    share[0][j] = (all[1][1] * C[0][j] - all[0][1] * C[1][j]) / det;
+    share[1][j] = (all[0][0] * C[1][j] - all[1][0] * C[0][j]) / det;
+  }
+}
+
+/* Lists the vertices through which waves come. */
+static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal (*all)[2], Quiet *q)
+{
+  PetscReal(*own)[2];
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(q->at));
+  PetscCall(PetscMalloc1(scene->n_supports * m->n_deformable, &q->at));
+  PetscCall(PetscMalloc1(2 * m->n_deformable, &own));
+  q->n = 0;
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    if (!is_quiet(scene->supports + i) || !MotionMoves(q->motion + i)) continue;
+    PetscCall(PetscMemzero(own, 2 * m->n_deformable * sizeof *own));
+    dashpots(scene, m, scene->supports + i, own);
+    for (PetscInt v = 0; v < m->n_deformable; v++) {
+      if (own[2 * v][0] == 0. && own[2 * v + 1][1] == 0.) continue;
+      q->at[q->n] = (QuietVertex){.vertex = v, .support = i};
+      part_of(all + 2 * v, own + 2 * v, q->at[q->n++].share);
+    }
+  }
+  PetscCall(PetscFree(own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode inertia(const TermView *view, TermInertia add, void *context)
+{
+  const Model *m = view->m;
+  PetscReal(*all)[2];
+  PetscFunctionBeginUser;
+  if (!view->memory) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(2 * m->n_deformable, &all));
+  dashpots(view->scene, m, NULL, all);
+  for (PetscInt v = 0; v < m->n_deformable; v++)
+    if (all[2 * v][0] > 0. || all[2 * v + 1][1] > 0.) PetscCall(add(1, &v, NULL, all[2 * v], context));
+  PetscCall(find_inlets(view->scene, m, all, view->memory));
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The reactions of what has just let go stay. */
+static void keep_reactions(const TermView *v, Quiet *q)
+{
+  const Model *m = v->m;
+  for (PetscInt d = 3 * m->n_bodies; d < m->n_dof; d++)
+    q->reaction[d] = q->held[d] && !Held(m, d) ? v->state->f[d] - v->state->f_ext[d] : 0.;
+}
+
+static PetscErrorCode begin(const TermView *v)
+{
+  Quiet *q = v->memory;
+  PetscFunctionBeginUser;
+  if (!q) PetscFunctionReturn(PETSC_SUCCESS);
+  if (v->stage->kind != STAGE_DYNAMIC) q->let_go = PETSC_FALSE;
+  if (v->stage->kind != STAGE_DYNAMIC || q->let_go) PetscFunctionReturn(PETSC_SUCCESS);
+  keep_reactions(v, q);
+  q->let_go = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void incoming(void *memory, const Model *m, const State *s, PetscReal *w, PetscReal *push)
+{
+  const Quiet *q = memory;
+  if (!q) return;
+  const PetscReal *reaction = q->reaction + 3 * m->n_bodies;
+  for (PetscInt d = 0; d < 2 * m->n_deformable; d++) push[d] += reaction[d];
+  for (const QuietVertex *at = q->at; at < q->at + q->n; at++) {
+    const Motion *motion = q->motion + at->support;
+    const PetscReal vx = MotionVelocity(motion, s->time, 0), vy = MotionVelocity(motion, s->time, 1);
+    for (int i = 0; i < 2; i++)
+      w[2 * at->vertex + i] += q->times[at->support] * (at->share[i][0] * vx + at->share[i][1] * vy);
+  }
+}
+
+static PetscErrorCode archive(Archive *a, const TermView *v)
+{
+  Quiet *q = v->memory;
+  PetscFunctionBeginUser;
+  if (!q) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscInt let_go = q->let_go;
+  PetscCall(ArchiveInts(a, "quiet_let_go", 1, &let_go));
+  q->let_go = (PetscBool)let_go;
+  PetscCall(ArchiveDofs(a, v->m, "quiet_reaction", q->reaction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Quiet_term = {.name = "quiet",
+                             .create = create,
+                             .destroy = destroy,
+                             .inertia = inertia,
+                             .incoming = incoming,
+                             .begin = begin,
+                             .archive = archive};

@@ -1,0 +1,277 @@
+/* local.c: inertia and dashpots that are a matrix of a vertex or of a rigid body: water that moves with a
+   face, ground that lets waves out. With v- and v+ half a step before and behind this time,
+
+   (M + dt/2 D) v+ = (M - dt/2 D) v- + dt (f_ext - f + C w + p),   M = m + added mass,   D = alpha m + C,
+
+   where a dashpot C holds against the velocity w, and p acts beside it. It is solved vertex by vertex, or
+   body by body. Dashpots are centred, so they do not shorten the step; nor does added mass. alpha damps
+   the blocks, not the water.
+
+   Of the work of a dashpot on the model, (w/2).C (w/2) is what a wave brings in that comes with the
+   velocity w/2, and (v - w/2).C (v - w/2) what goes out, so both are booked. */
+#include "motion/motion.h"
+
+enum { DOFS = 3 };
+typedef PetscReal Square[DOFS][DOFS];
+
+/* A vertex of a deformable block, or a rigid body. */
+typedef struct {
+  PetscInt dof;    /* its first degree of freedom */
+  PetscBool rigid; /* a rigid body: 3 of them; else 2 */
+  Square mass;     /* [kg, kg m, kg m2] added */
+  Square dashpot;  /* [N s/m]; 0 at rigid bodies */
+} LocalPoint;
+
+struct _p_Local {
+  const Model *m;
+  PetscInt n, capacity; /* points, and rows of allocated room */
+  LocalPoint *point;    /* (n,) ascending dof */
+  PetscInt *row;        /* (n_bodies + n_deformable,) point of a rigid body or vertex, -1: none */
+  PetscReal *w, *push;  /* [m/s], [N] (2 n_deformable,) what dashpots hold against, what acts beside them */
+};
+
+static int size_of(const LocalPoint *p)
+{
+  return p->rigid ? DOFS : 2;
+}
+
+/* ---- from what terms add */
+
+/* The row of the point to which vertex v of this rank belongs. */
+static PetscErrorCode point_of(Local *l, PetscInt v, LocalPoint **point)
+{
+  const Model *m = l->m;
+  const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v);
+  PetscInt *row = l->row + (body < 0 ? m->n_bodies + v : body);
+  PetscFunctionBeginUser;
+  if (*row < 0) {
+    if (l->n == l->capacity) {
+      l->capacity = 2 * l->capacity + 16;
+      PetscCall(PetscRealloc(l->capacity * sizeof(LocalPoint), &l->point));
+    }
+    l->point[l->n] = (LocalPoint){.dof = body < 0 ? 3 * m->n_bodies + 2 * v : 3 * body,
+                                  .rigid = (PetscBool)(body >= 0)};
+    *row = l->n++;
+  }
+  *point = l->point + *row;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* (2,3) The motion of a vertex by the degrees of freedom of its body: about the mass centre of the reference
+   state. Of a deformable vertex it is the unit matrix. */
+static void arms(const Model *m, PetscInt v, PetscReal T[2][DOFS])
+{
+  const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v);
+  T[0][0] = T[1][1] = 1.;
+  T[0][1] = T[1][0] = T[0][2] = T[1][2] = 0.;
+  if (body < 0) return;
+  T[0][2] = -(m->X[2 * v + 1] - m->body_X[2 * body + 1]);
+  T[1][2] = m->X[2 * v] - m->body_X[2 * body];
+}
+
+/* sum += T_i' block T_j, block the rows of vertex i and the columns of vertex j of k, (2n,2n). */
+static void add_block(const Model *m, PetscInt n, const PetscReal *k, PetscInt i, PetscInt j,
+                      const PetscInt *vertices, Square sum)
+{
+  PetscReal Ti[2][DOFS], Tj[2][DOFS];
+  arms(m, vertices[i], Ti);
+  arms(m, vertices[j], Tj);
+  for (int a = 0; a < DOFS; a++)
+    for (int b = 0; b < DOFS; b++)
+      for (int x = 0; x < 2; x++)
+        for (int y = 0; y < 2; y++) sum[a][b] += Ti[x][a] * k[(2 * i + x) * 2 * n + 2 * j + y] * Tj[y][b];
+}
+
+/* Vertices of a rigid body take the whole matrix; a deformable one takes the sum of its row of blocks, as
+   masses of blocks are lumped. */
+static PetscErrorCode add(PetscInt n, const PetscInt *vertices, const PetscReal *mass,
+                          const PetscReal *dashpot, void *context)
+{
+  Local *l = context;
+  const Model *m = l->m;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt v = vertices[i];
+    LocalPoint *point = NULL;
+    if (v >= m->n_moving) continue;
+    PetscCall(point_of(l, v, &point));
+    for (PetscInt j = 0; j < n && mass; j++) {
+      const PetscBool lumps = (PetscBool)(v < m->n_deformable);
+      if (lumps)
+        for (int a = 0; a < 2; a++)
+          for (int b = 0; b < 2; b++) point->mass[a][b] += mass[(2 * i + a) * 2 * n + 2 * j + b];
+      else
+        add_block(m, n, mass, i, j, vertices, point->mass);
+    }
+    for (int a = 0; a < 2 && dashpot && v < m->n_deformable; a++)
+      for (int b = 0; b < 2; b++) point->dashpot[a][b] += dashpot[(2 * i + a) * 2 * n + 2 * i + b];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static int by_dof(const void *a, const void *b)
+{
+  const LocalPoint *p = a, *q = b;
+  return (p->dof > q->dof) - (p->dof < q->dof);
+}
+
+PetscErrorCode LocalCreate(const TermView *view, Local **local)
+{
+  const Model *m = view->m;
+  const PetscInt n = m->n_bodies + m->n_deformable;
+  Local *l;
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&l));
+  l->m = m;
+  PetscCall(PetscMalloc1(n, &l->row));
+  for (PetscInt i = 0; i < n; i++) l->row[i] = -1;
+  PetscCall(TermsInertia(view, add, l));
+  PetscCall(PetscFree(l->row));
+  qsort(l->point, l->n, sizeof(LocalPoint), by_dof);
+  if (l->n) PetscCall(PetscCalloc2(2 * m->n_deformable, &l->w, 2 * m->n_deformable, &l->push));
+  *local = l;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LocalDestroy(Local **local)
+{
+  PetscFunctionBeginUser;
+  if (!*local) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscFree((*local)->point));
+  PetscCall(PetscFree2((*local)->w, (*local)->push));
+  PetscCall(PetscFree(*local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a step */
+
+/* The entries of a point in a vertex array of the deformable; rigid bodies have none. */
+static const PetscReal *entries(const Local *l, const LocalPoint *p, const PetscReal *of_vertices)
+{
+  static const PetscReal none[DOFS] = {0.};
+  return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->n_bodies);
+}
+
+static void times(const LocalPoint *p, const Square a, const PetscReal *x, PetscReal *y)
+{
+  for (int i = 0; i < size_of(p); i++) {
+    y[i] = 0.;
+    for (int j = 0; j < size_of(p); j++) y[i] += a[i][j] * x[j];
+  }
+}
+
+static PetscReal product(const LocalPoint *p, const PetscReal *x, const PetscReal *y)
+{
+  PetscReal sum = 0.;
+  for (int i = 0; i < size_of(p); i++) sum += x[i] * y[i];
+  return sum;
+}
+
+/* Solves a x = b; where a degree of freedom is held x is known. a, b are overwritten. Without pivots: what is
+   left of a is positive definite. */
+static void solve(const LocalPoint *p, const Model *m, Square a, PetscReal *b, PetscReal *x)
+{
+  for (int i = 0; i < size_of(p); i++) {
+    if (!Held(m, p->dof + i)) continue;
+    for (int j = 0; j < size_of(p); j++) {
+      if (j != i) b[j] -= a[j][i] * x[i];
+      a[i][j] = a[j][i] = 0.;
+    }
+    a[i][i] = 1., b[i] = x[i];
+  }
+  for (int k = 0; k < size_of(p); k++)
+    for (int i = k + 1; i < size_of(p); i++) {
+      const PetscReal factor = a[i][k] / a[k][k];
+      for (int j = k; j < size_of(p); j++) a[i][j] -= factor * a[k][j];
+      b[i] -= factor * b[k];
+    }
+  for (int i = size_of(p) - 1; i >= 0; i--) {
+    x[i] = b[i];
+    for (int j = i + 1; j < size_of(p); j++) x[i] -= a[i][j] * x[j];
+    x[i] /= a[i][i];
+  }
+}
+
+/* Books the works of the step from velocity v_0 to v_1 at a point. What moving supports give to the added
+   mass that they hold counts as theirs, and so does what acts beside dashpots. */
+static void book(const Local *l, const LocalPoint *p, PetscReal dt, const PetscReal *v_0,
+                 const PetscReal *v_1, PetscReal works[LOCAL_WORKS])
+{
+  const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push);
+  PetscReal half[DOFS], less[DOFS], change[DOFS], wave[DOFS], dashpot[DOFS], inertia[DOFS];
+  for (int i = 0; i < size_of(p); i++) {
+    half[i] = 0.5 * w[i], less[i] = w[i] - 0.5 * (v_0[i] + v_1[i]), change[i] = (v_1[i] - v_0[i]) / dt;
+  }
+  times(p, p->mass, v_0, inertia);
+  works[LOCAL_KINETIC] += 0.5 * product(p, v_1, inertia);
+  times(p, p->dashpot, half, wave);
+  works[LOCAL_INCOMING] += dt * product(p, half, wave);
+  times(p, p->dashpot, less, dashpot);
+  times(p, p->mass, change, inertia);
+  for (int i = 0; i < size_of(p); i++) {
+    const PetscBool held = Held(l->m, p->dof + i); // then its support bears the dashpot
+    const PetscReal of_dashpot = held ? 0. : dashpot[i], of_support = held ? inertia[i] : push[i],
+                    way = 0.5 * dt * (v_0[i] + v_1[i]), ahead = 0.5 * dt * v_1[i];
+    works[LOCAL_DASHPOTS] += of_dashpot * way, works[LOCAL_DASHPOTS_AHEAD] += of_dashpot * ahead;
+    works[LOCAL_SUPPORTS] += of_support * way, works[LOCAL_SUPPORTS_AHEAD] += of_support * ahead;
+  }
+}
+
+static void find_incoming(Local *l, const State *s)
+{
+  memset(l->w, 0, 2 * l->m->n_deformable * sizeof *l->w);
+  memset(l->push, 0, 2 * l->m->n_deformable * sizeof *l->push);
+  TermsIncoming(l->m, s, l->w, l->push);
+}
+
+void LocalStep(Local *l, State *s, const PetscReal *v_before, PetscReal works[LOCAL_WORKS])
+{
+  works[LOCAL_KINETIC] = works[LOCAL_SUPPORTS_AHEAD] = works[LOCAL_DASHPOTS_AHEAD] = 0.;
+  if (!l->n) return;
+  find_incoming(l, s);
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
+    const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push), *v_0 = v_before + p->dof;
+    PetscReal b[DOFS] = {0.}, v_1[DOFS] = {0.}, *v = s->v + p->dof;
+    Square a = {{0.}};
+    times(p, p->dashpot, w, b);
+    for (int i = 0; i < size_of(p); i++) {
+      const PetscInt d = p->dof + i;
+      const PetscReal half = 0.5 * s->dt * s->alpha * s->m[d];
+      b[i] = s->m[d] * v_0[i] - half * v_0[i] + s->dt * (b[i] + push[i] + s->f_ext[d] - s->f[d]);
+      for (int j = 0; j < size_of(p); j++) {
+        b[i] += (p->mass[i][j] - 0.5 * s->dt * p->dashpot[i][j]) * v_0[j];
+        a[i][j] = p->mass[i][j] + 0.5 * s->dt * p->dashpot[i][j];
+      }
+      a[i][i] += s->m[d] + half;
+      v_1[i] = v[i];
+    }
+    solve(p, l->m, a, b, v_1);
+    for (int i = 0; i < size_of(p); i++) {
+      s->u[p->dof + i] += (v_1[i] - v[i]) * s->dt; // integrate.c has moved it as if it had its own mass only
+      v[i] = v_1[i];
+    }
+    book(l, p, s->dt, v_0, v_1, works);
+  }
+}
+
+void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, PetscReal sign)
+{
+  if (!l->n) return;
+  find_incoming(l, s);
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
+    const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push), *v_0 = v_before + p->dof;
+    PetscReal less[DOFS] = {0.}, b[DOFS] = {0.}, change[DOFS] = {0.};
+    Square a = {{0.}};
+    for (int i = 0; i < size_of(p); i++) less[i] = w[i] - v_0[i];
+    times(p, p->dashpot, less, b);
+    for (int i = 0; i < size_of(p); i++) {
+      const PetscInt d = p->dof + i;
+      b[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * v_0[i];
+      for (int j = 0; j < size_of(p); j++) a[i][j] = p->mass[i][j];
+      a[i][i] += s->m[d];
+    }
+    solve(p, l->m, a, b, change);
+    for (int i = 0; i < size_of(p); i++)
+      if (!Held(l->m, p->dof + i)) s->v[p->dof + i] = v_0[i] + sign * 0.5 * s->dt * change[i];
+  }
+}
