@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from quoin_tools.assess import base_water, cut, guidelines, uplift, wedge
+from quoin_tools.assess import base_water, cut, earthquake, guidelines, uplift, wedge
 from quoin_tools.assess.assessment_options import Options, options_from, parser
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -64,6 +64,7 @@ class Assessment:
     other_water: bool = False  # other water on the part: uplift of the scene along a bent path, or as the run has computed it
     computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
     straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
+    yields: list = field(default_factory=list)  # rows of earthquake.py
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -88,12 +89,15 @@ class Case:
 
     @property
     def conditions(self):
-        """Stages that are judged, and as what: those named with --condition, else the last static one as usual.
+        """Stages that are judged, and as what: those named with --condition, else the last static one, as usual or by its pseudo-static loads.
 
         The stages of trials end at the brink, with strengths or water that are not those of the dam."""
         kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
         static = [name for name, kind in kinds.items() if kind == "static"]
-        return self.options.conditions or {(static or self.results.stages)[-1]: "usual"}
+        last = (static or self.results.stages)[-1]
+        before = self.results.stages[: self.results.stages.index(last)]
+        shaken = earthquake.loads_of(self, last), any(earthquake.loads_of(self, name) for name in before if kinds[name] == "static")
+        return self.options.conditions or {last: "earthquake" if shaken[0] else "after_earthquake" if shaken[1] else "usual"}
 
     def part(self, name, path):
         if name not in self.parts:
@@ -195,10 +199,12 @@ def assess_base(case, stage, name, path, kind, strength):
     if block:
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
     found = Assessment(stage, name, kind, base, path, block, hand, strength)
+    asked = uplift_under(case, stage, name, base)
+    under = (asked or water, None if asked else others)
+    found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total, *under), strength)
     if flowing.any():
         found.computed = flowing
         found.straight = None if bent else base_water.straight(case, stage, base, dry)
-    asked = uplift_under(case, stage, name, base)
     if asked and bent:
         asked, found.complete = None, False
         found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
@@ -274,6 +280,8 @@ def stage_complaints(case, stage):
     kind = case.scene.stages.get(stage, {}).get("type", "static")
     if kind == "strength_reduction" and stage in case.conditions:
         found.append("The stage is a strength reduction: joints have the lowered strengths of its last stable trial.")
+    if kind == "load_factor" and stage in case.conditions:
+        found.append("The stage is a load factor: its loads are those of its last stable trial.")
     if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts)
@@ -352,6 +360,9 @@ def judge(case, found):
     if found.water is None and found.computed is not None and rule:
         found.complete = False
         found.notes.append(f"Uplift is the computed one; this guideline goes with rule {rule}: --uplift {rule} sets it beside.")
+    if found.condition not in guideline[o.guideline]["conditions"]:
+        found.complete = False
+        found.notes.append(f"This guideline has no limits for the condition {found.condition}.")
     found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength, case.results.stage_summary(stage)))
 
 
@@ -419,6 +430,9 @@ def lines(found):
             values = [np.inf if value is not None and value > NO_SHEAR else value for value in values]
         if any(value is not None for value in values):
             result.append(Line(words, unit, digits, *values))
+    for name, which, value, _, ran in found.yields:
+        hand = (None, value) if found.with_uplift else (value, None)
+        result.append(Line(f"yield coefficient {which} of {name}", "", 4, ran[0] if ran else None, *hand))
     return result
 
 

@@ -71,7 +71,7 @@ def parser(program, description):
     add("folder", help="output folder of a run")
     add("--guideline", metavar="NAME", help="of guidelines.yaml: " + ", ".join(guidelines.read()))
     add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
-        help="judge this stage as usual, unusual or extreme (again for more); default: the last static stage, usual")  # fmt: skip
+        help="judge this stage as " + ", ".join(guidelines.CONDITIONS) + " (again for more); default: the last static stage, usual or by its pseudo-static loads")  # fmt: skip
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
     add("--merge", action="append", default=[], metavar="NAME,NAME", help="joints in one straight line that are to be one base")
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",

@@ -12,7 +12,7 @@ from quoin_tools.assess import cut, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
 from quoin_tools.assess.joint_uplift import uplift_loads
 from quoin_tools.assess.strength import factors
-from quoin_tools.base.flow import CARRIES, STILL, WEDGE, facts_of
+from quoin_tools.base.flow import CARRIES, STILL, WEDGE, at_end, facts_of
 from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.mesh.blockmesh import face_ends
 
@@ -71,7 +71,7 @@ def water_density(case, stage):
 
 def block_uplift(case, stage, part):
     """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
-    ran = case.results.stage_summary(stage).get("uplift", {})
+    ran = at_end(case.results.stage_summary(stage)).get("uplift", {})
     loads = uplift_loads(case.mesh, case.scene, stage, part)
     return case.scene.thickness * sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
 
@@ -80,7 +80,7 @@ def dry_stretches(facts):
     """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
     return [f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head: "
             f"{d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
-            for name, load in facts.get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
+            for name, load in at_end(facts).get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
 
 
 def scene_uplift(case, stage, part, base):

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString
 
+from quoin_tools.assess import hydrodynamic
 from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
 SAMPLES = 33  # places per piece of the path where its two sides are looked at
@@ -119,6 +120,7 @@ def densities(mesh, scene, load):
     """[kg/m3] of each block, 0 for groups that the load leaves out."""
     groups = load.get("groups")
     groups = [groups] if isinstance(groups, str) else groups
+    groups = None if groups == ["all"] and "all" not in mesh.group_names else groups
     per_group = []
     for name in mesh.group_names:
         counts = not groups or name in groups
@@ -127,11 +129,24 @@ def densities(mesh, scene, load):
 
 
 def weight(mesh, scene, load, part=WHOLE):
+    """The load's coefficient times the weight of its groups: of self_weight (0, -1)."""
+    coefficient = np.array(load.get("coefficient", (0.0, -1.0)), dtype=float)
     pieces = shapely.polygons(mesh.vertices[closed_rings(mesh)]) if part is WHOLE else part.pieces
     weights = scene.gravity * scene.thickness * densities(mesh, scene, load) * shapely.area(pieces)
     used = weights > 0
-    x = shapely.get_x(shapely.centroid(pieces[used]))
-    return np.array([0.0, -weights.sum(), -(weights[used] * x).sum()])
+    centroids = shapely.centroid(pieces[used])
+    x, y = weights[used] @ shapely.get_x(centroids), weights[used] @ shapely.get_y(centroids)
+    return np.array([*(weights.sum() * coefficient), x * coefficient[1] - y * coefficient[0]])
+
+
+def shaken(mesh, scene, load, part=WHOLE):
+    """A pseudo-static earthquake: inertia of blocks, and of the water at their faces."""
+    total = weight(mesh, scene, load, part)
+    if load.get("faces"):
+        unit = float(load.get("density", 1000.0)) * scene.gravity * float(load["coefficient"][0]) * scene.thickness
+        wall = hydrodynamic.Wall(wet_segments(mesh, load), load)
+        total += unit * sum((force_at(*push) for push in hydrodynamic.pushes(wall, wet_segments(mesh, load, part))), np.zeros(3))
+    return total
 
 
 def wet_segments(mesh, load, part=WHOLE):
@@ -193,7 +208,7 @@ def point_force(mesh, scene, load, part=WHOLE):
 
 
 IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads of water in joints
-KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point_force": point_force}
+KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
 
 
 def stage_forces(mesh, scene, stage, part=WHOLE):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import yaml
 
 PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "guidelines.yaml")
-CONDITIONS = ("usual", "unusual", "extreme")
+CONDITIONS = ("usual", "unusual", "extreme", "earthquake", "after_earthquake")
 PASS, FAIL, OPEN, OTHER = "pass", "FAIL", "not judged", "see alternative"
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
     "sliding_peak": ("sliding factor, peak strength", "least", 2, 1.0, ""),

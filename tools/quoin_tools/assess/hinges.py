@@ -15,7 +15,7 @@ import yaml
 
 from quoin_tools.base.results import Results, ResultsError, table
 
-TRIALS = ("strength_reduction", "flood")
+TRIALS = ("strength_reduction", "flood", "load_factor")
 RATIO = 10.0
 BEYOND = 1 / (RATIO ** (1 / 3) - 1)  # of the change with ten times k_n, what is still missing
 

@@ -66,9 +66,9 @@ def column_names():
 
 
 def at_end(s):
-    """What has the members `flow` and `uplift` of a stage of summary.json: the stage, or the last stable trial of its flood."""
-    flood = s.get("flood")
-    return next((t for t in flood["trials"] if t["value"] == flood["stable"]), {}) if flood else s
+    """What has the members `flow` and `uplift` of a stage of summary.json: the stage, or the last stable trial of its flood or load factor."""
+    raised = s.get("flood") or s.get("load_factor")
+    return next((t for t in raised["trials"] if t["value"] == raised["stable"]), {}) if raised else s
 
 
 def facts_of(s):

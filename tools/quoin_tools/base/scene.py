@@ -44,10 +44,10 @@ class Scene:
     supports: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
     stages: dict = field(default_factory=dict)
-    trials: dict = field(default_factory=dict)  # stage: its strength_reduction or flood of summary.json, or its steps, of a run
+    trials: dict = field(default_factory=dict)  # stage: its trials of summary.json, or its steps, of a run
 
     def stage_loads(self, stage):
-        """Loads that act at the end of a stage: name to keys. Of a flood, at its last stable level, of a transient stage at that of its last step."""
+        """Loads that act at the end of a stage: name to keys. Of a flood or load factor as in its last stable trial, of a transient stage in its last step."""
         if stage not in self.stages:
             raise SceneError(f"{self.path}: no stage '{stage}'")
         names = self.stages[stage].get("loads") or []
@@ -60,6 +60,8 @@ class Scene:
         found = self.trials.get(stage, {})
         if "steps" not in found and (found.get("stable") is None or "what" in found):
             return loads
+        if "raises" in found:
+            return {name: factored(load, found["stable"]) if name in found["raises"] else load for name, load in loads.items()}
         last = found["steps"][-1:] if "steps" in found else [t for t in found["trials"] if t["value"] == found["stable"]]
         waters = next((t["waters"] for t in last if "waters" in t), None)
         if waters is None:
@@ -90,6 +92,14 @@ def raised(load, water):
     """A load of water with the levels of a trial; drain_level: where the pressure at the drain stays that of the old level."""
     higher = load | {key: level for key, level in water.items() if level is not None}
     return higher | {"drain_level": float(load["level"])} if load.get("raise") == "to_drain" else higher
+
+
+def factored(load, factor):
+    """A load whose force a load factor has multiplied."""
+    if load.get("type") == "self_weight":
+        return load | {"coefficient": [0.0, -factor]}
+    pairs = {key: [factor * value for value in load[key]] for key in ("coefficient", "value") if key in load}
+    return load | (pairs or {"density": factor * float(load.get("density", 1000.0))})
 
 
 def reduced(keys, what, value):
@@ -188,6 +198,6 @@ def of_run(folder, summary):
     if path is None:
         raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")
     used = read(path)
-    used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood"))}
+    used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood") or s.get("load_factor"))}
     used.trials |= {s["name"]: {"steps": s["steps"]} for s in summary["stages"] if s.get("steps")}
     return used

@@ -209,13 +209,15 @@ def stages_part(case):
 
 def changed_by(found):
     """What the trials of a stage changed, in words."""
+    if "raises" in found:
+        return f"factor on {', '.join(found['raises'])} [-]"
     if "what" not in found:
         return "water level [m]"
     return "angle of friction [°]" if found["what"] == "friction" else "part of all strengths left [-]"
 
 
 def trials_part(case):
-    """Strength reductions and floods: bracket, factors, every trial with its evidence."""
+    """Strength reductions, floods and load factors: bracket, factors, every trial with its evidence."""
     part = ""
     for s in case.results.summary["stages"]:
         found = trials_of(s)
@@ -225,6 +227,10 @@ def trials_part(case):
         factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
         part += f"<h3>Stage {esc(s['name'])}: {esc(changed_by(found))}</h3>" + table(
             ("last stable", "first failing", "width of the bracket", "factor, last stable", "factor, first failing"), [(*ends, *factors)], range(5))  # fmt: skip
+        shaken = [(name, k, cell(ends[f"{k}_stable"], 4), cell(ends[f"{k}_failing"], 4)) for name, ends in found.get("raises", {}).items()
+                  for k in ("k_h", "k_v") if ends.get(f"{k}_stable")]  # fmt: skip
+        if shaken:
+            part += table(("pseudo-static load", "yield coefficient", "last stable", "first failing"), shaken, (2, 3))
         if no_single_factor(found):
             part += notes(["The joints that slid had different angles of friction: the stage has no single factor. Use what: strengths."])
         if rows := factor_rows(s):

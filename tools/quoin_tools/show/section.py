@@ -66,12 +66,14 @@ def draw_water(axes, case, name, load, force, box):
 def draw_weight(axes, case, name, load, force, size):
     centres, areas = case.mesh.centres(), blockmesh.areas(case.mesh)
     weights = areas * cut.densities(case.mesh, case.scene, load)
-    if weights.sum() <= 0:
+    if weights.sum() <= 0 or not force[:2].any():
         return
     at = weights @ centres / weights.sum()
     axes.plot(*at, "o", ms=4, color=WEIGHT, zorder=6)
-    arrow(axes, at, at - [0, 0.16 * size], WEIGHT)
-    axes.text(at[0] + 0.015 * size, at[1] - 0.02 * size, force_text(name, force), zorder=7, **LABEL)
+    direction = force[:2] / np.hypot(*force[:2])
+    arrow(axes, at, at + 0.16 * size * direction, WEIGHT)
+    aside = abs(direction[0])  # an earthquake's beside its arrow, not on that of the weight
+    axes.text(at[0] + (0.015 + 0.1 * aside) * size, at[1] + (0.05 * aside - 0.02) * size, force_text(name, force), zorder=7, **LABEL)
 
 
 def draw_other(axes, case, name, load, force, size):
@@ -146,7 +148,7 @@ def section_svg(case, stage, assessed):
         forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
         for name, force in forces.items():
             load = case.scene.stage_loads(stage)[name]
-            if load["type"] == "self_weight":
+            if load["type"] in ("self_weight", "pseudo_static"):
                 draw_weight(axes, case, name, load, force, size)
             elif load["type"] == "reservoir":
                 draw_water(axes, case, name, load, force, box)
