@@ -1,5 +1,6 @@
 """Statics and rules beside the block model. It imports mesh and base.
 
+hydrodynamic        inertia of the water at a dam that shakes
 cut                 a path through the mesh: its base, what stands on it, the forces on that
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
@@ -7,6 +8,7 @@ joint_uplift        uplift in other joints than the base, as loads of a cut
 base_water          the water on a base: by rule, of the scene, computed
 wedge               the passive wedge at the toe
 strength            strength of a path from its joints and blocks
+earthquake          by what a pseudo-static earthquake can be multiplied
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
 assessment_options  options that the tables and the sheet share
 assessment          every joint that is a line, and any path, in every stage
