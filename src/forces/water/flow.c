@@ -30,7 +30,7 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
   const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0., rho_g = scene->flow.density * scene->gravity;
   for (const FlowPush *push = flow->push; push < flow->push + flow->n_push; push++) {
     const FlowPiece *piece = flow->net.piece + push->piece;
-    if (flow->n_traps && !flow->net.row[piece->row].parted) continue;
+    if (FlowTrapped(flow, push->piece)) continue;
     const PetscReal *ends = flow->net.row[piece->row].t[push->side];
     const PetscInt *v = m->faces.vertex + 2 * push->face;
     PetscReal x[4], t[2], p[2], f_face[4] = {0., 0., 0., 0.};
@@ -48,7 +48,7 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
 PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end)
 {
   const FlowPiece *p = flow->net.piece + piece;
-  return flow->trapped && !flow->net.row[p->row].parted
+  return flow->trapped && FlowTrapped(flow, piece)
              ? flow->trapped[2 * piece + end]
              : scene->flow.density * scene->gravity * flow->acting[p->node[end]];
 }

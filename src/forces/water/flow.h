@@ -148,14 +148,14 @@ PetscErrorCode MixerReset(Mixer *mixer);
 typedef struct {
   PetscInt key[2];     /* gids of the faces */
   PetscReal t[2];      /* [-] where it presses on each */
-  PetscReal length;    /* [m] of the joint, 0: it never presses, or presses as FlowForces has it */
+  PetscReal length;    /* [m] of the joint, 0: it never presses, or its pressure stays */
   PetscReal slid;      /* [m] by how much the faces had slid at the start */
   PetscReal reach;     /* [m] by how much more they may */
   PetscReal apart;     /* [m] distance from which on it is lost */
   PetscReal least;     /* [m] distance below which the aperture is residual */
   PetscReal full;      /* [m] distance at which the void is just full */
   PetscReal pressure;  /* [Pa] there */
-  PetscReal stiffness; /* [Pa/m] */
+  PetscReal stiffness; /* [Pa/m] 0: so wide a crack that its pressure stays */
   PetscReal chi;       /* [-] saturation at the start; only then */
 } FlowTrap;
 enum { TRAP_INTS = 2, TRAP_REALS = 10 };
@@ -219,8 +219,8 @@ PetscErrorCode FlowBegin(const TermView *v);
 /* Collective. At equilibrium, and on the way to it where that is near enough for a round: the flow through
    the joints as they have become. again: pressures change. */
 PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
-/* Adds the forces of the pressures that act and stay; what is trapped between faces that bear acts by
-   FlowTrapForces. u, f: vertex arrays. */
+/* Adds the forces of the pressures that act and stay; what keeps its volume acts by FlowTrapForces. u, f:
+   vertex arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
 /* Collective. What remains to be done when a step of the water is over; grow: [-] by how much longer the next
    one may be. */
@@ -234,6 +234,8 @@ PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int
 /* Collective. From now on the water of all pieces keeps its volume. */
 PetscErrorCode FlowTrapAll(const TermView *v);
 PetscErrorCode FlowTrapsFree(Flow *flow);
+/* Whether the water of a piece keeps its volume. */
+PetscBool FlowTrapped(const Flow *flow, PetscInt piece);
 /* Lists the traps of this rank; after they have been read, too. */
 PetscErrorCode FlowTrapsHere(const Model *m, Flow *flow);
 /* Collective. Notes the pressures at ends of pieces as they are now. */

@@ -12,7 +12,7 @@
 
    Faces that have parted farther than the contact margin, or slid by the length of their contact, hold no
    water between them. They are near enough otherwise to be known to each rank that moves a vertex of either.
-   A crack that is wider than that when the stage begins keeps its pressure (FlowForces). */
+   A crack that is wider than the margin when the stage begins keeps its pressure (FlowForces). */
 #include "forces/water/flow.h"
 
 /* ---- where faces stand */
@@ -216,6 +216,11 @@ static void close_trap(const TermView *v, const FlowRow *row, PetscReal s, const
   if (trap->pressure <= 0. && trap->full <= trap->least) trap->length = 0.; // it never closes on its water
 }
 
+PetscBool FlowTrapped(const Flow *flow, PetscInt piece)
+{
+  return (PetscBool)(flow->n_traps && flow->trap[2 * piece].stiffness > 0.);
+}
+
 PetscErrorCode FlowTrapAll(const TermView *v)
 {
   Flow *flow = v->memory;
@@ -233,7 +238,8 @@ PetscErrorCode FlowTrapAll(const TermView *v)
     const FlowRow *row = flow->net.row + piece->row;
     close_trap(v, row, piece->s[0] + gauss(i % 2) * (piece->s[1] - piece->s[0]), stand + 2 * i,
                flow->trap + i);
-    if (row->parted) flow->trap[i].length = 0.;
+    if (row->parted || PetscMax(row->opening[0], row->opening[1]) > v->m->contact_margin)
+      flow->trap[i].length = flow->trap[i].stiffness = 0.;
   }
   PetscCall(PetscFree(stand));
   PetscCall(FlowTrapsHere(v->m, flow));
