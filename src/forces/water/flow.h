@@ -236,8 +236,8 @@ PetscErrorCode FlowTrapAll(const TermView *v);
 PetscErrorCode FlowTrapsFree(Flow *flow);
 /* Whether the water of a piece keeps its volume. */
 PetscBool FlowTrapped(const Flow *flow, PetscInt piece);
-/* Lists the traps of this rank; after they have been read, too. */
-PetscErrorCode FlowTrapsHere(const Model *m, Flow *flow);
+/* Traps in either direction. */
+PetscErrorCode FlowTrapsArchive(Archive *a, const Model *m, Flow *flow);
 /* Collective. Notes the pressures at ends of pieces as they are now. */
 PetscErrorCode FlowTrapsLook(const TermView *v);
 /* Adds resisting forces [N], and bounds of the stiffness [N/m]. u, f, k: vertex arrays. */

@@ -219,41 +219,6 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Trapped water in either direction. */
-static PetscErrorCode archive_traps(Archive *a, const Model *m, Flow *flow)
-{
-  PetscInt *ints, n = flow->n_traps;
-  PetscReal *reals;
-  PetscFunctionBeginUser;
-  PetscCall(ArchiveInts(a, "flow_traps", 1, &n));
-  if (a->reading) {
-    PetscCall(FlowTrapsFree(flow));
-    flow->n_traps = n = (PetscInt)ArchiveWithin(a, "traps of the flow", n, 0, PETSC_MAX_INT / 64);
-    if (n) PetscCall(PetscCalloc1(n, &flow->trap));
-  }
-  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc2(n * TRAP_INTS, &ints, n * TRAP_REALS, &reals));
-  for (int pass = 0; pass < 2; pass++) { // into the lists, then, read anew, out of them
-    for (PetscInt i = 0; i < n && pass == (a->reading ? 1 : 0); i++) {
-      FlowTrap *trap = flow->trap + i;
-      PetscInt *in = ints + TRAP_INTS * i;
-      PetscReal *re = reals + TRAP_REALS * i, *const to[TRAP_REALS] = {&trap->t[0],     &trap->t[1],
-                                                                       &trap->length,   &trap->slid,
-                                                                       &trap->reach,    &trap->apart,
-                                                                       &trap->least,    &trap->full,
-                                                                       &trap->pressure, &trap->stiffness};
-      for (int k = 0; k < TRAP_INTS; k++) pass ? (trap->key[k] = in[k]) : (in[k] = trap->key[k]);
-      for (int k = 0; k < TRAP_REALS; k++) pass ? (*to[k] = re[k]) : (re[k] = *to[k]);
-    }
-    if (pass) break;
-    PetscCall(ArchiveInts(a, "flow_trap_faces", n * TRAP_INTS, ints));
-    PetscCall(ArchiveReals(a, "flow_trap_water", n * TRAP_REALS, reals));
-  }
-  PetscCall(PetscFree2(ints, reals));
-  if (a->reading) PetscCall(FlowTrapsHere(m, flow));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode archive(Archive *a, const TermView *v)
 {
   Flow *flow = v->memory;
@@ -277,7 +242,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   PetscCall(archive_list(a, "flow_acting", counts[1], &flow->acting));
   PetscCall(archive_list(a, "flow_reference", counts[1], &flow->reference));
   PetscCall(archive_mixer(a, &flow->mixer, counts[1], counts[2]));
-  PetscCall(archive_traps(a, v->m, flow));
+  PetscCall(FlowTrapsArchive(a, v->m, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -32,8 +32,8 @@ static PetscInt row_of(const Model *m, PetscInt gid, PetscInt guess)
   return guess >= 0 && guess < m->faces.n && m->faces.gid[guess] == gid ? guess : FaceRow(m, gid);
 }
 
-/* Whether this rank knows both faces; then how they stand. rows: where they were last; NULL: anywhere. u NULL:
-   in the reference state. */
+/* Whether this rank knows both faces; then how they stand. rows: where they were last; NULL: anywhere. u
+   NULL: in the reference state. */
 static PetscBool stand_of(const Model *m, const FlowTrap *trap, const PetscReal *u, PetscInt rows[2],
                           Stand *s)
 {
@@ -145,7 +145,8 @@ static PetscReal gauss(int g)
   return 0.5 + (g ? 0.5 : -0.5) / PetscSqrtReal(3.);
 }
 
-PetscErrorCode FlowTrapsHere(const Model *m, Flow *flow)
+/* Lists the traps of this rank. */
+static PetscErrorCode list_here(const Model *m, Flow *flow)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree(flow->here));
@@ -231,7 +232,7 @@ PetscErrorCode FlowTrapAll(const TermView *v)
   PetscCall(PetscMalloc1(flow->n_traps + 1, &flow->trap));
   PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &stand));
   for (PetscInt i = 0; i < flow->n_traps; i++) flow->trap[i] = trap_of(v, flow, i / 2, i % 2);
-  PetscCall(FlowTrapsHere(v->m, flow));
+  PetscCall(list_here(v->m, flow));
   PetscCall(share_stands(v->m, flow, v->state->u + 3 * v->m->n_bodies, stand));
   for (PetscInt i = 0; i < flow->n_traps; i++) {
     const FlowPiece *piece = flow->net.piece + i / 2;
@@ -242,7 +243,7 @@ PetscErrorCode FlowTrapAll(const TermView *v)
       flow->trap[i].length = flow->trap[i].stiffness = 0.;
   }
   PetscCall(PetscFree(stand));
-  PetscCall(FlowTrapsHere(v->m, flow));
+  PetscCall(list_here(v->m, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -277,5 +278,39 @@ PetscErrorCode FlowTrapsLook(const TermView *v)
     flow->trapped[i + 1] = PetscMax(0., p[1] + slope * gauss(0));
   }
   PetscCall(PetscFree(stand));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FlowTrapsArchive(Archive *a, const Model *m, Flow *flow)
+{
+  PetscInt *ints, n = flow->n_traps;
+  PetscReal *reals;
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveInts(a, "flow_traps", 1, &n));
+  if (a->reading) {
+    PetscCall(FlowTrapsFree(flow));
+    flow->n_traps = n = (PetscInt)ArchiveWithin(a, "traps of the flow", n, 0, PETSC_MAX_INT / 64);
+    if (n) PetscCall(PetscCalloc1(n, &flow->trap));
+  }
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc2(n * TRAP_INTS, &ints, n * TRAP_REALS, &reals));
+  for (int pass = 0; pass < 2; pass++) { // into the lists, then, read anew, out of them
+    for (PetscInt i = 0; i < n && pass == (a->reading ? 1 : 0); i++) {
+      FlowTrap *trap = flow->trap + i;
+      PetscInt *in = ints + TRAP_INTS * i;
+      PetscReal *re = reals + TRAP_REALS * i, *const to[TRAP_REALS] = {&trap->t[0],     &trap->t[1],
+                                                                       &trap->length,   &trap->slid,
+                                                                       &trap->reach,    &trap->apart,
+                                                                       &trap->least,    &trap->full,
+                                                                       &trap->pressure, &trap->stiffness};
+      for (int k = 0; k < TRAP_INTS; k++) pass ? (trap->key[k] = in[k]) : (in[k] = trap->key[k]);
+      for (int k = 0; k < TRAP_REALS; k++) pass ? (*to[k] = re[k]) : (re[k] = *to[k]);
+    }
+    if (pass) break;
+    PetscCall(ArchiveInts(a, "flow_trap_faces", n * TRAP_INTS, ints));
+    PetscCall(ArchiveReals(a, "flow_trap_water", n * TRAP_REALS, reals));
+  }
+  PetscCall(PetscFree2(ints, reals));
+  if (a->reading) PetscCall(list_here(m, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
