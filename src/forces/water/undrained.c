@@ -10,9 +10,10 @@
    trap that presses at the start is full, chi = 1; another has its saturation, and presses once the void has
    closed on its water. A curtain takes a part of the aperture and of its change alike.
 
-   Faces that have parted farther than the contact margin, or slid by the length of their contact, hold no
-   water between them. They are near enough otherwise to be known to each rank that moves a vertex of either.
-   A crack that is wider than the margin when the stage begins keeps its pressure (FlowForces). */
+   Faces that have slid by the length of their contact hold no water between them, nor, under variable
+   connectivity, those that have parted by the contact margin. They are near enough otherwise to be known to
+   each rank that moves a vertex of either. A crack that is wider than the margin there when the stage begins
+   keeps its pressure (FlowForces). */
 #include "forces/water/flow.h"
 
 /* ---- where faces stand */
@@ -203,6 +204,12 @@ static FlowTrap trap_of(const TermView *v, const Flow *flow, PetscInt i, int g)
   return trap;
 }
 
+/* [m] How far apart faces may be: where contacts are looked for, as far as ranks are sure to know them. */
+static PetscReal widest(const TermView *v)
+{
+  return v->state->u_verified ? v->m->contact_margin : PETSC_MAX_REAL;
+}
+
 /* Sets where the water of a trap is just full, from the opening and the distance of its faces now. */
 static void close_trap(const TermView *v, const FlowRow *row, PetscReal s, const PetscReal stand[2],
                        FlowTrap *trap)
@@ -213,7 +220,7 @@ static void close_trap(const TermView *v, const FlowRow *row, PetscReal s, const
   trap->stiffness = v->scene->flow.bulk_modulus / a_0;
   trap->least = stand[0] + (joint->aperture_residual - a);
   trap->full = PetscMax(stand[0], trap->least) - (1. - trap->chi) * a_0;
-  trap->apart = stand[0] + v->m->contact_margin, trap->slid = stand[1];
+  trap->apart = stand[0] + widest(v), trap->slid = stand[1];
   if (trap->pressure <= 0. && trap->full <= trap->least) trap->length = 0.; // it never closes on its water
 }
 
@@ -239,7 +246,7 @@ PetscErrorCode FlowTrapAll(const TermView *v)
     const FlowRow *row = flow->net.row + piece->row;
     close_trap(v, row, piece->s[0] + gauss(i % 2) * (piece->s[1] - piece->s[0]), stand + 2 * i,
                flow->trap + i);
-    if (row->parted || PetscMax(row->opening[0], row->opening[1]) > v->m->contact_margin)
+    if (row->parted || PetscMax(row->opening[0], row->opening[1]) > widest(v))
       flow->trap[i].length = flow->trap[i].stiffness = 0.;
   }
   PetscCall(PetscFree(stand));

@@ -75,6 +75,10 @@ def load_step(case):
     case.check("... steps of undrained over those of frozen, no more than sqrt(1 + K_w / (a k_n))", bool(5 < steps[0] / steps[1] <= 22.4), True)
     after = case.run(mesh(), with_stages(SCENE["stages"][0]["rest"], move(["press"]), {"loads": [*WATER, "press"]}))
     case.check("a static stage after it: pressures of the flow over those at rest", after.stage("s2").flow.pressure / P_0, 1.0, relative=1e-9)
+    for tolerance, share in ((1e-7, 0.0), (1e-3, stiff / (stiff + K_N))):
+        scene = changed(SCENE, ("contact", {"connectivity": "variable", "tolerance": tolerance}), ("strain", "large"))
+        case.check(f"variable connectivity, the joint {'wider' if share == 0 else 'narrower'} than the tolerance: pressure over load",
+                   (case.run(mesh(2, 3), scene).stage("move").flow.pressure - P_0) / 1e6, share, absolute=1e-9)
     once = case.run(mesh(), with_stages(SCENE["stages"][0]["rest"], move(["press"], duration=6e-4, alpha=0)))
     twice = case.run(mesh(), with_stages(SCENE["stages"][0]["rest"], *2 * [move(["press"], duration=3e-4, alpha=0)]))
     case.check("two stages in time over one", twice.stage("s2").flow.pressure / once.stage("s1").flow.pressure, 1.0, relative=1e-9)
