@@ -196,6 +196,12 @@ def dam_scene(connectivity, k_n=5e9, level=7.0):
     }  # fmt: skip
 
 
+def short_steps(case, folder):
+    """What is out of balance is the error of the step: joints that slip, open and hit make it 1e-3, either way, at half the bound."""
+    energy = case.again(folder, "-output", "short", "-stages_quake_dt_factor", 0.1).stage_summary("quake")["energy"]
+    case.check("... at a tenth of the bound", energy["balance"] / energy["supports"], 0.0, absolute=3e-4)
+
+
 def dam(case):
     """Jointed rock and a dam of two blocks a course, dry above the reservoir, whose joints open, slip and hit as they are shaken."""
     t = np.linspace(0, 0.06, 241)
@@ -206,7 +212,9 @@ def dam(case):
         sums = [[stage["checksum"] for stage in result.summary["stages"]] for result in results]
         result, before, after = results[0], results[0].stage("full").flow, results[0].stage("quake").flow
         energy = result.stage_summary("quake")["energy"]
-        case.check(f"dam shaken, {connectivity} connectivity: energy balance over the work of the supports", energy["balance"] / energy["supports"], 0.0, absolute=1e-3)
+        case.check(f"dam shaken, {connectivity} connectivity: energy balance over the work of the supports", energy["balance"] / energy["supports"], 0.0, absolute=5e-3)
+        if connectivity == "fixed":
+            short_steps(case, folder)
         case.check("... joints that run empty", bool(((before.pressure > 0) & (after.pressure == 0)).sum() > 10), True)
         case.check("... dry joints are dry", after.pressure[(before.saturation.max(axis=1) == 0)], 0.0, absolute=0.0)
         case.check("... checksums on 1 and more ranks", {tuple(s) for s in sums} == {tuple(sums[0])}, True)
