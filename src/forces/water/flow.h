@@ -1,7 +1,7 @@
 /* flow.h: what rows.c to flow_term.c share: water that flows in joints, and presses on their faces.
 
-   The water of a joint flows between plates (cubic law). A contact is a stretch of such a joint whose
-   aperture runs linearly between its two ends: aperture + opening there, between aperture_residual and
+   The water of a joint flows between plates (cubic law). A contact is a stretch of such a joint. Along it
+   aperture + opening runs linearly, and the width for water is that, between aperture_residual and
    aperture_max. A node of the network is a void: ends of contacts that meet in it. Drains and the edges of
    curtains cut contacts into pieces, with a node at each cut. The unknowns are heads; pressure acts on the
    blocks as an external force, as uplift does, so the stress of a joint is its effective stress. */
