@@ -367,6 +367,7 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscFunctionBeginUser;
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  PetscCall(TermsSurvey(&view, PETSC_FALSE));
   if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
   if (!p->m->rank) {
     PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));

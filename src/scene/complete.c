@@ -136,6 +136,30 @@ PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Water that keeps its volume needs a dynamic stage with water in joints, and water that can be pressed
+   together. */
+PetscErrorCode CompleteDynamicWater(Reader *r)
+{
+  PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (r->scene->flow.dynamic != FLOW_UNDRAINED) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt s = 0; s < r->scene->n_stages; s++)
+    for (PetscInt i = 0; i < r->scene->stages[s].n_loads; i++) {
+      const Stage *stage = r->scene->stages + s;
+      const LoadKind kind = stage->loads[i] < 0 ? LOAD_HEAD : r->scene->loads[stage->loads[i]].kind;
+      flows = (PetscBool)(flows || (stage->kind == STAGE_DYNAMIC &&
+                                    (kind == LOAD_HEAD || kind == LOAD_INFLOW || kind == LOAD_DRAIN)));
+    }
+  PetscCall(is_given(r, "flow", "dynamic", &given));
+  if (!flows)
+    COMPLAIN(r,
+             "undrained is for water in joints: no dynamic stage has a load of type head, inflow or drain");
+  else if (r->scene->flow.bulk_modulus >= PETSC_INFINITY)
+    COMPLAIN(r, "undrained needs water that can be pressed together: flow.bulk_modulus is inf [Pa]");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* An empty list of loads makes sense in three cases: a structure swings, follows its supports, or is relieved
    of the loads before. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)

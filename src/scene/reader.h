@@ -96,6 +96,7 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
+PetscErrorCode CompleteDynamicWater(Reader *r);
 /* first: no stage of the scene comes before this one. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);

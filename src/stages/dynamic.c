@@ -59,6 +59,16 @@ static void half_step(const Problem *p, Local *local, EnergyAccount *energy, Pet
   LocalHalfStep(local, s, energy->v_before, sign);
 }
 
+/* The forces of now once more, with those that terms have just begun to give. */
+static PetscErrorCode evaluate_again(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  p->contacts->repeats = PETSC_TRUE;
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
+  p->contacts->repeats = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode start(const Problem *p, Local *local, EnergyAccount *energy)
 {
   const Stage *stage = p->stage;
@@ -70,10 +80,6 @@ static PetscErrorCode start(const Problem *p, Local *local, EnergyAccount *energ
   if (!p->number || p->scene->stages[p->number - 1].kind != STAGE_DYNAMIC)
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
   if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
-  PetscCall(DynamicTimeStep(p->scene, m, stage, s, &limit));
-  s->dt = stage->dt_factor * limit;
-  s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
-  s->alpha = stage->alpha;
   p->contacts->rate = -1.; // no motion yet to damp
   PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   if (stage->variable) {
@@ -83,6 +89,11 @@ static PetscErrorCode start(const Problem *p, Local *local, EnergyAccount *energ
   p->contacts->counted = PETSC_FALSE;
   PartingStart(p);
   PetscCall(TermsBegin(&view));
+  PetscCall(DynamicTimeStep(p->scene, m, stage, s, &limit)); // by what terms have begun, too
+  s->dt = stage->dt_factor * limit;
+  s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
+  s->alpha = stage->alpha;
+  if (p->scene->flow.dynamic == FLOW_UNDRAINED) PetscCall(evaluate_again(p));
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);

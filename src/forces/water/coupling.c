@@ -62,12 +62,17 @@ PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal
 {
   PetscReal *columns[MIXED], *r, *now, w[MIXED] = {0.};
   PetscFunctionBeginUser;
-  PetscReal before = 0.,
-            after = 0.; // where the last step has led away from rest, the old rounds tell nothing
+  PetscReal before = 0., after = 0., along = 0., part = 1.;
   if (mixer->n != n) PetscCall(MixerReset(mixer));
-  for (PetscInt i = 0; i < n && mixer->n_old; i++)
-    before += PetscSqr(mixer->g[0][i] - mixer->x[0][i]), after += PetscSqr(g[i] - x[i]);
-  if (after > before) PetscCall(MixerReset(mixer));
+  for (PetscInt i = 0; i < n && mixer->n_old; i++) {
+    const PetscReal was = mixer->g[0][i] - mixer->x[0][i], is = g[i] - x[i];
+    before += was * was, after += is * is, along += was * is;
+  }
+  if (mixer->n_old && after > before) { // the last step has led away from rest: what led there tells nothing
+    // where the step was plain and led past rest, the iteration swings: a whole step would do so again
+    if (mixer->n_old == 1 && along < 0.) part = 0.5;
+    PetscCall(MixerReset(mixer));
+  }
   const int m = mixer->n_old;
   PetscCall(PetscMalloc2(n, &r, n, &now));
   for (PetscInt i = 0; i < n; i++) r[i] = g[i] - x[i];
@@ -78,7 +83,7 @@ PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal
   least_squares(n, m, columns, r, w);
   PetscCall(PetscArraycpy(now, x, n));
   for (PetscInt i = 0; i < n; i++) {
-    x[i] = g[i];
+    x[i] = part < 1. ? x[i] + part * (g[i] - x[i]) : g[i];
     for (int j = 0; j < m; j++) x[i] -= w[j] * (g[i] - mixer->g[j][i]);
     x[i] = PetscMax(x[i], 0.);
   }

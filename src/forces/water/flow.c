@@ -3,7 +3,7 @@
 
    Pressures that act are frozen within relaxation. At equilibrium the openings give new apertures, these a
    new flow, and this the pressures of the next round (coupling.c), until they no longer change. A stage in
-   time keeps the pressures of the stage before. */
+   time keeps the pressures of the stage before, or the water (undrained.c). */
 #include "forces/water/flow.h"
 
 static const PetscReal NEAR = 1e-3; /* of the change of a round: near_enough */
@@ -30,6 +30,7 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
   const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0., rho_g = scene->flow.density * scene->gravity;
   for (const FlowPush *push = flow->push; push < flow->push + flow->n_push; push++) {
     const FlowPiece *piece = flow->net.piece + push->piece;
+    if (FlowTrapped(flow, push->piece)) continue;
     const PetscReal *ends = flow->net.row[piece->row].t[push->side];
     const PetscInt *v = m->faces.vertex + 2 * push->face;
     PetscReal x[4], t[2], p[2], f_face[4] = {0., 0., 0., 0.};
@@ -42,6 +43,14 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
     for (int k = 0; k < 4; k++)
       if (v[k / 2] < m->n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
   }
+}
+
+PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end)
+{
+  const FlowPiece *p = flow->net.piece + piece;
+  return flow->trapped && FlowTrapped(flow, piece)
+             ? flow->trapped[2 * piece + end]
+             : scene->flow.density * scene->gravity * flow->acting[p->node[end]];
 }
 
 /* ---- the flow of now */
@@ -235,6 +244,7 @@ static PetscErrorCode run_dry(Flow *flow)
   PetscCall(FlowNetworkDestroy(&flow->net));
   PetscCall(FlowSolutionDestroy(&flow->now));
   PetscCall(MixerReset(&flow->mixer));
+  PetscCall(FlowTrapsFree(flow));
   PetscCall(PetscFree(flow->net.row));
   PetscCall(PetscFree(flow->acting));
   PetscCall(PetscFree(flow->reference));
@@ -308,6 +318,30 @@ static PetscErrorCode say_unmet(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says what a stage in time keeps. */
+static PetscErrorCode say_kept(const TermView *v, PetscBool keeps)
+{
+  const PetscBool volume = (PetscBool)(v->scene->flow.dynamic == FLOW_UNDRAINED);
+  PetscFunctionBeginUser;
+  PetscCall(PetscPrintf(v->m->comm, "stage %-12s water in joints keeps the %s %s%s\n", v->stage->name,
+                        volume ? "volume" : "pressures",
+                        keeps ? "of the stage before" : "that it has at the start",
+                        volume ? ": undrained" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Water that a stage in time traps stays trapped in the next one. */
+static PetscErrorCode trap(const TermView *v)
+{
+  const Flow *flow = v->memory;
+  PetscFunctionBeginUser;
+  if (!flow->frozen || v->scene->flow.dynamic != FLOW_UNDRAINED || flow->n_traps)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FlowFresh(v));
+  PetscCall(FlowTrapAll(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FlowBegin(const TermView *v)
 {
   Flow *flow = v->memory;
@@ -322,10 +356,10 @@ PetscErrorCode FlowBegin(const TermView *v)
   }
   const PetscBool keeps = (PetscBool)(v->stage->kind == STAGE_DYNAMIC && flow->net.n_rows);
   flow->frozen = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
-  if (flow->frozen)
-    PetscCall(PetscPrintf(v->m->comm, "stage %-12s water in joints keeps the pressures %s\n", v->stage->name,
-                          keeps ? "of the stage before" : "that it has at the start"));
+  if (!flow->frozen) PetscCall(FlowTrapsFree(flow));
+  if (flow->frozen) PetscCall(say_kept(v, keeps));
   if (keeps) flow->stale = PETSC_TRUE; // what flows goes by the levels of this stage, as after a restart
+  if (keeps) PetscCall(trap(v));
   if (keeps) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(begin_step(v));
   if (v->scene->flow.coupling == FLOW_ONE_WAY && !is_first(v->stage))
@@ -336,6 +370,7 @@ PetscErrorCode FlowBegin(const TermView *v)
   PetscCall(say_unmet(v));
   PetscCall(PetscArraycpy(flow->acting, flow->now.pressure, flow->net.n_nodes));
   PetscCall(MixerReset(&flow->mixer));
+  PetscCall(trap(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,7 +1,7 @@
 /* flow.h: what rows.c to flow_term.c share: water that flows in joints, and presses on their faces.
 
-   The water of a joint flows between plates (cubic law). A contact is a stretch of such a joint whose
-   aperture runs linearly between its two ends: aperture + opening there, between aperture_residual and
+   The water of a joint flows between plates (cubic law). A contact is a stretch of such a joint. Along it
+   aperture + opening runs linearly, and the width for water is that, between aperture_residual and
    aperture_max. A node of the network is a void: ends of contacts that meet in it. Drains and the edges of
    curtains cut contacts into pieces, with a node at each cut. The unknowns are heads; pressure acts on the
    blocks as an external force, as uplift does, so the stress of a joint is its effective stress. */
@@ -142,6 +142,29 @@ typedef struct {
 PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal *x);
 PetscErrorCode MixerReset(Mixer *mixer);
 
+/* ---- undrained.c */
+/* The water about a Gauss point of a piece, of which there are two, while it keeps its volume. Distances are
+   of the faces there. */
+typedef struct {
+  PetscInt key[2];     /* gids of the faces */
+  PetscReal t[2];      /* [-] where it presses on each */
+  PetscReal length;    /* [m] of the joint, 0: it never presses, or its pressure stays */
+  PetscReal slid;      /* [m] by how much the faces had slid at the start */
+  PetscReal reach;     /* [m] by how much more they may */
+  PetscReal apart;     /* [m] distance from which on it is lost */
+  PetscReal least;     /* [m] distance below which the aperture is residual */
+  PetscReal full;      /* [m] distance at which the void is just full */
+  PetscReal pressure;  /* [Pa] there */
+  PetscReal stiffness; /* [Pa/m] 0: so wide a crack that its pressure stays */
+  PetscReal chi;       /* [-] saturation at the start; only then */
+} FlowTrap;
+enum { TRAP_INTS = 2, TRAP_REALS = 10 };
+/* One that presses on vertices of this rank. */
+typedef struct {
+  PetscInt trap, face[2]; /* face: rows of model->faces */
+  PetscBool first;        /* this rank moves the first vertex of face 0 */
+} FlowTrapHere;
+
 /* ---- the memory of the term */
 /* A face of this rank on which a piece presses. */
 typedef struct {
@@ -167,8 +190,12 @@ typedef struct _p_Flow {
                                                  of that what came in */
   PetscReal step_change; /* [-] of pressure in the step of the water, over the largest */
   PetscBool stale;       /* net and now are still to be made from net.row, whose acting holds n_nodes */
-  PetscBool frozen;      /* the stage is in time: pressures stay what they were as it began */
-  PetscInt n_stable;     /* rows of the last stable trial, and what pressed then */
+  PetscBool frozen;      /* the stage is in time: no water flows */
+  PetscInt n_traps, n_here;
+  FlowTrap *trap; /* (n_traps,) two a piece while the stage is in time and undrained; the same on all ranks */
+  FlowTrapHere *here; /* (n_here,) in the order of traps */
+  PetscReal *trapped; /* [Pa] (n_traps,) at ends of pieces, when FlowTrapsLook looked */
+  PetscInt n_stable;  /* rows of the last stable trial, and what pressed then */
   FlowRow *row_stable;
   PetscReal *acting_stable;
   PetscInt n_acting_stable, rounds_stable;
@@ -192,10 +219,29 @@ PetscErrorCode FlowBegin(const TermView *v);
 /* Collective. At equilibrium, and on the way to it where that is near enough for a round: the flow through
    the joints as they have become. again: pressures change. */
 PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
-/* Adds the forces of the pressures that act. u, f: vertex arrays. */
+/* Adds the forces of the pressures that act and stay; what keeps its volume acts by FlowTrapForces. u, f:
+   vertex arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
 /* Collective. What remains to be done when a step of the water is over; grow: [-] by how much longer the next
    one may be. */
 PetscErrorCode FlowStepOver(const TermView *v, PetscReal *grow);
 /* Makes what has been put back whole: network, pushes and flow from its rows. */
 PetscErrorCode FlowFresh(const TermView *v);
+/* [Pa] What presses at an end of a piece. */
+PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end);
+
+/* ---- undrained.c */
+/* Collective. From now on the water of all pieces keeps its volume. */
+PetscErrorCode FlowTrapAll(const TermView *v);
+PetscErrorCode FlowTrapsFree(Flow *flow);
+/* Whether the water of a piece keeps its volume. */
+PetscBool FlowTrapped(const Flow *flow, PetscInt piece);
+/* Traps in either direction. */
+PetscErrorCode FlowTrapsArchive(Archive *a, const Model *m, Flow *flow);
+/* Collective. Notes the pressures at ends of pieces as they are now. */
+PetscErrorCode FlowTrapsLook(const TermView *v);
+/* Adds resisting forces [N], and bounds of the stiffness [N/m]. u, f, k: vertex arrays. */
+void FlowTrapForces(Flow *flow, const Model *m, const PetscReal *u, PetscReal *f);
+void FlowTrapBound(const Flow *flow, const Model *m, PetscReal *k);
+/* [J] Stored, on this rank. */
+PetscReal FlowTrapEnergy(const Flow *flow, const Model *m, const PetscReal *u);

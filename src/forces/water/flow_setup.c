@@ -244,6 +244,7 @@ PetscErrorCode FlowDestroy(const Scene *scene, Flow **all)
   PetscCall(FlowNetworkDestroy(&flow->net));
   PetscCall(FlowSolutionDestroy(&flow->now));
   PetscCall(MixerReset(&flow->mixer));
+  PetscCall(FlowTrapsFree(flow));
   PetscCall(PetscFree(flow->net.row));
   PetscCall(PetscFree(flow->acting));
   PetscCall(PetscFree(flow->push));

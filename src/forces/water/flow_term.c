@@ -30,6 +30,28 @@ static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  FlowTrapForces(memory, at->m, at->u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  (void)anywhere; // what comes about as bodies move holds no water
+  FlowTrapBound(memory, at->m, k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
+{
+  PetscFunctionBeginUser;
+  *sum += FlowTrapEnergy(memory, at->m, at->u);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Until water and openings agree, what a round has opened or slid is forgotten: else the answer would hang on
    the rounds. */
 static PetscBool tries(const TermView *v)
@@ -220,6 +242,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   PetscCall(archive_list(a, "flow_acting", counts[1], &flow->acting));
   PetscCall(archive_list(a, "flow_reference", counts[1], &flow->reference));
   PetscCall(archive_mixer(a, &flow->mixer, counts[1], counts[2]));
+  PetscCall(FlowTrapsArchive(a, v->m, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -248,8 +271,9 @@ static PetscReal discharge_of(const Flow *flow, PetscInt load, PetscInt *n)
   *n = 0;
   for (PetscInt i = 0; i < flow->net.n_nodes; i++) {
     if (flow->net.node[i].load != load) continue;
-    sum += flow->now.outflow[i] - (flow->net.node[i].kind == NODE_FREE ? flow->net.node[i].inflow : 0.);
     ++*n;
+    if (flow->n_traps) continue; // all water stays where it is
+    sum += flow->now.outflow[i] - (flow->net.node[i].kind == NODE_FREE ? flow->net.node[i].inflow : 0.);
   }
   return sum;
 }
@@ -280,13 +304,14 @@ typedef struct {
   PetscReal length, force, centre[2], residual, largest, widest, reynolds;
 } JointWaterSum;
 
-static void add_piece(const Flow *flow, const FlowSettings *water, const Joint *joint, PetscInt i,
-                      PetscReal rho_g, JointWaterSum *sum)
+static void add_piece(const Flow *flow, const Scene *scene, const Joint *joint, PetscInt i,
+                      JointWaterSum *sum)
 {
+  const FlowSettings *water = &scene->flow;
   const FlowPiece *piece = flow->net.piece + i;
   const FlowRow *row = flow->net.row + piece->row;
   PetscReal p[2];
-  for (int k = 0; k < 2; k++) p[k] = rho_g * flow->acting[piece->node[k]];
+  for (int k = 0; k < 2; k++) p[k] = FlowPressure(flow, scene, i, k);
   const PetscReal force = 0.5 * (p[0] + p[1]) * piece->length,
                   at = p[0] + p[1] > 0. ? (p[0] + 2. * p[1]) / (3. * (p[0] + p[1])) : 0.5,
                   s = piece->s[0] + at * (piece->s[1] - piece->s[0]);
@@ -297,21 +322,21 @@ static void add_piece(const Flow *flow, const FlowSettings *water, const Joint *
     if (piece->a[k] >= joint->aperture_max) sum->largest += 0.5 * piece->length;
     sum->widest = PetscMax(sum->widest, piece->a[k]);
   }
-  sum->reynolds = PetscMax(sum->reynolds,
-                           2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
+  if (!flow->n_traps)
+    sum->reynolds = PetscMax(sum->reynolds,
+                             2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
 }
 
 static void put_joints(FILE *f, const TermView *v, PetscReal *reynolds)
 {
   const Flow *flow = v->memory;
-  const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
   const char *before = "";
   fprintf(f, "        \"joints\": {");
   for (PetscInt j = 0; j < v->scene->n_joints; j++) {
     JointWaterSum sum = {0};
     for (PetscInt i = 0; i < flow->net.n_pieces; i++)
       if (flow->net.row[flow->net.piece[i].row].joint == j)
-        add_piece(flow, &v->scene->flow, v->stage->joints + j, i, rho_g, &sum);
+        add_piece(flow, v->scene, v->stage->joints + j, i, &sum);
     *reynolds = PetscMax(*reynolds, sum.reynolds);
     if (!sum.n) continue;
     fprintf(f, "%s\n          \"%s\": {", before, v->scene->joints[j].name);
@@ -338,12 +363,17 @@ static void summary(FILE *f, const TermView *v)
   for (PetscInt i = 0; i < flow->net.n_pieces; i++)
     if (flow->now.cut_off[flow->net.piece[i].node[0]]) length += flow->net.piece[i].length;
   fprintf(f, "      \"flow\": {\n        ");
-  JsonText(f, "state", flow->frozen ? "frozen" : flow->net.step > 0. ? "transient" : "steady", ", ");
+  JsonText(f, "state",
+           flow->n_traps         ? "undrained"
+           : flow->frozen        ? "frozen"
+           : flow->net.step > 0. ? "transient"
+                                 : "steady",
+           ", ");
   JsonCount(f, "rounds", flow->rounds, ", ");
   JsonNumber(f, "change", flow->change, ", ");
   JsonCount(f, "nodes", flow->net.n_nodes, ", ");
   JsonCount(f, "pieces", flow->net.n_pieces, ", ");
-  JsonNumber(f, "inflow", flow->now.inflow, ", ");
+  JsonNumber(f, "inflow", flow->n_traps ? 0. : flow->now.inflow, ", ");
   JsonNumber(f, "error", flow->now.error, ", ");
   JsonNumber(f, "volume", flow->volume, ", ");
   if (flow->net.step > 0.) {
@@ -393,6 +423,7 @@ static PetscErrorCode survey(const TermView *v, PetscBool tell)
   const Flow *flow = v->memory;
   PetscInt carrier;
   PetscFunctionBeginUser;
+  if (flow->n_traps) PetscCall(FlowTrapsLook(v));
   if (!tell || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
@@ -427,13 +458,15 @@ static PetscErrorCode table(const TermView *v, TermTable *t)
     const FlowPiece *piece = net->piece + i;
     for (int k = 0; k < 2; k++) {
       const PetscInt node = piece->node[k];
+      const PetscReal p = FlowPressure(flow, v->scene, i, k);
       for (int x = 0; x < 2; x++) t->columns[POINT].values[4 * i + 2 * k + x] = net->node[node].x[x];
-      t->columns[HEAD].values[2 * i + k] = flow->now.pressure[node] + net->node[node].x[1];
-      t->columns[PRESSURE].values[2 * i + k] = rho_g * flow->acting[node];
+      t->columns[HEAD].values[2 * i + k] = net->node[node].x[1] +
+                                           (flow->n_traps ? p / rho_g : flow->now.pressure[node]);
+      t->columns[PRESSURE].values[2 * i + k] = p;
       t->columns[APERTURE].values[2 * i + k] = piece->a[k];
       t->columns[SATURATION].values[2 * i + k] = flow->now.saturation[node];
     }
-    t->columns[DISCHARGE].values[i] = flow->now.discharge[i];
+    t->columns[DISCHARGE].values[i] = flow->n_traps ? 0. : flow->now.discharge[i];
     t->columns[LENGTH].values[i] = piece->length;
     t->columns[JOINT].values[i] = (PetscReal)net->row[piece->row].joint;
   }
@@ -446,6 +479,9 @@ const TermKind Flow_term = {.name = "flow",
                             .presses = PETSC_TRUE,
                             .create = create,
                             .destroy = destroy,
+                            .forces = forces,
+                            .bound = bound,
+                            .energy = energy,
                             .applied = applied,
                             .begin = FlowBegin,
                             .settle = FlowSettle,

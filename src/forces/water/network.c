@@ -416,21 +416,42 @@ PetscErrorCode FlowNetworkBuild(const Scene *scene, const Stage *stage, const Fl
 
 /* ---- conductance */
 
-/* [m] Aperture at s along a contact: linear between its ends, which are between residual and largest. */
-static PetscReal aperture_at(const Joint *joint, const FlowRow *row, PetscReal s)
+/* [m] The aperture at a place along a contact, where it runs linearly, before its limits. */
+static PetscReal opening_at(const Joint *joint, const FlowRow *row, PetscReal s)
 {
-  PetscReal a[2];
-  for (int k = 0; k < 2; k++) {
-    a[k] = PetscMax(joint->aperture + row->opening[k], joint->aperture_residual);
-    a[k] = PetscMin(a[k], joint->aperture_max);
-  }
-  return a[0] + s * (a[1] - a[0]);
+  return joint->aperture + row->opening[0] + s * (row->opening[1] - row->opening[0]);
+}
+
+static PetscReal within_limits(const Joint *joint, PetscReal a)
+{
+  return PetscMin(PetscMax(a, joint->aperture_residual), joint->aperture_max);
 }
 
 /* Cubic law of a wedge between apertures a[0] and a[1], exact: a_h^3 = 2 a0^2 a1^2 / (a0 + a1). */
 static PetscReal wedge_cube(const PetscReal a[2])
 {
   return 2. * a[0] * a[0] * a[1] * a[1] / (a[0] + a[1]);
+}
+
+/* The same where the line from open[0] to open[1] passes a limit of the joint: stretches in a row, which
+   resist one after the other. */
+static PetscReal limited_cube(const Joint *joint, const PetscReal open[2])
+{
+  const PetscReal limit[2] = {joint->aperture_residual, joint->aperture_max}, rise = open[1] - open[0];
+  PetscReal at[4] = {0., 0., 0., 1.}, resistance = 0.;
+  int n = 1;
+  for (int k = 0; k < 2; k++) {
+    const int which = rise > 0. ? k : 1 - k; // in the order in which the line meets them
+    if ((open[0] < limit[which]) != (open[1] < limit[which])) at[n++] = (limit[which] - open[0]) / rise;
+  }
+  at[n] = 1.;
+  for (int k = 0; k < n; k++) {
+    const PetscReal a[2] = {within_limits(joint, open[0] + at[k] * rise),
+                            within_limits(joint, open[0] + at[k + 1] * rise)};
+    if (n == 1) return wedge_cube(a);
+    resistance += (at[k + 1] - at[k]) / wedge_cube(a);
+  }
+  return 1. / resistance;
 }
 
 void FlowConduct(const Scene *scene, const Stage *stage, FlowNetwork *net)
@@ -440,16 +461,21 @@ void FlowConduct(const Scene *scene, const Stage *stage, FlowNetwork *net)
     const FlowRow *row = net->row + piece->row;
     const Joint *joint = stage->joints + row->joint;
     PetscReal s[2];
-    for (int k = 0; k < 2; k++) piece->a[k] = aperture_at(joint, row, piece->s[k]);
+    PetscReal open[2];
+    for (int k = 0; k < 2; k++) {
+      open[k] = opening_at(joint, row, piece->s[k]);
+      piece->a[k] = within_limits(joint, open[k]);
+    }
+    PetscReal cube = limited_cube(joint, open);
     for (PetscInt i = 0; i < stage->n_loads; i++) {
       const Load *load = scene->loads + stage->loads[i];
       if (load->kind != LOAD_CURTAIN || !within(row, &load->flow, s)) continue;
       const PetscReal middle = 0.5 * (piece->s[0] + piece->s[1]);
       if (middle < s[0] || middle > s[1]) continue;
-      for (int k = 0; k < 2; k++)
-        piece->a[k] = PetscIsNanReal(load->flow.aperture) ? load->flow.factor * piece->a[k]
-                                                          : load->flow.aperture;
+      const PetscReal factor = load->flow.factor, given = load->flow.aperture;
+      for (int k = 0; k < 2; k++) piece->a[k] = PetscIsNanReal(given) ? factor * piece->a[k] : given;
+      cube = PetscIsNanReal(given) ? factor * factor * factor * cube : given * given * given;
     }
-    piece->conductance = gravity * wedge_cube(piece->a) / (joint->roughness * piece->length);
+    piece->conductance = gravity * cube / (joint->roughness * piece->length);
   }
 }

@@ -259,6 +259,8 @@ def water_faults():
          "reservoir, tail, drain]", "rain, drain]"),
         ("loads: [weight, reservoir, tail, drain]}", "loads: [weight, reservoir]}\n  - quake: {type: dynamic, loads: [weight, reservoir, tail]}"),
         ("  - full: {", "  - full: {type: transient, duration: 10, ", "gravity: 9.81", "gravity: 9.81\nflow: {bulk_modulus: inf}"),
+        ("  - full: {", "  - full: {type: dynamic, duration: 1, ", "gravity: 9.81", "gravity: 9.81\nflow: {dynamic: undrained, bulk_modulus: inf}"),
+        ("gravity: 9.81", "gravity: 9.81\nflow: {dynamic: undrained}"), ("gravity: 9.81", "gravity: 9.81\nflow: {dynamic: drained}"),
     ]  # fmt: skip
     for change in changes:
         scene = WATER

@@ -32,10 +32,14 @@ def weight():
     return RHO * G * cross.sum() / 2, ((x + x2) * cross).sum() / (3 * cross.sum())
 
 
-def heads(x, aperture, level, drained):
-    """[m] along a row of tapered pieces, and [m2/s] what enters at the heel and leaves at the toe."""
-    resistance = 12 * MU / GW * np.diff(x) * (aperture[1:] + aperture[:-1]) / (2 * (aperture[1:] * aperture[:-1]) ** 2)
-    way = np.concatenate([[0], np.cumsum(resistance)])
+def heads(x, heel, toe, level, drained):
+    """[m] along a row of pieces, and [m2/s] what enters at the heel and leaves at the toe. The aperture is a line, within its limits."""
+    rise = (toe - heel) / LENGTH
+    met = [(limit - APERTURE - heel) / rise for limit in (LEAST, MOST) if rise]
+    grid = np.unique(np.concatenate([x, [place for place in met if 0 < place < LENGTH]]))
+    a = np.clip(APERTURE + heel + rise * grid, LEAST, MOST)
+    resistance = 12 * MU / GW * np.diff(grid) * (a[1:] + a[:-1]) / (2 * (a[1:] * a[:-1]) ** 2)
+    way = np.concatenate([[0], np.cumsum(resistance)])[np.searchsorted(grid, x)]
     at = np.argmin(abs(x - DRAIN)) if drained else -1
     held = [(0, level), (way[at], GALLERY), (way[-1], 0)] if drained else [(0, level), (way[-1], 0)]
     head = np.interp(way, *np.array(held).T)
@@ -45,8 +49,7 @@ def heads(x, aperture, level, drained):
 def state(heel, toe, level, k_n, drained, n):
     """What openings [m] of heel and toe lead to: forces [N] per metre, moments about the heel; off: what is missing to balance."""
     x = np.linspace(0, LENGTH, n + 1)
-    aperture = np.clip(APERTURE + heel + (toe - heel) * x / LENGTH, LEAST, MOST)
-    head, q = heads(x, aperture, level, drained)
+    head, q = heads(x, heel, toe, level, drained)
     p, d = GW * head, LENGTH / n
     uplift = d * (p[1:] + p[:-1]).sum() / 2
     lever = d * np.sum(x[:-1] * (p[:-1] + p[1:]) / 2 + d * (p[:-1] + 2 * p[1:]) / 6)
@@ -286,7 +289,7 @@ def one_way(case):
     bears = 3 * at  # the weight alone opens the toe a little
     ends = -2 * load / bears / 20e9 * np.array([1, 1 - LENGTH / bears])
     x = np.linspace(0, LENGTH, 29)
-    head, q = heads(x, np.clip(APERTURE + ends[0] + (ends[1] - ends[0]) * x / LENGTH, LEAST, MOST), LEVEL, False)
+    head, q = heads(x, *ends, LEVEL, False)
     uplift, summary = GW * (head[1:] + head[:-1]).sum() / 2, result.stage_summary("full")
     case.check("one way: discharge [m2/s]", [-summary["flow"]["conditions"]["up"]["discharge"], summary["flow"]["conditions"]["down"]["discharge"]], q, relative=1e-6)
     case.check("... uplift, N [N]", [summary["flow"]["joints"]["base"]["uplift"], summary["joints"]["base"]["N"]], [uplift, load - uplift], relative=1e-6)

@@ -182,6 +182,8 @@ def remarks(results, stage):
     facts, flow, said = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
     if facts["state"] == "frozen":
         said.append("The pressures are those of the stage before: water stands still while the structure moves.")
+    if facts["state"] == "undrained":
+        said.append("The water keeps its volume while the structure moves: the pressures are those of the end of the stage.")
     if LAMINAR <= (facts["reynolds"] or 0.0) < TURBULENT:
         said.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
                     "and the cubic law gives too much of it.")  # fmt: skip
