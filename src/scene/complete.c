@@ -79,6 +79,8 @@ PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
   PetscCall(is_given(r, path, "bottom", given));
   if (on_faces && load->hydro.bottom >= load->level)
     COMPLAIN(r, "%g is not below the level %g [m]", (double)load->hydro.bottom, (double)load->level);
+  PetscCall(is_given(r, path, "coefficient", given));
+  if (r->scene->gravity == 0.) COMPLAIN(r, "it is a part of the weight, and gravity is 0 [m/s2]");
   PetscCall(is_given(r, path, "groups", given));
   if (!on_faces && load->n_groups == 1 && !strcmp(load->groups[0], "none"))
     COMPLAIN(r, "none, and no faces: it acts on nothing");

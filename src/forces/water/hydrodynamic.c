@@ -18,6 +18,12 @@ static PetscReal degrees(PetscReal radians)
   return radians * (180. / PETSC_PI);
 }
 
+/* x of the direction from the wall to its water: -1: it stands on the left. normal: that of WetWall. */
+static PetscReal side_of(const PetscReal normal[2])
+{
+  return -normal[0] > normal[1] ? -1. : 1.;
+}
+
 /* The ends of face i of a set: x, y, x, y; PETSC_FALSE: it is dry. */
 static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal x[4])
 {
@@ -86,7 +92,7 @@ PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 4, MPIU_REAL, MPI_MIN, m->comm));
   // of a bed that belongs to the faces the foot of the wall counts
   const PetscReal top = 0.5 * (ends[2] - ends[3]), foot = PetscClipInterval(top, ends[0], -ends[1]),
-                  side = -least[3] > -least[4] ? -1. : 1.;
+                  side = side_of(wall->normal);
   wall->lean = degrees(PetscAtan2Real(side * (foot - top), y[1] - y[0]));
   if (load->hydro.rule == HYDRO_ZANGAR && y[1] + least[2] >= 0.5 * (y[1] - y[0])) wall->lean = 0.;
   wall->largest = 0.7412 - 0.0073 * PetscMax(0., wall->lean);
@@ -144,8 +150,8 @@ PetscReal WestergaardExcess(PetscReal lean)
 
 PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h)
 {
-  const PetscReal away = PetscMax(k_h * wall->normal[0], k_h * wall->normal[1]);
-  const PetscReal k = wall->rule == HYDRO_ZANGAR && away > 0. ? PetscAbsReal(k_h) : away;
+  const PetscReal k = wall->rule == HYDRO_ZANGAR ? k_h * side_of(wall->normal)
+                                                 : PetscMax(k_h * wall->normal[0], k_h * wall->normal[1]);
   PetscReal pulls = 0., presses = 1.;
   if (k <= 0.) return 0.;
   if (k * HydrodynamicPressure(wall, 1.) >= 1.) return wall->depth;
@@ -177,9 +183,7 @@ void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal pus
   if (z[1] < 0.) to = z[0] / (z[0] - z[1]);
   const PetscReal a = PetscSqrtReal(PetscMax(z[0], 0.)), b = PetscSqrtReal(PetscMax(z[1], 0.));
   // water on the left of the wall, n < 0, presses against inertia to the right; that on the right pulls
-  const PetscReal towards = wall->rule == HYDRO_WESTERGAARD      ? -n
-                            : wall->normal[0] < -wall->normal[1] ? 1.
-                                                                 : -1.;
+  const PetscReal towards = wall->rule == HYDRO_WESTERGAARD ? -n : -side_of(wall->normal);
   for (int g = 0; g < 8; g++) {
     const PetscReal r = a + GAUSS[g][0] * (b - a), along = GAUSS[g][0] * (r + a) / (a + b),
                     weight = (to - from) * GAUSS[g][1] * 2. * r / (a + b);

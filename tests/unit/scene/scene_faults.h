@@ -223,6 +223,8 @@ static const struct {
    "scene.yaml:19: loads.water.bottom: 33 is not below the level 33 [m]"},
   {"type: reservoir, faces: upstream, level: 33", "type: pseudo_static, coefficient: [0.1, 0], faces: upstream, level: 33, rule: npb", "",
    "scene.yaml:19: loads.water.rule: 'npb' is not one of: westergaard, zangar"},
+  {"type: reservoir, faces: upstream, level: 33", "type: pseudo_static, coefficient: [0.1, 0]", "-gravity 0",
+   "scene.yaml:19: loads.water.coefficient: it is a part of the weight, and gravity is 0 [m/s2]"},
   {"type: reservoir, faces: upstream, level: 33", "type: pseudo_static, coefficient: [0.1, 0], groups: none", "",
    "scene.yaml:19: loads.water.groups: none, and no faces: it acts on nothing"},
   {"type: reservoir, faces: upstream, level: 33", "type: pseudo_static, coefficient: [0.1, 0], value: [1, 0]", "",

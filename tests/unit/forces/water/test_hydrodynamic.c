@@ -79,6 +79,9 @@ static void WaterPullsDownToSomeDepth(void)
   ENSURE_NEAR(SuctionDepth(&wall, .3), 20 * .13125 * .13125, 1e-12);
   wall.rule = HYDRO_ZANGAR, wall.normal[1] = -1;
   const PetscReal s = SuctionDepth(&wall, -.3) / 20;
+  wall.normal[1] = .05; // a wall with a step in it: its water presses all the same
+  ENSURE_NEAR(SuctionDepth(&wall, .3), 0, 0);
+  ENSURE_NEAR(SuctionDepth(&wall, -.3), 20 * s, 1e-12);
   ENSURE_NEAR(.3 * HydrodynamicPressure(&wall, s), s, 1e-12);
 }
 
