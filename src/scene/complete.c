@@ -1,5 +1,5 @@
-/* complete.c: completes the keys of strengths, uplift, strength reduction and flood, which only make sense
-   together. */
+/* complete.c: completes the keys of strengths, motions, supports, uplift, strength reduction and flood,
+   which only make sense together. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -26,6 +26,73 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
   if (given && isnan(m->friction)) COMPLAIN(r, "the shear strength needs friction [degree] too");
   PetscCall(is_given(r, path, "friction", &given));
   if (given && isnan(m->cohesion)) COMPLAIN(r, "the shear strength needs cohesion [Pa] too");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *m)
+{
+  PetscBool scaled = PETSC_FALSE, given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "scale", &scaled));
+  PetscCall(is_given(r, path, "pga", &given));
+  if (given && scaled) COMPLAIN(r, "scale and pga exclude each other");
+  if (given && m->quantity == MOTION_VELOCITY) COMPLAIN(r, "it is for a record of accelerations");
+  PetscCall(is_given(r, path, "baseline", &given));
+  if (m->baseline == BASELINE_LINEAR && m->quantity == MOTION_VELOCITY)
+    COMPLAIN(r, "linear is for a record of accelerations");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// Has the support follow a motion of the scene in the directions of its record.
+static void follow(Reader *r, Support *s, const GroundMotion *m)
+{
+  for (int k = 0; k < 2; k++) {
+    if (m->direction == (k ? MOTION_ALONG_X : MOTION_ALONG_Y)) continue;
+    if (s->along[k])
+      COMPLAIN(r, "%s and %s both move it along %c", s->along[k]->entry.name, m->entry.name, "xy"[k]);
+    if (!s->fix[k] && m->direction != MOTION_ALONG_XY && s->boundary == BOUNDARY_FIXED)
+      COMPLAIN(r, "%s moves along %c, in which supports.%s does not hold: expected fix: xy or %c",
+               m->entry.name, "xy"[k], s -> name, "xy"[k]);
+    s->along[k] = m;
+  }
+}
+
+/* The motion of a support is a list of motions of the scene, or else the path of a file. */
+PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
+{
+  const Scene *scene = r->scene;
+  char item[LABEL_LENGTH], known[512] = "none";
+  size_t used = 0;
+  PetscInt named = 0, others = 0;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(is_given(r, path, "quantity", &given));
+  PetscBool with_quantity = given;
+  PetscCall(is_given(r, path, "motion", &given));
+  for (const char *rest = s->motion[0] ? s->motion : NULL; rest;) {
+    PetscInt i = 0;
+    rest = NextItem(rest, item);
+    while (i < scene->n_motions && strcmp(scene->motions[i].entry.name, item) != 0) i++;
+    if (i < scene->n_motions) follow(r, s, scene->motions + i);
+    named += i < scene->n_motions, others += i == scene->n_motions;
+  }
+  for (PetscInt i = 0; i < scene->n_motions && used < sizeof known; i++)
+    used += (size_t)snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "",
+                             scene->motions[i].entry.name);
+  if (others && (named || others > 1)) COMPLAIN(r, "not all are motions of the scene, which are: %s", known);
+  if (named && with_quantity) {
+    PetscCall(is_given(r, path, "quantity", &given));
+    COMPLAIN(r, "it is for a file: motions.%s.quantity says it",
+             s->along[0] ? s->along[0]->entry.name : item);
+  }
+  if (!named && s->motion[0]) {
+    PetscCall(PetscStrncpy(s->own.file, s->motion, sizeof(s->own.file)));
+    PetscCall(PetscStrncpy(s->own.entry.name, s->name, NAME_LENGTH));
+    s->own.scale = 1.;
+    s->along[0] = s->along[1] = &s->own;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -7,7 +7,8 @@
 
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
-  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
+  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "motions.<name>.",
+  "supports.<name>.",
 #define PATH_OF_TERM(SECTION, word, type) (word ".<name>."),
   "loads.<name>.", "stages.<name>.", TERM_SECTIONS(PATH_OF_TERM)};
 // clang-format on

@@ -29,6 +29,14 @@ PetscBool MotionIsFinite(const Motion *motion);
 PetscReal MotionPlace(const Motion *motion, PetscReal t, int k);
 PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
 
+/* What a record says of itself; accelerations are those of rows, or the slope of velocities. */
+typedef struct {
+  PetscReal largest[3]; /* displacement [m], velocity [m/s], acceleration [m/s2] */
+  PetscReal end[2];     /* displacement, velocity of the last row */
+  PetscReal t_end;      /* [s] */
+} MotionFacts;
+MotionFacts MotionLook(const MotionTrack *track);
+
 /* ---- support_motion.c */
 /* Supports that move in dynamic stages, as a force term. */
 extern const TermKind Supports_term;
