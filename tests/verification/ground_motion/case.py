@@ -174,6 +174,12 @@ def formats(case):
     sums = {name: shaken(case, files, *short, *changes).stage_summary("shake")["checksum"] for name, (files, changes) in runs.items()}
     for name in list(sums)[1:]:
         case.check(f"same record, {name}: same bits", sums[name], sums["table of two columns"])
+    speeds = 100 * a  # [cm/s], which a VT2 file has
+    fast = f"A\nVELOCITY TIME SERIES IN UNITS OF CM/S\nNPTS= {len(t)}, DT= .02\n" + "\n".join(f"{x:.17g}" for x in speeds)
+    files = {"quake.VT2": fast, "quake.csv": text(t, 0.01 * speeds)}
+    sums = [shaken(case, files, *short, ("motions.quake", {"file": name, "direction": "x", "quantity": "velocity"})).stage_summary("shake")["checksum"]
+            for name in files]  # fmt: skip
+    case.check("velocities, VT2 and a table: same bits", *sums)
 
 
 def scales(case):
@@ -199,6 +205,7 @@ def baselines(case):
         case.check(f"{name}: ends with [m/s], moved by [m]", [told["end_velocity"], told["end_displacement"]], ends, relative=0.05)
         case.check("... and so does the ground [m]", place[0], told["end_displacement"], absolute=1e-12)
         case.check("... warned of where it is more than 1 % of PGV", "the support stops there at once" in result.stdout, abs(ends[0]) > 0.00325)
+        case.check("... and that they may be velocities, above 0.05 m/s", "say quantity: velocity" in result.stdout, ends[0] > 0.05)
         result = shaken(case, {"quake.csv": text(t, a)}, QUICK, ("motions.quake.baseline", "linear"))
         place, told = ground(result)
         case.check("... baseline: linear: ends with [m/s], moved by [m], the ground", [told["end_velocity"], told["end_displacement"], place[0]],

@@ -49,10 +49,10 @@ def parser():
 # ---- what is looked at
 
 
-def points_of(folder, names, stage, direction):
-    """Records of points of a run."""
+def points_of(folder, names, stage, direction, shortest):
+    """Records of points of a run, with no more rows than the shortest period [s] asks for."""
     results = Results(folder)
-    dynamic = [row["name"] for row in results.summary["stages"] if row["type"] == "dynamic"]
+    dynamic = [row["name"] for row in results.summary["stages"] if "balance" in (row["energy"] or ())]
     if stage is None and len(dynamic) == 1:
         stage = dynamic[0]
     if stage not in dynamic:
@@ -61,9 +61,12 @@ def points_of(folder, names, stage, direction):
     for name in names or [""]:
         if name not in known:
             raise RecordError(f"{folder}: expected --points of the mesh: {', '.join(known) or 'it has none'}")
-    rows = results.history["stage"] == stage
-    t = results.history["time_s"][rows]
-    return [record.from_history(t, results.history[f"{name}_u{direction}_m"][rows], name) for name in names]
+    rows = np.flatnonzero(results.history["stage"] == stage)
+    cycle, t = results.history["cycle"][rows], results.history["time_s"][rows]
+    steps = cycle - cycle[0]
+    t = t[0] + (t[-1] - t[0]) / max(steps[-1], 1) * steps  # steps are alike; times in the file have ten digits
+    few = slice(None, None, max(1, int(shortest / (2 * ROWS * max(t[-1] - t[0], 1e-300)) * len(t))))
+    return [record.from_history(t[few], results.history[f"{name}_u{direction}_m"][rows][few], name) for name in names]
 
 
 def records_of(options):
@@ -71,7 +74,7 @@ def records_of(options):
     if folders and len(options.sources) > 1:
         raise RecordError(f"{folders[0]}: an output folder: expected no other source beside it")
     if folders:
-        return points_of(folders[0], options.points, options.stage, options.direction)
+        return points_of(folders[0], options.points, options.stage, options.direction, options.periods[0])
     if options.points:
         raise RecordError(f"{options.sources[0]}: a record has no points: expected an output folder")
     found = [record.read(path, options.direction, options.scale) for path in options.sources]
