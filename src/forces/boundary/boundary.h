@@ -37,6 +37,18 @@ typedef struct {
 } MotionFacts;
 MotionFacts MotionLook(const MotionTrack *track);
 
+/* ---- ground.c */
+/* The motion of the ground as a whole: that of the supports that move. */
+typedef struct {
+  Motion motion;
+  PetscReal part; /* [-] of it: waves that come through a quiet boundary are half of what free ground does */
+} Ground;
+/* Refuses, in message, supports that move differently: there is no one ground then. */
+PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MESSAGE_LENGTH]);
+PetscErrorCode GroundDestroy(Ground *ground);
+/* [m/s] (2,) at a time since the start of the motion. */
+void GroundVelocity(const Ground *ground, PetscReal t, PetscReal v[2]);
+
 /* ---- support_motion.c */
 /* Supports that move in dynamic stages, as a force term. */
 extern const TermKind Supports_term;

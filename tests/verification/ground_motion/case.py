@@ -85,6 +85,7 @@ QUICK = ("stages.shake.dt_factor", 0.9)  # where only the ground counts
 
 def run(case):
     half_sine(case)
+    frames(case)
     synthetic(case)
     inclined(case)
     formats(case)
@@ -106,6 +107,24 @@ def half_sine(case):
     case.check("... slip of the joint [m]", -slip[2, -1], 0.17980, relative=0.01)
     late = (time > 0.45) & (time < 0.6)  # it slows down by mu g until it stops
     case.check("... stops at [s]", time[late] + np.sqrt(2 * (slip[2, late] - slip[2, -1]) / (0.2 * G)), 0.66244, relative=0.002)
+
+
+def frames(case):
+    """Damping by mass against the ground, or against what rests: the block of VS08, and what is carried along."""
+    t = np.linspace(0, 0.4, 401)
+    files = {"quake.csv": text(np.append(t, [0.4, 4.0]), np.append(0.5 * G * np.sin(np.pi * t / 0.4), [0.0, 0.0]))}
+    for frame, slip in (("ground", 0.126), ("absolute", 0.494)):
+        result = shaken(case, files, ("stages.shake", SCENE["stages"]["shake"] | {"duration": 2.5, "alpha": 1.5, "frame": frame}))
+        energy = result.stage_summary("shake")["energy"]
+        case.check(f"VS08 with alpha 1.5, frame {frame}: slip [m]", abs(slips(result)[1][2]).max(), slip, relative=0.02)
+        case.check("... energy balance over the work of the support", energy["balance"] / abs(energy["supports"]), 0.0, absolute=1e-3)
+    ramp = {"quake.csv": "0, 1\n1, 1\n1, 0\n4, 0\n"}  # up to 1 m/s, and on
+    keys = ("stages.shake", {"type": "dynamic", "loads": ["weight"], "duration": 3.9, "alpha": 2, "dt_factor": 0.15})
+    carried = shaken(case, ramp, keys, ("joints", {"default": {"law": "elastic", "k_n": STIFFNESS, "k_s": STIFFNESS}}))
+    lag = shaken(case, ramp, keys, ("stages.shake.frame", "absolute"), ("joints", {"default": {"law": "elastic", "k_n": STIFFNESS, "k_s": STIFFNESS}}))
+    behind = [slips(run)[1][2, -1] for run in (carried, lag)]
+    case.check("blocks carried at 1 m/s with alpha 2, frame ground: they lag by [m]", behind[0], 0.0, absolute=2e-8)
+    case.check("... absolute, by alpha m v / k [m]", behind[1], -2 * 2400 * HEIGHT / STIFFNESS, relative=0.01)
 
 
 def synthetic(case):
