@@ -11,7 +11,7 @@ are stable; some joints have two of them. Error: the larger of that of the uplif
 Time: seconds of all stages on one rank, the least of several runs; evaluations of forces are the same on every machine.
 Maps: stiffness and aperture of the joint, levels, with and without a drain, explicit and preconditioned, tolerances that the program
 takes where a scene gives none. A cell misses where the program finds no equilibrium and the reference does; it lies where the program
-finds one that the reference does not have, or is more than 5 % off it.
+finds one that the reference does not have, or is more than 5 % off it also with four times the contacts.
 Writes docs/img/seepage_accuracy.png, docs/img/seepage_stability.png, docs/data/seepage_accuracy.csv, docs/data/seepage_stability.csv and
 tables of docs/generated/benchmarks.md. Exit code 1: a cell lies, or is over its limit."""
 
@@ -282,7 +282,7 @@ STIFFNESSES = (1, 5, 20, 100, 1000)  # [GPa/m]
 APERTURES = (0.02, 0.05, 0.15, 0.4, 1.0)  # [mm]
 LEVELS = {False: (30, 32.5, 34, 35, 36, 37, 38, 38.8, 40, 42), True: (30, 37, 38.8, 42)}  # [m] with a drain or not
 BELOW = (0.5, 0.1, 0.02, -0.1)  # [m] below the limit level
-MOST_CYCLES = 200000  # the right cells take less; the program stops at 1e6 by itself
+MOST_CYCLES = 200000  # a few explicit cells within 0.1 m of the limit level need up to 430000; the program's own limit, 1e6, takes minutes
 FINER = 4
 
 
