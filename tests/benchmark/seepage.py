@@ -7,7 +7,7 @@
 The problem is the rigid dam of 38 m on its base, W06 of the case seepage_coupled; a wall without weight carries water above the crest.
 The reference solves its two equations (openings of heel and toe) with 4004 pieces of joint, and is checked against the numbers
 of the plan. It follows the equilibria as the dam turns: the level rises to a limit and falls beyond. Equilibria on rising stretches
-are stable; some joints have two of them. Error: the larger of that of the uplift and of the open length, over those of the reference.
+are stable; some joints have two of them. Error: the larger of that of the uplift, over it, and of the open length, over the base.
 Time: seconds of all stages on one rank, the least of several runs; evaluations of forces are the same on every machine.
 Maps: stiffness and aperture of the joint, levels, with and without a drain, explicit and preconditioned, tolerances that the program
 takes where a scene gives none. A cell misses where the program finds no equilibrium and the reference does; it lies where the program
