@@ -378,12 +378,12 @@ def draw_stability(rows, path):
 
 # k_n [GPa/m], aperture [mm], drain, level [m]: most rounds, most force evaluations of an explicit and of a preconditioned run
 LIMITS = {
-    (5, 0.15, False, 37): (6, 7500, 38),
-    (20, 0.15, False, 37): (3, 4300, 21),
-    (5, 0.15, True, 37): (3, 4200, 14),
-    (20, 0.15, False, 38.8): (9, 10900, 52),
-    (20, 0.02, False, 34): (10, 11600, 28),
-    (1000, 1, False, 42): (3, 5900, 31),
+    (5, 0.15, False, 37): (7, 4500, 38),
+    (20, 0.15, False, 37): (3, 3400, 21),
+    (5, 0.15, True, 37): (3, 2600, 14),
+    (20, 0.15, False, 38.8): (9, 5100, 52),
+    (20, 0.02, False, 34): (10, 5700, 28),
+    (1000, 1, False, 42): (3, 3700, 31),
 }
 
 
