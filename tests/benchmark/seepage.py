@@ -272,7 +272,7 @@ def draw_accuracy(rows, path):
     for axes in panels[:, 0]:
         axes.set_ylabel("error of uplift and open length, the larger [%]")
     panels[0, 0].legend(fontsize=7, loc="lower left", title="contacts: both methods", title_fontsize=7)
-    panels[1, 0].legend(fontsize=7, loc="lower left", title="time", title_fontsize=7)
+    panels[1, 0].legend(fontsize=7, loc="upper right", title="time", title_fontsize=7)
     save_figure(figure, path, dpi=110)
 
 
