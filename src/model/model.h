@@ -361,6 +361,13 @@ static inline PetscInt ModelApplied(const Model *m)
 /* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
    masses of its body; 1 for other dofs. */
 PetscReal DofLength(const Model *model, const State *state, PetscInt d);
+/* The component along degree of freedom d of a vector (2,); 0 along rotations. */
+static inline PetscReal DofGround(const Model *m, PetscInt d, const PetscReal vector[2])
+{
+  const PetscInt at = 3 * m->n_bodies;
+  if (d >= at) return vector[(d - at) % 2];
+  return d % 3 < 2 ? vector[d % 3] : 0.;
+}
 /* Collective. The undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);

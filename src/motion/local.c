@@ -192,6 +192,12 @@ static void solve(const LocalPoint *p, const Model *m, Square a, PetscReal *b, P
   }
 }
 
+/* [m/s] What alpha damps against along degree of freedom i of a point. */
+static PetscReal of_ground(const PetscReal ground[2], int i)
+{
+  return i < 2 ? ground[i] : 0.;
+}
+
 /* Books the works of the step from velocity v_0 to v_1 at a point. What moving supports give to the added
    mass that they hold counts as theirs, and so does what acts beside dashpots. */
 static void book(const Local *l, const LocalPoint *p, PetscReal dt, const PetscReal *v_0,
@@ -224,7 +230,8 @@ static void find_incoming(Local *l, const State *s)
   TermsIncoming(l->m, s, l->w, l->push);
 }
 
-void LocalStep(Local *l, State *s, const PetscReal *v_before, PetscReal works[LOCAL_WORKS])
+void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
+               PetscReal works[LOCAL_WORKS])
 {
   works[LOCAL_KINETIC] = works[LOCAL_SUPPORTS_AHEAD] = works[LOCAL_DASHPOTS_AHEAD] = 0.;
   if (!l->n) return;
@@ -237,7 +244,8 @@ void LocalStep(Local *l, State *s, const PetscReal *v_before, PetscReal works[LO
     for (int i = 0; i < size_of(p); i++) {
       const PetscInt d = p->dof + i;
       const PetscReal half = 0.5 * s->dt * s->alpha * s->m[d];
-      b[i] = s->m[d] * v_0[i] - half * v_0[i] + s->dt * (b[i] + push[i] + s->f_ext[d] - s->f[d]);
+      b[i] = s->m[d] * v_0[i] - half * (v_0[i] - 2. * of_ground(ground, i)) +
+             s->dt * (b[i] + push[i] + s->f_ext[d] - s->f[d]);
       for (int j = 0; j < size_of(p); j++) {
         b[i] += (p->mass[i][j] - 0.5 * s->dt * p->dashpot[i][j]) * v_0[j];
         a[i][j] = p->mass[i][j] + 0.5 * s->dt * p->dashpot[i][j];
@@ -254,7 +262,7 @@ void LocalStep(Local *l, State *s, const PetscReal *v_before, PetscReal works[LO
   }
 }
 
-void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, PetscReal sign)
+void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2], PetscReal sign)
 {
   if (!l->n) return;
   find_incoming(l, s);
@@ -266,7 +274,7 @@ void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, PetscReal sign
     times(p, p->dashpot, less, b);
     for (int i = 0; i < size_of(p); i++) {
       const PetscInt d = p->dof + i;
-      b[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * v_0[i];
+      b[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v_0[i] - of_ground(ground, i));
       for (int j = 0; j < size_of(p); j++) a[i][j] = p->mass[i][j];
       a[i][i] += s->m[d];
     }

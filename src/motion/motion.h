@@ -61,12 +61,15 @@ enum {
 /* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
 PetscErrorCode LocalCreate(const TermView *view, Local **local);
 PetscErrorCode LocalDestroy(Local **local);
-/* Gives the points the velocities and displacements of their own inertia, after Integrate has moved them and
-   supports what they hold. v_before: (n_dof,) velocities before the step. */
-void LocalStep(Local *local, State *state, const PetscReal *v_before, PetscReal works[LOCAL_WORKS]);
+/* Gives the points the velocities and displacements of their own inertia, after Integrate has moved them
+   and supports what they hold. v_before: (n_dof,) velocities before the step; ground: [m/s] what alpha
+   damps against. */
+void LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
+               PetscReal works[LOCAL_WORKS]);
 /* Moves the velocities of the points from v_before by half a step of the present forces: sign -1 back, +1
    forward. */
-void LocalHalfStep(Local *local, State *state, const PetscReal *v_before, PetscReal sign);
+void LocalHalfStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
+                   PetscReal sign);
 
 /* ---- fault.c */
 /* Finds the first block of this rank where a force or displacement is not finite: a number that orders such

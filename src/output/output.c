@@ -265,6 +265,7 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
 {
   PetscFunctionBeginUser;
   write_echo(o->folder, scene, message);
+  MotionsWrite(scene, o->folder, message);
   if (resumed && !message[0]) continue_history(o, message);
   if (resumed && !o->history && !message[0])
     fprintf(stderr,

@@ -176,6 +176,10 @@ enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and op
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
 
+/* ---- motions.c */
+/* Rank 0. Writes motion_<name>.csv for each motion that the scene scales or corrects. */
+void MotionsWrite(const Scene *scene, const char *folder, char message[MESSAGE_LENGTH]);
+
 /* ---- hinges.c */
 /* Joints between two bodies that are closed over less than half of their face, with tptm. */
 typedef struct {

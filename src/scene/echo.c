@@ -52,6 +52,7 @@ static PetscErrorCode append_value(Reader *r, KeyType type, const char *text)
   switch (type) {
   case TYPE_TITLE:
   case TYPE_PATH:
+  case TYPE_MOTION:
     PetscCall(append_quoted(r, text));
     break;
   case TYPE_PAIR:

@@ -7,7 +7,8 @@
 
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
-  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "supports.<name>.",
+  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "motions.<name>.",
+  "supports.<name>.",
 #define PATH_OF_TERM(SECTION, word, type) (word ".<name>."),
   "loads.<name>.", "stages.<name>.", TERM_SECTIONS(PATH_OF_TERM)};
 // clang-format on
@@ -151,3 +152,12 @@ static const Key Keys[] = {
 // clang-format on
 
 enum { KEYS = sizeof Keys / sizeof Keys[0] };
+
+/* Whether a key of this name belongs to the type in another row, where it has another default or range. */
+static PetscBool has_other_row(const Key *key, int type)
+{
+  for (const Key *k = Keys; k < Keys + KEYS; k++)
+    if (k->section == key->section && (k->loads | k->stages) & BIT(type) && !strcmp(k->name, key->name))
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}

@@ -10,6 +10,7 @@ typedef enum {
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 
+typedef enum { FRAME_GROUND, FRAME_ABSOLUTE } FrameKind; /* as Frames */
 typedef struct {
   char name[NAME_LENGTH];
   StageKind kind;
@@ -27,6 +28,7 @@ typedef struct {
                                        water; 0: water flows steadily */
   PetscReal dt_factor;              /* [-] dynamic: time step over its stability bound */
   PetscReal alpha;                  /* [1/s] dynamic: mass-proportional damping */
+  FrameKind frame;                  /* dynamic: against what */
   PetscInt frames;                  /* dynamic: number of results on the way, at equal intervals */
   Joint *joints; /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
@@ -50,6 +52,7 @@ static const char *const StageTypes[] = {"static",    "dynamic",   "strength_red
                                          "flood",     "transient", "load_factor",
                                          "StageKind", "STAGE_",    NULL};
 #define TRIALS (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR))
+static const char *const Frames[] = {"ground", "absolute", "FrameKind", "FRAME_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 #endif
 // clang-format off
@@ -78,6 +81,9 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "dynamic: mass-proportional damping",
       .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "frame", CHOICE, Stage, frame, "ground", NULL, "",
+      "dynamic: what alpha damps motion against: the ground that supports move, or absolute: what rests",
+      .choices = Frames, .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
       "dynamic, transient: results written on the way, at equal intervals of time", .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT)),
   KEY(STAGES, "what", CHOICE, Stage, what, "friction", NULL, "",

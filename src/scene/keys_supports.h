@@ -1,6 +1,5 @@
 /* keys_supports.h: what a scene says of supports: section supports. */
 #ifdef KEY_STRUCTS
-typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 typedef enum { BOUNDARY_FIXED, BOUNDARY_QUIET } BoundaryKind;
 typedef enum { INPUT_OUTCROP, INPUT_INCIDENT } WaveInput;
 
@@ -8,19 +7,16 @@ typedef struct {
   char name[NAME_LENGTH];
   char target[NAME_LENGTH]; /* face set, group or point of the mesh; by default the support's own name */
   PetscBool fix[2];         /* x, y: whether the support fixes it */
-  char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: CSV file of t [s], x, y; "": it does not move */
+  char motion[PETSC_MAX_PATH_LEN]; /* dynamic stages: motions of the scene, or a file; "": it does not move */
   PetscInt row;                    /* row of the support in Scene.supports */
   BoundaryKind boundary;           /* what it does in dynamic stages */
   WaveInput input;                 /* what its motion is, when waves come through it */
-  MotionQuantity quantity;         /* what x, y in the file are: [m/s] or [m/s2] */
-  PetscInt n_rows;                 /* of the file; SceneReadMotions */
-  PetscReal *t;                    /* [s] (n_rows,) ascending, at most two the same */
-  PetscReal *xy;                   /* (n_rows,2) */
+  GroundMotion own;                /* that of a file, which belongs to no motion of the scene */
+  const GroundMotion *along[2];    /* what it follows along x and y, NULL: nothing */
   int line;
 } Support;
 #endif
 #ifdef KEY_WORDS
-static const char *const Quantities[] = {"velocity", "acceleration", "MotionQuantity", "MOTION_", NULL};
 static const char *const Boundaries[] = {"fixed", "quiet", "BoundaryKind", "BOUNDARY_", NULL};
 static const char *const WaveInputs[] = {"outcrop", "incident", "WaveInput", "INPUT_", NULL};
 #endif
@@ -30,10 +26,10 @@ static const char *const WaveInputs[] = {"outcrop", "incident", "WaveInput", "IN
   KEY(SUPPORTS, "target", NAME, Support, target, "= name of the support", NULL, "",
       "face set, group or point held"),
 
-  KEY(SUPPORTS, "motion", PATH, Support, motion, "", NULL, "",
-      "dynamic stages: CSV file of t [s], x, y that the support follows"),
-  KEY(SUPPORTS, "quantity", CHOICE, Support, quantity, "velocity", NULL, "",
-      "what the file gives: velocity [m/s] or acceleration [m/s2]", .choices = Quantities),
+  KEY(SUPPORTS, "motion", MOTION, Support, motion, "", NULL, "",
+      "dynamic stages: what the support follows: one of the motions, or one along x and one along y; or a CSV file of t [s], x, y"),
+  KEY(SUPPORTS, "quantity", CHOICE, Support, own.quantity, "velocity", NULL, "",
+      "what such a file gives: velocity [m/s] or acceleration [m/s2]", .choices = Quantities),
   KEY(SUPPORTS, "boundary", CHOICE, Support, boundary, "fixed", NULL, "",
       "dynamic stages: fixed holds and moves by `motion`; quiet lets waves out, and those of `motion` in",
       .choices = Boundaries),

@@ -1,95 +1,138 @@
-/* motion_file.c: CSV files of numbers in time: support motion (t, x, y) and levels of water (t, level). */
-#include "scene/scene.h"
-#include <ctype.h>
+/* motion_file.c: files of motions and of levels of water: read on rank 0, there scaled and their baseline
+   corrected, so that all ranks have the same bits. */
+#include "scene/record.h"
 #include <inttypes.h>
 #include <sys/stat.h>
 
-/* 1: a row of `width` numbers; 0: the end; -1: neither. may_name: a line of names ("t, x, y") may come before
-   the first row. The mark that spreadsheets put before UTF-8 is passed over. */
-static int read_row(FILE *file, PetscInt64 *n_lines, PetscBool *may_name, int width, double row[3])
+/* ---- baseline */
+
+/* Velocity and displacement that accelerations end with, linear between rows, from rest. */
+static void end_of(PetscInt n, const PetscReal *t, const PetscReal *a, PetscInt stride, PetscReal end[2])
 {
-  char *line = NULL;
-  size_t size = 0;
-  int status = 0;
-  row[2] = 0.;
-  while (!status && getline(&line, &size, file) >= 0) {
-    const char *text = line + (!(*n_lines)++ && !strncmp(line, "\xEF\xBB\xBF", 3) ? 3 : 0);
-    int behind = 0;
-    text += strspn(text, " \t\r\n");
-    if (!*text || *text == '#') continue;
-    const PetscBool names = (PetscBool)(*may_name && (isalpha((unsigned char)*text) || *text == '"'));
-    *may_name = PETSC_FALSE;
-    if (names && sscanf(text, "%lf", row) != 1) continue;
-    const int n = width == 3 ? sscanf(text, "%lf , %lf , %lf %n", row, row + 1, row + 2, &behind)
-                             : sscanf(text, "%lf , %lf %n", row, row + 1, &behind);
-    const PetscBool whole = (PetscBool)(n == width && (!text[behind] || text[behind] == '#'));
-    status = whole && isfinite(row[0]) && isfinite(row[1]) && isfinite(row[2]) ? 1 : -1;
+  end[0] = end[1] = 0.;
+  for (PetscInt i = 1; i < n; i++) {
+    const PetscReal h = t[i] - t[i - 1], a0 = a[(i - 1) * stride], a1 = a[i * stride];
+    end[1] += h * (end[0] + h * (2. * a0 + a1) / 6.);
+    end[0] += h * (a0 + a1) / 2.;
   }
-  free(line);
-  return status;
 }
 
-/* Whether a row at time t may follow the first n: later, or at the time of the last one, once, which makes a
-   step. */
-static PetscBool may_follow(PetscInt n, const PetscReal *t, PetscReal next)
+/* Subtracts sin^2(pi s) (c1 + c2 s) from each component, s = 0..1 over the record, so that it ends at rest
+   where it began. PETSC_FALSE: it has too few rows. */
+static PetscErrorCode correct_baseline(Record *r, PetscBool *corrected)
 {
-  if (!n || next > t[n - 1]) return PETSC_TRUE;
-  return (PetscBool)(next == t[n - 1] && (n == 1 || t[n - 1] > t[n - 2]));
-}
-
-/* Rank 0. Rows of a file: times, and width - 1 numbers each; the last is at a later time than the first. key:
-   of the scene, for messages; names: of the columns. */
-static PetscErrorCode read_rows(const Scene *scene, const char *key, const char *path, const char *names,
-                                int width, PetscInt *n, PetscReal **t, PetscReal **values,
-                                char message[MESSAGE_LENGTH])
-{
-  double row[3];
-  PetscInt capacity = 0;
-  PetscInt64 n_lines = 0;
-  PetscBool may_name = PETSC_TRUE;
-  int status;
-  FILE *file = fopen(path, "r");
+  PetscReal *shape[2], end[3][2];
   PetscFunctionBeginUser;
-  if (!file) {
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %s: %s: no such file", scene->file, key, path));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc2(r->n, shape, r->n, shape + 1));
+  for (PetscInt i = 0; i < r->n; i++) {
+    const PetscReal s = (r->t[i] - r->t[0]) / (r->t[r->n - 1] - r->t[0]), sine = PetscSinReal(PETSC_PI * s);
+    shape[0][i] = sine * sine, shape[1][i] = s * sine * sine;
   }
-  while ((status = read_row(file, &n_lines, &may_name, width, row)) > 0) {
-    if (!may_follow(*n, *t, row[0])) status = -1;
-    if (status < 0) break;
-    if (*n == capacity) {
-      capacity = capacity ? 2 * capacity : 64;
-      PetscCall(PetscRealloc(capacity * sizeof(PetscReal), t));
-      PetscCall(PetscRealloc((width - 1) * capacity * sizeof(PetscReal), values));
-    }
-    (*t)[*n] = row[0];
-    for (int k = 1; k < width; k++) (*values)[(width - 1) * *n + k - 1] = row[k];
-    ++*n;
+  for (int j = 0; j < 2; j++) end_of(r->n, r->t, shape[j], 1, end[j]);
+  const PetscReal both[2] = {end[0][0] * end[1][1], end[1][0] * end[0][1]}, determinant = both[0] - both[1];
+  *corrected = (PetscBool)(PetscAbsReal(determinant) >
+                           1e-9 * (PetscAbsReal(both[0]) + PetscAbsReal(both[1])));
+  for (PetscInt k = 0; k < r->width && *corrected; k++) {
+    end_of(r->n, r->t, r->x + k, r->width, end[2]);
+    const PetscReal c1 = (end[2][0] * end[1][1] - end[1][0] * end[2][1]) / determinant,
+                    c2 = (end[0][0] * end[2][1] - end[2][0] * end[0][1]) / determinant;
+    for (PetscInt i = 0; i < r->n; i++) r->x[r->width * i + k] -= c1 * shape[0][i] + c2 * shape[1][i];
   }
-  fclose(file);
-  if (status < 0 || *n < 2 || (*t)[*n - 1] <= (*t)[0])
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: %s: %s: line %" PetscInt64_FMT ": expected %s, numbers in two rows or "
-                            "more, t ascending, or twice the same for a step",
-                            scene->file, key, path, n_lines, names));
+  PetscCall(PetscFree2(shape[0], shape[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. read_rows on rank 0, and what it has read on all ranks. */
-static PetscErrorCode share_rows(MPI_Comm comm, const Scene *scene, const char *key, const char *path,
-                                 const char *names, int width, PetscInt *n, PetscReal **t, PetscReal **values)
+/* ---- one motion */
+
+/* Corrects the baseline, and scales both components by one factor. fault: what is wrong. */
+static PetscErrorCode correct(GroundMotion *m, const char **fault)
+{
+  Record *r = &m->record;
+  PetscReal peak = 0., scale = m->scale;
+  PetscBool corrected = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  if (m->baseline == BASELINE_LINEAR) PetscCall(correct_baseline(r, &corrected));
+  if (!corrected) *fault = "baseline: linear: expected at least two times between the first and the last";
+  for (PetscInt i = 0; i < r->n * r->width; i++) peak = PetscMax(peak, PetscAbsReal(r->x[i]));
+  if (m->pga > 0. && peak == 0.) *fault = "pga: every acceleration is 0: none to scale";
+  if (m->pga > 0. && peak > 0.) scale = m->pga / peak;
+  if (scale != 1.)
+    for (PetscInt i = 0; i < r->n * r->width; i++) r->x[i] *= scale;
+  for (PetscInt i = 0; i < r->n * r->width; i++)
+    if (!isfinite(r->x[i])) *fault = "too large for a number";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool MotionIsChanged(const GroundMotion *m)
+{
+  return (PetscBool)(m->scale != 1. || m->pga > 0. || m->baseline != BASELINE_NONE);
+}
+
+/* Rank 0. */
+static PetscErrorCode read_motion(GroundMotion *m, PetscBool named, char message[MESSAGE_LENGTH])
+{
+  static const RecordShape shape = {2, 3, "t, x, y, or t and one component"}, unnamed = {2, 3, "t, x, y"};
+  MotionQuantity quantity = m->quantity;
+  const char *fault = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(RecordRead(m->file, named ? &shape : &unnamed, &m->record, &quantity, message));
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (m->record.width == 1 && !named)
+    fault = "it has one component: name it in motions, with its direction, and have the support follow that";
+  else if (m->record.width == 1 && m->direction == MOTION_ALONG_XY)
+    fault = "it has one component: expected direction: x or y";
+  else if (m->record.width == 2 && m->direction != MOTION_ALONG_XY)
+    fault = "it has both components: expected no direction";
+  else if (quantity != m->quantity)
+    fault = quantity == MOTION_VELOCITY ? "it gives velocities: expected quantity: velocity"
+                                        : "it gives accelerations: expected quantity: acceleration";
+  else
+    PetscCall(correct(m, &fault));
+  if (fault) PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s", fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- all ranks */
+
+/* Rank 0. Puts where it is before what is wrong with a file. */
+static PetscErrorCode place_fault(const Scene *scene, const char *key, const char *path,
+                                  char message[MESSAGE_LENGTH])
+{
+  char fault[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  if (!message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(fault, message, MESSAGE_LENGTH));
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %s: %s: %s", scene->file, key, path, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. What rank 0 has read. */
+static PetscErrorCode share(MPI_Comm comm, Record *r, char message[MESSAGE_LENGTH])
+{
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCall(CheckMessage(comm, message));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Bcast(&r->n, 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(&r->width, 1, MPIU_INT, 0, comm));
+  if (rank) PetscCall(PetscMalloc1(r->n, &r->t));
+  if (rank) PetscCall(PetscMalloc1(r->width * r->n, &r->x));
+  PetscCallMPI(MPI_Bcast(r->t, r->n, MPIU_REAL, 0, comm));
+  PetscCallMPI(MPI_Bcast(r->x, r->width * r->n, MPIU_REAL, 0, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. key: of the scene; named: the motion has a name there. */
+static PetscErrorCode share_motion(MPI_Comm comm, const Scene *scene, const char *key, PetscBool named,
+                                   GroundMotion *m)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) PetscCall(read_rows(scene, key, path, names, width, n, t, values, message));
-  PetscCall(CheckMessage(comm, message));
-  PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, comm));
-  if (rank) PetscCall(PetscMalloc1(*n, t));
-  if (rank) PetscCall(PetscMalloc1((width - 1) * *n, values));
-  PetscCallMPI(MPI_Bcast(*t, *n, MPIU_REAL, 0, comm));
-  PetscCallMPI(MPI_Bcast(*values, (width - 1) * *n, MPIU_REAL, 0, comm));
+  if (!rank) PetscCall(read_motion(m, named, message));
+  if (!rank) PetscCall(place_fault(scene, key, m->file, message));
+  PetscCall(share(comm, &m->record, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,22 +140,47 @@ PetscErrorCode SceneReadMotions(MPI_Comm comm, Scene *scene)
 {
   char key[LABEL_LENGTH];
   PetscFunctionBeginUser;
-  for (Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
-    if (!s->motion[0]) continue;
-    PetscCall(PetscSNPrintf(key, sizeof(key), "supports.%s.motion", s->name));
-    PetscCall(share_rows(comm, scene, key, s->motion, "t, x, y", 3, &s->n_rows, &s->t, &s->xy));
+  for (GroundMotion *m = scene->motions; m < scene->motions + scene->n_motions; m++) {
+    PetscCall(PetscSNPrintf(key, sizeof(key), "motions.%s.file", m->entry.name));
+    PetscCall(share_motion(comm, scene, key, PETSC_TRUE, m));
   }
+  for (Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
+    if (!s->own.file[0]) continue;
+    PetscCall(PetscSNPrintf(key, sizeof(key), "supports.%s.motion", s->name));
+    PetscCall(share_motion(comm, scene, key, PETSC_FALSE, &s->own));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MotionsDestroy(Scene *scene)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; scene->motions && i < scene->n_motions; i++)
+    PetscCall(RecordDestroy(&scene->motions[i].record));
+  for (PetscInt i = 0; scene->supports && i < scene->n_supports; i++)
+    PetscCall(RecordDestroy(&scene->supports[i].own.record));
+  PetscCall(PetscFree(scene->motions));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene)
 {
+  static const RecordShape shape = {2, 2, "t, level"};
   char key[LABEL_LENGTH];
+  PetscMPIInt rank;
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   for (Load *l = scene->loads; l < scene->loads + scene->n_loads; l++) {
+    char message[MESSAGE_LENGTH] = "";
+    MotionQuantity none;
+    Record record = {0};
     if (!l->levels[0]) continue;
     PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.levels", l->name));
-    PetscCall(share_rows(comm, scene, key, l->levels, "t, level", 2, &l->n_levels, &l->t, &l->levels_at));
+    if (!rank) PetscCall(RecordRead(l->levels, &shape, &record, &none, message));
+    if (!rank) PetscCall(place_fault(scene, key, l->levels, message));
+    if (message[0]) PetscCall(RecordDestroy(&record));
+    PetscCall(share(comm, &record, message));
+    l->n_levels = record.n, l->t = record.t, l->levels_at = record.x;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -138,8 +206,10 @@ PetscErrorCode SceneNoteFiles(Scene *scene)
   FILE *f = open_memstream(&text, &size);
   PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
   fputs(scene->options, f);
+  for (const GroundMotion *m = scene->motions; m < scene->motions + scene->n_motions; m++)
+    note_file(f, "motions", m->entry.name, "file", m->file);
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
-    note_file(f, "supports", s->name, "motion", s->motion);
+    note_file(f, "supports", s->name, "motion", s->own.file);
   for (const Load *l = scene->loads; l < scene->loads + scene->n_loads; l++)
     note_file(f, "loads", l->name, "levels", l->levels);
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");

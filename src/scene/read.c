@@ -7,15 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-// Whether a key of this name belongs to the type in another row, where it has another default or range.
-static PetscBool has_other_row(const Key *key, int type)
-{
-  for (const Key *k = Keys; k < Keys + KEYS; k++)
-    if (k->section == key->section && (k->loads | k->stages) & BIT(type) && !strcmp(k->name, key->name))
-      return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 // Reads all keys of one section into the struct `base`. kind: the kind of a load or stage, which is its first
 // key.
 static PetscErrorCode read_section(Reader *r, Section section, const char *path, void *base, const void *kind)
@@ -65,6 +56,30 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A section whose entries begin with a TermEntry. size: [byte] of an entry; free entries with PetscFree. */
+static PetscErrorCode read_entries(Reader *r, Section section, const char *word, size_t size, PetscInt *n,
+                                   void **entries)
+{
+  char path[LABEL_LENGTH];
+  Name *names;
+
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, word, n, &names));
+  PetscCall(PetscCalloc(*n * size, entries));
+  if (*n) PetscCall(EchoSection(r, 0, word));
+  for (PetscInt i = 0; i < *n; i++) {
+    TermEntry *entry = (TermEntry *)((char *)*entries + (size_t)i * size);
+    memcpy(entry->name, names[i].name, NAME_LENGTH);
+    entry->line = names[i].line;
+    PetscCall(AskSection(r, word, entry->name, path));
+    PetscCall(EchoSection(r, 2, entry->name));
+    PetscCall(read_section(r, section, path, entry, NULL));
+    if (section == SECTION_MOTIONS) PetscCall(CompleteMotion(r, path, (const void *)entry));
+  }
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode read_supports(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
@@ -82,6 +97,7 @@ static PetscErrorCode read_supports(Reader *r, Scene *scene)
     PetscCall(AskSection(r, "supports", s->name, path));
     PetscCall(EchoSection(r, 2, s->name));
     PetscCall(read_section(r, SECTION_SUPPORTS, path, s, NULL));
+    PetscCall(CompleteSupport(r, path, s));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -125,26 +141,11 @@ static const struct {
 
 static PetscErrorCode read_term_sections(Reader *r, Scene *scene)
 {
-  char path[LABEL_LENGTH];
-  Name *names;
-
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(sizeof(TermSections) / sizeof(TermSections[0]), &scene->terms));
-  for (int t = 0; TermSections[t].word; t++) {
-    const char *word = TermSections[t].word;
-    PetscCall(AskNames(r, word, &scene->terms[t].n, &names));
-    PetscCall(PetscCalloc(scene->terms[t].n * TermSections[t].size, &scene->terms[t].entries));
-    if (scene->terms[t].n) PetscCall(EchoSection(r, 0, word));
-    for (PetscInt i = 0; i < scene->terms[t].n; i++) {
-      TermEntry *entry = (TermEntry *)((char *)scene->terms[t].entries + (size_t)i * TermSections[t].size);
-      memcpy(entry->name, names[i].name, NAME_LENGTH);
-      entry->line = names[i].line;
-      PetscCall(AskSection(r, word, entry->name, path));
-      PetscCall(EchoSection(r, 2, entry->name));
-      PetscCall(read_section(r, TermSections[t].section, path, entry, NULL));
-    }
-    PetscCall(PetscFree(names));
-  }
+  for (int t = 0; TermSections[t].word; t++)
+    PetscCall(read_entries(r, TermSections[t].section, TermSections[t].word, TermSections[t].size,
+                           &scene->terms[t].n, &scene->terms[t].entries));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -356,6 +357,7 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
   const Entry **given;
+  void *motions;
 
   PetscFunctionBeginUser;
   PetscCall(PetscSegBufferCreate(1, 1 << 15, &r->asked));
@@ -379,6 +381,8 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_section(r, SECTION_FLOW, path, scene, NULL));
   PetscCall(read_materials(r, scene));
   PetscCall(read_joints(r, scene, &given));
+  PetscCall(read_entries(r, SECTION_MOTIONS, "motions", sizeof(GroundMotion), &scene->n_motions, &motions));
+  scene->motions = motions;
   PetscCall(read_supports(r, scene));
   PetscCall(read_term_sections(r, scene));
   PetscCall(read_loads(r, scene));
@@ -436,10 +440,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
   free(scene->solvers);
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->joints));
-  for (PetscInt i = 0; scene->supports && i < scene->n_supports; i++) {
-    PetscCall(PetscFree(scene->supports[i].t));
-    PetscCall(PetscFree(scene->supports[i].xy));
-  }
+  PetscCall(MotionsDestroy(scene));
   PetscCall(PetscFree(scene->supports));
   for (PetscInt i = 0; scene->loads && i < scene->n_loads; i++) {
     PetscCall(PetscFree(scene->loads[i].t));
@@ -466,6 +467,7 @@ static void describe_values(const Key *key, char text[256])
                                       [TYPE_TRISTATE] = "true, false",
                                       [TYPE_PAIR] = "[number, number]",
                                       [TYPE_FIX] = "x, y, xy",
+                                      [TYPE_MOTION] = "path or motions",
                                       [TYPE_NAMES] = "list of names",
                                       [TYPE_LOADS] = "list of loads",
                                       [TYPE_CHANGES] = "keys"};

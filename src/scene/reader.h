@@ -13,6 +13,7 @@ typedef enum {
   SECTION_STAGE_DEFAULTS, /* keys of `relaxation` that are fields of Stage: every stage starts from them */
   SECTION_MATERIALS,
   SECTION_JOINTS,
+  SECTION_MOTIONS,
   SECTION_SUPPORTS,
   SECTION_LOADS,
   SECTION_STAGES, /* lists of names */
@@ -33,6 +34,7 @@ typedef enum {
   TYPE_TRISTATE, /* true or false in a PetscInt, which stays -1 when the key is not given */
   TYPE_PAIR,     /* two numbers, x and y */
   TYPE_FIX,      /* x, y or xy */
+  TYPE_MOTION,   /* path, or motions of the scene; see CompleteSupport */
   TYPE_NAMES,    /* list of names */
   TYPE_LOADS,    /* list of loads of the scene */
   TYPE_CHANGES   /* any key of `joints`, see ReadStageJoints */
@@ -90,8 +92,12 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
-/* ---- complete.c: what keys of one load or stage say together; path: its section */
+/* ---- complete.c, complete_trials.c: what keys of one load or stage say together; path: its section */
+/* The next complaint is about the key `name`; given: the user gave this key. */
+PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool *given);
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
+PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *motion);
+PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);

@@ -70,9 +70,10 @@ typedef struct {
   PetscReal wall_limit;             /* [min] of wall time, 0: no limit */
   char *options;                    /* lines "key value": all that the scene and the command line say */
   /* tables */
-  PetscInt n_materials, n_joints, n_supports, n_loads, n_stages;
+  PetscInt n_materials, n_joints, n_motions, n_supports, n_loads, n_stages;
   Material *materials;
   Joint *joints; /* row 0 is "default" */
+  GroundMotion *motions;
   Support *supports;
   Load *loads;
   Stage *stages;
@@ -113,8 +114,12 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
 PetscErrorCode SceneHelp(MPI_Comm comm);
 PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- motion_file.c */
-/* Collective. The rows of files of support motion, into scene->supports; refuses a file that is none. */
+/* Collective. The records of motions and of files that supports follow, scaled and their baseline
+   corrected; refuses a file that is none. */
 PetscErrorCode SceneReadMotions(MPI_Comm comm, Scene *scene);
+PetscErrorCode MotionsDestroy(Scene *scene);
+/* Whether the record is not that of its file: it is scaled, or its baseline corrected. */
+PetscBool MotionIsChanged(const GroundMotion *motion);
 /* Collective. The rows of files of levels, into scene->loads; refuses a file that is none. */
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 /* Adds to scene->options the checksums of these files. */

@@ -8,6 +8,7 @@
 #endif
 #include "scene/keys_blocks.h"
 #include "scene/keys_joints.h"
+#include "scene/keys_motions.h"
 #include "scene/keys_supports.h"
 #include "scene/keys_loads.h"
 #include "scene/keys_stages.h"

@@ -265,6 +265,7 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
   switch (key->type) {
   case TYPE_TITLE:
   case TYPE_PATH:
+  case TYPE_MOTION:
   case TYPE_NAME:
     convert_text(r, key, text, field);
     break;
@@ -307,7 +308,7 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base)
 {
   PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NAMES ||
-                                  key->type == TYPE_LOADS);
+                                  key->type == TYPE_LOADS || key->type == TYPE_MOTION);
   PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
   const char *text = entry ? entry->value : key->preset;
   char unit[32];

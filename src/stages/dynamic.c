@@ -3,10 +3,24 @@
 #include "stages/loop.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
-static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
-static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
 static const PetscReal PRESSED_THROUGH =
     0.1; /* overlap over contact length that no joint stiffness explains */
+
+/* What the loop remembers of a stage in time. */
+typedef struct {
+  EnergyAccount energy;
+  Local *local;                 /* NULL: to be made */
+  Ground ground;                /* what alpha damps against; at rest: it rests */
+  PetscInt64 steps;             /* of the stage */
+  PetscInt frame;               /* the last written */
+  PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
+} Dynamic;
+
+/* [m/s] (2,) What alpha damps against at the present time. */
+static void ground_now(const Problem *p, const Dynamic *d, PetscReal v[2])
+{
+  GroundVelocity(&d->ground, p->state->time, v);
+}
 
 /* ---- start */
 
@@ -49,14 +63,18 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
 
 /* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1
    forward to t at the end. */
-static void half_step(const Problem *p, Local *local, EnergyAccount *energy, PetscReal sign)
+static void half_step(const Problem *p, Dynamic *dynamic, PetscReal sign)
 {
+  EnergyAccount *energy = &dynamic->energy;
   const Model *m = p->m;
   State *s = p->state;
+  PetscReal v_ground[2];
+  ground_now(p, dynamic, v_ground);
   memcpy(energy->v_before, s->v, m->n_dof * sizeof *s->v);
   for (PetscInt d = 0; d < m->n_dof; d++)
-    s->v[d] += sign * 0.5 * s->dt * (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * s->v[d]);
-  LocalHalfStep(local, s, energy->v_before, sign);
+    s->v[d] += sign * 0.5 * s->dt *
+               (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * (s->v[d] - DofGround(m, d, v_ground)));
+  LocalHalfStep(dynamic->local, s, energy->v_before, v_ground, sign);
 }
 
 /* The forces of now once more, with those that terms have just begun to give. */
@@ -69,7 +87,7 @@ static PetscErrorCode evaluate_again(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode start(const Problem *p, Local *local, EnergyAccount *energy)
+static PetscErrorCode start(const Problem *p, Dynamic *d)
 {
   const Stage *stage = p->stage;
   const TermView view = ViewOf(p);
@@ -97,7 +115,7 @@ static PetscErrorCode start(const Problem *p, Local *local, EnergyAccount *energ
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
-  half_step(p, local, energy, -1.);
+  half_step(p, d, -1.);
   p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -186,9 +204,22 @@ static PetscErrorCode follow_motion(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On to the next time, by the forces just evaluated. */
-static PetscErrorCode advance(const Problem *p, Local *local, EnergyAccount *energy)
+/* What alpha damps against moves free degrees of freedom along. */
+static void carry(const Model *m, State *s, const PetscReal v_ground[2])
 {
+  const PetscReal part = s->alpha * s->dt / (1. + 0.5 * s->alpha * s->dt);
+  if (part == 0. || (v_ground[0] == 0. && v_ground[1] == 0.)) return;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal more = Held(m, d) ? 0. : part * DofGround(m, d, v_ground);
+    s->v[d] += more, s->u[d] += more * s->dt;
+  }
+}
+
+/* On to the next time, by the forces just evaluated. */
+static PetscErrorCode advance(const Problem *p, Dynamic *d)
+{
+  EnergyAccount *energy = &d->energy;
+  PetscReal v_ground[2];
   const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
   const Model *m = p->m;
   State *s = p->state;
@@ -198,9 +229,12 @@ static PetscErrorCode advance(const Problem *p, Local *local, EnergyAccount *ene
   PetscCall(follow_motion(p));
   EnergyBeforeStep(m, s, energy);
   Integrate(m, s, &none, &sums);
+  ground_now(p, d, v_ground);
+  carry(m, s, v_ground);
   TermsAdvance(m, s);
-  LocalStep(local, s, energy->v_before, energy->local);
+  LocalStep(d->local, s, energy->v_before, v_ground, energy->local);
   EnergyAfterStep(m, s, energy);
+  EnergyOfGround(m, s, v_ground, energy);
   RigidMotion(m, s->u);
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
@@ -259,24 +293,23 @@ static PetscErrorCode warn_models(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the loop remembers of a stage in time. */
-typedef struct {
-  EnergyAccount energy;
-  Local *local;                 /* NULL: to be made */
-  PetscInt64 steps;             /* of the stage */
-  PetscInt frame;               /* the last written */
-  PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
-} Dynamic;
-
 /* Boundaries that let waves out hold no longer, and what has inertia of its own is known; again on a new
    partition. */
 static PetscErrorCode prepare(const Problem *p, Dynamic *d)
 {
   const TermView view = ViewOf(p);
+  char message[MESSAGE_LENGTH] = "", line[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (d->local) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SupportsApply(p->scene, PETSC_TRUE, p->m));
   PetscCall(LocalCreate(&view, &d->local));
+  if (p->stage->alpha == 0. || p->stage->frame == FRAME_ABSOLUTE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GroundDestroy(&d->ground));
+  PetscCall(GroundCreate(p->scene, &d->ground, message));
+  if (message[0])
+    PetscCall(PetscSNPrintf(line, sizeof(line), "%s: stages.%s.frame: %s", p->scene->file, p->stage->name,
+                            message));
+  PetscCall(CheckMessage(p->m->comm, line));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -358,7 +391,7 @@ static PetscErrorCode cycle(Loop *loop)
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
-  PetscCall(advance(p, d->local, &d->energy));
+  PetscCall(advance(p, d));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
     d->fault = FaultFind(p->m, p->state), d->fault_step = i;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -381,60 +414,6 @@ static PetscErrorCode tell(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found
-   anew, joints that gave. */
-static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
-{
-  if (balance >= PetscMax(detection, given)) return "lower dt_factor";
-  if (given >= detection) return "change the stress model to pt or tptm, or lower dt_factor";
-  return "raise k_n, so that blocks overlap less, or lower dt_factor (docs/theory.md, v)";
-}
-
-/* How far the account is out, and of what, in words. */
-static PetscErrorCode tell_account(const Energies *e, PetscReal out, PetscReal moved, char words[static 512])
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscSNPrintf(
-      words, 512,
-      "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts anew %.2g J, "
-      "loss in joints %.2g J): %s",
-      (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
-      remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction))));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
-   gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
-static PetscErrorCode judge_account(const Problem *p, const EnergyAccount *energy)
-{
-  StageResult *r = p->result;
-  const Energies *e = &r->energy;
-  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + e->incoming +
-                          energy->kinetic_0 + energy->strain_0 + energy->joints_0;
-  const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
-  const PetscReal out = made + PetscMax(0., -e->detection);
-  char words[512];
-  PetscFunctionBeginUser;
-  PetscCall(tell_account(e, out, moved, words));
-  if (made > DISOWNED * moved) {
-    r->verdict = VERDICT_DIVERGED;
-    PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (out > UNBALANCED * moved)
-    PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
-  r->verdict = VERDICT_COMPLETED;
-  PetscCall(BodyMotionSay(p->m, &p->output->bodies, sizeof(words), words));
-  PetscCall(PetscSNPrintf(
-      r->evidence, sizeof(r->evidence),
-      "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
-      "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
-      " lost",
-      words, (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection, (double)moved,
-      r->verifications, r->contacts_made, r->contacts_lost));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode say_steps(Loop *loop)
 {
   const Problem *p = loop->p;
@@ -454,7 +433,7 @@ static PetscErrorCode begin(Loop *loop)
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   PetscCall(prepare(p, d));
-  PetscCall(start(p, d->local, &d->energy));
+  PetscCall(start(p, d));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
   if (!p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(say_steps(loop));
@@ -469,10 +448,10 @@ static PetscErrorCode end(Loop *loop)
   p->contacts->rate = -1.;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   PetscCall(follow_motion(p));
-  half_step(p, d->local, &d->energy, 1.);
+  half_step(p, d, 1.);
   PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
-  if (p->result->verdict == VERDICT_NONE) PetscCall(judge_account(p, &d->energy));
+  if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p, &d->energy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -494,5 +473,6 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(LocalDestroy(&d.local));
+  PetscCall(GroundDestroy(&d.ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,9 @@
 
 enum { ENERGY_SUMS = 7, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 
+static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
+static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
+
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
 {
   PetscFunctionBeginUser;
@@ -201,6 +204,19 @@ void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
   e->damping_ahead = s->alpha * s->dt * total(works.ahead);
 }
 
+void EnergyOfGround(const Model *m, const State *s, const PetscReal ground[2], EnergyAccount *e)
+{
+  PetscReal driven = 0., ahead = 0.;
+  if (s->alpha == 0. || (ground[0] == 0. && ground[1] == 0.)) return;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    if (s->m_inv[d] == 0.) continue;
+    const PetscReal push = s->m[d] * DofGround(m, d, ground);
+    driven += push * 0.5 * (e->v_before[d] + s->v[d]), ahead += 0.5 * push * s->v[d];
+  }
+  e->damping -= s->alpha * s->dt * driven;
+  e->damping_ahead -= s->alpha * s->dt * ahead;
+}
+
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)
 {
   const Instant now = InstantOf(p);
@@ -249,5 +265,59 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
   out->balance = sum[3] + sum[4] + sum[8] - (sum[0] - e->kinetic_0) - (sum[1] - e->strain_0) - sum[6] -
                  sum[5];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found
+   anew, joints that gave. */
+static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
+{
+  if (balance >= PetscMax(detection, given)) return "lower dt_factor";
+  if (given >= detection) return "change the stress model to pt or tptm, or lower dt_factor";
+  return "raise k_n, so that blocks overlap less, or lower dt_factor (docs/theory.md, v)";
+}
+
+/* How far the account is out, and of what, in words. */
+static PetscErrorCode tell_account(const Energies *e, PetscReal out, PetscReal moved, char words[static 512])
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(
+      words, 512,
+      "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts anew %.2g J, "
+      "loss in joints %.2g J): %s",
+      (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
+      remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
+   gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
+PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy)
+{
+  StageResult *r = p->result;
+  const Energies *e = &r->energy;
+  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + e->incoming +
+                          energy->kinetic_0 + energy->strain_0 + energy->joints_0;
+  const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
+  const PetscReal out = made + PetscMax(0., -e->detection);
+  char words[512];
+  PetscFunctionBeginUser;
+  PetscCall(tell_account(e, out, moved, words));
+  if (made > DISOWNED * moved) {
+    r->verdict = VERDICT_DIVERGED;
+    PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (out > UNBALANCED * moved)
+    PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
+  r->verdict = VERDICT_COMPLETED;
+  PetscCall(BodyMotionSay(p->m, &p->output->bodies, sizeof(words), words));
+  PetscCall(PetscSNPrintf(
+      r->evidence, sizeof(r->evidence),
+      "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
+      "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
+      " lost",
+      words, (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection, (double)moved,
+      r->verifications, r->contacts_made, r->contacts_lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,6 +31,9 @@ void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
    Call the one before Integrate, the other after it. */
 void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
 void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
+/* Takes into the damping of this time that it acts against the velocity ground [m/s] (2,). Call it after
+   EnergyAfterStep. */
+void EnergyOfGround(const Model *model, const State *state, const PetscReal ground[2], EnergyAccount *e);
 /* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
 /* Sets the strain energy: what blocks, and what else acts on bodies, store on this rank at the forces just
@@ -41,6 +44,10 @@ PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored);
 /* Collective. Reports the account at the time of the forces last evaluated. first: at the start of the
    stage. */
 PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first, Energies *out);
+
+/* Collective. The verdict of a stage in time that ran for its duration: completed, or diverged where too
+   much of the energy came from nothing. */
+PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */

@@ -33,7 +33,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 TARGETS = {"scene": 600, "motion": 256, "mesh": 1024, "hdf5": 16384, "checkpoint": 8192, "results": 8192,
            "scene_setup": 4096, "mesh_setup": 1024, "python": 16384}  # longest input [byte]  # fmt: skip
-READERS = ("scene/*.c", "mesh/mesh_file.c", "mesh/hdf5.c", "mesh/check.c", "mesh/topology.c", "mesh/resolve.c", "forces/boundary/support_motion.c", "archive/archive_file.c")
+READERS = ("scene/*.c", "mesh/mesh_file.c", "mesh/hdf5.c", "mesh/check.c", "mesh/topology.c", "mesh/resolve.c", "forces/boundary/motion.c", "forces/boundary/support_motion.c", "archive/archive_file.c")
 # HDF5 1.10 forgets memory when a file is damaged; a set-up that is refused leaves its memory to the end of the program
 FORGET = ("hdf5", "checkpoint", "results", "scene_setup", "mesh_setup")
 MOST_FINDINGS = 50  # of one run of a target
@@ -72,7 +72,7 @@ class Target:
 def dictionary(target, path):
     """Words for the mutator: of numbers, and of the scene language the keys and choices of the one table."""
     text = (ROOT / "src" / "scene" / "keys.h").read_text(encoding="utf-8") if target.name != "motion" else ""
-    more = {"\\x0a", ",", "# ", "t,x,y", "\\xef\\xbb\\xbf"} if target.name == "motion" else {": ", "- ", "{", "}", "[", "]", "\\x0a  ", "&a ", "*a"}
+    more = {"\\x0a", ",", "# ", "t,x,y", "\\xef\\xbb\\xbf", "UNITS OF G\\x0a", "UNITS OF CM/S", "NPTS=", "DT=", " NPTS, DT\\x0a"} if target.name == "motion" else {": ", "- ", "{", "}", "[", "]", "\\x0a  ", "&a ", "*a"}
     words = sorted(set(re.findall(r'"([a-z_0-9]{2,24})"', text)) | more | {"1e308", "-1e308", "1e200", "-1", "nan", "inf", "0x1p9"})
     path.write_text("".join(f'"{word}"\n' for word in words), encoding="utf-8")
     return path

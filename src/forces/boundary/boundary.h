@@ -29,6 +29,26 @@ PetscBool MotionIsFinite(const Motion *motion);
 PetscReal MotionPlace(const Motion *motion, PetscReal t, int k);
 PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
 
+/* What a record says of itself; accelerations are those of rows, or the slope of velocities. */
+typedef struct {
+  PetscReal largest[3]; /* displacement [m], velocity [m/s], acceleration [m/s2] */
+  PetscReal end[2];     /* displacement, velocity of the last row */
+  PetscReal t_end;      /* [s] */
+} MotionFacts;
+MotionFacts MotionLook(const MotionTrack *track);
+
+/* ---- ground.c */
+/* The motion of the ground as a whole: that of the supports that move. */
+typedef struct {
+  Motion motion;
+  PetscReal part; /* [-] of it: waves that come through a quiet boundary are half of what free ground does */
+} Ground;
+/* Refuses, in message, supports that move differently: there is no one ground then. */
+PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MESSAGE_LENGTH]);
+PetscErrorCode GroundDestroy(Ground *ground);
+/* [m/s] (2,) at a time since the start of the motion. */
+void GroundVelocity(const Ground *ground, PetscReal t, PetscReal v[2]);
+
 /* ---- support_motion.c */
 /* Supports that move in dynamic stages, as a force term. */
 extern const TermKind Supports_term;

@@ -1,4 +1,4 @@
-/* motion.c: the motion of the ground: what a support's file gives, integrated exactly. Between rows the
+/* motion.c: the motion of the ground: what records give, integrated exactly. Between rows the
    file is linear, so displacement is a polynomial of the second degree (velocity) or the third
    (acceleration). */
 #include "forces/boundary/boundary.h"
@@ -10,19 +10,19 @@ static PetscReal behind_row(const PetscReal p[4], int order, PetscReal h)
   return p[0] + h * (p[1] + h * (0.5 * p[2] + h / 6. * p[3]));
 }
 
-/* The coefficients from row to row. */
-static void integrate_rows(const Support *s, int k, MotionTrack *track)
+/* The coefficients from row to row; x: column of the record. */
+static void integrate_rows(const Record *record, PetscInt x, MotionQuantity quantity, MotionTrack *track)
 {
   PetscReal u = 0., v = 0.;
   for (PetscInt i = 0; i < track->n; i++) {
     PetscReal *p = track->row + 4 * i;
-    const PetscReal x = s->xy[2 * i + k];
+    const PetscReal here = record->x[record->width * i + x];
     const PetscReal h = i + 1 < track->n ? track->t[i + 1] - track->t[i] : 0.;
-    const PetscReal slope = h > 0. ? (s->xy[2 * i + 2 + k] - x) / h : 0.;
-    if (s->quantity == MOTION_VELOCITY)
-      p[0] = u, p[1] = x, p[2] = slope, p[3] = 0.;
+    const PetscReal slope = h > 0. ? (record->x[record->width * (i + 1) + x] - here) / h : 0.;
+    if (quantity == MOTION_VELOCITY)
+      p[0] = u, p[1] = here, p[2] = slope, p[3] = 0.;
     else
-      p[0] = u, p[1] = v, p[2] = x, p[3] = slope;
+      p[0] = u, p[1] = v, p[2] = here, p[3] = slope;
     u = behind_row(p, 0, h), v = behind_row(p, 1, h);
   }
 }
@@ -32,9 +32,10 @@ PetscErrorCode MotionCreate(const Support *s, Motion *motion)
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++) {
     MotionTrack *track = motion->along + k;
-    track->n = s->n_rows, track->t = s->t;
+    const GroundMotion *m = s->along[k];
+    *track = (MotionTrack){.n = m ? m->record.n : 0, .t = m ? m->record.t : NULL};
     PetscCall(PetscMalloc1(4 * track->n, &track->row));
-    integrate_rows(s, k, track);
+    if (m) integrate_rows(&m->record, m->record.width == 2 ? k : 0, m->quantity, track);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -89,4 +90,26 @@ PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k)
   if (!track->n || t < track->t[0] || t >= track->t[track->n - 1]) return 0.;
   const PetscInt i = row_before(track, t);
   return behind_row(track->row + 4 * i, 1, t - track->t[i]);
+}
+
+/* The largest between a row and the next, h [s] behind it. Velocity may be largest where acceleration is 0
+   between them; displacement is looked at in rows. */
+static void look_behind(const PetscReal p[4], PetscReal h, PetscReal largest[3])
+{
+  const PetscReal at = p[3] != 0. ? -p[2] / p[3] : 0.;
+  largest[0] = PetscMax(largest[0], PetscAbsReal(p[0]));
+  largest[1] = PetscMax(largest[1], PetscMax(PetscAbsReal(p[1]), PetscAbsReal(behind_row(p, 1, h))));
+  if (at > 0. && at < h) largest[1] = PetscMax(largest[1], PetscAbsReal(behind_row(p, 1, at)));
+  largest[2] = PetscMax(largest[2], PetscAbsReal(p[2]));
+}
+
+MotionFacts MotionLook(const MotionTrack *track)
+{
+  MotionFacts facts = {{0., 0., 0.}, {0., 0.}, 0.};
+  if (!track->n) return facts;
+  for (PetscInt i = 0; i < track->n; i++)
+    look_behind(track->row + 4 * i, i + 1 < track->n ? track->t[i + 1] - track->t[i] : 0., facts.largest);
+  for (int d = 0; d < 2; d++) facts.end[d] = track->row[4 * (track->n - 1) + d];
+  facts.t_end = track->t[track->n - 1];
+  return facts;
 }

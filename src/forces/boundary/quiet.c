@@ -250,6 +250,14 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [m/s] Over the step about the present time, so that a wave brings the displacement of its record whatever
+   the step. */
+static PetscReal mean_velocity(const Motion *motion, const State *s, int k)
+{
+  const PetscReal half = 0.5 * s->dt;
+  return (MotionPlace(motion, s->time + half, k) - MotionPlace(motion, s->time - half, k)) / s->dt;
+}
+
 static void incoming(void *memory, const Model *m, const State *s, PetscReal *w, PetscReal *push)
 {
   const Quiet *q = memory;
@@ -258,7 +266,7 @@ static void incoming(void *memory, const Model *m, const State *s, PetscReal *w,
   for (PetscInt d = 0; d < 2 * m->n_deformable; d++) push[d] += reaction[d];
   for (const QuietVertex *at = q->at; at < q->at + q->n; at++) {
     const Motion *motion = q->motion + at->support;
-    const PetscReal vx = MotionVelocity(motion, s->time, 0), vy = MotionVelocity(motion, s->time, 1);
+    const PetscReal vx = mean_velocity(motion, s, 0), vy = mean_velocity(motion, s, 1);
     for (int i = 0; i < 2; i++)
       w[2 * at->vertex + i] += q->times[at->support] * (at->share[i][0] * vx + at->share[i][1] * vy);
   }

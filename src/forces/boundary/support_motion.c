@@ -46,38 +46,99 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The file of a support may end in motion before the stage does: then the support stops at once there, which
-   is a blow. An accelerogram without base line correction does so. t_end: of the stage. */
-static PetscBool ends_in_motion(const MotionTrack *track, PetscReal t, PetscReal t_end, PetscReal *v)
+/* Whether the support moves along k, or lets waves in that do. */
+static PetscBool moves(const Support *s, int k)
 {
-  const PetscReal rounding = 1e-9 * t_end, negligible = 0.01; // of the largest velocity
-  const PetscReal last = track->n ? track->t[track->n - 1] : PETSC_INFINITY;
-  PetscReal most = 0.;
-  if (last < t - rounding || last > t_end - rounding) return PETSC_FALSE;
-  for (PetscInt i = 0; i < track->n; i++) most = PetscMax(most, PetscAbsReal(track->row[4 * i + 1]));
-  *v = PetscAbsReal(track->row[4 * (track->n - 1) + 1]);
-  return (PetscBool)(*v > negligible * most);
+  return (PetscBool)(s->along[k] && (s->fix[k] || s->boundary != BOUNDARY_FIXED));
+}
+
+/* Whether support i is the first that moves along k by its motion, which is then to be told. */
+static PetscBool is_told(const Scene *scene, PetscInt i, int k)
+{
+  PetscBool first = moves(scene->supports + i, k);
+  for (const Support *s = scene->supports; first && s < scene->supports + i; s++)
+    if (moves(s, k) && s->along[k] == scene->supports[i].along[k]) first = PETSC_FALSE;
+  return first;
+}
+
+/* An accelerogram without correction of its baseline may end in motion before the stage does: then the
+   ground stops at once there, which is a blow. */
+static PetscErrorCode warn_of_end(const TermView *v, const Support *s, const GroundMotion *m,
+                                  const char *name, const MotionFacts *facts)
+{
+  const PetscBool accelerations = (PetscBool)(m->quantity == MOTION_ACCELERATION);
+  const PetscReal negligible = 0.01, suspicious = 0.05; // of the largest velocity; [m/s]
+  const PetscReal last = PetscAbsReal(facts->end[1]);
+  PetscFunctionBeginUser;
+  if (!(last > negligible * facts->largest[1])) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(
+      v->m->comm,
+      "warning: %s: %s ends at %.6g s with %.3g m/s: the %s stops there at once; end it at rest%s, or let it "
+      "go on "
+      "past the stage%s\n",
+      name, m->file, (double)facts->t_end, (double)last, s->boundary == BOUNDARY_FIXED ? "support" : "wave",
+      accelerations ? " (baseline: linear of a motion does)" : "",
+      accelerations && last > suspicious ? "; if the file gives velocities, say quantity: velocity" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says how a motion goes and ends. */
+static PetscErrorCode tell(const TermView *v, const Support *s, int k, const MotionTrack *track)
+{
+  const GroundMotion *m = s->along[k];
+  const PetscBool named = (PetscBool)(m != &s->own);
+  const PetscReal t = v->state->time, t_end = t + v->stage->duration, rounding = 1e-9 * t_end;
+  const MotionFacts facts = MotionLook(track);
+  const char axis = k ? 'y' : 'x';
+  char name[2 * NAME_LENGTH];
+  PetscFunctionBeginUser;
+  if (facts.t_end < t - rounding || facts.largest[1] == 0.) PetscFunctionReturn(PETSC_SUCCESS); // it rests
+  PetscCall(PetscSNPrintf(name, sizeof(name), named ? "motions.%s" : "supports.%s.motion",
+                          named ? m->entry.name : s->name));
+  PetscCall(PetscPrintf(
+      v->m->comm,
+      "%s along %c: %s: to %.6g s, largest %.4g m/s2 and %.4g m/s; it ends with %.3g m/s, moved by "
+      "%.3g m\n",
+      name, axis, m->file, (double)facts.t_end, (double)facts.largest[2], (double)facts.largest[1],
+      (double)facts.end[1], (double)facts.end[0]));
+  if (facts.t_end <= t_end - rounding) PetscCall(warn_of_end(v, s, m, name, &facts));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode begin(const TermView *view)
 {
   const Motions *motions = view->memory;
-  const PetscReal t = view->state->time;
   PetscFunctionBeginUser;
   if (view->stage->kind != STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // supports rest
+  for (PetscInt i = 0; i < motions->n; i++)
+    for (int k = 0; k < 2; k++)
+      if (is_told(view->scene, i, k))
+        PetscCall(tell(view, view->scene->supports + i, k, motions->of[i].motion.along + k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes what moves each support, and how that ends. */
+static void summary(FILE *f, const TermView *v)
+{
+  const Motions *motions = v->memory;
+  const char *before = "      \"motion\": {\n";
+  if (v->stage->kind != STAGE_DYNAMIC) return;
   for (PetscInt i = 0; i < motions->n; i++) {
-    const Support *s = view->scene->supports + i;
+    const Support *s = v->scene->supports + i;
     for (int k = 0; k < 2; k++) {
-      const MotionTrack *track = motions->of[i].motion.along + k;
-      PetscReal v;
-      if (!s->fix[k] || !ends_in_motion(track, t, t + view->stage->duration, &v)) continue;
-      PetscCall(PetscPrintf(view->m->comm,
-                            "warning: supports.%s.motion: %s ends at %.6g s with %.3g m/s: the support stops "
-                            "there at once; end it at rest, or let it go on past the stage\n",
-                            s->name, s->motion, (double)track->t[track->n - 1], (double)v));
+      if (!moves(s, k)) continue;
+      const MotionFacts facts = MotionLook(motions->of[i].motion.along + k);
+      fprintf(f, "%s        \"%s_%c\": {", before, s->name, k ? 'y' : 'x');
+      JsonNumber(f, "largest_acceleration", facts.largest[2], ", ");
+      JsonNumber(f, "largest_velocity", facts.largest[1], ", ");
+      JsonNumber(f, "largest_displacement", facts.largest[0], ", ");
+      JsonNumber(f, "end_time", facts.t_end, ", ");
+      JsonNumber(f, "end_velocity", facts.end[1], ", ");
+      JsonNumber(f, "end_displacement", facts.end[0], "}");
+      before = ",\n";
     }
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (*before == ',') fprintf(f, "\n      },\n");
 }
 
 /* The velocity of a step is what carries the support from its place at the start of the step to that at its
@@ -100,5 +161,9 @@ static void advance(void *memory, const Model *m, State *s)
   }
 }
 
-const TermKind Supports_term = {
-    .name = "supports", .create = create, .destroy = destroy, .begin = begin, .advance = advance};
+const TermKind Supports_term = {.name = "supports",
+                                .create = create,
+                                .destroy = destroy,
+                                .begin = begin,
+                                .advance = advance,
+                                .summary = summary};

@@ -208,7 +208,33 @@ def motion_faults():
             ("a fourth column", b"0, 0, 0, 0\n1, 0, 0, 0\n"),
             ("a velocity that is not a number", b"0, 0, 0\n1, nan, 0\n"), ("an infinite time", b"0, 0, 0\ninf, 0, 0\n"),
             ("a velocity of 1e400", b"0, 0, 0\n1, 1e400, 0\n"), ("a way of 1e400 m", b"0, 0, 0\n1e200, 1e200, 0\n2e200, 0, 0\n"), ("rows with semicolons", b"0; 0; 0\n1; 0; 0\n"),
-            ("bytes", bytes(range(256)))]  # fmt: skip
+            ("a row that ends with a comma", b"0, 0, 0,\n1, 0, 0,\n"), ("a zero byte", b"0, 0, 0\n1, 0\0, 0\n"), ("one component", b"0, 0\n1, 0\n"),
+            ("a word behind a number", b"0, 0, 0\n1, 2m, 0\n"), ("bytes", bytes(range(256)))]  # fmt: skip
+
+
+PEER = "PEER NGA STRONG MOTION DATABASE RECORD\nHere, 1/1/2026\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS=      4, DT=   .0100 SEC\n"
+
+
+def record_faults():
+    """(what, file, its content or None, keys of the motion besides it)."""
+    values, rows = ".1E-01 .2E-01\n.1E-01 0.\n", "0, 0\n1, 1\n2, -1\n3, 0\n"
+    at2 = [("fewer values than NPTS says", PEER + ".1 .2 .3\n"), ("more values than NPTS says", PEER + values + ".1\n"),
+           ("DT 0", PEER.replace(".0100", "0.") + values), ("no DT", PEER.replace("DT", "D") + values), ("DT that is no number", PEER.replace(".0100", "nan") + values),
+           ("NPTS 1.5", PEER.replace("     4", "1.5") + values), ("NPTS 0", PEER.replace("     4", "0") + values), ("NPTS that is a word", PEER.replace("     4", "four") + values),
+           ("a value that is no number", PEER + values.replace(".2E-01", "NaN")), ("text where a number should be", PEER + values.replace(".2E-01", "end")),
+           ("two values grown together", PEER + values.replace(" .2", "-.2")), ("units that are not known", PEER.replace("OF G", "OF FURLONGS") + values),
+           ("displacements", PEER.replace("OF G", "OF CM") + values), ("velocities", PEER.replace("OF G", "OF CM/S") + values),
+           ("no units", PEER.replace("UNITS", "units").replace("IN units OF G", "") + values), ("no head", values), ("an empty file", "")]  # fmt: skip
+    yield from ((f"AT2: {what}", "motion.AT2", content, "direction: x") for what, content in at2)
+    yield "AT2 without direction", "motion.AT2", PEER + values, "scale: 1"
+    yield "one component without direction", "motion.csv", rows, "scale: 1"
+    yield "two components with a direction", "motion.csv", "0, 0, 0\n1, 1, 0\n", "direction: x"
+    yield "four columns", "motion.csv", "0, 0, 0, 0\n1, 1, 0, 0\n", "direction: x"
+    yield "rows of two and of three numbers", "motion.txt", "0 0\n1 1 1\n2 0\n", "direction: x"
+    yield "no such file", "motion.csv", None, "direction: x"
+    yield "baseline of three rows", "motion.csv", "0, 0\n1, 1\n2, 0\n", "direction: x, baseline: linear"
+    yield "pga of rest", "motion.csv", "0, 0\n1, 0\n", "direction: x, pga: 2"
+    yield "scaled beyond numbers", "motion.csv", "0, 0\n1, 1e300\n2, 0\n", "direction: x, scale: 1e300"
 
 
 def water_mesh():
@@ -304,6 +330,11 @@ def prepare(folder):
         write(str(path), good_mesh())
         if data is not None:
             path.with_name("motion.csv").write_bytes(data)
+    for what, name, text, keys in record_faults():
+        path = new("Motions", what, f"motions: {{quake: {{file: {name}, {keys}}}}}\n{good_scene()}".encode(), ["-supports_foot_motion", "quake"])
+        write(str(path), good_mesh())
+        if text is not None:
+            path.with_name(name).write_text(text, encoding="ascii")
     return entries
 
 

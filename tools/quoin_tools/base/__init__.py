@@ -6,4 +6,5 @@ whole    are the files of a run what it wrote? checksums and headers
 flow     water that flows in joints, of a stage
 results  reader of a run: the only module that knows the files of an output folder
 scene    reader of scenes as PETSc reads them
+record   records in time, as the solver reads them
 """

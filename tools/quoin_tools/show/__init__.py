@@ -5,6 +5,7 @@ plot_mesh  picture of a block mesh
 seepage    pictures of the water in joints
 plots      pictures of a run
 mechanism  how a stage fails
+motion     a record, its spectrum, a block that slides on it, points of a run
 section    the section and its bases, for the sheet
 browser    HTML to PDF
 report     the sheet: HTML and PDF

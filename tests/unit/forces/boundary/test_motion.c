@@ -8,7 +8,8 @@ static PetscReal accelerations[] = {0., 2., .25, 2., .25, -2., .5, -2., .5, 0., 
 
 static PetscErrorCode TestAccelerationIsIntegratedExactly(void)
 {
-  const Support support = {.quantity = MOTION_ACCELERATION, .n_rows = 6, .t = times, .xy = accelerations};
+  const GroundMotion quake = {.quantity = MOTION_ACCELERATION, .record = {6, 2, times, accelerations}};
+  const Support support = {.along = {&quake, &quake}};
   Motion motion;
   PetscFunctionBeginUser;
   PetscCall(MotionCreate(&support, &motion));
@@ -31,7 +32,8 @@ static PetscErrorCode TestAccelerationIsIntegratedExactly(void)
 static PetscErrorCode TestVelocityIsIntegratedExactly(void)
 {
   PetscReal t[] = {1., 3., 3., 4.}, v[] = {2., 0., 2., 1., 0., 0., 0., 0.};
-  const Support support = {.quantity = MOTION_VELOCITY, .n_rows = 4, .t = t, .xy = v};
+  const GroundMotion quake = {.quantity = MOTION_VELOCITY, .record = {4, 2, t, v}};
+  const Support support = {.along = {&quake, &quake}};
   Motion motion;
   PetscFunctionBeginUser;
   PetscCall(MotionCreate(&support, &motion));
@@ -50,7 +52,8 @@ static PetscErrorCode TestWhatIsNotInAFileRests(void)
 {
   const Support support = {0};
   PetscReal t[] = {0., 1e200, 1e308}, far[] = {1e300, 0., 1e300, 0., 1e300, 0.};
-  const Support too_far = {.quantity = MOTION_ACCELERATION, .n_rows = 3, .t = t, .xy = far};
+  const GroundMotion quake = {.quantity = MOTION_ACCELERATION, .record = {3, 2, t, far}};
+  const Support too_far = {.along = {&quake, NULL}};
   Motion motion;
   PetscFunctionBeginUser;
   PetscCall(MotionCreate(&support, &motion));
@@ -64,12 +67,30 @@ static PetscErrorCode TestWhatIsNotInAFileRests(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Along x nothing, along y a record of one component. */
+static PetscErrorCode TestAMotionAlongOneDirection(void)
+{
+  PetscReal t[] = {0., 2.}, a[] = {3., 3.};
+  const GroundMotion quake = {.quantity = MOTION_ACCELERATION, .record = {2, 1, t, a}};
+  const Support support = {.along = {NULL, &quake}};
+  Motion motion;
+  PetscFunctionBeginUser;
+  PetscCall(MotionCreate(&support, &motion));
+  ENSURE(MotionMoves(&motion));
+  ENSURE_NEAR(MotionPlace(&motion, 1., 0), 0., 0.);
+  ENSURE_NEAR(MotionPlace(&motion, 1., 1), 1.5, 1e-15);
+  ENSURE_NEAR(MotionVelocity(&motion, 1., 1), 3., 1e-15);
+  PetscCall(MotionDestroy(&motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TestAccelerationIsIntegratedExactly);
   RUN_TEST(TestVelocityIsIntegratedExactly);
   RUN_TEST(TestWhatIsNotInAFileRests);
+  RUN_TEST(TestAMotionAlongOneDirection);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

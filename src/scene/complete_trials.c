@@ -1,0 +1,262 @@
+/* complete_trials.c: completes the keys of stages of trials: strength reduction, flood, load factor. */
+#include "scene/scene.h"
+#include "scene/reader.h"
+#include <math.h>
+#include <string.h>
+
+// The joints that a reduction names must exist and have a strength.
+static void check_reduced(Reader *r, const Stage *stage)
+{
+  for (PetscInt i = 0; i < stage->n_reduce; i++) {
+    PetscInt j = 0;
+    while (j < r->scene->n_joints && strcmp(r->scene->joints[j].name, stage->reduce[i])) j++;
+    if (j == r->scene->n_joints || !stage->joints[j].defined)
+      COMPLAIN(r, "no joint named '%s'", stage->reduce[i]);
+    else if (stage->joints[j].law == LAW_ELASTIC)
+      COMPLAIN(r, "the joint '%s' is elastic in this stage: it has no strength", stage->reduce[i]);
+  }
+}
+
+PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
+{
+  const PetscBool friction = (PetscBool)(stage->what == REDUCE_FRICTION);
+  const PetscReal nominal = ReducedFriction(r->scene, stage, NULL), most = friction ? nominal : 1;
+  PetscBool given = PETSC_FALSE, step = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (isnan(stage->limit)) stage->limit = 0;
+  PetscCall(IsGiven(r, path, "reduce", &given));
+  check_reduced(r, stage);
+  if (isnan(nominal) && !stage->n_reduce)
+    COMPLAIN_MISSING(r, "all joints are elastic in this stage: there is no strength");
+  if (isnan(nominal)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (friction && nominal == 0) {
+    COMPLAIN(r, "no joint reduced has friction in this stage (friction: 0 [degree]): choose what: strengths");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(IsGiven(r, path, "factor", &given));
+  if (given && friction) COMPLAIN(r, "friction goes by degrees: give step, or choose what: strengths");
+  PetscCall(IsGiven(r, path, "step", &step));
+  if (step && !friction) COMPLAIN(r, "strengths go by a factor, such as factor: 0.85");
+  PetscCall(IsGiven(r, path, "start", &given));
+  if (given && stage->start > most)
+    COMPLAIN(r, "%.6g is out of range: the joints have %.6g%s", (double)stage->start, (double)most,
+             friction ? " [degree]" : "");
+  PetscCall(IsGiven(r, path, "limit", &given));
+  if (stage->limit < 0 || stage->limit >= (isnan(stage->start) ? most : stage->start))
+    COMPLAIN(r, "%.6g is out of range: must be >= 0 and less than start", (double)stage->limit);
+  PetscCall(IsGiven(r, path, "bracket", &given));
+  if (stage->bracket <= 0 && isnan(stage->step) && isnan(stage->factor))
+    COMPLAIN_MISSING(r, "missing: give the width of the bracket, or a %s, or both",
+                     friction ? "step" : "factor");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a flood raises */
+
+static PetscBool one_level(PetscReal a, PetscReal b)
+{
+  return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
+}
+
+/* Row of the highest load of this kind in the stage, -1: the stage has none. others: how many more stand as
+   high. */
+static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
+{
+  PetscInt best = -1;
+
+  *others = 0;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const PetscInt l = stage->loads[i];
+    if (l < 0 || scene->loads[l].kind != kind) continue;
+    const PetscReal above = best < 0 ? 1. : scene->loads[l].level - scene->loads[best].level;
+    if (best >= 0 && one_level(scene->loads[l].level, scene->loads[best].level))
+      ++*others;
+    else if (above > 0.)
+      best = l, *others = 0;
+  }
+  return best;
+}
+
+static PetscBool acts(const Stage *stage, PetscInt load)
+{
+  for (PetscInt i = 0; i < stage->n_loads; i++)
+    if (stage->loads[i] == load) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+// Chooses the waters that a flood raises by itself: those that the stage names, else the highest reservoir,
+// else the highest uplifts, else the highest heads.
+static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *stage)
+{
+  const Load *loads = r->scene->loads;
+  PetscInt others, top = highest(r->scene, stage, LOAD_RESERVOIR, &others);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "rises", &given));
+  for (PetscInt i = 0; i < stage->n_rises; i++) {
+    const PetscInt l = stage->rises[i];
+    if (l < 0) continue; // a complaint has said so
+    const LoadKind kind = loads[l].kind;
+    if (!acts(stage, l) || (kind != LOAD_RESERVOIR && kind != LOAD_UPLIFT && kind != LOAD_HEAD))
+      COMPLAIN(r, "'%s' is no reservoir, uplift or head of this stage", loads[l].name);
+    stage->level_rises[l] = true;
+  }
+  if (stage->n_rises) PetscFunctionReturn(PETSC_SUCCESS);
+  if (top >= 0 && others)
+    COMPLAIN_MISSING(r, "%d reservoirs stand at the highest level, %g m: name those that rise",
+                     (int)others + 1, (double)loads[top].level);
+  if (top >= 0) stage->level_rises[top] = true;
+  if (top >= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  top = highest(r->scene, stage, LOAD_UPLIFT, &others);
+  if (top < 0) top = highest(r->scene, stage, LOAD_HEAD, &others);
+  for (PetscInt l = 0; l < r->scene->n_loads && top >= 0; l++)
+    stage->level_rises[l] = acts(stage, l) && loads[l].kind == loads[top].kind &&
+                            one_level(loads[l].level, loads[top].level);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counts the reservoirs of the stage that have the level and the density of an uplift: so many rise, so many
+   stay. */
+static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
+                         PetscInt n[2])
+{
+  n[0] = n[1] = 0;
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    const Load *load = scene->loads + l;
+    if (load->kind != LOAD_RESERVOIR || !acts(stage, l) || !one_level(load->level, level)) continue;
+    if (uplift->kind == LOAD_HEAD || one_level(load->density, uplift->density))
+      n[stage->level_rises[l] ? 0 : 1]++;
+  }
+}
+
+// A head that no reservoir has stays, as that of the tailwater may; one of them has to rise.
+static void check_heads(Reader *r, const Stage *stage)
+{
+  PetscInt head = -1;
+
+  for (PetscInt l = 0; l < r->scene->n_loads; l++) {
+    if (r->scene->loads[l].kind != LOAD_HEAD || !acts(stage, l)) continue;
+    if (stage->level_rises[l]) return;
+    head = l;
+  }
+  if (head >= 0)
+    COMPLAIN_MISSING(r,
+                     "water flows in joints (loads.%s), but no head has the level of a reservoir that rises: "
+                     "name all that rise",
+                     r->scene->loads[head].name);
+}
+
+// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density. A
+// head belongs to those that have its level.
+static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
+{
+  PetscInt n[2], others;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "rises", &given));
+  for (PetscInt l = 0; l < r->scene->n_loads; l++) {
+    const Load *load = r->scene->loads + l;
+    if ((load->kind != LOAD_UPLIFT && load->kind != LOAD_HEAD) || !acts(stage, l)) continue;
+    if (load->kind == LOAD_UPLIFT && !isnan(load->uplift.tailwater)) {
+      count_owners(r->scene, stage, load, load->uplift.tailwater, n);
+      if (n[0] && n[1])
+        COMPLAIN_MISSING(r,
+                         "the tailwater %g m of loads.%s is the level of a reservoir that rises and of one "
+                         "that stays: expected another level",
+                         (double)load->uplift.tailwater, load->name);
+      stage->tail_rises[l] = n[0] > 0;
+    }
+    if (stage->level_rises[l]) continue;
+    count_owners(r->scene, stage, load, load->level, n);
+    if (n[0] && n[1])
+      COMPLAIN_MISSING(
+          r, "loads.%s has the level %g m of a reservoir that rises and of one that stays: name it too",
+          load->name, (double)load->level);
+    else if (load->kind == LOAD_UPLIFT && !n[0] && !n[1] && !given &&
+             highest(r->scene, stage, LOAD_RESERVOIR, &others) >= 0)
+      COMPLAIN_MISSING(
+          r, "loads.%s has the level %g m, which no reservoir of this stage has: name all that rise",
+          load->name, (double)load->level);
+    stage->level_rises[l] = n[0] > 0;
+  }
+  check_heads(r, stage);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// What rises does so by steps, or bisection looks for the limit.
+static PetscErrorCode check_width(Reader *r, const char *path, const Stage *stage, const char *unit)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "bracket", &given));
+  if (stage->bracket <= 0 && isnan(stage->step))
+    COMPLAIN_MISSING(r, "missing%s: give the width of the bracket, or a step, or both", unit);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
+{
+  PetscReal level = -PETSC_INFINITY;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(r->scene->n_loads, &stage->level_rises, r->scene->n_loads, &stage->tail_rises));
+  PetscCall(choose_rising(r, path, stage));
+  for (PetscInt l = 0; l < r->scene->n_loads; l++)
+    if (stage->level_rises[l]) level = PetscMax(level, r->scene->loads[l].level);
+  PetscCall(follow_rising(r, path, stage));
+  PetscCall(IsGiven(r, path, "loads", &given));
+  if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir, uplift or head");
+  stage->start = level;
+  PetscCall(IsGiven(r, path, "limit", &given));
+  if (!given)
+    COMPLAIN_MISSING(r, "missing [m]: the highest level");
+  else if (stage->limit <= level)
+    COMPLAIN(r, "%g is not above the level %g of the loads [m]", (double)stage->limit, (double)level);
+  PetscCall(check_width(r, path, stage, " [m]"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a load factor raises */
+
+static PetscBool is_zero(const PetscReal xy[2])
+{
+  return (PetscBool)(xy[0] == 0. && xy[1] == 0.);
+}
+
+// A load that is raised acts in the stage, has a force, and leaves the blocks their weight.
+static void check_raised(Reader *r, const Stage *stage, const Load *load)
+{
+  if (!acts(stage, (PetscInt)(load - r->scene->loads)))
+    COMPLAIN(r, "'%s' is no load of this stage", load->name);
+  else if (load->kind == LOAD_HEAD || load->kind == LOAD_DRAIN || load->kind == LOAD_CURTAIN ||
+           load->kind == LOAD_INFLOW)
+    COMPLAIN(r, "'%s' is a condition of water that flows, not a force: a flood raises its level", load->name);
+  else if ((load->kind == LOAD_PSEUDO_STATIC && is_zero(load->coefficient)) ||
+           ((load->kind == LOAD_TRACTION || load->kind == LOAD_POINT_FORCE) && is_zero(load->traction)))
+    COMPLAIN(r, "'%s' is zero: no factor raises it", load->name);
+  else if (load->kind == LOAD_SELF_WEIGHT && stage->start == 0.)
+    COMPLAIN(r, "'%s' is a self_weight, which start: 0 takes off: expected a start > 0", load->name);
+}
+
+PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "raises", &given));
+  if (given && !stage->n_rises) COMPLAIN(r, "the list is empty");
+  for (PetscInt i = 0; i < stage->n_rises; i++)
+    if (stage->rises[i] >= 0) check_raised(r, stage, r->scene->loads + stage->rises[i]);
+  PetscCall(IsGiven(r, path, "limit", &given));
+  if (!given)
+    COMPLAIN_MISSING(r, "missing [-]: the largest factor");
+  else if (stage->limit <= stage->start)
+    COMPLAIN(r, "%g is not above start, %g", (double)stage->limit, (double)stage->start);
+  PetscCall(check_width(r, path, stage, ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,16 @@
+/* record.h: files of numbers in time. */
+#pragma once
+#include "scene/scene.h"
+
+/* What a file may hold. */
+typedef struct {
+  int least, most;   /* numbers in a row, with the time; most: at most RECORD_WIDEST */
+  const char *names; /* of the columns, for messages */
+} RecordShape;
+enum { RECORD_WIDEST = 3 };
+
+/* Reads a file on this rank: rows of a table, or of PEER where its name ends with .AT2 or .VT2. quantity: set
+   where the file says what it gives. message: receives the fault, with its line. */
+PetscErrorCode RecordRead(const char *path, const RecordShape *shape, Record *record,
+                          MotionQuantity *quantity, char message[MESSAGE_LENGTH]);
+PetscErrorCode RecordDestroy(Record *record);

@@ -1,0 +1,228 @@
+"""What is in a record of ground motion: its largest values, how it ends, its response spectrum; Newmark's block on it; and how points of a model move.
+
+    python -m quoin_tools.motion quake.csv [more.AT2 ...]              records of accelerations, as docs/scene.md has them
+    python -m quoin_tools.motion out/dam --points base crest           points of the mesh in a dynamic stage of a run
+    python -m quoin_tools.motion quake.csv --ky 0.2 [0.4]              a block that slides: yield coefficients each way
+    python -m quoin_tools.motion quake.csv --friction 25 --slope 10    or on a plane that falls to +x
+
+prints a table and writes NAME_motion.png, NAME_spectrum.csv and, of a block, NAME_slip.csv into --to. Accelerations of points are second
+differences of history.csv: relaxation.history_every must leave twenty rows and more in the shortest period looked at.
+"""
+
+import argparse
+import os
+import sys
+
+import numpy as np
+from matplotlib import pyplot
+
+from quoin_tools.assess import newmark, spectrum
+from quoin_tools.base import record
+from quoin_tools.base.files import save_figure
+from quoin_tools.base.record import RecordError
+from quoin_tools.base.results import Results
+from quoin_tools.show import style
+from quoin_tools.show.export import write
+
+ROWS = 20  # in the shortest period of the spectrum of a point
+CLOSED = 0.01  # of the largest velocity: what a record may end with
+
+
+def parser():
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("sources", nargs="+", metavar="FILE|FOLDER", help="records, or one output folder")
+    words.add_argument("--direction", choices=("x", "y"), default="x", help="component of tables that have two, and of points (x)")
+    words.add_argument("--scale", type=float, default=1.0, help="factor on records (1)")
+    words.add_argument("--pga", type=float, help="[m/s2] in place of it: scale to this largest acceleration")
+    words.add_argument("--points", nargs="+", metavar="NAME", help="of an output folder: points of the mesh, the first one on the ground")
+    words.add_argument("--stage", help="of an output folder: its dynamic stage (the only one)")
+    words.add_argument("--damping", type=float, default=spectrum.DAMPING, help="of the oscillators (0.05)")
+    words.add_argument("--periods", type=float, nargs=2, default=(0.02, 4.0), metavar=("FROM", "TO"), help="[s] of the spectrum (0.02 4)")
+    words.add_argument("--gravity", type=float, default=newmark.G, help="[m/s2] (9.81)")
+    words.add_argument("--ky", type=float, nargs="+", metavar="K", help="yield coefficient of a block, or one for sliding to +x and one for back")
+    words.add_argument("--friction", type=float, metavar="PHI", help="[degree] in place of --ky: of a block on a plane")
+    words.add_argument("--slope", type=float, default=0.0, help="[degree] of that plane, which falls to +x (0)")
+    words.add_argument("--to", metavar="FOLDER", help="for the picture and the tables (that of the run, else the working directory)")
+    return words
+
+
+# ---- what is looked at
+
+
+def points_of(folder, names, stage, direction, shortest):
+    """Records of points of a run, with no more rows than the shortest period [s] asks for."""
+    results = Results(folder)
+    dynamic = [row["name"] for row in results.summary["stages"] if "balance" in (row["energy"] or ())]
+    if stage is None and len(dynamic) == 1:
+        stage = dynamic[0]
+    if stage not in dynamic:
+        raise RecordError(f"{folder}: expected --stage, a dynamic one: {', '.join(dynamic) or 'there is none'}")
+    known = [name[: -len("_ux_m")] for name in results.history if name.endswith("_ux_m")]
+    for name in names or [""]:
+        if name not in known:
+            raise RecordError(f"{folder}: expected --points of the mesh: {', '.join(known) or 'it has none'}")
+    rows = np.flatnonzero(results.history["stage"] == stage)
+    cycle, t = results.history["cycle"][rows], results.history["time_s"][rows]
+    steps = cycle - cycle[0]
+    t = t[0] + (t[-1] - t[0]) / max(steps[-1], 1) * steps  # steps are alike; times in the file have ten digits
+    few = slice(None, None, max(1, int(shortest / (2 * ROWS * max(t[-1] - t[0], 1e-300)) * len(t))))
+    return [record.from_history(t[few], results.history[f"{name}_u{direction}_m"][rows][few], name) for name in names]
+
+
+def records_of(options):
+    folders = [path for path in options.sources if os.path.isdir(path)]
+    if folders and len(options.sources) > 1:
+        raise RecordError(f"{folders[0]}: an output folder: expected no other source beside it")
+    if folders:
+        return points_of(folders[0], options.points, options.stage, options.direction, options.periods[0])
+    if options.points:
+        raise RecordError(f"{options.sources[0]}: a record has no points: expected an output folder")
+    found = [record.read(path, options.direction, options.scale) for path in options.sources]
+    if options.pga is not None:
+        if options.scale != 1.0 or options.pga <= 0 or not all(r.pga for r in found):
+            raise RecordError(f"--pga {options.pga:g}: expected a value > 0, no --scale, and records with an acceleration")
+        found = [r.scaled(options.pga / r.pga) for r in found]
+    return found
+
+
+def periods_of(records, options):
+    shortest, longest = options.periods
+    if not 0 < shortest < longest:
+        raise RecordError(f"--periods {shortest:g} {longest:g}: expected two times > 0 that ascend")
+    if not 0 <= options.damping < 1:
+        raise RecordError(f"--damping {options.damping:g}: expected a ratio from 0 to less than 1")
+    if options.points:
+        shortest = max(shortest, ROWS * max(np.median(np.diff(r.t)) for r in records))
+        if shortest >= longest:
+            raise RecordError(f"{options.sources[0]}: rows of history.csv are too far apart for periods up to {longest:g} s (relaxation.history_every)")
+    return spectrum.periods(shortest, longest)
+
+
+def block_of(options):
+    """The sliding block that was asked for; None: none."""
+    if options.ky is None and options.friction is None:
+        return None
+    if options.ky is not None and (options.friction is not None or len(options.ky) > 2):
+        raise RecordError("expected --ky with one or two numbers, or --friction and --slope")
+    if options.ky is not None:
+        return newmark.yielding(*options.ky, g=options.gravity)
+    return newmark.incline(options.friction, options.slope, options.gravity)
+
+
+# ---- terminal
+
+
+def describe(r, g):
+    """Lines (what, value, unit) of a record."""
+    first, last = r.significant()
+    yield "from, to", f"{r.t[0]:g}, {r.t[-1]:g}", "s"
+    yield "PGA", f"{r.pga:.4f}", f"m/s2, {r.pga / g:.4f} g at {r.t[np.abs(r.a).argmax()]:g} s"
+    yield "PGV", f"{r.pgv:.4f}", "m/s"
+    yield "PGD", f"{r.pgd:.4f}", "m"
+    yield "Arias intensity", f"{r.arias(g)[-1]:.4f}", "m/s"
+    yield "significant duration", f"{last - first:.3f}", f"s, 5 to 95 % of it, from {first:.3f} s"
+    yield "ends with", f"{r.v[-1]:.3g}", f"m/s{', not closed: baseline' if abs(r.v[-1]) > CLOSED * r.pgv else ''}"
+    yield "ends moved by", f"{r.u[-1]:.3g}", "m"
+
+
+def describe_slip(slip, reach):
+    yield "block: final slip", f"{slip.final:.5f}", "m"
+    yield "largest each way", f"{reach[0]:.5f}, {reach[1]:.5f}", "m"
+    if slip.phases:
+        yield "first, last motion", "{:.4f}, {:.4f}".format(*slip.ends()), f"s, {len(slip.phases)} slips"
+
+
+def tell(records, slips, g):
+    for i, r in enumerate(records):
+        print(r.name)
+        rows = [*describe(r, g), *(describe_slip(*slips[i]) if slips else ())]
+        for what, value, unit in rows:
+            print(f"  {what:<22}{value:>18} {unit}")
+
+
+# ---- files
+
+
+def spectrum_table(records, spectra):
+    header = ["period [s]"]
+    columns = [spectra[0].period]
+    for r, s in zip(records, spectra):
+        header += [f"{r.name} S_d [m]", f"{r.name} S_v [m/s]", f"{r.name} S_a [m/s2]"]
+        columns += [s.displacement, s.velocity, s.acceleration]
+    return header, np.array(columns).T
+
+
+def slip_table(r, slip):
+    return (f"t [s] ({r.name})", "slip [m]", "velocity [m/s]"), np.array([slip.t, slip.slip, slip.velocity]).T
+
+
+def draw(records, spectra, slips, damping):
+    panels = [("acceleration\n[m/s$^2$]", "a"), ("velocity\n[m/s]", "v"), ("displacement\n[m]", "u")]
+    with pyplot.rc_context(style.STYLE):
+        figure = pyplot.figure(figsize=(11, 6.2))
+        grid = figure.add_gridspec(len(panels) + bool(slips), 2, width_ratios=(1.35, 1))
+        upper = None
+        for row, (label, name) in enumerate(panels):
+            axes = upper = figure.add_subplot(grid[row, 0], sharex=upper)
+            for r, colour in zip(records, colours(records)):
+                axes.plot(r.t, getattr(r, name), color=colour, linewidth=0.8, label=r.name)
+            dress(axes, label, last=row + 1 == len(panels) and not slips)
+        if slips:
+            axes = figure.add_subplot(grid[-1, 0], sharex=upper)
+            for (slip, _), colour in zip(slips, colours(records)):
+                axes.plot(slip.t, slip.slip, color=colour, linewidth=1.0)
+            dress(axes, "slip of the\nblock [m]", last=True)
+        draw_spectra(figure.add_subplot(grid[:, 1]), records, spectra, damping)
+    return figure
+
+
+def colours(records):
+    return [style.LINES[i % len(style.LINES)] for i in range(len(records))]
+
+
+def dress(axes, label, last):
+    axes.set_ylabel(label)
+    axes.axhline(0, color=style.GREY, linewidth=0.5)
+    axes.margins(x=0)
+    axes.grid(alpha=0.3, linewidth=0.5)
+    if last:
+        axes.set_xlabel("t [s]")
+    else:
+        axes.tick_params(labelbottom=False)
+
+
+def draw_spectra(axes, records, spectra, damping):
+    for r, s, colour in zip(records, spectra, colours(records)):
+        axes.plot(s.period, s.acceleration, color=colour, linewidth=1.3, label=r.name)
+    axes.set_xscale("log")
+    axes.set_ylim(bottom=0)
+    axes.set_xlim(spectra[0].period[[0, -1]])
+    axes.xaxis.set_major_formatter(pyplot.FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.set_xlabel("period [s]")
+    axes.set_ylabel("pseudo-acceleration [m/s$^2$]")
+    axes.set_title(f"response spectrum, damping {100 * damping:g} %")
+    axes.grid(alpha=0.3, linewidth=0.5, which="both")
+    axes.legend()
+
+
+def main():
+    options = parser().parse_args()
+    records, block = records_of(options), block_of(options)
+    spectra = [spectrum.of(r, periods_of(records, options), options.damping) for r in records]
+    slips = [newmark.slide(r, block) for r in records] if block else []
+    tell(records, slips, options.gravity)
+    source = options.sources[0].rstrip("/")
+    folder = options.to or (source if os.path.isdir(source) else ".")
+    name = os.path.join(folder, os.path.splitext(os.path.basename(source))[0])
+    written = [f"{name}_motion.png", write(f"{name}_spectrum.csv", *spectrum_table(records, spectra))]
+    figure = draw(records, spectra, slips, options.damping)
+    save_figure(figure, written[0])
+    pyplot.close(figure)
+    if slips:
+        written.append(write(f"{name}_slip.csv", *slip_table(records[0], slips[0][0])))
+    print("\n".join(written))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
