@@ -11,6 +11,7 @@ static const TermKind *const Terms[] = {
     &Loads_term,
     &Reservoir_term,
     &Pseudo_static_term,
+    &Added_mass_term,
     &Uplift_term,
     &Flow_term,
     &Condensed_term,

@@ -226,6 +226,7 @@ typedef enum {
 /* Energy account of a dynamic stage [J]. The first three are present; the others are sums since its start. */
 typedef struct {
   PetscReal kinetic, strain, joints; /* present values */
+  PetscReal water;                   /* kinetic energy of added mass, a part of the kinetic */
   PetscReal outside;                 /* work of applied forces, weight included */
   PetscReal supports;                /* work of moving supports */
   PetscReal incoming, radiated;      /* what waves bring in and take out through quiet boundaries */

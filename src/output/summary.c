@@ -84,6 +84,9 @@ static void put_account(FILE *f, const Energies *e)
   JsonNumber(f, "radiated", e->radiated, ", ");
   JsonNumber(f, "detection", e->detection, ", ");
   JsonNumber(f, "balance", e->balance, "},\n");
+  if (e->water == 0.) return;
+  fprintf(f, "      ");
+  JsonNumber(f, "kinetic_water", e->water, ",\n");
 }
 
 static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])

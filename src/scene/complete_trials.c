@@ -236,6 +236,8 @@ static void check_raised(Reader *r, const Stage *stage, const Load *load)
   else if (load->kind == LOAD_HEAD || load->kind == LOAD_DRAIN || load->kind == LOAD_CURTAIN ||
            load->kind == LOAD_INFLOW)
     COMPLAIN(r, "'%s' is a condition of water that flows, not a force: a flood raises its level", load->name);
+  else if (load->kind == LOAD_ADDED_MASS)
+    COMPLAIN(r, "'%s' is a mass of water, not a force", load->name);
   else if ((load->kind == LOAD_PSEUDO_STATIC && is_zero(load->coefficient)) ||
            ((load->kind == LOAD_TRACTION || load->kind == LOAD_POINT_FORCE) && is_zero(load->traction)))
     COMPLAIN(r, "'%s' is zero: no factor raises it", load->name);

@@ -12,7 +12,8 @@ typedef enum {
   LOAD_DRAIN,
   LOAD_CURTAIN,
   LOAD_INFLOW,
-  LOAD_PSEUDO_STATIC
+  LOAD_PSEUDO_STATIC,
+  LOAD_ADDED_MASS
 } LoadKind;
 
 typedef struct {
@@ -24,7 +25,7 @@ typedef struct {
   PetscReal level;                 /* [m] reservoir: elevation of the water surface */
   PetscReal density;               /* [kg/m3] reservoir: density of the water */
   PetscReal coefficient[2];        /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
-  HydroKeys hydro;                 /* pseudo_static: the water's inertia */
+  HydroKeys hydro;                 /* pseudo_static, added_mass: the water's inertia */
   PetscReal traction[2];           /* [Pa] traction x, y; point_force: [N/m of thickness] */
   UpliftKeys uplift;               /* of an uplift; target, level and density as of a reservoir */
   char levels[PETSC_MAX_PATH_LEN]; /* head, reservoir: CSV file of t [s], level [m]; "": none */
@@ -38,8 +39,8 @@ typedef struct {
 #include "scene/keys_seismic.h"
 #include "scene/keys_water.h"
 static const char *const LoadTypes[] = {
-    "self_weight", "reservoir", "traction",      "point_force", "uplift", "head", "drain",
-    "curtain",     "inflow",    "pseudo_static", "LoadKind",    "LOAD_",  NULL};
+    "self_weight", "reservoir", "traction",      "point_force", "uplift",   "head",  "drain",
+    "curtain",     "inflow",    "pseudo_static", "added_mass",  "LoadKind", "LOAD_", NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -49,19 +50,19 @@ static const char *const LoadTypes[] = {
       "self_weight: groups that get their weight; pseudo_static: on whose mass it acts, none: on the water only",
       .count = offsetof(Load, n_groups), .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
-      "reservoir, traction: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
+      "reservoir, added_mass, traction: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) |
-               BIT(LOAD_INFLOW)),
+               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS)),
   KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
       .loads = BIT(LOAD_DRAIN)),
   KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
-      "reservoir, uplift, head: elevation of the water surface; faces above it seep",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD)),
+      "reservoir, added_mass, uplift, head: elevation of the water surface; faces above that of a head seep",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) | BIT(LOAD_ADDED_MASS)),
   KEY(LOADS, "levels", PATH, Load, levels, "", NULL, "",
       "reservoir, head: CSV file of t [s] since the start of a transient stage, level [m], in place of level there",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_HEAD)),
-  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift, pseudo_static: of the water",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC)),
+  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift, pseudo_static, added_mass: of the water",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS)),
 #include "scene/keys_water.h"
 #include "scene/keys_seismic.h"
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",

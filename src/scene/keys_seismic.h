@@ -1,5 +1,5 @@
-/* keys_seismic.h: what a scene says of earthquakes as loads at rest: keys of loads of the type pseudo_static.
-   Only keys_loads.h includes it. */
+/* keys_seismic.h: what a scene says of earthquakes as loads: keys of loads of the types pseudo_static and
+   added_mass. Only keys_loads.h includes it. */
 #ifdef KEY_STRUCTS
 typedef enum { HYDRO_WESTERGAARD, HYDRO_ZANGAR } HydroRule;
 
@@ -23,9 +23,10 @@ static const char *const HydroRules[] = {"westergaard", "zangar", "HydroRule", "
   KEY(LOADS, "level", REAL, Load, level, "= none", NULL, "m", "pseudo_static: elevation of that water",
       .loads = BIT(LOAD_PSEUDO_STATIC)),
   KEY(LOADS, "rule", CHOICE, Load, hydro.rule, "westergaard", NULL, "",
-      "pseudo_static: pressure over depth; zangar knows faces that lean", .choices = HydroRules,
-      .loads = BIT(LOAD_PSEUDO_STATIC)),
+      "pseudo_static, added_mass: pressure over depth; zangar knows faces that lean", .choices = HydroRules,
+      .loads = BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS)),
   KEY(LOADS, "bottom", REAL, Load, hydro.bottom, "= lowest point of the faces", NULL, "m",
-      "pseudo_static: elevation of the reservoir's bottom", .loads = BIT(LOAD_PSEUDO_STATIC)),
+      "pseudo_static, added_mass: elevation of the reservoir's bottom",
+      .loads = BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS)),
 #endif
     // clang-format on

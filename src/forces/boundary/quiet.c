@@ -52,13 +52,24 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether two stages have the same loads. */
-static PetscBool same_loads(const Stage *a, const Stage *b)
+/* The row of the next load from place i on that is a force, which moves i behind it; -1: none is left. */
+static PetscInt next_force(const Scene *scene, const Stage *stage, PetscInt *i)
 {
-  if (a->n_loads != b->n_loads) return PETSC_FALSE;
-  for (PetscInt i = 0; i < a->n_loads; i++)
-    if (a->loads[i] != b->loads[i]) return PETSC_FALSE;
-  return PETSC_TRUE;
+  while (*i < stage->n_loads) {
+    const PetscInt load = stage->loads[(*i)++];
+    if (scene->loads[load].kind != LOAD_ADDED_MASS) return load;
+  }
+  return -1;
+}
+
+/* Whether two stages have the same forces. before: NULL: none. */
+static PetscBool same_loads(const Scene *scene, const Stage *stage, const Stage *before)
+{
+  for (PetscInt i = 0, j = 0;;) {
+    const PetscInt load = next_force(scene, stage, &i), other = before ? next_force(scene, before, &j) : -1;
+    if (load != other) return PETSC_FALSE;
+    if (load < 0) return PETSC_TRUE;
+  }
 }
 
 /* Ground that holds no more gives way to what is put on it: a load of p moves all of it at p / (rho c). */
@@ -67,8 +78,9 @@ static PetscErrorCode check_loads(const Scene *scene, char *message)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_stages; i++) {
     const Stage *stage = scene->stages + i;
-    const PetscBool same = i ? (PetscBool)(stage[-1].kind != STAGE_FLOOD && same_loads(stage, stage - 1))
-                             : (PetscBool)!stage->n_loads;
+    const PetscBool raised = (PetscBool)(i && (stage[-1].kind == STAGE_FLOOD ||
+                                               stage[-1].kind == STAGE_LOAD_FACTOR));
+    const PetscBool same = (PetscBool)(!raised && same_loads(scene, stage, i ? stage - 1 : NULL));
     if (stage->kind != STAGE_DYNAMIC || same) continue;
     PetscCall(
         PetscSNPrintf(message, MESSAGE_LENGTH,

@@ -9,6 +9,7 @@
 #include "forces/water/hydrodynamic.h"
 
 static const PetscReal VERTICAL = 1.;   /* [degree] off the vertical, within which a face is vertical */
+static const PetscReal LEANS = 15.;     /* [degree] from which westergaard is told to be too much */
 static const PetscReal OVERHANGS = -5.; /* [degree] from which zangar has no number */
 
 /* ---- the wall */
@@ -148,6 +149,16 @@ PetscReal WestergaardExcess(PetscReal lean)
   return 7. / 12. / (e[0] + (at - from) * (e[1] - e[0])) - 1.;
 }
 
+void WetWallWarn(const Load *load, const WetWall *wall)
+{
+  if (load->hydro.rule != HYDRO_WESTERGAARD || wall->lean <= LEANS) return;
+  fprintf(stderr,
+          "quoin: warning: loads.%s: its faces lean %.0f degrees from the vertical, where westergaard "
+          "gives %.0f %% more than potential flow: take rule: zangar\n",
+          load->name, (double)wall->lean, 100. * (double)WestergaardExcess(wall->lean));
+  fflush(stderr);
+}
+
 PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h)
 {
   const PetscReal k = wall->rule == HYDRO_ZANGAR ? k_h * side_of(wall->normal)
@@ -169,25 +180,62 @@ static const PetscReal GAUSS[8][2] = {
     {0.59171732124782490, 0.18134189168918099},   {0.76276620495816450, 0.15685332293894364},
     {0.89833323870681336, 0.11119051722668724},   {0.98014492824876814, 0.050614268145188130}};
 
-/* The points stand at equal steps of r = sqrt(depth), of which the pressure is a smooth function: exact for
-   westergaard, to 1e-9 for zangar. */
-void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal push, PetscReal thickness,
-                        PetscReal f[4])
+/* A point of a wet face. */
+typedef struct {
+  PetscReal at;     /* [-] 0..1 along the face */
+  PetscReal weight; /* [-] of the length of the face */
+  PetscReal over;   /* [-] pressure over density, acceleration and depth of a vertical wall */
+} WetPoint;
+
+/* Finds the points of a face; returns their number, 0 of a dry one. They stand at equal steps of
+   r = sqrt(depth), of which the pressure is a smooth function: exact for westergaard, to 1e-9 for zangar. */
+static int wet_points(const PetscReal x[4], const WetWall *wall, WetPoint points[8])
 {
   const PetscReal z[2] = {wall->level - x[1], wall->level - x[3]};
-  const PetscReal n = (x[3] - x[1]) / PetscHypotReal(x[2] - x[0], x[3] - x[1]);
   PetscReal from = 0., to = 1.;
-  for (int i = 0; i < 4; i++) f[i] = 0.;
-  if (z[0] <= 0. && z[1] <= 0.) return;
+  if (z[0] <= 0. && z[1] <= 0.) return 0;
   if (z[0] < 0.) from = z[0] / (z[0] - z[1]);
   if (z[1] < 0.) to = z[0] / (z[0] - z[1]);
   const PetscReal a = PetscSqrtReal(PetscMax(z[0], 0.)), b = PetscSqrtReal(PetscMax(z[1], 0.));
+  for (int g = 0; g < 8; g++) {
+    const PetscReal r = a + GAUSS[g][0] * (b - a), along = GAUSS[g][0] * (r + a) / (a + b);
+    points[g].at = from + (to - from) * along;
+    points[g].weight = (to - from) * GAUSS[g][1] * 2. * r / (a + b);
+    points[g].over = HydrodynamicPressure(wall, r * r / wall->depth);
+  }
+  return 8;
+}
+
+void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal push, PetscReal thickness,
+                        PetscReal f[4])
+{
+  const PetscReal n = (x[3] - x[1]) / PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+  WetPoint point[8];
+  const int wet = wet_points(x, wall, point);
+  for (int i = 0; i < 4; i++) f[i] = 0.;
   // water on the left of the wall, n < 0, presses against inertia to the right; that on the right pulls
   const PetscReal towards = wall->rule == HYDRO_WESTERGAARD ? -n : -side_of(wall->normal);
-  for (int g = 0; g < 8; g++) {
-    const PetscReal r = a + GAUSS[g][0] * (b - a), along = GAUSS[g][0] * (r + a) / (a + b),
-                    weight = (to - from) * GAUSS[g][1] * 2. * r / (a + b);
-    const PetscReal p = towards * push * wall->depth * HydrodynamicPressure(wall, r * r / wall->depth);
-    PushOnFace(x, from + (to - from) * along, weight * p * thickness, f);
+  for (int g = 0; g < wet; g++) {
+    const PetscReal p = towards * push * wall->depth * point[g].over;
+    PushOnFace(x, point[g].at, point[g].weight * p * thickness, f);
+  }
+}
+
+/* A wall that leans moves along its normal by the cosine of a shake along x, for which zangar is given. */
+void HydrodynamicMass(const PetscReal x[4], const WetWall *wall, PetscReal density, PetscReal k[16])
+{
+  const PetscReal length = PetscHypotReal(x[2] - x[0], x[3] - x[1]),
+                  n[2] = {(x[3] - x[1]) / length, (x[0] - x[2]) / length};
+  const PetscReal leans = wall->rule == HYDRO_ZANGAR
+                              ? PetscCosReal(PetscMax(0., wall->lean) * (PETSC_PI / 180.))
+                              : 1.;
+  const PetscReal full = density * length * wall->depth / leans;
+  WetPoint point[8];
+  const int wet = wet_points(x, wall, point);
+  for (int i = 0; i < 16; i++) k[i] = 0.;
+  for (int g = 0; g < wet; g++) {
+    const PetscReal N[2] = {1. - point[g].at, point[g].at}, mass = full * point[g].weight * point[g].over;
+    for (int i = 0; i < 4; i++)
+      for (int j = 0; j < 4; j++) k[4 * i + j] += mass * N[i / 2] * n[i % 2] * N[j / 2] * n[j % 2];
   }
 }

@@ -17,6 +17,8 @@ typedef struct {
 PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall);
 /* Says what is wrong with the wall; "": nothing. */
 void WetWallRefuse(const Scene *scene, const Load *load, const WetWall *wall, char message[MESSAGE_LENGTH]);
+/* Rank 0. Warns where westergaard gives much more than the water can press. */
+void WetWallWarn(const Load *load, const WetWall *wall);
 /* [-] Pressure over density, acceleration normal to a vertical wall and depth; s: place below the water over
    the depth. */
 PetscReal HydrodynamicPressure(const WetWall *wall, PetscReal s);
@@ -29,3 +31,7 @@ PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h);
    along +x. x: (4) ends of the face. f: (4) forces at the ends [N]. */
 void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal push, PetscReal thickness,
                         PetscReal f[4]);
+/* Finds the mass matrix of the water at one face, in x and y of its ends: int N_i N_j rho q dl n n', rho q
+   the pressure over an acceleration along the normal n. density: [kg/m2] of the water times thickness. x: (4)
+   ends of the face. k: (4,4) [kg]. */
+void HydrodynamicMass(const PetscReal x[4], const WetWall *wall, PetscReal density, PetscReal k[16]);

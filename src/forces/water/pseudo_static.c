@@ -3,19 +3,6 @@
 #include "forces/loads/loads.h"
 #include "forces/water/hydrodynamic.h"
 
-static const PetscReal LEANS = 15.; /* [degree] from which westergaard is told to be too much */
-
-/* Warns where westergaard gives much more than the water can press. Rank 0. */
-static void warn_leaning(const Load *load, const WetWall *wall)
-{
-  if (load->hydro.rule != HYDRO_WESTERGAARD || wall->lean <= LEANS) return;
-  fprintf(stderr,
-          "quoin: warning: loads.%s: its faces lean %.0f degrees from the vertical, where westergaard "
-          "gives %.0f %% more than potential flow: take rule: zangar\n",
-          load->name, (double)wall->lean, 100. * (double)WestergaardExcess(wall->lean));
-  fflush(stderr);
-}
-
 /* memory: (n_loads,) walls; those of other loads stay empty. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
@@ -30,7 +17,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     if (load->kind != LOAD_PSEUDO_STATIC || !load->target[0]) continue;
     PetscCall(WetWallFind(v->m, load, walls + l));
     WetWallRefuse(scene, load, walls + l, message);
-    if (!v->m->rank && !told && !message[0]) warn_leaning(load, walls + l);
+    if (!v->m->rank && !told && !message[0]) WetWallWarn(load, walls + l);
   }
   told = PETSC_TRUE;
   *memory = walls;
