@@ -10,22 +10,26 @@
    Of the work of a dashpot on the model, (w/2).C (w/2) is what a wave brings in that comes with the
    velocity w/2, and (v - w/2).C (v - w/2) what goes out, so both are booked. */
 #include "motion/motion.h"
+#include "base/lanes.h"
 
 enum { DOFS = 3 };
 typedef PetscReal Square[DOFS][DOFS];
 
 /* A vertex of a deformable block, or a rigid body. */
 typedef struct {
-  PetscInt dof;    /* its first degree of freedom */
-  PetscBool rigid; /* a rigid body: 3 of them; else 2 */
-  Square mass;     /* [kg, kg m, kg m2] added */
-  Square dashpot;  /* [N s/m]; 0 at rigid bodies */
+  PetscInt dof;           /* its first degree of freedom */
+  PetscBool rigid;        /* a rigid body: 3 of them; else 2 */
+  PetscBool damped, held; /* it has dashpots; something holds a degree of freedom of it */
+  Square mass;            /* [kg, kg m, kg m2] added */
+  Square dashpot;         /* [N s/m]; 0 at rigid bodies */
+  Square inverse;         /* of M + dt/2 D, between degrees of freedom that nothing holds; else 0 */
 } LocalPoint;
 
 struct _p_Local {
   const Model *m;
   PetscInt n, capacity; /* points, and rows of allocated room */
   LocalPoint *point;    /* (n,) ascending dof */
+  PetscReal dt, alpha;  /* [s], [1/s] of the inverses; 0: there are none yet */
   PetscInt *row;        /* (n_bodies + n_deformable,) point of a rigid body or vertex, -1: none */
   PetscReal *w, *push;  /* [m/s], [N] (2 n_deformable,) what dashpots hold against, what acts beside them */
 };
@@ -152,18 +156,19 @@ static const PetscReal *entries(const Local *l, const LocalPoint *p, const Petsc
   return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->n_bodies);
 }
 
-static void times(const LocalPoint *p, const Square a, const PetscReal *x, PetscReal *y)
+/* n, here and below, is the size of the point: where it is a constant, loops are unrolled. */
+KERNEL void times(int n, const Square a, const PetscReal *x, PetscReal *y)
 {
-  for (int i = 0; i < size_of(p); i++) {
+  for (int i = 0; i < n; i++) {
     y[i] = 0.;
-    for (int j = 0; j < size_of(p); j++) y[i] += a[i][j] * x[j];
+    for (int j = 0; j < n; j++) y[i] += a[i][j] * x[j];
   }
 }
 
-static PetscReal product(const LocalPoint *p, const PetscReal *x, const PetscReal *y)
+KERNEL PetscReal product(int n, const PetscReal *x, const PetscReal *y)
 {
   PetscReal sum = 0.;
-  for (int i = 0; i < size_of(p); i++) sum += x[i] * y[i];
+  for (int i = 0; i < n; i++) sum += x[i] * y[i];
   return sum;
 }
 
@@ -200,22 +205,27 @@ static PetscReal of_ground(const PetscReal ground[2], int i)
 
 /* Books the works of the step from velocity v_0 to v_1 at a point. What moving supports give to the added
    mass that they hold counts as theirs, and so does what acts beside dashpots. */
-static void book(const Local *l, const LocalPoint *p, PetscReal dt, const PetscReal *v_0,
+KERNEL void book(const Local *l, const LocalPoint *p, int n, PetscReal dt, const PetscReal *v_0,
                  const PetscReal *v_1, PetscReal works[LOCAL_WORKS])
 {
   const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push);
-  PetscReal half[DOFS], less[DOFS], change[DOFS], wave[DOFS], dashpot[DOFS], inertia[DOFS];
-  for (int i = 0; i < size_of(p); i++) {
-    half[i] = 0.5 * w[i], less[i] = w[i] - 0.5 * (v_0[i] + v_1[i]), change[i] = (v_1[i] - v_0[i]) / dt;
+  PetscReal dashpot[DOFS] = {0.}, inertia[DOFS];
+  times(n, p->mass, v_0, inertia);
+  works[LOCAL_KINETIC] += 0.5 * product(n, v_1, inertia);
+  if (p->damped) {
+    PetscReal half[DOFS], less[DOFS], wave[DOFS];
+    for (int i = 0; i < n; i++) half[i] = 0.5 * w[i], less[i] = w[i] - 0.5 * (v_0[i] + v_1[i]);
+    times(n, p->dashpot, half, wave);
+    works[LOCAL_INCOMING] += dt * product(n, half, wave);
+    times(n, p->dashpot, less, dashpot);
   }
-  times(p, p->mass, v_0, inertia);
-  works[LOCAL_KINETIC] += 0.5 * product(p, v_1, inertia);
-  times(p, p->dashpot, half, wave);
-  works[LOCAL_INCOMING] += dt * product(p, half, wave);
-  times(p, p->dashpot, less, dashpot);
-  times(p, p->mass, change, inertia);
-  for (int i = 0; i < size_of(p); i++) {
-    const PetscBool held = Held(l->m, p->dof + i); // then its support bears the dashpot
+  if (p->held) {
+    PetscReal change[DOFS];
+    for (int i = 0; i < n; i++) change[i] = (v_1[i] - v_0[i]) / dt;
+    times(n, p->mass, change, inertia);
+  }
+  for (int i = 0; i < n; i++) {
+    const PetscBool held = (PetscBool)(p->held && Held(l->m, p->dof + i)); // its support bears the dashpot
     const PetscReal of_dashpot = held ? 0. : dashpot[i], of_support = held ? inertia[i] : push[i],
                     way = 0.5 * dt * (v_0[i] + v_1[i]), ahead = 0.5 * dt * v_1[i];
     works[LOCAL_DASHPOTS] += of_dashpot * way, works[LOCAL_DASHPOTS_AHEAD] += of_dashpot * ahead;
@@ -223,11 +233,70 @@ static void book(const Local *l, const LocalPoint *p, PetscReal dt, const PetscR
   }
 }
 
+/* Entries of vertices without a point are never read, so they need not be cleared. */
 static void find_incoming(Local *l, const State *s)
 {
-  memset(l->w, 0, 2 * l->m->n_deformable * sizeof *l->w);
-  memset(l->push, 0, 2 * l->m->n_deformable * sizeof *l->push);
+  const PetscInt at = 3 * l->m->n_bodies;
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
+    for (int i = 0; i < 2 && !p->rigid; i++) l->w[p->dof - at + i] = l->push[p->dof - at + i] = 0.;
   TermsIncoming(l->m, s, l->w, l->push);
+}
+
+/* Inverts the matrices of the points for the step and alpha of the state. */
+static void find_inverses(Local *l, const State *s)
+{
+  if (l->dt == s->dt && l->alpha == s->alpha) return;
+  l->dt = s->dt, l->alpha = s->alpha;
+  for (LocalPoint *p = l->point; p < l->point + l->n; p++) {
+    p->damped = p->held = PETSC_FALSE;
+    for (int i = 0; i < size_of(p); i++) {
+      if (p->dashpot[i][i] != 0.) p->damped = PETSC_TRUE;
+      if (Held(l->m, p->dof + i)) p->held = PETSC_TRUE;
+    }
+    for (int column = 0; column < size_of(p); column++) {
+      PetscReal b[DOFS] = {0.}, x[DOFS] = {0.};
+      Square a = {{0.}};
+      for (int i = 0; i < size_of(p); i++) {
+        for (int j = 0; j < size_of(p); j++) a[i][j] = p->mass[i][j] + 0.5 * s->dt * p->dashpot[i][j];
+        a[i][i] += s->m[p->dof + i] * (1. + 0.5 * s->dt * s->alpha);
+      }
+      b[column] = 1.;
+      solve(p, l->m, a, b, x);
+      for (int i = 0; i < size_of(p); i++) p->inverse[i][column] = Held(l->m, p->dof + column) ? 0. : x[i];
+    }
+  }
+}
+
+/* Finds v_1 - v_0 = dt (M + dt/2 D)^-1 (f_ext - f + C (w - v_0) + p - alpha m (v_0 - ground)); where a degree of freedom
+   is held it is known, and what it asks of the others is a force on them. */
+KERNEL void accelerate(const Local *l, const LocalPoint *p, int n, const State *s, const PetscReal *v_0,
+                       const PetscReal ground[2], PetscReal *v_1)
+{
+  const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push), *v = s->v + p->dof;
+  PetscReal less[DOFS], force[DOFS] = {0.}, change[DOFS];
+  for (int i = 0; i < n; i++) less[i] = w[i] - v_0[i];
+  if (p->damped) times(n, p->dashpot, less, force);
+  for (int i = 0; i < n; i++) {
+    const PetscInt d = p->dof + i;
+    force[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v_0[i] - of_ground(ground, i));
+    for (int j = 0; j < n && p->held; j++)
+      if (Held(l->m, p->dof + j))
+        force[i] -= (p->mass[i][j] + 0.5 * s->dt * p->dashpot[i][j]) * (v[j] - v_0[j]) / s->dt;
+  }
+  times(n, p->inverse, force, change);
+  for (int i = 0; i < n; i++) v_1[i] = p->held && Held(l->m, p->dof + i) ? v[i] : v_0[i] + s->dt * change[i];
+}
+
+KERNEL void move_point(const Local *l, const LocalPoint *p, int n, State *s, const PetscReal *v_0,
+                       const PetscReal ground[2], PetscReal works[LOCAL_WORKS])
+{
+  PetscReal v_1[DOFS], *v = s->v + p->dof, *u = s->u + p->dof;
+  accelerate(l, p, n, s, v_0, ground, v_1);
+  for (int i = 0; i < n; i++) {
+    u[i] += (v_1[i] - v[i]) * s->dt; // integrate.c has moved it as if it had its own mass only
+    v[i] = v_1[i];
+  }
+  book(l, p, n, s->dt, v_0, v_1, works);
 }
 
 void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
@@ -235,31 +304,13 @@ void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal gr
 {
   works[LOCAL_KINETIC] = works[LOCAL_SUPPORTS_AHEAD] = works[LOCAL_DASHPOTS_AHEAD] = 0.;
   if (!l->n) return;
+  find_inverses(l, s);
   find_incoming(l, s);
-  for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
-    const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push), *v_0 = v_before + p->dof;
-    PetscReal b[DOFS] = {0.}, v_1[DOFS] = {0.}, *v = s->v + p->dof;
-    Square a = {{0.}};
-    times(p, p->dashpot, w, b);
-    for (int i = 0; i < size_of(p); i++) {
-      const PetscInt d = p->dof + i;
-      const PetscReal half = 0.5 * s->dt * s->alpha * s->m[d];
-      b[i] = s->m[d] * v_0[i] - half * (v_0[i] - 2. * of_ground(ground, i)) +
-             s->dt * (b[i] + push[i] + s->f_ext[d] - s->f[d]);
-      for (int j = 0; j < size_of(p); j++) {
-        b[i] += (p->mass[i][j] - 0.5 * s->dt * p->dashpot[i][j]) * v_0[j];
-        a[i][j] = p->mass[i][j] + 0.5 * s->dt * p->dashpot[i][j];
-      }
-      a[i][i] += s->m[d] + half;
-      v_1[i] = v[i];
-    }
-    solve(p, l->m, a, b, v_1);
-    for (int i = 0; i < size_of(p); i++) {
-      s->u[p->dof + i] += (v_1[i] - v[i]) * s->dt; // integrate.c has moved it as if it had its own mass only
-      v[i] = v_1[i];
-    }
-    book(l, p, s->dt, v_0, v_1, works);
-  }
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
+    if (p->rigid)
+      move_point(l, p, DOFS, s, v_before + p->dof, ground, works);
+    else
+      move_point(l, p, 2, s, v_before + p->dof, ground, works);
 }
 
 void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2], PetscReal sign)
@@ -271,7 +322,7 @@ void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscRea
     PetscReal less[DOFS] = {0.}, b[DOFS] = {0.}, change[DOFS] = {0.};
     Square a = {{0.}};
     for (int i = 0; i < size_of(p); i++) less[i] = w[i] - v_0[i];
-    times(p, p->dashpot, less, b);
+    times(size_of(p), p->dashpot, less, b);
     for (int i = 0; i < size_of(p); i++) {
       const PetscInt d = p->dof + i;
       b[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v_0[i] - of_ground(ground, i));
