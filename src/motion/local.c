@@ -267,8 +267,8 @@ static void find_inverses(Local *l, const State *s)
   }
 }
 
-/* Finds v_1 - v_0 = dt (M + dt/2 D)^-1 (f_ext - f + C (w - v_0) + p - alpha m (v_0 - ground)); where a degree of freedom
-   is held it is known, and what it asks of the others is a force on them. */
+/* Finds v_1 - v_0 = dt (M + dt/2 D)^-1 (f_ext - f + C (w - v_0) + p - alpha m (v_0 - ground)); where a
+   degree of freedom is held it is known, and what it asks of the others is a force on them. */
 KERNEL void accelerate(const Local *l, const LocalPoint *p, int n, const State *s, const PetscReal *v_0,
                        const PetscReal ground[2], PetscReal *v_1)
 {

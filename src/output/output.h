@@ -234,7 +234,7 @@ PetscErrorCode StageReport(const Problem *p);
 
 /* ---- output.c */
 #ifndef QUOIN_VERSION
-#define QUOIN_VERSION "0.1.0"
+#define QUOIN_VERSION "0.2.0"
 #endif
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];

@@ -27,4 +27,4 @@ assess       the gravity method, guidelines and limits beside the block model
 show         pictures, the sheet, CSV, the comparison of runs
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
