@@ -21,6 +21,7 @@ from quoin_tools.assess.uplift import Heads, UpliftError, head_line, pressure, r
 from quoin_tools.base.scene import SceneError, parse  # noqa: E402
 from quoin_tools.mesh import dam  # noqa: E402
 from quoin_tools.mesh.blockmesh import BlockMesh  # noqa: E402
+from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 
 G = 9.81
 DRAIN = 4.70 * np.hypot(1.0, 0.1)  # along the plane of G1 [m]
@@ -456,6 +457,19 @@ def test_uplift_of_a_set_on_the_other_side(g1):
                           dict(mesh.face_sets, base=of_rock), mesh.points)  # fmt: skip
     forces = [uplift_loads(m, wet_scene(), "wet", part)[0].forces(base, 0.0) for m in (mesh, one_sided)]
     assert forces[0] == pytest.approx(forces[1], rel=1e-9) and forces[0][1] == pytest.approx(1991e3, abs=600)
+
+
+def test_uplift_of_a_set_that_is_wider_than_the_joint():
+    """The top of the ground, one face of 80 m, under a block of 40 m: the solver presses where they meet, and so does the hand."""
+    ground = renamed(rectangle(-20, -10, 80, 10, group="rock"), {"base": "top"})
+    mesh = join([ground, renamed(rectangle(0, 0, 40, 30, 4, 3, group="dam"), {"under": "bottom"})])
+    part = cut.cut(mesh, [(-100, 0), (100, 0)])
+    text = ("materials: {dam: {density: 2400}, rock: {density: 0}}\njoints: {default: {k_n: 1e10, k_s: 1e10, friction: 45}}\n"
+            "loads: {uplift: {type: uplift, faces: %s, level: 30, tailwater: 10}}\nstages: [{wet: {loads: [uplift]}}]\n")  # fmt: skip
+    (wide,), (narrow,) = (uplift_loads(mesh, parse(text % name, "scene.yaml"), "wet", part) for name in ("base", "under"))
+    assert wide.chord.ends() == pytest.approx(np.array([[0, 0], [40, 0]]), abs=1e-9)
+    assert wide.pressing(0.0) == pytest.approx(narrow.pressing(0.0), rel=1e-9, abs=1e-3)
+    assert wide.pressing(0.0)[1] == pytest.approx(1000 * G * 20 * 40, rel=1e-9)
 
 
 def test_chord_of_an_uplift_load():

@@ -2,8 +2,9 @@
 
     for water in uplift_loads(mesh, scene, stage, part): forces += water.forces(base, crack)
 
-The pressure runs in straight lines along the chord of the load's face set, from heel to toe, and presses square to each face. What
-lies on both sides of the joint within the part cancels: only faces between the part and the rest count.
+The pressure runs in straight lines along the chord of the joint, from heel to toe, and presses square to each face, where faces of the
+load's set have a block across. What lies on both sides of the joint within the part cancels: only faces between the part and the rest
+count.
 """
 
 from dataclasses import dataclass, replace
@@ -14,8 +15,9 @@ import shapely
 from quoin_tools.assess import uplift
 from quoin_tools.assess.cut import GAP, GravityError, force_at
 from quoin_tools.assess.gravity import Base, Uplift
-from quoin_tools.mesh.blockmesh import face_ends
+from quoin_tools.mesh.blockmesh import all_faces, face_ends
 
+OPPOSITE = 0.9  # cosine between faces that stand against each other
 ALIKE = 0.01  # ends of a chord and of a base no farther apart than this part of its length are the same
 
 
@@ -80,13 +82,30 @@ def chord_of(segments, heel):
     return Base(points[order.argmin()], points[order.argmax()])
 
 
-def boundary(mesh, part, faces):
-    """Faces of a set between the part and the rest, the part to their left; of both sides named, the part's own."""
-    segments = mesh.vertices[face_ends(mesh, faces)]
+def joined(mesh, faces):
+    """Block, and the part of its face (n, 2, 2), of all faces of a set that have faces of other blocks across; all whole where none has."""
+    ends, (rows, vertices) = mesh.vertices[face_ends(mesh, faces)], all_faces(mesh)
+    others = mesh.vertices[vertices]
+    face, other = shapely.STRtree(shapely.linestrings(others)).query(shapely.linestrings(ends), predicate="dwithin", distance=GAP)
+    along, against = ends[face, 1] - ends[face, 0], others[other, 0] - others[other, 1]
+    opposite = (along * against).sum(axis=1) > OPPOSITE * np.hypot(*along.T) * np.hypot(*against.T)
+    found = []
+    for i, j in zip(face[opposite], other[opposite]):
+        e = ends[i, 1] - ends[i, 0]
+        s = np.clip(np.sort((others[j] - ends[i, 0]) @ e / (e @ e)), 0.0, 1.0)
+        if rows[j, 0] != faces[i, 0] and s[1] - s[0] > 1e-9:
+            found.append((faces[i, 0], ends[i, 0] + s[:, None] * e))
+    if not found:
+        return faces[:, 0], ends
+    return np.array([block for block, _ in found]), np.array([segment for _, segment in found])
+
+
+def boundary(part, blocks, segments):
+    """Those between the part and the rest, the part to their left; of both sides named, the part's own."""
     along = segments[:, 1] - segments[:, 0]
     outward = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]  # of the block of the face
     beyond = shapely.contains_xy(part.region, *(segments.mean(axis=1) + 2 * GAP * outward).T)
-    mine = part.share[faces[:, 0]] > 0.5
+    mine = part.share[blocks] > 0.5
     own, others = segments[mine & ~beyond], segments[~mine & beyond]
     return own if len(own) else others[:, ::-1]
 
@@ -112,14 +131,14 @@ def uplift_loads(mesh, scene, stage, part):
             continue
         if load["faces"] not in mesh.face_sets:
             raise GravityError(f"the mesh has no face set '{load['faces']}'")
-        faces = mesh.face_sets[load["faces"]]
-        segments = boundary(mesh, part, faces)
+        blocks, joint = joined(mesh, mesh.face_sets[load["faces"]])
+        segments = boundary(part, blocks, joint)
         if not len(segments):
             continue
         in_crack = "full" if load.get("cracked") is True else "unchanged"
         if in_crack == "full" and load.get("heel") == "end":
             raise GravityError(f"load {name}: heel: end with cracked: true is not known to the gravity method")
-        chord = chord_of(mesh.vertices[face_ends(mesh, faces)], load.get("heel", "start"))
+        chord = chord_of(joint, load.get("heel", "start"))
         direction = "vertical" if load.get("component") == "vertical" else "normal"
         found.append(JointUplift(load.get("rule", "linear"), heads_of(load, chord), direction, in_crack,
                                  float(load.get("density", 1000.0)) * scene.gravity, name, chord, segments))  # fmt: skip
