@@ -307,3 +307,31 @@ def test_motion(tmp_path):
     assert (result.mesh.vertices + result.stage("move").displacement)[-4:, 1].min() == pytest.approx(0.3, abs=1e-3)
     drift = {model: chart.rocking(QUOIN, str(tmp_path), model, 0.5)[1] for model in ("pt", "t2pt")}
     assert abs(drift["pt"]).max() < 0.002 < 0.1 < abs(drift["t2pt"]).max()
+
+
+# ---- earthquake
+
+
+def test_earthquake(tmp_path):
+    """Yield coefficient and factor at rest; the record's first 4 s and what comes after them; its chart."""
+    example = ROOT / "examples/guilhofrei_earthquake"
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
+    subprocess.run([sys.executable, ROOT / "examples/guilhofrei_sliding/mesh.py", tmp_path / "model.h5"], cwd=ROOT, env=environment, check=True, timeout=60)
+    subprocess.run([sys.executable, example / "record.py", tmp_path / "quake.csv"], cwd=ROOT, env=environment, check=True, timeout=60)
+
+    def stages(name, names, *options):
+        subprocess.run([QUOIN, "-options_file", example / "scene.yaml", "-model", tmp_path / "model.h5", "-motions_quake_file", tmp_path / "quake.csv",
+                        "-output", tmp_path / name, "-stages", names, *options], cwd=ROOT, check=True, timeout=120)  # fmt: skip
+        return {stage["name"]: stage for stage in json.loads((tmp_path / name / "summary.json").read_text())["stages"]}
+
+    assert stages("pseudo", "sw,full,pseudo")["pseudo"]["joints"]["base"]["sliding_factor_peak"] == pytest.approx(1.341, abs=2e-3)
+    raised = stages("yield", "sw,full,yield")["yield"]["load_factor"]
+    assert 0.293 < raised["stable"] < raised["failing"] < 0.296
+    short = ("-stages_shake_duration", "4")
+    shaken = stages("record", "sw,full,shake,after", *short)
+    stages("box", "sw,full,shake", *short, "-supports_rock_sides_fix", "xy", "-supports_rock_sides_motion", "quake", "-supports_rock_bottom_boundary", "fixed")
+    assert abs(shaken["shake"]["energy"]["balance"]) < 1e-6 * shaken["shake"]["energy"]["incoming"]
+    assert shaken["after"]["verdict"] == "converged"
+    assert shaken["after"]["joints"]["base"]["sliding_factor_peak"] == pytest.approx(1.57, abs=0.02)  # by hand tan(40)/tan(28.1)
+    said = subprocess.run([sys.executable, example / "chart.py", tmp_path], cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=60)
+    assert "Newmark's block" in said.stdout and is_drawn(tmp_path / "slip.png")
