@@ -14,3 +14,5 @@ void WarnSlender(const BlockMesh *mesh);
 void WarnLocking(const Scene *scene);
 /* Warns of stages that the chosen method does not serve. */
 void WarnExplicit(const Scene *scene);
+/* Warns of joints that have a strength, but no law that uses it. */
+void WarnElastic(const Scene *scene);

@@ -57,3 +57,31 @@ void WarnExplicit(const Scene *scene)
   if (any) fprintf(stderr, "\n");
   fflush(stderr);
 }
+
+/* A row of joints takes the law of the default row where it gives none. Strength that it gives beside an
+   elastic law limits nothing. */
+void WarnElastic(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  if (told) return;
+  told = PETSC_TRUE;
+  for (PetscInt j = 1; j < scene->n_joints; j++) {
+    const Joint *joint = scene->joints + j, *other = scene->joints;
+    PetscBool elastic = (PetscBool)(joint->defined && joint->law == LAW_ELASTIC);
+    for (PetscInt s = 0; s < scene->n_stages && elastic; s++)
+      elastic = (PetscBool)(scene->stages[s].joints[j].law == LAW_ELASTIC);
+    const PetscReal strength[3] = {joint->friction[0], joint->cohesion[0], joint->tension[0]},
+                    inherited[3] = {other->friction[0], other->cohesion[0], other->tension[0]};
+    static const char *const names[3] = {"friction", "cohesion", "tension"};
+    for (int k = 0; k < 3 && elastic; k++) {
+      if (!(strength[k] > 0.) || strength[k] == inherited[k] || isinf(strength[k])) continue;
+      fprintf(
+          stderr,
+          "quoin: warning: joints.%s: its law is elastic in every stage, so %s %g limits nothing: give it "
+          "law: mohr_coulomb\n",
+          joint->name, names[k], (double)strength[k]);
+      break;
+    }
+  }
+  fflush(stderr);
+}

@@ -541,6 +541,19 @@ def test_full_blocks_that_lock_are_told(runs):
 
 
 @solver
+def test_strength_of_elastic_joints_is_told(runs):
+    """A row takes its law from the default row: friction beside an elastic law limits nothing."""
+    def told(*options):
+        return [line for line in run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1].splitlines() if "limits nothing" in line]
+
+    elastic = ("-joints_default_law", "elastic", "-joints_joint_law", "elastic")
+    assert told() == [] and told(*elastic, "-joints_joint_friction", "0", "-joints_joint_cohesion", "0") == []
+    line, = told(*elastic, "-joints_joint_friction", "45")
+    assert "joints.joint: its law is elastic in every stage, so friction 45 limits nothing" in line
+    assert told(*elastic, "-joints_joint_friction", "45", "-stages_push_joints_joint_law", "mohr_coulomb") == []
+
+
+@solver
 def test_stages_that_newtons_method_leaves_out_are_told(runs):
     def told(*options):
         return [line for line in run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1].splitlines() if "fixed connectivity" in line]
