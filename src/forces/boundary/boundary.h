@@ -41,7 +41,7 @@ MotionFacts MotionLook(const MotionTrack *track);
 /* The motion of the ground as a whole: that of the supports that move. */
 typedef struct {
   Motion motion;
-  PetscReal part; /* [-] of it: waves that come through a quiet boundary are half of what free ground does */
+  PetscReal part; /* [-] of it: free ground moves twice as much as a wave that comes in */
 } Ground;
 /* Refuses, in message, supports that move differently: there is no one ground then. */
 PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MESSAGE_LENGTH]);

@@ -1,9 +1,10 @@
 /* ground.c: the motion of the ground as a whole, against which damping by mass acts. */
 #include "forces/boundary/boundary.h"
 
+/* Free ground moves twice as much as the wave that comes in. */
 static PetscReal part_of(const Support *s)
 {
-  return s->boundary == BOUNDARY_QUIET && s->input == INPUT_OUTCROP ? 0.5 : 1.;
+  return s->boundary == BOUNDARY_QUIET && s->input == INPUT_INCIDENT ? 2. : 1.;
 }
 
 static PetscBool is_alike(const Support *a, const Support *b)

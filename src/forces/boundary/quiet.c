@@ -52,24 +52,23 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The row of the next load from place i on that is a force, which moves i behind it; -1: none is left. */
-static PetscInt next_force(const Scene *scene, const Stage *stage, PetscInt *i)
+/* Whether each force of a stage is one of the other. other: NULL: it has none. */
+static PetscBool within(const Scene *scene, const Stage *stage, const Stage *other)
 {
-  while (*i < stage->n_loads) {
-    const PetscInt load = stage->loads[(*i)++];
-    if (scene->loads[load].kind != LOAD_ADDED_MASS) return load;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    PetscBool found = PETSC_FALSE;
+    if (scene->loads[stage->loads[i]].kind == LOAD_ADDED_MASS) continue;
+    for (PetscInt j = 0; other && j < other->n_loads; j++)
+      if (other->loads[j] == stage->loads[i]) found = PETSC_TRUE;
+    if (!found) return PETSC_FALSE;
   }
-  return -1;
+  return PETSC_TRUE;
 }
 
-/* Whether two stages have the same forces. before: NULL: none. */
+/* Whether two stages have the same forces, in whatever order. before: NULL: none. */
 static PetscBool same_loads(const Scene *scene, const Stage *stage, const Stage *before)
 {
-  for (PetscInt i = 0, j = 0;;) {
-    const PetscInt load = next_force(scene, stage, &i), other = before ? next_force(scene, before, &j) : -1;
-    if (load != other) return PETSC_FALSE;
-    if (load < 0) return PETSC_TRUE;
-  }
+  return (PetscBool)(within(scene, stage, before) && (!before || within(scene, before, stage)));
 }
 
 /* Ground that holds no more gives way to what is put on it: a load of p moves all of it at p / (rho c). */

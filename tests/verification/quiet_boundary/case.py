@@ -51,6 +51,8 @@ def run(case):
     layers(case)
     reflection(case)
     static_start(case)
+    order_of_loads(case)
+    damped(case)
     ranks(case)
     restart(case)
 
@@ -187,6 +189,25 @@ def static_start(case):
     moved = [shaken_.probe(s, "bottom_left")[1] for s in ("rest", "shake", "after")]
     case.check("a wave: the base has risen by [m], and is held there", [moved[1] - moved[0], moved[2] - moved[1]], [0.02, 0.0], absolute=1e-6)
     case.check("... reaction of the base after it [N]", shaken_.stage_summary("after")["supports"]["bottom"]["y"], RHO * 9.81 * HEIGHT, relative=1e-6)
+
+
+def order_of_loads(case):
+    """The loads of the stage before, named in another order, are the same loads; others are refused."""
+    keys = [("supports.bottom", {"fix": "xy", "boundary": "quiet"}), ("loads", {"w": {"type": "self_weight"}, "p": {"type": "traction", "faces": "top", "value": [0, -1e5]}})]
+    shake = SCENE["stages"][0]["shake"] | {"duration": 0.01}
+    codes = [shaken(case, rectangle(0, 0, 1, 10, 1, 10, group="ground"), "", *keys, ("stages", [{"rest": {"loads": before}}, {"shake": shake | {"loads": loads}}])).exit_code
+             for before, loads in ((["w", "p"], ["p", "w"]), (["w"], ["p", "w"]), (["w", "p"], ["w"]))]
+    case.check("loads in another order, one more, one less: exit codes", codes, [0, 2, 2])
+
+
+def damped(case):
+    """Damping by mass holds against free ground: low ground that rides on a long wave is not dragged."""
+    t = np.linspace(0, 2, 201)
+    for kind, factor in (("incident", 1), ("outcrop", 2)):
+        result = shaken(case, rectangle(0, 0, 2, 10, 1, 5, group="ground"), rows(t, factor * PULSE * np.sin(np.pi * t / 2) ** 2), ("supports.bottom.input", kind),
+                        ("stages", [{"shake": SCENE["stages"][0]["shake"] | {"duration": 3.0, "alpha": 1.5}}]))
+        ends = [result.history[f"{p}_ux_m"][-1] for p in ("bottom_left", "top_left")]
+        case.check(f"low ground on a wave of 2 s, alpha 1.5, {kind}: base and top end at [m]", ends, [2 * PULSE] * 2, relative=1e-5)
 
 
 def ranks(case):
