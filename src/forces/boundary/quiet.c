@@ -71,21 +71,29 @@ static PetscBool same_loads(const Scene *scene, const Stage *stage, const Stage 
   return (PetscBool)(within(scene, stage, before) && (!before || within(scene, before, stage)));
 }
 
+/* Whether a stage ends with other forces than those that its loads have by themselves. */
+static PetscBool leaves_changed(const Scene *scene, const Stage *stage)
+{
+  if (stage->kind == STAGE_FLOOD || stage->kind == STAGE_LOAD_FACTOR) return PETSC_TRUE;
+  for (PetscInt i = 0; stage->kind == STAGE_TRANSIENT && i < stage->n_loads; i++)
+    if (scene->loads[stage->loads[i]].levels[0]) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Ground that holds no more gives way to what is put on it: a load of p moves all of it at p / (rho c). */
 static PetscErrorCode check_loads(const Scene *scene, char *message)
 {
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_stages; i++) {
     const Stage *stage = scene->stages + i;
-    const PetscBool raised = (PetscBool)(i && (stage[-1].kind == STAGE_FLOOD ||
-                                               stage[-1].kind == STAGE_LOAD_FACTOR));
-    const PetscBool same = (PetscBool)(!raised && same_loads(scene, stage, i ? stage - 1 : NULL));
-    if (stage->kind != STAGE_DYNAMIC || same) continue;
-    PetscCall(
-        PetscSNPrintf(message, MESSAGE_LENGTH,
-                      "%s: stages.%s.loads: not those of the stage before: ground with a quiet boundary "
-                      "would give way to what is added; expected the same loads",
-                      scene->file, stage->name));
+    const PetscBool changed = (PetscBool)(i && leaves_changed(scene, stage - 1));
+    if (stage->kind != STAGE_DYNAMIC || (!changed && same_loads(scene, stage, i ? stage - 1 : NULL)))
+      continue;
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s.loads: not those %s the stage before: ground with a quiet "
+                            "boundary would give way to what is added; expected %s",
+                            scene->file, stage->name, changed ? "at the end of" : "of",
+                            changed ? "a static stage between them" : "the same loads"));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -3,7 +3,7 @@
 import numpy as np
 from driver import changed
 from quoin_tools.mesh.blockmesh import BlockMesh
-from quoin_tools.mesh.meshing import rectangle
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "quiet boundaries: waves leave and come in, layered ground, energy, static reactions kept and given back"
 SOURCE = "one-dimensional waves; Haskell's layers; reflection of a discrete end tan^2(k h / 4); E = rho c int v^2 dt"
@@ -198,6 +198,13 @@ def order_of_loads(case):
     codes = [shaken(case, rectangle(0, 0, 1, 10, 1, 10, group="ground"), "", *keys, ("stages", [{"rest": {"loads": before}}, {"shake": shake | {"loads": loads}}])).exit_code
              for before, loads in ((["w", "p"], ["p", "w"]), (["w"], ["p", "w"]), (["w", "p"], ["w"]))]
     case.check("loads in another order, one more, one less: exit codes", codes, [0, 2, 2])
+    above = renamed(rectangle(0, 10, 1, 2, group="ground"), {"lake": "left", "end": "right"})
+    lake = {"r": {"type": "head", "faces": "lake", "level": 12, "levels": "wave.csv"}, "e": {"type": "head", "faces": "end", "level": 10}}
+    drawdown = {"drawdown": {"type": "transient", "loads": ["r", "e"], "duration": 100, "time_step": 50}}
+    drawn = [shaken(case, join([rectangle(0, 0, 1, 10, 1, 10, group="ground"), above]), "0, 12\n100, 11\n", keys[0], ("loads", lake), ("joints", {"default": SCENE["joints"]["default"] | {"aperture": 2e-4, "aperture_residual": 1e-5}}),
+                    ("stages", [{"rest": {"loads": ["r", "e"]}}, drawdown, *between, {"shake": shake | {"loads": ["r", "e"]}}])) for between in ([], [{"held": {"loads": ["r", "e"]}}])]
+    case.check("behind a drawdown, which ends at another level; with a static stage between: exit codes", [run.exit_code for run in drawn], [2, 0])
+    case.check("... it says so", "expected a static stage between them" in drawn[0].stderr, True)
 
 
 def damped(case):
