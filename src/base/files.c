@@ -129,8 +129,9 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
 void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH])
 {
   // any of these calls may be the first to see a full disk
+  const int before = ferror(f) && errno ? errno : EIO; // of a write that has failed already
   errno = 0;
-  int error = fflush(f) || ferror(f) || fsync(fileno(f)) ? (errno ? errno : EIO) : 0;
+  int error = fflush(f) || ferror(f) || fsync(fileno(f)) ? (errno ? errno : before) : 0;
   if (fclose(f) && !error) error = errno;
   if (error && !message[0])
     snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s/%s': %s", folder, name, strerror(error));
