@@ -14,7 +14,8 @@ QUOIN_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # shellcheck disable=SC2206  # QUOIN_PACKAGES is a list of words
 quoin_packages=(
   gcc make libc6-dev cmake pkgconf                                  # build
-  libpetsc-real-dev libhdf5-openmpi-dev libopenmpi-dev openmpi-bin  # PETSc, HDF5, MPI
+  libpetsc-real-dev libslepc-real-dev                               # PETSc, SLEPc
+  libhdf5-openmpi-dev libopenmpi-dev openmpi-bin                    # HDF5, MPI
   libmetis-dev libyaml-dev zlib1g-dev
   'libopenblas0-serial|libopenblas0-pthread|libopenblas0-openmp'    # a fast BLAS for the direct solvers
   python3 python3-venv
@@ -94,6 +95,7 @@ quoin_tools_check() {
   done
   if command -v pkg-config >/dev/null; then
     pkg-config --exists 'PETSc >= 3.18' || missing+=("PETSc >= 3.18 (pkg-config PETSc)")
+    pkg-config --exists 'slepc >= 3.18' || missing+=("SLEPc >= 3.18, built for the same PETSc (pkg-config slepc)")
     pkg-config --exists yaml-0.1 || missing+=("libyaml (pkg-config yaml-0.1)")
     pkg-config --exists zlib || missing+=("zlib (pkg-config zlib)")
     pkg-config --exists hdf5-openmpi || pkg-config --exists hdf5-mpich || pkg-config --exists hdf5 ||

@@ -1,7 +1,7 @@
-/* petsc_options.c: options of PETSc's solvers. They are no keys of the scene, but they change what the
-   solvers return: -mat_no_inode changes the order of sums, -pc_type the preconditioner. So a run with such
-   options says so, and keeps them with its own options and its results; a restart tells when they change.
-   Options of viewers of the state, -displacement_view and so on, only print. */
+/* petsc_options.c: options of PETSc's solvers and SLEPc's. They are no keys of the scene, but they change
+   what the solvers return: -mat_no_inode changes the order of sums, -pc_type the preconditioner. So a run
+   with such options says so, and keeps them with its own options and its results; a restart tells when
+   they change. Options of viewers of the state, -displacement_view and so on, only print. */
 #include "scene/scene.h"
 #include <ctype.h>
 #include <errno.h>
@@ -18,8 +18,8 @@ static PetscBool begins_with_any(const char *name, const char *const *words)
 
 static PetscBool is_of_solvers(const char *name)
 {
-  static const char *const solvers[] = {"ksp_", "pc_",  "mat_", "vec_", "sub_", "snes_",
-                                        "ts_",  "tao_", "dm_",  "is_",  "sf_",  NULL};
+  static const char *const solvers[] = {"ksp_", "pc_", "mat_", "vec_", "sub_", "snes_", "ts_", "tao_",
+                                        "dm_",  "is_", "sf_",  "eps_", "st_",  "bv_",   "ds_", NULL};
   return begins_with_any(name, solvers);
 }
 
