@@ -13,6 +13,7 @@ assessment   the gravity method beside a run, in the terminal
 hinges       how a limit moves with the stiffness of the joints
 plot_mesh    picture of a block mesh
 plots        pictures of a run
+animate      film of a stage in time, or of how a stage fails
 motion       what is in a record: spectrum, Newmark's block; points of a run
 report       the sheet of a run, HTML and PDF
 verify       is a sheet as written, and about these files?

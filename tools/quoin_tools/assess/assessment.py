@@ -20,7 +20,7 @@ from quoin_tools.base import scene
 from quoin_tools.base.flow import condition_rows, facts_of
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account, table
 from quoin_tools.mesh import blockmesh
-from quoin_tools.mesh.meshing import separated
+from quoin_tools.mesh.of_run import mesh_of
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
@@ -108,16 +108,8 @@ class Case:
 
 def load_case(folder, options):
     results = Results(folder)
-    summary = results.summary
-    used = scene.of_run(folder, summary)
-    path = scene.find(folder, summary.get("model"), ("model.h5",))
-    if path is None:
-        raise ResultsError(f"{folder}: the mesh of the run, '{summary.get('model')}', is not there")
-    single = [name for name, keys in used.materials.items() if keys.get("macroblocks", True) in (False, 0)]
-    mesh = separated(blockmesh.read(path), single)
-    rows = results.mesh.vertex_file
-    if rows.max(initial=-1) >= len(mesh.vertices) or not np.array_equal(mesh.vertices[rows], results.mesh.vertices):
-        raise ResultsError(f"{path}: not the mesh of this run, its vertices differ from those of results.h5")
+    used = scene.of_run(folder, results.summary)
+    mesh, path = mesh_of(results, used)
     return Case(results, used, mesh, path, options)
 
 

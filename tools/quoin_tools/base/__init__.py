@@ -7,4 +7,5 @@ flow     water that flows in joints, of a stage
 results  reader of a run: the only module that knows the files of an output folder
 scene    reader of scenes as PETSc reads them
 record   records in time, as the solver reads them
+ground   the records that shook a run
 """

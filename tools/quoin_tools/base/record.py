@@ -118,19 +118,33 @@ def read_table(path, lines):
     return table[:, 0], table[:, 1:]
 
 
-def read(path, direction="x", scale=1.0):
-    """A Record of accelerations; direction: of the component, where the file has two."""
+def columns(path):
+    """Times, components (n, 1 or 2) as the file has them, and whether a file of PEER says that they are velocities (None: a table says nothing)."""
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = file.read().splitlines()
-    fast = False
     if os.path.splitext(path)[1].lower() in (".at2", ".vt2"):
-        t, x, fast = read_peer(path, lines)
-    else:
-        t, x = read_table(path, lines)
+        return read_peer(path, lines)
+    return *read_table(path, lines), None
+
+
+def read(path, direction="x", scale=1.0):
+    """A Record of accelerations; direction: of the component, where the file has two."""
+    t, x, fast = columns(path)
     if fast:
         raise RecordError(f"{path}: it gives velocities: expected accelerations")
     column = "xy".index(direction) if x.shape[1] == 2 else 0
     return Record(os.path.basename(path), t, scale * x[:, column])
+
+
+def from_velocity(name, t, v):
+    """Of velocities that are linear between rows: accelerations of steps. A first row that moves is a blow, of which no acceleration can be told."""
+    if v[0] != 0:
+        raise RecordError(f"{name}: it begins with a velocity of {v[0]:g} m/s: a blow, no acceleration")
+    keep = np.diff(t) > 0
+    if np.any(np.diff(v)[~keep] != 0):
+        raise RecordError(f"{name}: its velocity jumps: a blow, no acceleration")
+    a = np.diff(v)[keep] / np.diff(t)[keep]
+    return Record(name, np.stack([t[:-1][keep], t[1:][keep]], axis=1).ravel(), np.repeat(a, 2))
 
 
 def from_history(t, u, name):

@@ -41,6 +41,7 @@ class Scene:
     gravity: float = 9.81
     materials: dict = field(default_factory=dict)
     joints: dict = field(default_factory=dict)
+    motions: dict = field(default_factory=dict)
     supports: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
     stages: dict = field(default_factory=dict)
@@ -158,7 +159,7 @@ def parse(text, path):
         raise SceneError(f"{path}: {' '.join(str(error).split())}") from error
     if not isinstance(data, dict):
         raise SceneError(f"{path}: not a scene")
-    names = ("materials", "joints", "supports", "loads", "stages")
+    names = ("materials", "joints", "motions", "supports", "loads", "stages")
     sections = {name: section(data.get(name), name, path) for name in names}
     scalars = {"thickness": data.get("thickness", 1.0), "gravity": data.get("gravity", 9.81)}
     for name, value in scalars.items():

@@ -19,6 +19,7 @@ TEXTS = {  # what stands before and after the CRC-32 of all that is before it
     "results.xdmf": (b"<!-- crc32 ", b" -->\n"),
 }
 SIGNATURE = re.compile(rb"<!-- sha256 of all before: ([0-9a-f]{64}) -->\n\Z")  # of a sheet
+FILM = re.compile(r"animation_.*\.(gif|mp4)")  # names that the tools give
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -113,11 +114,32 @@ def picture_is_whole(data):
     return at == len(data)
 
 
+def signed_gif(data):
+    """A film with its CRC-32 as its last comment, which programs that show it pass over."""
+    body = data[:-1]
+    return body + b"!\xfe\x0e" + b"crc32 %08x" % zlib.crc32(body) + b"\0;"
+
+
+def signed_mp4(data):
+    """The same in a last box of free space."""
+    return data + b"\0\0\0\x16free" + b"crc32 %08x" % zlib.crc32(data)
+
+
+def film_is_whole(data):
+    """A GIF or MP4 that a tool has signed."""
+    for frame in (b"!\xfe\x0ecrc32 %08x\0;", b"\0\0\0\x16freecrc32 %08x"):
+        size = len(frame % 0)
+        if data[-size:] == frame % zlib.crc32(data[:-size]):
+            return True
+    return False
+
+
 def check_made(folder):
     """Paths of what the tools have made of the run; raises ResultsError at the first that is not whole."""
     paths = []
     for name in sorted(os.listdir(folder)):
         is_whole = sheet_is_whole if name == "report.html" else picture_is_whole if name.endswith(".png") else None
+        is_whole = film_is_whole if FILM.fullmatch(name) else is_whole
         if is_whole is None:
             continue
         paths.append(os.path.join(folder, name))

@@ -1,6 +1,7 @@
 """Block meshes: the format, pieces for generators, generators. It imports base.
 
 blockmesh    `model.h5`: write, read, check; the only Python module that knows the format
+of_run       the block mesh that a run was about
 meshing      pieces for generators: patches, grading, joining, splitting in triangles, doubling vertices
 polygons     Voronoi polygons cut to a section, without short edges
 stacks       columns, patches, cantilevers and grids of macroblocks

@@ -5,6 +5,8 @@ plot_mesh  picture of a block mesh
 seepage    pictures of the water in joints
 plots      pictures of a run
 mechanism  how a stage fails
+animate    film of a stage in time: to a file
+film       what a film shows
 motion     a record, its spectrum, a block that slides on it, points of a run
 section    the section and its bases, for the sheet
 browser    HTML to PDF
