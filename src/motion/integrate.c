@@ -163,10 +163,3 @@ void IntegrateRange(const Model *m, State *state, const QuotientSums *last, Pets
     sums->den_max = PetscMax(sums->den_max, w.den_max[lane]);
   }
 }
-
-void Integrate(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
-{
-  *sums = (QuotientSums){{0., 0.}, {0., 0.}, 0., 0.};
-  IntegrateRange(m, state, last, 0, m->n_dof, sums);
-  state->f_old_clear = PETSC_TRUE;
-}

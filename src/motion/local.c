@@ -293,7 +293,7 @@ KERNEL void move_point(const Local *l, const LocalPoint *p, int n, State *s, con
   PetscReal v_1[DOFS], *v = s->v + p->dof, *u = s->u + p->dof;
   accelerate(l, p, n, s, v_0, ground, v_1);
   for (int i = 0; i < n; i++) {
-    u[i] += (v_1[i] - v[i]) * s->dt; // integrate.c has moved it as if it had its own mass only
+    u[i] += (v_1[i] - v[i]) * s->dt; // the step has moved it as if it had its own mass only
     v[i] = v_1[i];
   }
   book(l, p, n, s->dt, v_0, v_1, works);

@@ -37,14 +37,31 @@ static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const Quoti
                         PetscMax(lower->num_max, higher->num_max),
                         PetscMax(lower->den_max, higher->den_max)};
 }
-/* Makes one central-difference step (11)-(20) of all dofs of this rank, and sums the Rayleigh quotient on the
-   way. last: sums of the cycle before, of which the largest terms place the bins. */
-void Integrate(const Model *model, State *state, const QuotientSums *last, QuotientSums *sums);
 /* The arrays that IntegrateRange reads from `from` on, besides u and f. */
 Ahead IntegrateAhead(const State *state, PetscInt from);
-/* As Integrate, for the degrees of freedom `from` to `to` - 1; adds their terms to sums. */
+/* Makes one central-difference step (11)-(20) of the degrees of freedom `from` to `to` - 1, and adds their
+   terms of the Rayleigh quotient to sums. last: sums of the cycle before, of which the largest terms place
+   the bins. */
 void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums);
+
+/* ---- time_step.c */
+/* What a step in time does on this rank [J]. */
+typedef struct {
+  PetscReal outside, supports; /* over the step that led to this time: of loads; of supports on what they
+                                  hold */
+  PetscReal kinetic;           /* at this time: m v- v+ / 2 */
+  PetscReal damping;           /* lost to alpha in the step about this time */
+  PetscReal damping_ahead;     /* of it, in the half step beyond this time */
+} StepWorks;
+/* Makes one central-difference step of all degrees of freedom of this rank. alpha damps against the velocity
+   ground [m/s] (2,). Leaves the velocities before the step in v_before, the loads in f_ext_before, which has
+   those of the step before; both (n_dof,). Sets the first line of works. */
+void MoveInTime(const Model *model, State *state, const PetscReal ground[2], PetscReal *v_before,
+                PetscReal *f_ext_before, StepWorks *works);
+/* Sets the rest, when supports and what has inertia of its own have moved too. */
+void WorksInTime(const Model *model, const State *state, const PetscReal ground[2], PetscReal *v_before,
+                 StepWorks *works);
 
 /* ---- local.c */
 typedef struct _p_Local Local;
@@ -61,7 +78,7 @@ enum {
 /* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
 PetscErrorCode LocalCreate(const TermView *view, Local **local);
 PetscErrorCode LocalDestroy(Local **local);
-/* Gives the points the velocities and displacements of their own inertia, after Integrate has moved them
+/* Gives the points the velocities and displacements of their own inertia, after MoveInTime has moved them
    and supports what they hold. v_before: (n_dof,) velocities before the step; ground: [m/s] what alpha
    damps against. */
 void LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],

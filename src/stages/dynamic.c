@@ -204,37 +204,23 @@ static PetscErrorCode follow_motion(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What alpha damps against moves free degrees of freedom along. */
-static void carry(const Model *m, State *s, const PetscReal v_ground[2])
-{
-  const PetscReal part = s->alpha * s->dt / (1. + 0.5 * s->alpha * s->dt);
-  if (part == 0. || (v_ground[0] == 0. && v_ground[1] == 0.)) return;
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal more = Held(m, d) ? 0. : part * DofGround(m, d, v_ground);
-    s->v[d] += more, s->u[d] += more * s->dt;
-  }
-}
-
 /* On to the next time, by the forces just evaluated. */
 static PetscErrorCode advance(const Problem *p, Dynamic *d)
 {
   EnergyAccount *energy = &d->energy;
   PetscReal v_ground[2];
-  const QuotientSums none = {{0., 0.}, {0., 0.}, 0., 0.};
   const Model *m = p->m;
   State *s = p->state;
-  QuotientSums sums;
+  StepWorks works;
   PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_INTEGRATION));
   PetscCall(follow_motion(p));
-  EnergyBeforeStep(m, s, energy);
-  Integrate(m, s, &none, &sums);
   ground_now(p, d, v_ground);
-  carry(m, s, v_ground);
+  MoveInTime(m, s, v_ground, energy->v_before, energy->f_ext_before, &works);
   TermsAdvance(m, s);
   LocalStep(d->local, s, energy->v_before, v_ground, energy->local);
-  EnergyAfterStep(m, s, energy);
-  EnergyOfGround(m, s, v_ground, energy);
+  WorksInTime(m, s, v_ground, energy->v_before, &works);
+  EnergyOfStep(&works, energy);
   RigidMotion(m, s->u);
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;

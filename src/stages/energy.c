@@ -11,7 +11,6 @@
    joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in
    friction, crushing and dashpots. */
 #include "stages/stages.h"
-#include "base/lanes.h"
 
 enum { ENERGY_SUMS = 7, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 
@@ -117,104 +116,11 @@ void EnergyOfExchange(const Model *m, const State *s, EnergyAccount *e)
     e->work_before += 0.5 * (s->f[d] - e->f_before[d]) * s->v[d] * s->dt;
 }
 
-/* What a sweep over degrees of freedom adds up, in lanes. Held ones have no inverse of their mass. */
-typedef struct {
-  Lanes outside, supports; // work of loads, and of supports on what they hold
-  Lanes kinetic;           // m v- v+ / 2
-  Lanes damped, ahead;     // over alpha dt: damped work of the step, and of the half step beyond this time
-} Works;
-
-/* n <= LANES numbers, the others 0. */
-KERNEL Lanes LoadSome(const PetscReal *x, PetscInt n)
+void EnergyOfStep(const StepWorks *works, EnergyAccount *e)
 {
-  PetscReal some[LANES] = {0.};
-  if (n == LANES) return LoadLanes(x);
-  for (PetscInt k = 0; k < n; k++) some[k] = x[k];
-  return LoadLanes(some);
-}
-
-KERNEL void StoreSome(PetscReal *x, Lanes value, PetscInt n)
-{
-  if (n == LANES)
-    StoreLanes(x, value);
-  else
-    for (PetscInt k = 0; k < n; k++) x[k] = value[k];
-}
-
-KERNEL void BeforeLanes(Works *w, const State *s, EnergyAccount *e, PetscInt d, PetscInt n)
-{
-  const Lanes v = LoadSome(s->v + d, n), load = LoadSome(s->f_ext + d, n), half = 0.5 * s->dt * v;
-  const Lanes held = (LoadSome(s->f + d, n) - load) + (LoadSome(s->f_old + d, n) - load);
-  w->outside += half * (load + LoadSome(e->f_ext_before + d, n));
-  w->supports += Keep(LoadSome(s->m_inv + d, n) == 0., half * held);
-  StoreSome(e->v_before + d, v, n);
-  StoreSome(e->f_ext_before + d, load, n);
-}
-
-KERNEL void AfterLanes(Works *w, const State *s, const EnergyAccount *e, PetscInt d, PetscInt n)
-{
-  const Lanes v = LoadSome(s->v + d, n), before = LoadSome(e->v_before + d, n), middle = 0.5 * (before + v);
-  const Lanes mass = Keep(LoadSome(s->m_inv + d, n) != 0., LoadSome(s->m + d, n));
-  w->kinetic += 0.5 * mass * before * v;
-  w->damped += mass * middle * middle;
-  w->ahead += 0.5 * mass * middle * v;
-}
-
-KERNEL void Before_code(PetscInt n_dof, const State *s, EnergyAccount *e, Works *works)
-{
-  Works w = {.outside = LanesOf(0.), .supports = LanesOf(0.)};
-  PetscInt d = 0;
-  for (; d + LANES <= n_dof; d += LANES) BeforeLanes(&w, s, e, d, LANES);
-  BeforeLanes(&w, s, e, d, n_dof - d);
-  *works = w;
-}
-
-VARIANTS(Before, (PetscInt n_dof, const State *s, EnergyAccount *e, Works *works), (n_dof, s, e, works))
-
-KERNEL void After_code(PetscInt n_dof, const State *s, const EnergyAccount *e, Works *works)
-{
-  Works w = {.kinetic = LanesOf(0.), .damped = LanesOf(0.), .ahead = LanesOf(0.)};
-  PetscInt d = 0;
-  for (; d + LANES <= n_dof; d += LANES) AfterLanes(&w, s, e, d, LANES);
-  AfterLanes(&w, s, e, d, n_dof - d);
-  *works = w;
-}
-
-VARIANTS(After, (PetscInt n_dof, const State *s, const EnergyAccount *e, Works *works), (n_dof, s, e, works))
-
-static PetscReal total(Lanes sum)
-{
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-}
-
-void EnergyBeforeStep(const Model *m, const State *s, EnergyAccount *e)
-{
-  Works works;
-  Before(m->n_dof, s, e, &works);
-  e->outside += total(works.outside);
-  e->supports += total(works.supports);
-}
-
-void EnergyAfterStep(const Model *m, const State *s, EnergyAccount *e)
-{
-  Works works;
-  After(m->n_dof, s, e, &works);
-  e->kinetic = total(works.kinetic);
-  e->damping += s->alpha * s->dt * total(works.damped);
-  e->damping_ahead = s->alpha * s->dt * total(works.ahead);
-}
-
-void EnergyOfGround(const Model *m, const State *s, const PetscReal ground[2], EnergyAccount *e)
-{
-  PetscReal driven = 0., ahead = 0.;
-  if (s->alpha == 0. || (ground[0] == 0. && ground[1] == 0.)) return;
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    if (s->m_inv[d] == 0.) continue;
-    const PetscReal push = s->m[d] * DofGround(m, d, ground);
-    driven += push * 0.5 * (e->v_before[d] + s->v[d]), ahead += 0.5 * push * s->v[d];
-  }
-  e->damping -= s->alpha * s->dt * driven;
-  e->damping_ahead -= s->alpha * s->dt * ahead;
+  e->outside += works->outside, e->supports += works->supports;
+  e->kinetic = works->kinetic;
+  e->damping += works->damping, e->damping_ahead = works->damping_ahead;
 }
 
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)

@@ -27,17 +27,13 @@ PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Model *model, con
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
 /* Adds half a step's work of the change of forces since f_before. Call it when contacts were found anew. */
 void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
-/* Add the works of loads and supports over the step before, and set kinetic energy and damping of this time.
-   Call the one before Integrate, the other after it. */
-void EnergyBeforeStep(const Model *model, const State *state, EnergyAccount *e);
-void EnergyAfterStep(const Model *model, const State *state, EnergyAccount *e);
-/* Takes into the damping of this time that it acts against the velocity ground [m/s] (2,). Call it after
-   EnergyAfterStep. */
-void EnergyOfGround(const Model *model, const State *state, const PetscReal ground[2], EnergyAccount *e);
+/* Adds the works of loads and supports over the step before, and sets kinetic energy and damping of this
+   time. */
+void EnergyOfStep(const StepWorks *works, EnergyAccount *e);
 /* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
 /* Sets the strain energy: what blocks, and what else acts on bodies, store on this rank at the forces just
-   evaluated. Call it before Integrate, when a report follows. */
+   evaluated. Call it before the step, when a report follows. */
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e);
 /* Gives the energy [J] that joints store on this rank at the forces just evaluated. */
 PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored);

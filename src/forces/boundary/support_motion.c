@@ -10,6 +10,8 @@ typedef struct {
 typedef struct {
   PetscInt n;        /* supports of the scene */
   SupportMotion *of; /* (n,) */
+  PetscInt n_moved;
+  PetscInt *moved; /* (n_moved,) degrees of freedom that moving supports hold in the stage */
 } Motions;
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -42,6 +44,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   (void)scene;
   for (PetscInt i = 0; motions && i < motions->n; i++) PetscCall(MotionDestroy(&motions->of[i].motion));
   if (motions) PetscCall(PetscFree(motions->of));
+  if (motions) PetscCall(PetscFree(motions->moved));
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -141,23 +144,39 @@ static void summary(FILE *f, const TermView *v)
   if (*before == ',') fprintf(f, "\n      },\n");
 }
 
+/* Supports give no inertia, but a stage in time asks for it where it starts and goes on: the time to list
+   what they hold. */
+static PetscErrorCode inertia(const TermView *v, TermInertia add, void *context)
+{
+  Motions *motions = v->memory;
+  const Model *m = v->m;
+  PetscFunctionBeginUser;
+  (void)add, (void)context;
+  PetscCall(PetscFree(motions->moved));
+  PetscCall(PetscMalloc1(m->n_dof, &motions->moved));
+  motions->n_moved = 0;
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (Held(m, d) && MotionMoves(&motions->of[m->support[d]].motion)) motions->moved[motions->n_moved++] = d;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The velocity of a step is what carries the support from its place at the start of the step to that at its
    end: displacements are those of the file whatever the step, and a step may hold several rows. */
 static void advance(void *memory, const Model *m, State *s)
 {
   Motions *motions = memory;
+  if (!motions->n_moved) return;
   for (PetscInt i = 0; i < motions->n; i++) {
     SupportMotion *of = motions->of + i;
     for (int k = 0; k < 2; k++)
       of->now[k] = (MotionPlace(&of->motion, s->time + s->dt, k) - MotionPlace(&of->motion, s->time, k)) /
                    s->dt;
   }
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    const SupportMotion *of = m->support[d] < 0 ? NULL : motions->of + m->support[d];
-    if (!of || !MotionMoves(&of->motion)) continue;
-    const PetscReal v = of->now[d < 3 * m->n_bodies ? d % 3 : (d - 3 * m->n_bodies) % 2];
-    s->u[d] += (v - s->v[d]) * s->dt; // integrate.c has moved it by its own v
-    s->v[d] = v;
+  for (const PetscInt *d = motions->moved; d < motions->moved + motions->n_moved; d++) {
+    const PetscInt at = 3 * m->n_bodies;
+    const PetscReal v = motions->of[m->support[*d]].now[*d < at ? *d % 3 : (*d - at) % 2];
+    s->u[*d] += (v - s->v[*d]) * s->dt; // the step has moved it by its own v
+    s->v[*d] = v;
   }
 }
 
@@ -165,5 +184,6 @@ const TermKind Supports_term = {.name = "supports",
                                 .create = create,
                                 .destroy = destroy,
                                 .begin = begin,
+                                .inertia = inertia,
                                 .advance = advance,
                                 .summary = summary};
