@@ -116,6 +116,16 @@ KERNEL Lanes VectorCross(LanesVector p, LanesVector q)
 /* x and y of one vertex, as they lie in memory */
 typedef PetscReal Pair __attribute__((vector_size(2 * sizeof(PetscReal)), aligned(sizeof(PetscReal))));
 
+KERNEL Pair LoadPair(const PetscReal *x)
+{
+  return *(const Pair *)x;
+}
+
+KERNEL void StorePair(PetscReal *x, Pair value)
+{
+  *(Pair *)x = value;
+}
+
 /* x: vertex array (n,2): loads of pairs, then a transposition. */
 KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
 {

@@ -21,7 +21,7 @@ PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *
 void TermsAdvance(const Model *model, State *state);
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k);
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context);
-void TermsIncoming(const Model *model, const State *state, PetscReal *w, PetscReal *push);
+void TermsIncoming(const Model *model, const State *state, Incoming *in);
 /* Whether the load presses on faces and follows their motion. */
 PetscBool TermPresses(const Scene *scene, const Load *load);
 /* Adds the forces of one load, a row of scene->loads. f: vertex array. */

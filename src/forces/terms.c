@@ -122,10 +122,10 @@ PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TermsIncoming(const Model *m, const State *state, PetscReal *w, PetscReal *push)
+void TermsIncoming(const Model *m, const State *state, Incoming *in)
 {
   for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->incoming) Terms[t]->incoming(state->terms[t], m, state, w, push);
+    if (Terms[t]->incoming) Terms[t]->incoming(state->terms[t], m, state, in);
 }
 
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k)

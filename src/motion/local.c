@@ -7,8 +7,9 @@
    body by body. Dashpots are centred, so they do not shorten the step; nor does added mass. alpha damps
    the blocks, not the water.
 
-   Of the work of a dashpot on the model, (w/2).C (w/2) is what a wave brings in that comes with the
-   velocity w/2, and (v - w/2).C (v - w/2) what goes out, so both are booked. */
+   What comes in has a velocity of its own: of a wave that ground lets in it is g = w/2. The rest of the
+   motion goes out, and takes (v - g).C (v - g) with it; that and the work of the dashpot on the model is
+   what came in, (w/2).C (w/2) of such a wave. */
 #include "motion/motion.h"
 #include "base/lanes.h"
 
@@ -17,12 +18,12 @@ typedef PetscReal Square[DOFS][DOFS];
 
 /* A vertex of a deformable block, or a rigid body. */
 typedef struct {
-  PetscInt dof;           /* its first degree of freedom */
-  PetscBool rigid;        /* a rigid body: 3 of them; else 2 */
-  PetscBool damped, held; /* it has dashpots; something holds a degree of freedom of it */
-  Square mass;            /* [kg, kg m, kg m2] added */
-  Square dashpot;         /* [N s/m]; 0 at rigid bodies */
-  Square inverse;         /* of M + dt/2 D, between degrees of freedom that nothing holds; else 0 */
+  PetscInt dof;                  /* its first degree of freedom */
+  PetscBool rigid;               /* a rigid body: 3 of them; else 2 */
+  PetscBool heavy, damped, held; /* it has added mass; dashpots; something holds a degree of freedom of it */
+  Square mass;                   /* [kg, kg m, kg m2] added */
+  Square dashpot;                /* [N s/m]; 0 at rigid bodies */
+  Square inverse;                /* of M + dt/2 D, between degrees of freedom that nothing holds; else 0 */
 } LocalPoint;
 
 struct _p_Local {
@@ -31,7 +32,7 @@ struct _p_Local {
   LocalPoint *point;    /* (n,) ascending dof */
   PetscReal dt, alpha;  /* [s], [1/s] of the inverses; 0: there are none yet */
   PetscInt *row;        /* (n_bodies + n_deformable,) point of a rigid body or vertex, -1: none */
-  PetscReal *w, *push;  /* [m/s], [N] (2 n_deformable,) what dashpots hold against, what acts beside them */
+  Incoming in;          /* (2 n_deformable,) each; NULL: no points */
 };
 
 static int size_of(const LocalPoint *p)
@@ -132,7 +133,9 @@ PetscErrorCode LocalCreate(const TermView *view, Local **local)
   PetscCall(TermsInertia(view, add, l));
   PetscCall(PetscFree(l->row));
   qsort(l->point, l->n, sizeof(LocalPoint), by_dof);
-  if (l->n) PetscCall(PetscCalloc2(2 * m->n_deformable, &l->w, 2 * m->n_deformable, &l->push));
+  if (l->n)
+    PetscCall(PetscCalloc3(2 * m->n_deformable, &l->in.w, 2 * m->n_deformable, &l->in.wave,
+                           2 * m->n_deformable, &l->in.push));
   *local = l;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -142,7 +145,7 @@ PetscErrorCode LocalDestroy(Local **local)
   PetscFunctionBeginUser;
   if (!*local) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscFree((*local)->point));
-  PetscCall(PetscFree2((*local)->w, (*local)->push));
+  PetscCall(PetscFree3((*local)->in.w, (*local)->in.wave, (*local)->in.push));
   PetscCall(PetscFree(*local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -208,16 +211,18 @@ static PetscReal of_ground(const PetscReal ground[2], int i)
 KERNEL void book(const Local *l, const LocalPoint *p, int n, PetscReal dt, const PetscReal *v_0,
                  const PetscReal *v_1, PetscReal works[LOCAL_WORKS])
 {
-  const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push);
+  const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push);
   PetscReal dashpot[DOFS] = {0.}, inertia[DOFS];
   times(n, p->mass, v_0, inertia);
   works[LOCAL_KINETIC] += 0.5 * product(n, v_1, inertia);
   if (p->damped) {
-    PetscReal half[DOFS], less[DOFS], wave[DOFS];
-    for (int i = 0; i < n; i++) half[i] = 0.5 * w[i], less[i] = w[i] - 0.5 * (v_0[i] + v_1[i]);
-    times(n, p->dashpot, half, wave);
-    works[LOCAL_INCOMING] += dt * product(n, half, wave);
+    const PetscReal *wave = entries(l, p, l->in.wave);
+    PetscReal mean[DOFS], less[DOFS], rest[DOFS], out[DOFS];
+    for (int i = 0; i < n; i++)
+      mean[i] = 0.5 * (v_0[i] + v_1[i]), less[i] = w[i] - mean[i], rest[i] = mean[i] - wave[i];
     times(n, p->dashpot, less, dashpot);
+    times(n, p->dashpot, rest, out);
+    works[LOCAL_INCOMING] += dt * (product(n, dashpot, mean) + product(n, rest, out));
   }
   if (p->held) {
     PetscReal change[DOFS];
@@ -237,9 +242,14 @@ KERNEL void book(const Local *l, const LocalPoint *p, int n, PetscReal dt, const
 static void find_incoming(Local *l, const State *s)
 {
   const PetscInt at = 3 * l->m->n_bodies;
-  for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
-    for (int i = 0; i < 2 && !p->rigid; i++) l->w[p->dof - at + i] = l->push[p->dof - at + i] = 0.;
-  TermsIncoming(l->m, s, l->w, l->push);
+  const Pair none = {0., 0.};
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
+    if (p->rigid) continue;
+    StorePair(l->in.w + p->dof - at, none);
+    StorePair(l->in.wave + p->dof - at, none);
+    StorePair(l->in.push + p->dof - at, none);
+  }
+  TermsIncoming(l->m, s, &l->in);
 }
 
 /* Inverts the matrices of the points for the step and alpha of the state. */
@@ -248,8 +258,9 @@ static void find_inverses(Local *l, const State *s)
   if (l->dt == s->dt && l->alpha == s->alpha) return;
   l->dt = s->dt, l->alpha = s->alpha;
   for (LocalPoint *p = l->point; p < l->point + l->n; p++) {
-    p->damped = p->held = PETSC_FALSE;
+    p->heavy = p->damped = p->held = PETSC_FALSE;
     for (int i = 0; i < size_of(p); i++) {
+      if (p->mass[i][i] != 0.) p->heavy = PETSC_TRUE;
       if (p->dashpot[i][i] != 0.) p->damped = PETSC_TRUE;
       if (Held(l->m, p->dof + i)) p->held = PETSC_TRUE;
     }
@@ -272,7 +283,7 @@ static void find_inverses(Local *l, const State *s)
 KERNEL void accelerate(const Local *l, const LocalPoint *p, int n, const State *s, const PetscReal *v_0,
                        const PetscReal ground[2], PetscReal *v_1)
 {
-  const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push), *v = s->v + p->dof;
+  const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push), *v = s->v + p->dof;
   PetscReal less[DOFS], force[DOFS] = {0.}, change[DOFS];
   for (int i = 0; i < n; i++) less[i] = w[i] - v_0[i];
   if (p->damped) times(n, p->dashpot, less, force);
@@ -299,6 +310,53 @@ KERNEL void move_point(const Local *l, const LocalPoint *p, int n, State *s, con
   book(l, p, n, s->dt, v_0, v_1, works);
 }
 
+/* (2,2) a x. */
+KERNEL Pair by(const Square a, Pair x)
+{
+  const Pair first = {a[0][0], a[1][0]}, second = {a[0][1], a[1][1]};
+  return first * x[0] + second * x[1];
+}
+
+/* The same of a vertex that nothing holds, x and y at once: ground has many of them. */
+KERNEL void move_vertex(const Local *l, const LocalPoint *p, const State *s, const PetscReal *v_before,
+                        Pair ground, Pair works[LOCAL_WORKS])
+{
+  const PetscInt d = p->dof, at = d - 3 * l->m->n_bodies;
+  const Pair v_0 = LoadPair(v_before + d), push = LoadPair(l->in.push + at), w = LoadPair(l->in.w + at);
+  const Pair of_alpha = s->alpha * LoadPair(s->m + d) * (v_0 - ground);
+  Pair force = push + LoadPair(s->f_ext + d) - LoadPair(s->f + d) - of_alpha;
+  if (p->damped) force = by(p->dashpot, w - v_0) + force;
+  const Pair v_1 = v_0 + s->dt * by(p->inverse, force), mean = 0.5 * (v_0 + v_1), way = s->dt * mean;
+  StorePair(s->u + d, LoadPair(s->u + d) + (v_1 - LoadPair(s->v + d)) * s->dt);
+  StorePair(s->v + d, v_1);
+  if (p->heavy) works[LOCAL_KINETIC] += 0.5 * v_1 * by(p->mass, v_0);
+  works[LOCAL_SUPPORTS] += push * way, works[LOCAL_SUPPORTS_AHEAD] += push * v_1;
+  if (!p->damped) return;
+  const Pair dashpot = by(p->dashpot, w - mean), rest = mean - LoadPair(l->in.wave + at);
+  works[LOCAL_INCOMING] += dashpot * mean + rest * by(p->dashpot, rest);
+  works[LOCAL_DASHPOTS] += dashpot * way, works[LOCAL_DASHPOTS_AHEAD] += dashpot * v_1;
+}
+
+/* Of all such vertices. Their works are those of x and y, some of them without dt. */
+KERNEL void MoveVertices_code(const Local *l, const State *state, const PetscReal *v_before,
+                              const PetscReal *ground, PetscReal *works)
+{
+  const State s = *state; // a copy shows the compiler that no store changes these pointers
+  const Pair against = {ground[0], ground[1]};
+  const PetscReal unit[LOCAL_WORKS] = {[LOCAL_KINETIC] = 1.,  [LOCAL_INCOMING] = s.dt,
+                                       [LOCAL_DASHPOTS] = 1., [LOCAL_DASHPOTS_AHEAD] = 0.5 * s.dt,
+                                       [LOCAL_SUPPORTS] = 1., [LOCAL_SUPPORTS_AHEAD] = 0.5 * s.dt};
+  Pair sum[LOCAL_WORKS] = {{0.}};
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
+    if (!p->rigid && !p->held) move_vertex(l, p, &s, v_before, against, sum);
+  for (int k = 0; k < LOCAL_WORKS; k++) works[k] += unit[k] * (sum[k][0] + sum[k][1]);
+}
+
+VARIANTS(MoveVertices,
+         (const Local *l, const State *state, const PetscReal *v_before, const PetscReal *ground,
+          PetscReal *works),
+         (l, state, v_before, ground, works))
+
 void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
                PetscReal works[LOCAL_WORKS])
 {
@@ -306,11 +364,11 @@ void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal gr
   if (!l->n) return;
   find_inverses(l, s);
   find_incoming(l, s);
-  for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
-    if (p->rigid)
-      move_point(l, p, DOFS, s, v_before + p->dof, ground, works);
-    else
-      move_point(l, p, 2, s, v_before + p->dof, ground, works);
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
+    if (p->rigid) move_point(l, p, DOFS, s, v_before + p->dof, ground, works);
+    if (!p->rigid && p->held) move_point(l, p, 2, s, v_before + p->dof, ground, works);
+  }
+  MoveVertices(l, s, v_before, ground, works);
 }
 
 void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2], PetscReal sign)
@@ -318,7 +376,7 @@ void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscRea
   if (!l->n) return;
   find_incoming(l, s);
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
-    const PetscReal *w = entries(l, p, l->w), *push = entries(l, p, l->push), *v_0 = v_before + p->dof;
+    const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push), *v_0 = v_before + p->dof;
     PetscReal less[DOFS] = {0.}, b[DOFS] = {0.}, change[DOFS] = {0.};
     Square a = {{0.}};
     for (int i = 0; i < size_of(p); i++) less[i] = w[i] - v_0[i];

@@ -85,6 +85,9 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
     COMPLAIN(r, "it is for a file: motions.%s.quantity says it",
              s->along[0] ? s->along[0]->entry.name : item);
   }
+  PetscCall(IsGiven(r, path, "input", &given));
+  if (s->input != INPUT_OUTCROP && s->boundary != BOUNDARY_QUIET)
+    COMPLAIN(r, "it is for boundary: quiet, which lets waves in");
   if (!named && s->motion[0]) {
     PetscCall(PetscStrncpy(s->own.file, s->motion, sizeof(s->own.file)));
     PetscCall(PetscStrncpy(s->own.entry.name, s->name, NAME_LENGTH));

@@ -41,8 +41,10 @@ MotionFacts MotionLook(const MotionTrack *track);
 /* The motion of the ground as a whole: that of the supports that move. */
 typedef struct {
   Motion motion;
-  PetscReal part; /* [-] of it: free ground moves twice as much as a wave that comes in */
+  PetscReal part; /* [-] times it; GroundPart */
 } Ground;
+/* [-] How much free ground moves over the motion of a support: twice as much as a wave that comes in. */
+PetscReal GroundPart(const Support *support);
 /* Refuses, in message, supports that move differently: there is no one ground then. */
 PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MESSAGE_LENGTH]);
 PetscErrorCode GroundDestroy(Ground *ground);

@@ -1,15 +1,14 @@
 /* ground.c: the motion of the ground as a whole, against which damping by mass acts. */
 #include "forces/boundary/boundary.h"
 
-/* Free ground moves twice as much as the wave that comes in. */
-static PetscReal part_of(const Support *s)
+PetscReal GroundPart(const Support *s)
 {
   return s->boundary == BOUNDARY_QUIET && s->input == INPUT_INCIDENT ? 2. : 1.;
 }
 
 static PetscBool is_alike(const Support *a, const Support *b)
 {
-  if (part_of(a) != part_of(b)) return PETSC_FALSE;
+  if (GroundPart(a) != GroundPart(b)) return PETSC_FALSE;
   if (a->along[0] == b->along[0] && a->along[1] == b->along[1]) return PETSC_TRUE;
   return (PetscBool)(!strcmp(a->motion, b->motion) && a->own.quantity == b->own.quantity);
 }
@@ -30,7 +29,7 @@ PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MES
   }
   if (!first) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MotionCreate(first, &ground->motion));
-  ground->part = part_of(first);
+  ground->part = GroundPart(first);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -6,21 +6,25 @@
    (outcrop), or of the wave that comes in (incident), half as much: C (2 v_in - v) is the force on the
    model. When static stages come back the ground is held where it is then. */
 #include "forces/boundary/boundary.h"
+#include "base/lanes.h"
 
 /* A vertex through which waves of a support come. */
 typedef struct {
-  PetscInt vertex, support;
-  PetscReal share[2][2]; /* of what all dashpots of the vertex hold against: C_all^-1 C_support */
+  PetscInt vertex;
+  Pair share[2]; /* of what all dashpots of the vertex hold against: C_all^-1 C_support, by columns */
 } QuietVertex;
 
 typedef struct {
+  PetscInt n_supports;
   Motion *motion;      /* (n_supports,) */
-  PetscReal *times;    /* [-] (n_supports,) of its velocity that dashpots hold against */
+  PetscReal *times;    /* [-] (n_supports,) GroundPart */
   PetscBool *held;     /* (n_dof,) in static stages, by a quiet support */
   PetscReal *reaction; /* [N] (n_dof,) that have stayed since boundaries let go; 0 elsewhere */
   PetscBool let_go;
-  PetscInt n;
-  QuietVertex *at; /* (n,) of this rank, while waves come in */
+  /* of the stage in time */
+  PetscInt n_released, *released; /* (n_released,) degrees of freedom that such a support holds no longer */
+  PetscInt *start;                /* (n_supports + 1,) support i: at[start[i]] .. at[start[i + 1] - 1] */
+  QuietVertex *at;                /* of this rank, where waves come in */
 } Quiet;
 
 static PetscBool is_quiet(const Support *s)
@@ -137,12 +141,14 @@ static PetscErrorCode create(const TermView *v, void **memory)
   PetscCall(CheckMessage(v->m->comm, message));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&q));
+  q->n_supports = scene->n_supports;
+  PetscCall(PetscCalloc1(scene->n_supports + 1, &q->start));
   PetscCall(PetscCalloc1(scene->n_supports, &q->motion));
   PetscCall(PetscCalloc1(scene->n_supports, &q->times));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     const Support *s = scene->supports + i;
     if (is_quiet(s)) PetscCall(MotionCreate(s, q->motion + i));
-    q->times[i] = s->input == INPUT_INCIDENT ? 2. : 1.; // free ground moves twice as much as the wave
+    q->times[i] = GroundPart(s);
   }
   PetscCall(PetscCalloc1(v->m->n_dof, &q->reaction));
   PetscCall(PetscMalloc1(v->m->n_dof, &q->held));
@@ -162,6 +168,8 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscCall(PetscFree(q->times));
   PetscCall(PetscFree(q->held));
   PetscCall(PetscFree(q->reaction));
+  PetscCall(PetscFree(q->released));
+  PetscCall(PetscFree(q->start));
   PetscCall(PetscFree(q->at));
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -201,36 +209,77 @@ static void dashpots(const Scene *scene, const Model *m, const Support *only, Pe
   }
 }
 
-/* share = C_all^-1 C. */
-static void part_of(PetscReal (*all)[2], PetscReal (*C)[2], PetscReal share[2][2])
+/* Column j of C_all^-1 C. */
+static Pair share_of(PetscReal (*all)[2], PetscReal (*C)[2], int j)
 {
   const PetscReal det = all[0][0] * all[1][1] - all[0][1] * all[1][0];
-  for (int j = 0; j < 2; j++) {
-    share[0][j] = (all[1][1] * C[0][j] - all[0][1] * C[1][j]) / det;
-    share[1][j] = (all[0][0] * C[1][j] - all[1][0] * C[0][j]) / det;
+  return (Pair){(all[1][1] * C[0][j] - all[0][1] * C[1][j]) / det,
+                (all[0][0] * C[1][j] - all[1][0] * C[0][j]) / det};
+}
+
+static PetscBool lets_in(const Scene *scene, const Quiet *q, PetscInt support)
+{
+  return (PetscBool)(is_quiet(scene->supports + support) && MotionMoves(q->motion + support));
+}
+
+/* No more vertices than faces have ends. */
+static PetscErrorCode make_room(const Scene *scene, const Model *m, Quiet *q)
+{
+  PetscInt most = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    if (!lets_in(scene, q, i)) continue;
+    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, scene->supports[i].target);
+    most += 2 * (m->face_set_start[set + 1] - m->face_set_start[set]);
   }
+  PetscCall(PetscFree(q->at));
+  PetscCall(PetscMalloc1(most, &q->at));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Lists the vertices through which waves come. */
 static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal (*all)[2], Quiet *q)
 {
   PetscReal(*own)[2];
+  PetscInt n = 0;
   PetscFunctionBeginUser;
-  PetscCall(PetscFree(q->at));
-  PetscCall(PetscMalloc1(scene->n_supports * m->n_deformable, &q->at));
+  PetscCall(make_room(scene, m, q));
   PetscCall(PetscMalloc1(2 * m->n_deformable, &own));
-  q->n = 0;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    if (!is_quiet(scene->supports + i) || !MotionMoves(q->motion + i)) continue;
+    q->start[i] = n;
+    if (!lets_in(scene, q, i)) continue;
     PetscCall(PetscMemzero(own, 2 * m->n_deformable * sizeof *own));
     dashpots(scene, m, scene->supports + i, own);
     for (PetscInt v = 0; v < m->n_deformable; v++) {
       if (own[2 * v][0] == 0. && own[2 * v + 1][1] == 0.) continue;
-      q->at[q->n] = (QuietVertex){.vertex = v, .support = i};
-      part_of(all + 2 * v, own + 2 * v, q->at[q->n++].share);
+      q->at[n++] = (QuietVertex){
+          v, {share_of(all + 2 * v, own + 2 * v, 0), share_of(all + 2 * v, own + 2 * v, 1)}};
     }
   }
+  q->start[scene->n_supports] = n;
   PetscCall(PetscFree(own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists what supports have let go of. */
+static PetscErrorCode find_released(const Model *m, Quiet *q)
+{
+  const PetscInt end = 3 * m->n_bodies + 2 * m->n_deformable;
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (int fill = 0; fill < 2; fill++) {
+    if (fill) {
+      PetscCall(PetscFree(q->released));
+      PetscCall(PetscMalloc1(n, &q->released));
+      n = 0;
+    }
+    for (PetscInt d = 3 * m->n_bodies; d < end; d++) {
+      if (!q->held[d] || Held(m, d)) continue;
+      if (fill) q->released[n] = d;
+      n++;
+    }
+  }
+  q->n_released = n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,6 +294,7 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   for (PetscInt v = 0; v < m->n_deformable; v++)
     if (all[2 * v][0] > 0. || all[2 * v + 1][1] > 0.) PetscCall(add(1, &v, NULL, all[2 * v], context));
   PetscCall(find_inlets(view->scene, m, all, view->memory));
+  PetscCall(find_released(m, view->memory));
   PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -252,9 +302,11 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
 /* The reactions of what has just let go stay. */
 static void keep_reactions(const TermView *v, Quiet *q)
 {
-  const Model *m = v->m;
-  for (PetscInt d = 3 * m->n_bodies; d < m->n_dof; d++)
-    q->reaction[d] = q->held[d] && !Held(m, d) ? v->state->f[d] - v->state->f_ext[d] : 0.;
+  memset(q->reaction, 0, v->m->n_dof * sizeof *q->reaction);
+  for (PetscInt i = 0; i < q->n_released; i++) {
+    const PetscInt d = q->released[i];
+    q->reaction[d] = v->state->f[d] - v->state->f_ext[d];
+  }
 }
 
 static PetscErrorCode begin(const TermView *v)
@@ -277,17 +329,22 @@ static PetscReal mean_velocity(const Motion *motion, const State *s, int k)
   return (MotionPlace(motion, s->time + half, k) - MotionPlace(motion, s->time - half, k)) / s->dt;
 }
 
-static void incoming(void *memory, const Model *m, const State *s, PetscReal *w, PetscReal *push)
+static void incoming(void *memory, const Model *m, const State *s, Incoming *in)
 {
   const Quiet *q = memory;
   if (!q) return;
-  const PetscReal *reaction = q->reaction + 3 * m->n_bodies;
-  for (PetscInt d = 0; d < 2 * m->n_deformable; d++) push[d] += reaction[d];
-  for (const QuietVertex *at = q->at; at < q->at + q->n; at++) {
-    const Motion *motion = q->motion + at->support;
-    const PetscReal vx = mean_velocity(motion, s, 0), vy = mean_velocity(motion, s, 1);
-    for (int i = 0; i < 2; i++)
-      w[2 * at->vertex + i] += q->times[at->support] * (at->share[i][0] * vx + at->share[i][1] * vy);
+  for (const PetscInt *d = q->released; d < q->released + q->n_released; d++)
+    in->push[*d - 3 * m->n_bodies] += q->reaction[*d];
+  for (PetscInt i = 0; i < q->n_supports; i++) {
+    if (q->start[i] == q->start[i + 1]) continue;
+    const PetscReal vx = q->times[i] * mean_velocity(q->motion + i, s, 0),
+                    vy = q->times[i] * mean_velocity(q->motion + i, s, 1);
+    for (const QuietVertex *at = q->at + q->start[i]; at < q->at + q->start[i + 1]; at++) {
+      const Pair w = at->share[0] * vx + at->share[1] * vy;
+      PetscReal *all = in->w + 2 * at->vertex, *wave = in->wave + 2 * at->vertex;
+      StorePair(all, LoadPair(all) + w);
+      StorePair(wave, LoadPair(wave) + 0.5 * w);
+    }
   }
 }
 

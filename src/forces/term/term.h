@@ -72,6 +72,13 @@ typedef PetscErrorCode (*TermCouple)(PetscInt n, const PetscInt *gids, void *con
 typedef PetscErrorCode (*TermInertia)(PetscInt n, const PetscInt *vertices, const PetscReal *mass,
                                       const PetscReal *dashpot, void *context);
 
+/* What comes in where vertices have inertia of their own: vertex arrays of the deformable. */
+typedef struct {
+  PetscReal *w;    /* [m/s] what dashpots hold against */
+  PetscReal *wave; /* [m/s] of it, the velocity of what comes in; the rest of the motion goes out */
+  PetscReal *push; /* [N] what acts beside dashpots */
+} Incoming;
+
 /* A table of a term's own in results.h5: a group of its name below the stage, a dataset a column. */
 enum { TERM_COLUMNS = 8 };
 typedef struct {
@@ -106,9 +113,8 @@ typedef struct {
   /* In a dynamic stage, at its start or where it goes on: adds mass and dashpots, every rank at all of its
      vertices. */
   PetscErrorCode (*inertia)(const TermView *v, TermInertia add, void *context);
-  /* Then in each step, at vertices with such inertia: adds to w [m/s] the velocities that dashpots hold
-     against, and to push [N] the forces that act beside them; both vertex arrays. */
-  void (*incoming)(void *memory, const Model *m, const State *state, PetscReal *w, PetscReal *push);
+  /* Then in each step, at vertices with such inertia: adds what comes in. */
+  void (*incoming)(void *memory, const Model *m, const State *state, Incoming *in);
   /* Adds row sums (28)-(29): the time step. anywhere: also for what may come about as bodies move. */
   PetscErrorCode (*bound)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k);
   PetscErrorCode (*energy)(const void *memory, const Instant *at, PetscReal *sum); /* [J] stored; this rank */

@@ -65,6 +65,7 @@ SCENES = [
     ("quiet boundary of a rigid body", changed(GOOD, ("supports.bottom.boundary", "quiet"), ("materials.lower", {"density": 2400, "rigid": True})), (), ["supports.bottom.boundary", "group lower", "density > 0"]),
     ("quiet boundary and other loads in time", changed(GOOD, ("supports.bottom.boundary", "quiet"), ("stages", [{"shake": {"type": "dynamic", "loads": ["weight"], "duration": 1}}])), (), ["stages.shake.loads", "stage before"]),
     ("waves and a support that is moved", changed(GOOD, ("supports.bottom", {"fix": "xy", "boundary": "quiet", "motion": "model.h5"}), ("supports.top", {"target": "upper", "fix": "x", "motion": "model.h5"})), (), ["motion"]),
+    ("a wave that comes in through a boundary that holds", changed(GOOD, ("supports.bottom.input", "incident")), (), ["scene.yaml:", "supports.bottom.input", "boundary: quiet"]),
     ("support of nothing", changed(GOOD, ("supports.cellar", {"fix": "xy"})), (), ["scene.yaml:", "cellar"]),
     ("unknown option", GOOD, ("-gravty", "3"), ["command line", "-gravty", "-gravity"]),
     ("uplift on a set that is no joint", wet(("faces", "left")), (), ["loads.wet.faces", "'left' is not a joint"]),
