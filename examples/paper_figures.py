@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from quoin_tools.base.files import save_figure
 from quoin_tools.show.mechanism import draw_mechanism
-from quoin_tools.show.plots import cross_panel, thinned, triangles
+from quoin_tools.show.stress import cross_panel, thinned, triangles
 from quoin_tools.show.style import FILLS, GREY, LINES, STYLE, set_view, view
 
 FACTORS = (1, 1.5, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20)  # steps of colour in Fig. 13

@@ -200,7 +200,8 @@ def test_points_of_a_run(tmp_path):
     with open(tmp_path / "out" / "out_spectrum.csv", newline="") as file:
         header, *rows = csv.reader(file)
     table = np.array(rows, float)
-    assert [word.split()[0] for word in header[1::3]] == ["ground", "block"]
+    assert [word.split()[0] for word in header[1:7:3]] == ["ground", "block"] and header[7:] == ["block over ground"]
+    assert table[:, 7] == pytest.approx(table[:, 6] / table[:, 3])
     exact = spectrum.of(Record("", t, a), table[:, 0])
     assert table[:, 3] == pytest.approx(exact.acceleration, rel=5e-3)
     history = Results(tmp_path / "out").history

@@ -19,7 +19,7 @@ from quoin_tools.base.results import Results, ResultsError  # noqa: E402
 from quoin_tools.base.whole import HEADER  # noqa: E402
 from quoin_tools.mesh import blockmesh, stacks  # noqa: E402
 from quoin_tools.mesh.meshing import split_triangles  # noqa: E402
-from quoin_tools.show import plots, style  # noqa: E402
+from quoin_tools.show import plots, stress, style  # noqa: E402
 from sealed import history_member, seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))
@@ -257,7 +257,7 @@ def test_history_shows_the_points_that_move_most():
 def test_contours_do_not_smear_across_joints(folder):
     mesh = Results(folder).mesh
     values = np.where(mesh.block_group == 0, 1.0, np.nan)
-    field = plots.at_vertices(mesh, np.nan_to_num(values), mesh.block_group == 0)
+    field = stress.at_vertices(mesh, np.nan_to_num(values), mesh.block_group == 0)
     assert field[: (N + 1) ** 2] == pytest.approx(1.0) and np.all(field[(N + 1) ** 2 :] == 0)
 
 

@@ -14,5 +14,7 @@ assessment_options  options that the tables and the sheet share
 assessment          every joint that is a line, and any path, in every stage
 spectrum            response spectrum of a record
 newmark             Newmark's sliding block
+shaken              Newmark's block beside a stage in time
+not_modelled        what such a stage leaves out
 hinges              limits of rigid hinges from runs with two stiffnesses
 """

@@ -1,6 +1,7 @@
 """Options of the assessment and of the sheet, from the command line."""
 
 import argparse
+import os
 from dataclasses import dataclass, field
 
 from quoin_tools.assess import guidelines, uplift
@@ -24,6 +25,7 @@ class Options:
     strength: float | None = None  # [Pa], compressive, of the dam
     paths: dict = field(default_factory=dict)  # name: [[x, y], ...]
     strengths: dict = field(default_factory=dict)  # of paths and joints: friction, cohesion and residual ones
+    ky: float | str | None = None  # yield coefficient for Newmark's block, or the run that found it, in place of that of the run
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
 
@@ -65,6 +67,19 @@ def condition(text):
     return name, value
 
 
+def coefficient(text):
+    """A number, or the output folder of a run that has found it."""
+    if os.path.isdir(text):
+        return text
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+    if not 0 < abs(value) < 100:
+        raise argparse.ArgumentTypeError(f"'{text}': expected a number, > 0 for sliding along +x, < 0 along -x, or the output folder of a run with a stage load_factor")
+    return value
+
+
 def parser(program, description):
     result = argparse.ArgumentParser(prog=f"python -m quoin_tools.{program}", description=description)
     add = result.add_argument
@@ -77,6 +92,8 @@ def parser(program, description):
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
         help="strength of a path, or another one of a joint: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip
     add("--strength", type=float, metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
+    add("--ky", type=coefficient, metavar="K|FOLDER", help="yield coefficient for Newmark's block beside stages that are shaken, or a run whose stage load_factor "
+        "has found it; default: that of the run itself")  # fmt: skip
     water = result.add_argument_group("uplift, in the gravity method (docs/safety.md)")
     add = water.add_argument
     add("--uplift", choices=list(uplift.RULES), help="rule")
@@ -95,4 +112,4 @@ def parser(program, description):
 def options_from(given):
     return Options(given.guideline, dict(given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, dict(given.path), dict(given.strength_on), [text.split(",") for text in given.merge])  # fmt: skip
+                   given.strength, dict(given.path), dict(given.strength_on), given.ky, [text.split(",") for text in given.merge])  # fmt: skip

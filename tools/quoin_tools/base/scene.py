@@ -39,6 +39,7 @@ class Scene:
     model: str = ""
     thickness: float = 1.0
     gravity: float = 9.81
+    contact: dict = field(default_factory=dict)
     materials: dict = field(default_factory=dict)
     joints: dict = field(default_factory=dict)
     motions: dict = field(default_factory=dict)
@@ -165,7 +166,8 @@ def parse(text, path):
     for name, value in scalars.items():
         if not isinstance(value, (int, float)):
             raise SceneError(f"{path}: {name}: expected a number")
-    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), **scalars, **sections)
+    contact = data.get("contact") if isinstance(data.get("contact"), dict) else {}
+    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), **scalars, contact=contact, **sections)
 
 
 def read(path):

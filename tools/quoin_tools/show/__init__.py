@@ -3,6 +3,8 @@
 style      what all pictures share: colours, fonts, the part of the section they show
 plot_mesh  picture of a block mesh
 seepage    pictures of the water in joints
+stress     pictures of stress, and of its envelope over time
+shaking    pictures of a stage in time
 plots      pictures of a run
 mechanism  how a stage fails
 animate    film of a stage in time: to a file
@@ -10,6 +12,8 @@ film       what a film shows
 motion     a record, its spectrum, a block that slides on it, points of a run
 section    the section and its bases, for the sheet
 browser    HTML to PDF
+hypertext  pieces of HTML
+shaken_part  the part of the sheet about earthquakes in time
 report     the sheet: HTML and PDF
 verify     a sheet held against the files it is about
 export     a run as CSV

@@ -1,7 +1,9 @@
 """What is in a record of ground motion: its largest values, how it ends, its response spectrum; Newmark's block on it; and how points of a model move.
 
     python -m quoin_tools.motion quake.csv [more.AT2 ...]              records of accelerations, as docs/scene.md has them
-    python -m quoin_tools.motion out/dam --points base crest           points of the mesh in a dynamic stage of a run
+    python -m quoin_tools.motion out/dam --points base crest           points of the mesh in a dynamic stage of a run, over the first of them
+    python -m quoin_tools.motion out/dam --record [--points crest]     the record that shook the run; points over it; Newmark's block with the
+                                                                       yield coefficient of the run, beside the slip of its joint
     python -m quoin_tools.motion quake.csv --ky 0.2 [0.4]              a block that slides: yield coefficients each way
     python -m quoin_tools.motion quake.csv --friction 25 --slope 10    or on a plane that falls to +x
 
@@ -17,15 +19,27 @@ import numpy as np
 from matplotlib import pyplot
 
 from quoin_tools.assess import newmark, spectrum
-from quoin_tools.base import record
+from quoin_tools.assess.shaken import block_of
+from quoin_tools.base import ground, record, scene
+from quoin_tools.base.courses import Courses, dynamic_stages
 from quoin_tools.base.files import save_figure
 from quoin_tools.base.record import RecordError
 from quoin_tools.base.results import Results
 from quoin_tools.show import style
 from quoin_tools.show.export import write
+from quoin_tools.show.shaking import draw_ratio, period_axis, ratio_of, steps_alike
 
 ROWS = 20  # in the shortest period of the spectrum of a point
 CLOSED = 0.01  # of the largest velocity: what a record may end with
+
+
+def number_or_folder(text):
+    if os.path.isdir(text):
+        return text
+    try:
+        return float(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': expected a number, or the output folder of a run") from error
 
 
 def parser():
@@ -35,11 +49,13 @@ def parser():
     words.add_argument("--scale", type=float, default=1.0, help="factor on records (1)")
     words.add_argument("--pga", type=float, help="[m/s2] in place of it: scale to this largest acceleration")
     words.add_argument("--points", nargs="+", metavar="NAME", help="of an output folder: points of the mesh, the first one on the ground")
+    words.add_argument("--record", action="store_true", help="of an output folder: the record that shook it, before its points")
     words.add_argument("--stage", help="of an output folder: its dynamic stage (the only one)")
     words.add_argument("--damping", type=float, default=spectrum.DAMPING, help="of the oscillators (0.05)")
     words.add_argument("--periods", type=float, nargs=2, default=(0.02, 4.0), metavar=("FROM", "TO"), help="[s] of the spectrum (0.02 4)")
     words.add_argument("--gravity", type=float, default=newmark.G, help="[m/s2] (9.81)")
-    words.add_argument("--ky", type=float, nargs="+", metavar="K", help="yield coefficient of a block, or one for sliding to +x and one for back")
+    words.add_argument("--ky", type=number_or_folder, nargs="+", metavar="K", help="yield coefficient of a block, or one for sliding to +x and one for back; with --record "
+                       "that of the run, one way, or of another run whose output folder is given")  # fmt: skip
     words.add_argument("--friction", type=float, metavar="PHI", help="[degree] in place of --ky: of a block on a plane")
     words.add_argument("--slope", type=float, default=0.0, help="[degree] of that plane, which falls to +x (0)")
     words.add_argument("--to", metavar="FOLDER", help="for the picture and the tables (that of the run, else the working directory)")
@@ -49,24 +65,63 @@ def parser():
 # ---- what is looked at
 
 
-def points_of(folder, names, stage, direction, shortest):
-    """Records of points of a run, with no more rows than the shortest period [s] asks for."""
-    results = Results(folder)
-    dynamic = [row["name"] for row in results.summary["stages"] if "balance" in (row["energy"] or ())]
+def stage_of(results, stage):
+    """The dynamic stage that was asked for, or the only one."""
+    dynamic = dynamic_stages(results)
     if stage is None and len(dynamic) == 1:
         stage = dynamic[0]
     if stage not in dynamic:
-        raise RecordError(f"{folder}: expected --stage, a dynamic one: {', '.join(dynamic) or 'there is none'}")
-    known = [name[: -len("_ux_m")] for name in results.history if name.endswith("_ux_m")]
-    for name in names or [""]:
-        if name not in known:
-            raise RecordError(f"{folder}: expected --points of the mesh: {', '.join(known) or 'it has none'}")
-    rows = np.flatnonzero(results.history["stage"] == stage)
-    cycle, t = results.history["cycle"][rows], results.history["time_s"][rows]
-    steps = cycle - cycle[0]
-    t = t[0] + (t[-1] - t[0]) / max(steps[-1], 1) * steps  # steps are alike; times in the file have ten digits
-    few = slice(None, None, max(1, int(shortest / (2 * ROWS * max(t[-1] - t[0], 1e-300)) * len(t))))
-    return [record.from_history(t[few], results.history[f"{name}_u{direction}_m"][rows][few], name) for name in names]
+        raise RecordError(f"{results.folder}: expected --stage, a dynamic one: {', '.join(dynamic) or 'there is none'}")
+    return stage
+
+
+def points_of(results, stage, options):
+    """Records of points of a run, with no more rows than the shortest period [s] asks for."""
+    c, names = Courses(results, stage), options.points or ([] if options.record else [""])
+    for name in names:
+        if name not in c.probes:
+            raise RecordError(f"{results.folder}: expected --points of the mesh: {', '.join(c.probes) or 'it has none'}")
+    t = steps_alike(c.columns["cycle"], c.time)
+    few = slice(None, None, max(1, int(options.periods[0] / (2 * ROWS * max(np.ptp(t), 1e-300)) * len(t))))
+    return [record.from_history(t[few], c.probe(name, options.direction)[few], name) for name in names]
+
+
+def record_of(results, options):
+    """(what shook a run along the direction, Newmark's block of the run where no other one was asked for, or None)."""
+    used = scene.of_run(results.folder, results.summary)
+    shakings = ground.of_run(results, used)
+    strongest = ground.strongest(shakings, options.direction)
+    if strongest is None:
+        raise RecordError(f"{results.folder}: no record shakes it along {options.direction}")
+    other = other_run(options)
+    own = (options.ky is None or other) and options.friction is None and options.direction == "x"
+    return replace_name(strongest.record, f"record {strongest.record.name}"), block_of(results, used, shakings, other) if own else None
+
+
+def other_run(options):
+    """Output folder that was given in place of a yield coefficient."""
+    return options.ky[0] if options.ky and isinstance(options.ky[0], str) else None
+
+
+def replace_name(r, name):
+    return record.Record(name, r.t, r.a)
+
+
+def of_folder(folder, options):
+    """Records of a run, and Newmark's block with its yield coefficient."""
+    results = Results(folder)
+    stage = stage_of(results, options.stage)
+    first, block = record_of(results, options) if options.record else (None, None)
+    return ([first] if first else []) + points_of(results, stage, options), block, joints_beside(results, stage, block)
+
+
+def joints_beside(results, stage, block):
+    """Words and course of the joints that slid where Newmark's block would: those of its mechanism, or the one that slid farthest."""
+    if block is None:
+        return []
+    c = Courses(results, stage)
+    names = [name for name in block.joints if name in c.joints] or c.sliding(1)
+    return [(f"joint {name} of the run", c.joints[name]) for name in names]
 
 
 def records_of(options):
@@ -74,15 +129,15 @@ def records_of(options):
     if folders and len(options.sources) > 1:
         raise RecordError(f"{folders[0]}: an output folder: expected no other source beside it")
     if folders:
-        return points_of(folders[0], options.points, options.stage, options.direction, options.periods[0])
-    if options.points:
+        return of_folder(folders[0], options)
+    if options.points or options.record:
         raise RecordError(f"{options.sources[0]}: a record has no points: expected an output folder")
     found = [record.read(path, options.direction, options.scale) for path in options.sources]
     if options.pga is not None:
         if options.scale != 1.0 or options.pga <= 0 or not all(r.pga for r in found):
             raise RecordError(f"--pga {options.pga:g}: expected a value > 0, no --scale, and records with an acceleration")
         found = [r.scaled(options.pga / r.pga) for r in found]
-    return found
+    return found, None, []
 
 
 def periods_of(records, options):
@@ -92,14 +147,19 @@ def periods_of(records, options):
     if not 0 <= options.damping < 1:
         raise RecordError(f"--damping {options.damping:g}: expected a ratio from 0 to less than 1")
     if options.points:
-        shortest = max(shortest, ROWS * max(np.median(np.diff(r.t)) for r in records))
+        points = records[options.record :]  # a record is linear between its rows, a point only looked at there
+        shortest = max(shortest, ROWS * max(np.median(np.diff(r.t)) for r in points))
         if shortest >= longest:
             raise RecordError(f"{options.sources[0]}: rows of history.csv are too far apart for periods up to {longest:g} s (relaxation.history_every)")
     return spectrum.periods(shortest, longest)
 
 
-def block_of(options):
+def block_asked(options):
     """The sliding block that was asked for; None: none."""
+    if options.ky is not None and any(isinstance(k, str) for k in options.ky):
+        if len(options.ky) > 1 or not options.record or options.friction is not None:
+            raise RecordError(f"--ky {' '.join(map(str, options.ky))}: expected the folder of one run, and --record")
+        return None
     if options.ky is None and options.friction is None:
         return None
     if options.ky is not None and (options.friction is not None or len(options.ky) > 2):
@@ -135,7 +195,7 @@ def describe_slip(slip, reach):
 def tell(records, slips, g):
     for i, r in enumerate(records):
         print(r.name)
-        rows = [*describe(r, g), *(describe_slip(*slips[i]) if slips else ())]
+        rows = [*describe(r, g), *(describe_slip(*slips[i]) if i < len(slips) else ())]
         for what, value, unit in rows:
             print(f"  {what:<22}{value:>18} {unit}")
 
@@ -143,12 +203,16 @@ def tell(records, slips, g):
 # ---- files
 
 
-def spectrum_table(records, spectra):
+def spectrum_table(records, spectra, over):
+    """over: points of a run, whose spectra go over that of the first."""
     header = ["period [s]"]
     columns = [spectra[0].period]
     for r, s in zip(records, spectra):
         header += [f"{r.name} S_d [m]", f"{r.name} S_v [m/s]", f"{r.name} S_a [m/s2]"]
         columns += [s.displacement, s.velocity, s.acceleration]
+    if over:
+        header += [f"{r.name} over {records[0].name}" for r in records[1:]]
+        columns += [ratio_of(s, spectra[0]) for s in spectra[1:]]
     return header, np.array(columns).T
 
 
@@ -156,7 +220,7 @@ def slip_table(r, slip):
     return (f"t [s] ({r.name})", "slip [m]", "velocity [m/s]"), np.array([slip.t, slip.slip, slip.velocity]).T
 
 
-def draw(records, spectra, slips, damping):
+def draw(records, spectra, slips, damping, over, beside):
     panels = [("acceleration\n[m/s$^2$]", "a"), ("velocity\n[m/s]", "v"), ("displacement\n[m]", "u")]
     with pyplot.rc_context(style.STYLE):
         figure = pyplot.figure(figsize=(11, 6.2))
@@ -170,9 +234,19 @@ def draw(records, spectra, slips, damping):
         if slips:
             axes = figure.add_subplot(grid[-1, 0], sharex=upper)
             for (slip, _), colour in zip(slips, colours(records)):
-                axes.plot(slip.t, slip.slip, color=colour, linewidth=1.0)
+                axes.plot(slip.t, slip.slip, color=colour, linewidth=1.0, label="block" if beside else None)
+            for words, course in beside:
+                axes.plot(course["time"], course["slip"] - course["slip"][0], color=style.LINES[3], linewidth=1.0, linestyle="--", label=words)
             dress(axes, "slip of the\nblock [m]", last=True)
-        draw_spectra(figure.add_subplot(grid[:, 1]), records, spectra, damping)
+            if beside:
+                axes.legend(fontsize=8)
+        right = figure.add_subplot(grid[:-1, 1] if over else grid[:, 1])
+        draw_spectra(right, records, spectra, damping)
+        if over:
+            right.set_xlabel("")
+            pairs = [(f"{r.name} over {records[0].name}", colour, s, spectra[0]) for r, s, colour in list(zip(records, spectra, colours(records)))[1:]]
+            draw_ratio(figure.add_subplot(grid[-1, 1], sharex=right), pairs)
+            figure.axes[-1].set_xlabel("period [s]")
     return figure
 
 
@@ -197,7 +271,7 @@ def draw_spectra(axes, records, spectra, damping):
     axes.set_xscale("log")
     axes.set_ylim(bottom=0)
     axes.set_xlim(spectra[0].period[[0, -1]])
-    axes.xaxis.set_major_formatter(pyplot.FuncFormatter(lambda x, _: f"{x:g}"))
+    period_axis(axes)
     axes.set_xlabel("period [s]")
     axes.set_ylabel("pseudo-acceleration [m/s$^2$]")
     axes.set_title(f"response spectrum, damping {100 * damping:g} %")
@@ -207,15 +281,21 @@ def draw_spectra(axes, records, spectra, damping):
 
 def main():
     options = parser().parse_args()
-    records, block = records_of(options), block_of(options)
+    block = block_asked(options)
+    records, own, beside = records_of(options)
     spectra = [spectrum.of(r, periods_of(records, options), options.damping) for r in records]
-    slips = [newmark.slide(r, block) for r in records] if block else []
+    slips = [newmark.slide(r, block) for r in records] if block else [(own.slip, (own.slip.slip.min(), own.slip.slip.max()))] if own else []
+    over = (options.record or bool(options.points)) and len(records) > 1
     tell(records, slips, options.gravity)
+    if own:
+        print(f"  {'k_y of the run':<22}{abs(own.stable):>18.4g} stage {own.from_stage}, along {'+x' if own.way > 0 else '-x'}")
+    for words, course in beside:
+        print(f"  {words:<22}{course['slip'][-1] - course['slip'][0]:>18.5f} m, mean slip at the end")
     source = options.sources[0].rstrip("/")
     folder = options.to or (source if os.path.isdir(source) else ".")
     name = os.path.join(folder, os.path.splitext(os.path.basename(source))[0])
-    written = [f"{name}_motion.png", write(f"{name}_spectrum.csv", *spectrum_table(records, spectra))]
-    figure = draw(records, spectra, slips, options.damping)
+    written = [f"{name}_motion.png", write(f"{name}_spectrum.csv", *spectrum_table(records, spectra, over))]
+    figure = draw(records, spectra, slips, options.damping, over, beside)
     save_figure(figure, written[0])
     pyplot.close(figure)
     if slips:

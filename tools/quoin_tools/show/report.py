@@ -6,9 +6,7 @@ writes FOLDER/report.html; --help lists all options, docs/safety.md explains the
 is loaded from elsewhere.
 """
 
-import base64
 import datetime
-import html
 import os
 import sys
 
@@ -30,7 +28,10 @@ from quoin_tools.base.results import (
     trials_of,
 )
 from quoin_tools.show import browser, plots, section, verify
+from quoin_tools.show.hypertext import esc, file_picture, notes, picture, table
 from quoin_tools.show.mechanism import plot_mechanisms
+from quoin_tools.show.shaken_part import shaken_part
+from quoin_tools.show.shaking import Shaken
 
 STYLE = """
 :root { --ink: #1b1f24; --soft: #5b6570; --rule: #c9d0d6; --accent: #12456b }
@@ -59,32 +60,6 @@ code { font: 11.5px "DejaVu Sans Mono", Consolas, monospace; overflow-wrap: anyw
 @media print { body { max-width: none; padding: 0; font-size: 11.5px } table { font-size: 10.5px }
 figure img[src^="data:image/png"] { max-height: 116mm } .note, .verdict, pre { print-color-adjust: exact; -webkit-print-color-adjust: exact } }
 """
-
-
-def esc(value):  # for text and for attributes
-    return html.escape(str(value), quote=True)
-
-
-def table(header, rows, numeric=()):
-    """Cells are escaped; a cell that is a pair is (text, class). numeric: columns to the right."""
-    def of(tag, value, column):
-        value, kind = value if isinstance(value, tuple) else (value, "")
-        kinds = " ".join(filter(None, ("n" if column in numeric else "", kind)))
-        return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}>{esc(value)}</{tag}>"
-
-    head = "".join(of("th", value, i) for i, value in enumerate(header))
-    body = "".join("<tr>" + "".join(of("td", value, i) for i, value in enumerate(row)) + "</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def notes(texts):
-    return "".join(f'<p class="note">{esc(text)}</p>' for text in texts)
-
-
-def picture(data, kind, caption):
-    code = base64.b64encode(data).decode("ascii")
-    text = esc(caption)
-    return f'<figure><img alt="{text}" src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>'
 
 
 def verdict_class(text):
@@ -379,13 +354,10 @@ def convergence_part(case, pictures):
 
 CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}.",
             "water": "Water in joints, stage {}: pressure on them; discharge.", "uplift": "Water pressure along a joint, {}.",
+            "time": "Joint over time, {}: forces, sliding factor at the time, slip, opening.", "shaking": "Motion over time, stage {}.",
+            "spectrum": "Response spectra of the record and of the highest point, stage {}.", "envelope": "Largest s1, least s2 and least local failure factor over time, stage {}.", "energy": "Energy over time, stage {}.",
             "transient": "Levels, force of the water in joints and discharge in time, stage {}.",
             "mechanism": "How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {}."}
-
-
-def file_picture(path, caption):
-    with open(path, "rb") as file:
-        return picture(file.read(), "png", caption)
 
 
 def figures_part(pictures):
@@ -428,12 +400,12 @@ def style(case):
     return STYLE.replace("STATE", state)
 
 
-def page(case, pictures):
+def page(case, pictures, shaken):
     found, complaints = assess(case)
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), trials_part(case), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), trials_part(case), shaken_part(case, shaken), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
@@ -442,7 +414,8 @@ def page(case, pictures):
 def write(folder, options, with_pdf=False):
     """Paths of what was written."""
     case = load_case(folder, options)
-    text = verify.signed(page(case, plots.plot_all(case.results) + plot_mechanisms(case.results)))
+    shaken = Shaken(case.results, options.ky)
+    text = verify.signed(page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
     if with_pdf:

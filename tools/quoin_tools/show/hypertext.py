@@ -1,0 +1,35 @@
+"""Pieces of HTML for the sheet. What comes from files is escaped."""
+
+import base64
+import html
+
+
+def esc(value):  # for text and for attributes
+    return html.escape(str(value), quote=True)
+
+
+def table(header, rows, numeric=()):
+    """Cells are escaped; a cell that is a pair is (text, class). numeric: columns to the right."""
+    def of(tag, value, column):
+        value, kind = value if isinstance(value, tuple) else (value, "")
+        kinds = " ".join(filter(None, ("n" if column in numeric else "", kind)))
+        return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}>{esc(value)}</{tag}>"
+
+    head = "".join(of("th", value, i) for i, value in enumerate(header))
+    body = "".join("<tr>" + "".join(of("td", value, i) for i, value in enumerate(row)) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def notes(texts):
+    return "".join(f'<p class="note">{esc(text)}</p>' for text in texts)
+
+
+def picture(data, kind, caption):
+    code = base64.b64encode(data).decode("ascii")
+    text = esc(caption)
+    return f'<figure><img alt="{text}" src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>'
+
+
+def file_picture(path, caption):
+    with open(path, "rb") as file:
+        return picture(file.read(), "png", caption)

@@ -1,0 +1,190 @@
+"""The part of the sheet about stages in time that are shaken."""
+
+import numpy as np
+
+from quoin_tools.assess.not_modelled import not_modelled
+from quoin_tools.base.courses import reach
+from quoin_tools.base.results import energy_account, fixed, sliding, trials_of
+from quoin_tools.show.hypertext import esc, notes, table
+
+CLOSED = 0.01  # of the largest velocity: what a record may end with
+FREQUENCIES = (1.0, 3.0, 10.0)  # [Hz] at which damping is told
+
+
+def peak(time, values):
+    """(value that is largest in size, its time)."""
+    at = int(np.abs(values).argmax())
+    return float(values[at]), float(time[at])
+
+
+def timed(pair, scale=1.0, digits=2):
+    return f"{fixed(pair[0], scale, digits)} at {pair[1]:.2f} s"
+
+
+# ---- what shook it
+
+
+def records(shaken, gravity):
+    rows = []
+    for s in shaken.shakings:
+        r = s.record
+        first, last = r.significant()
+        end = f"{r.v[-1]:.2g}" + (", not closed" if abs(r.v[-1]) > CLOSED * r.pgv else "")
+        rows.append((s.words, r.name, f"{r.pga:.3f} ({r.pga / gravity:.3f} g)", fixed(r.pgv), fixed(r.pgd), fixed(r.arias(gravity)[-1]),
+                     f"{last - first:.2f} ({first:.2f} to {last:.2f})", end))  # fmt: skip
+    if rows:
+        return table(("support", "record", "PGA [m/s²]", "PGV [m/s]", "PGD [m]", "Arias [m/s]", "5 to 95 % of it [s]", "ends with [m/s]"), rows, range(2, 8))
+    return notes([f"The record is not known: {shaken.missing}" if shaken.missing else "Nothing shakes the ground by a record."])
+
+
+def boundaries(scene):
+    words = []
+    for name, keys in scene.supports.items():
+        kind, motion = keys.get("boundary", "fixed"), keys.get("motion")
+        followed = " ".join(motion) if isinstance(motion, list) else motion
+        moves = f", {'waves of' if kind != 'fixed' else 'moves by'} {followed}" if followed else ""
+        wave = f" ({keys.get('input', 'outcrop')})" if followed and kind == "quiet" else ""
+        words.append(f"{name}: {kind}, holds {keys.get('fix', '')}{moves}{wave}")
+    return "; ".join(words)
+
+
+def damping(scene, keys, facts):
+    """Words about what takes energy out besides friction and waves."""
+    alpha, words = facts["alpha"] or 0.0, []
+    if alpha:
+        ratios = ", ".join(f"{100 * alpha / (4 * np.pi * f):.2g} % at {f:g} Hz" for f in FREQUENCIES)
+        words.append(f"alpha {alpha:g} 1/s against {'the ground' if keys.get('frame', 'ground') == 'ground' else 'what rests'} ({ratios})")
+    for section in (scene.materials, scene.joints):
+        for name, own in section.items():
+            words += [f"{key} of {name} {own[key]:g} s" for key in ("beta", "damping") if isinstance(own.get(key), (int, float)) and own[key]]
+    if isinstance(keys.get("beta"), (int, float)) and keys["beta"]:
+        words.append(f"beta {keys['beta']:g} s")
+    return "; ".join(words) or "none but friction, and waves that go out"
+
+
+def set_up(case, shaken, stage):
+    facts, keys = case.results.stage_summary(stage), case.scene.stages.get(stage, {})
+    block = shaken.block
+    rows = [("supports", boundaries(case.scene)), ("damping", damping(case.scene, keys, facts)),
+            ("step", f"{facts['dt']:.4g} s, {facts['cycles']} steps; dt_factor {keys.get('dt_factor', 0.05)}")]  # fmt: skip
+    if block is not None:
+        source = "given" if block.from_stage is None else f"stage {block.from_stage}: {abs(block.stable):.4g} stands" + (
+            f", {abs(block.failing):.4g} fails" if block.failing is not None else ", no trial failed")  # fmt: skip
+        rows.append(("yield coefficient k_y", f"{abs(block.stable):.4g} along {'+x' if block.way > 0 else '-x'} ({source})"))
+    for name, water in (facts.get("added_mass") or {}).items():
+        rows.append((f"water {name}", f"{water['mass_x'] / 1e3:.1f} t move along x, {water['depth']:.2f} m deep"))
+    return table(("", ""), rows)
+
+
+# ---- what it did
+
+
+def joint_rows(shaken, stage, courses):
+    """(joint, what, value, its time [s]) of joints that can slide; slip since the stage began."""
+    rows = []
+    for name in courses.sliding():
+        c = courses.joints[name]
+        t, slip = c["time"], c["slip"] - c["slip"][0]
+        factor = np.where(np.isfinite(c["factor_peak"]), c["factor_peak"], np.inf)
+        block = shaken.block_beside(stage, name)
+        found = [("largest mean slip [mm]", fixed(peak(t, slip)[0], 1e3, 2), peak(t, slip)[1]), ("mean slip at the end [mm]", fixed(slip[-1], 1e3, 2), t[-1]),
+                 *([] if block is None else [("Newmark's block: slip at its end [mm]", fixed(block.slip.final, 1e3, 2), (block.slip.ends() or [None, 0])[1])]),
+                 ("largest slip of an end, with that of before [mm]", fixed(peak(t, c["slip_largest"])[0], 1e3, 2), peak(t, c["slip_largest"])[1]),
+                 ("least sliding factor of one moment, peak strength [-]", sliding(float(factor.min()), 2), t[factor.argmin()]),
+                 ("largest T [kN]", fixed(peak(t, c["T"])[0], 1e-3, 0), peak(t, c["T"])[1]), ("least N [kN]", fixed(c["N"].min(), 1e-3, 0), t[c["N"].argmin()]),
+                 ("largest opening [mm]", fixed(max(c["opening"].max(), 0), 1e3, 2), t[c["opening"].argmax()]),
+                 (f"largest open length [m], of {fixed(c['length'].max(), 1, 2)}", fixed(c["open_length"].max(), 1, 2), t[c["open_length"].argmax()])]  # fmt: skip
+        rows += [(name, what, value, fixed(at, 1, 2)) for what, value, at in found]
+    return rows
+
+
+def newmark_words(shaken, stage, courses):
+    block = shaken.block
+    if block is None or not any(shaken.block_beside(stage, name) for name in courses.joints):
+        return []
+    ends = block.slip.ends()
+    when = f", between {ends[0]:.2f} and {ends[1]:.2f} s" if ends else ""
+    largest = max((reach(courses.joints[name]) for name in block.joints or courses.joints if name in courses.joints), default=0.0)
+    return [f"Newmark's rigid block with k_y {abs(block.stable):.4g} on the same record slides {1e3 * abs(block.slip.final):.2f} mm{when}; the model {1e3 * largest:.2f} mm. "
+            "The block is rigid and slides one way; the model answers with its own frequencies, opens and rocks."]  # fmt: skip
+
+
+def point_rows(courses):
+    rows = []
+    for name in courses.probes:
+        for axis in "xy":
+            relative, absolute = (courses.probe(name, axis, which) for which in (True, False))
+            rows.append((name, f"u_{axis}", "-" if relative is None else timed(peak(courses.time, relative), 1e3),
+                         timed(peak(courses.time, absolute), 1e3), fixed(absolute[-1], 1e3, 2)))  # fmt: skip
+    return rows
+
+
+def shear_rows(courses):
+    rows = []
+    for axis in "xy":
+        if courses.shear(axis) is not None:
+            forces = {name: courses.columns[f"{name}_f{axis}_N"] for name in courses.supports}
+            rows += [(name, axis, timed(peak(courses.time, force), 1e-3, 0)) for name, force in forces.items() if force.any()]
+            rows.append(("all supports", axis, timed(peak(courses.time, courses.shear(axis)), 1e-3, 0)))
+    return rows
+
+
+ENERGY = {"incoming": "brought by waves", "radiated": "taken by waves", "supports": "work of moving supports", "outside": "work of loads",
+          "friction": "lost in joints", "damping": "lost to damping", "balance": "not accounted for"}  # fmt: skip
+
+
+def energies(facts):
+    e, account = facts["energy"], energy_account(facts)
+    rows = [(words, fixed(e[name], 1e-3, 3)) for name, words in ENERGY.items() if e.get(name) is not None and (e[name] or name == "balance")]
+    if facts.get("kinetic_water"):
+        rows.append(("kinetic energy of the water at the end", fixed(facts["kinetic_water"], 1e-3, 3)))
+    if account:
+        rows.append(("moved in all", fixed(account[2], 1e-3, 3)))
+    return rows
+
+
+def after(case, stage):
+    """Static stages and reductions behind a stage: (stage, joint, factor or bracket, slip since the end of the shaking)."""
+    names, rows = case.results.stages, []
+    for name in names[names.index(stage) + 1 :]:
+        facts = case.results.stage_summary(name)
+        if "balance" in facts["energy"]:
+            break
+        found = trials_of(facts)
+        if found:
+            ends = [sliding(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
+            rows.append((name, facts["verdict"], "trials", " to ".join(ends) if ends != ["-", "-"] else f"{fixed(found['stable'], 1, 4)} stands"))
+            continue
+        rows += [(name, facts["verdict"], joint, sliding(j["sliding_factor_peak"], 3)) for joint, j in facts["joints"].items()
+                 if j["sliding_factor_peak"] is not None]  # fmt: skip
+    return rows
+
+
+# ---- the part
+
+
+def stage_part(case, shaken, stage):
+    facts, courses = case.results.stage_summary(stage), shaken.courses(stage)
+    part = f"<h3>Stage {esc(stage)}: what shook it</h3>" + records(shaken, case.scene.gravity) + set_up(case, shaken, stage)
+    part += "<h3>Not modelled</h3>" + notes(not_modelled(case, stage, shaken.shakings, courses))
+    rows = joint_rows(shaken, stage, courses)
+    if rows:
+        part += "<h3>Joints over time</h3>" + table(("joint", "", "", "at [s]"), rows, (2, 3)) + (
+            "<p><small>Slip since the stage began, positive when the upper side moves towards the end of the joint. The factor of one moment is no verdict.</small></p>")
+        part += notes(newmark_words(shaken, stage, courses))
+    if courses.probes:
+        part += "<h3>Points</h3>" + table(("point", "", "largest, less the ground [mm]", "largest, absolute [mm]", "absolute at the end [mm]"), point_rows(courses), range(2, 5)) + (
+            "<p><small>Displacements from the mesh, with those of before the shaking.</small></p>")
+    if shear_rows(courses):
+        part += "<h3>Force of the supports on the model</h3>" + table(("support", "along", "largest [kN]"), shear_rows(courses), (2,)) + (
+            "<p><small>That of all supports is the shear at the bottom of the model, with the inertia of ground that has mass; the shear at the base of a dam is T of its joint.</small></p>")  # fmt: skip
+    part += "<h3>Energy</h3>" + table(("", "[kJ]"), energies(facts), (1,))
+    if after(case, stage):
+        part += "<h3>After it</h3>" + table(("stage", "verdict", "joint", "sliding factor"), after(case, stage), (3,))
+    return part
+
+
+def shaken_part(case, shaken):
+    """HTML of all stages that are shaken; empty: none is."""
+    part = "".join(stage_part(case, shaken, stage) for stage in shaken.stages if shaken.is_shaken(stage))
+    return f"<h2>Earthquake in time</h2>{part}" if part else ""
