@@ -8,6 +8,7 @@ static const TermKind *const Terms[] = {
     &Contacts_term,
     &Supports_term,
     &Quiet_term,
+    &Free_field_term,
     &Loads_term,
     &Reservoir_term,
     &Pseudo_static_term,

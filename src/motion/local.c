@@ -239,7 +239,7 @@ KERNEL void book(const Local *l, const LocalPoint *p, int n, PetscReal dt, const
 }
 
 /* Entries of vertices without a point are never read, so they need not be cleared. */
-static void find_incoming(Local *l, const State *s)
+static void find_incoming(Local *l, const State *s, PetscReal part)
 {
   const PetscInt at = 3 * l->m->n_bodies;
   const Pair none = {0., 0.};
@@ -249,6 +249,7 @@ static void find_incoming(Local *l, const State *s)
     StorePair(l->in.wave + p->dof - at, none);
     StorePair(l->in.push + p->dof - at, none);
   }
+  l->in.part = part;
   TermsIncoming(l->m, s, &l->in);
 }
 
@@ -361,9 +362,9 @@ void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal gr
                PetscReal works[LOCAL_WORKS])
 {
   works[LOCAL_KINETIC] = works[LOCAL_SUPPORTS_AHEAD] = works[LOCAL_DASHPOTS_AHEAD] = 0.;
+  find_incoming(l, s, 1.);
   if (!l->n) return;
   find_inverses(l, s);
-  find_incoming(l, s);
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
     if (p->rigid) move_point(l, p, DOFS, s, v_before + p->dof, ground, works);
     if (!p->rigid && p->held) move_point(l, p, 2, s, v_before + p->dof, ground, works);
@@ -373,8 +374,7 @@ void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal gr
 
 void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2], PetscReal sign)
 {
-  if (!l->n) return;
-  find_incoming(l, s);
+  find_incoming(l, s, 0.5 * sign);
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
     const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push), *v_0 = v_before + p->dof;
     PetscReal less[DOFS] = {0.}, b[DOFS] = {0.}, change[DOFS] = {0.};

@@ -69,6 +69,8 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
   PetscCall(IsGiven(r, path, "quantity", &given));
   PetscBool with_quantity = given;
   PetscCall(IsGiven(r, path, "motion", &given));
+  if (given && s->boundary == BOUNDARY_FREE_FIELD)
+    COMPLAIN(r, "free ground beside a side has the motion of its base: expected it at the base alone");
   for (const char *rest = s->motion[0] ? s->motion : NULL; rest;) {
     PetscInt i = 0;
     rest = NextItem(rest, item);

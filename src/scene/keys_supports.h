@@ -1,6 +1,6 @@
 /* keys_supports.h: what a scene says of supports: section supports. */
 #ifdef KEY_STRUCTS
-typedef enum { BOUNDARY_FIXED, BOUNDARY_QUIET } BoundaryKind;
+typedef enum { BOUNDARY_FIXED, BOUNDARY_QUIET, BOUNDARY_FREE_FIELD } BoundaryKind;
 typedef enum { INPUT_OUTCROP, INPUT_INCIDENT } WaveInput;
 
 typedef struct {
@@ -17,7 +17,7 @@ typedef struct {
 } Support;
 #endif
 #ifdef KEY_WORDS
-static const char *const Boundaries[] = {"fixed", "quiet", "BoundaryKind", "BOUNDARY_", NULL};
+static const char *const Boundaries[] = {"fixed", "quiet", "free_field", "BoundaryKind", "BOUNDARY_", NULL};
 static const char *const WaveInputs[] = {"outcrop", "incident", "WaveInput", "INPUT_", NULL};
 #endif
 // clang-format off
@@ -31,7 +31,7 @@ static const char *const WaveInputs[] = {"outcrop", "incident", "WaveInput", "IN
   KEY(SUPPORTS, "quantity", CHOICE, Support, own.quantity, "velocity", NULL, "",
       "what such a file gives: velocity [m/s] or acceleration [m/s2]", .choices = Quantities),
   KEY(SUPPORTS, "boundary", CHOICE, Support, boundary, "fixed", NULL, "",
-      "dynamic stages: fixed holds and moves by `motion`; quiet lets waves out, and those of `motion` in",
+      "dynamic stages: fixed holds and moves by `motion`; quiet lets waves out, and those of `motion` in; free_field (vertical sides): beside it ground goes on that the motion of the base shakes",
       .choices = Boundaries),
   KEY(SUPPORTS, "input", CHOICE, Support, input, "outcrop", NULL, "",
       "of a quiet boundary: `motion` is that of free ground far away (outcrop), or of the wave alone, half as much (incident)", .choices = WaveInputs),

@@ -28,6 +28,9 @@ PetscBool MotionIsFinite(const Motion *motion);
    from the last one on it rests. */
 PetscReal MotionPlace(const Motion *motion, PetscReal t, int k);
 PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
+/* [m/s] That carries it in a step dt from its place at one time to that at another, so that displacements are
+   those of the record whatever the step. */
+PetscReal MotionMean(const Motion *motion, PetscReal from, PetscReal to, PetscReal dt, int k);
 
 /* What a record says of itself; accelerations are those of rows, or the slope of velocities. */
 typedef struct {
@@ -58,3 +61,48 @@ extern const TermKind Supports_term;
 /* ---- quiet.c */
 /* Supports that let waves out in dynamic stages, as a force term. */
 extern const TermKind Quiet_term;
+/* [N s/m] (2 n_deformable, 2) Adds the dashpots of a support that lets waves out, or of all (NULL), at this
+   rank's vertices: two rows each. */
+void QuietDashpots(const Scene *scene, const Model *model, const Support *only, PetscReal (*sum)[2]);
+
+/* ---- column.c */
+typedef struct {
+  PetscReal density; /* [kg/m3] */
+  Lame lame;
+} Layer;
+/* Free ground beside a side of the model, the same on all ranks. */
+typedef struct {
+  PetscInt n;             /* levels, lowest first */
+  PetscReal x, *y;        /* [m] place of the side; (n,) of the levels */
+  PetscInt *gid;          /* (n,) vertex of the side at a level */
+  Layer *layer;           /* (n - 1,) between levels */
+  PetscInt support, base; /* rows of scene->supports: its own; that from which the earthquake comes */
+  PetscBool quiet;        /* that base lets waves out and in; else it holds and moves */
+  PetscReal times;        /* [-] GroundPart of the base */
+  PetscReal *u, *v;       /* [m], [m/s] (2 n,) x and y of levels: now, and half a step before */
+  PetscReal peak[2];      /* [m/s] largest velocity of the top in the stage */
+  /* of the last move, at its time */
+  PetscReal *mean;   /* [m/s] (2 n,) */
+  PetscReal *drive;  /* [m/s2] (2 n,) acceleration, with what takes the damping by mass */
+  PetscReal *stress; /* [Pa] (3 (n - 1),) xx, yy, xy */
+} Column;
+/* What moves it. */
+typedef struct {
+  PetscReal dt, part;  /* [s], [-] the step, and how much of it velocities go on by: Incoming */
+  PetscReal alpha;     /* [1/s] */
+  PetscReal ground[2]; /* [m/s] what alpha damps against */
+  PetscReal base[2];   /* [m/s] of a quiet base what its dashpots hold against, else its velocity */
+} ColumnStep;
+PetscErrorCode ColumnCreate(PetscInt n, Column *column);
+PetscErrorCode ColumnDestroy(Column *column);
+void ColumnMove(Column *column, const ColumnStep *step);
+
+/* ---- side.c */
+/* Collective. The columns beside all sides that are free fields; refuses what they cannot stand for. */
+PetscErrorCode ColumnsFind(const Scene *scene, const Model *model, PetscInt *n, Column **columns);
+/* Level of a column at which local vertex v is that of the side, -1: none. */
+PetscInt ColumnLevel(const Model *model, const Column *column, PetscInt v);
+
+/* ---- free_field.c */
+/* Sides beside which free ground goes on in dynamic stages, as a force term. */
+extern const TermKind Free_field_term;

@@ -84,6 +84,11 @@ PetscReal MotionPlace(const Motion *motion, PetscReal t, int k)
   return behind_row(track->row + 4 * i, 0, t - track->t[i]);
 }
 
+PetscReal MotionMean(const Motion *motion, PetscReal from, PetscReal to, PetscReal dt, int k)
+{
+  return (MotionPlace(motion, to, k) - MotionPlace(motion, from, k)) / dt;
+}
+
 PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k)
 {
   const MotionTrack *track = motion->along + k;

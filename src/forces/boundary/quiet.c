@@ -1,4 +1,5 @@
-/* quiet.c: ground that lets waves out, as a force term: supports whose boundary is quiet.
+/* quiet.c: ground that lets waves out, as a force term: supports whose boundary is quiet, or a free field, of
+   which free_field.c has the motion.
 
    In static stages they hold. When a dynamic stage follows, they let go, and their reactions stay as
    forces, so that nothing moves by letting go; dashpots rho c_p along the normal of a face and rho c_s
@@ -18,7 +19,7 @@ typedef struct {
   PetscInt n_supports;
   Motion *motion;      /* (n_supports,) */
   PetscReal *times;    /* [-] (n_supports,) GroundPart */
-  PetscBool *held;     /* (n_dof,) in static stages, by a quiet support */
+  PetscBool *held;     /* (n_dof,) in static stages, by a support that lets go */
   PetscReal *reaction; /* [N] (n_dof,) that have stayed since boundaries let go; 0 elsewhere */
   PetscBool let_go;
   /* of the stage in time */
@@ -32,6 +33,12 @@ static PetscBool is_quiet(const Support *s)
   return (PetscBool)(s->boundary == BOUNDARY_QUIET);
 }
 
+/* It holds in static stages only. */
+static PetscBool lets_go(const Support *s)
+{
+  return (PetscBool)(s->boundary != BOUNDARY_FIXED);
+}
+
 /* ---- set-up */
 
 static const char *const Expected = "expected faces of blocks that deform, with density > 0";
@@ -40,17 +47,18 @@ static const char *const Expected = "expected faces of blocks that deform, with 
 static PetscErrorCode check_target(const Scene *scene, const Model *m, const Support *s, char *message)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
+  const char *boundary = is_quiet(s) ? "quiet" : "free_field";
   PetscFunctionBeginUser;
   if (set < 0)
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: supports.%s.boundary: quiet: \"%s\" is no face set: %s", scene->file,
-                            s->name, s->target, Expected));
+                            "%s: supports.%s.boundary: %s: \"%s\" is no face set: %s", scene->file, s->name,
+                            boundary, s->target, Expected));
   for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++) {
     const PetscInt group = m->faces.group[m->face_set_faces[i]];
     if (!m->group_rigid[group] && !m->group_condensed[group] && m->density[group] > 0.) continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: supports.%s.boundary: quiet: a face of \"%s\" belongs to group %s: %s",
-                            scene->file, s->name, s->target, m->group_names[group], Expected));
+                            "%s: supports.%s.boundary: %s: a face of \"%s\" belongs to group %s: %s",
+                            scene->file, s->name, boundary, s->target, m->group_names[group], Expected));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,8 +102,8 @@ static PetscErrorCode check_loads(const Scene *scene, char *message)
     if (stage->kind != STAGE_DYNAMIC || (!changed && same_loads(scene, stage, i ? stage - 1 : NULL)))
       continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: stages.%s.loads: not those %s the stage before: ground with a quiet "
-                            "boundary would give way to what is added; expected %s",
+                            "%s: stages.%s.loads: not those %s the stage before: ground that lets "
+                            "waves out would give way to what is added; expected %s",
                             scene->file, stage->name, changed ? "at the end of" : "of",
                             changed ? "a static stage between them" : "the same loads"));
     break;
@@ -132,7 +140,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   Quiet *q;
   PetscFunctionBeginUser;
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports && !message[0]; s++) {
-    if (!is_quiet(s)) continue;
+    if (!lets_go(s)) continue;
     any = PETSC_TRUE;
     PetscCall(check_target(scene, v->m, s, message));
   }
@@ -153,7 +161,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   PetscCall(PetscCalloc1(v->m->n_dof, &q->reaction));
   PetscCall(PetscMalloc1(v->m->n_dof, &q->held));
   for (PetscInt d = 0; d < v->m->n_dof; d++)
-    q->held[d] = (PetscBool)(Held(v->m, d) && is_quiet(scene->supports + v->m->support[d]));
+    q->held[d] = (PetscBool)(Held(v->m, d) && lets_go(scene->supports + v->m->support[d]));
   *memory = q;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -191,11 +199,10 @@ static void half_face(const Model *m, PetscInt face, PetscReal C[2][2])
     for (int j = 0; j < 2; j++) C[i][j] = across * n[i] * n[j] + along * s[i] * s[j];
 }
 
-/* (2 n_deformable, 2) Dashpots of a quiet support, or of all, at this rank's vertices. */
-static void dashpots(const Scene *scene, const Model *m, const Support *only, PetscReal (*sum)[2])
+void QuietDashpots(const Scene *scene, const Model *m, const Support *only, PetscReal (*sum)[2])
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
-    if (!is_quiet(s) || (only && s != only)) continue;
+    if (!lets_go(s) || (only && s != only)) continue;
     const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
     for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
       const PetscInt face = m->face_set_faces[i];
@@ -249,7 +256,7 @@ static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal 
     q->start[i] = n;
     if (!lets_in(scene, q, i)) continue;
     PetscCall(PetscMemzero(own, 2 * m->n_deformable * sizeof *own));
-    dashpots(scene, m, scene->supports + i, own);
+    QuietDashpots(scene, m, scene->supports + i, own);
     for (PetscInt v = 0; v < m->n_deformable; v++) {
       if (own[2 * v][0] == 0. && own[2 * v + 1][1] == 0.) continue;
       q->at[n++] = (QuietVertex){
@@ -290,7 +297,7 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   PetscFunctionBeginUser;
   if (!view->memory) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(2 * m->n_deformable, &all));
-  dashpots(view->scene, m, NULL, all);
+  QuietDashpots(view->scene, m, NULL, all);
   for (PetscInt v = 0; v < m->n_deformable; v++)
     if (all[2 * v][0] > 0. || all[2 * v + 1][1] > 0.) PetscCall(add(1, &v, NULL, all[2 * v], context));
   PetscCall(find_inlets(view->scene, m, all, view->memory));
@@ -321,14 +328,6 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m/s] Over the step about the present time, so that a wave brings the displacement of its record whatever
-   the step. */
-static PetscReal mean_velocity(const Motion *motion, const State *s, int k)
-{
-  const PetscReal half = 0.5 * s->dt;
-  return (MotionPlace(motion, s->time + half, k) - MotionPlace(motion, s->time - half, k)) / s->dt;
-}
-
 static void incoming(void *memory, const Model *m, const State *s, Incoming *in)
 {
   const Quiet *q = memory;
@@ -337,8 +336,10 @@ static void incoming(void *memory, const Model *m, const State *s, Incoming *in)
     in->push[*d - 3 * m->n_bodies] += q->reaction[*d];
   for (PetscInt i = 0; i < q->n_supports; i++) {
     if (q->start[i] == q->start[i + 1]) continue;
-    const PetscReal vx = q->times[i] * mean_velocity(q->motion + i, s, 0),
-                    vy = q->times[i] * mean_velocity(q->motion + i, s, 1);
+    const PetscReal from = s->time - 0.5 * s->dt,
+                    to = s->time + 0.5 * s->dt; // the step about the present time
+    const PetscReal vx = q->times[i] * MotionMean(q->motion + i, from, to, s->dt, 0),
+                    vy = q->times[i] * MotionMean(q->motion + i, from, to, s->dt, 1);
     for (const QuietVertex *at = q->at + q->start[i]; at < q->at + q->start[i + 1]; at++) {
       const Pair w = at->share[0] * vx + at->share[1] * vy;
       PetscReal *all = in->w + 2 * at->vertex, *wave = in->wave + 2 * at->vertex;

@@ -168,9 +168,7 @@ static void advance(void *memory, const Model *m, State *s)
   if (!motions->n_moved) return;
   for (PetscInt i = 0; i < motions->n; i++) {
     SupportMotion *of = motions->of + i;
-    for (int k = 0; k < 2; k++)
-      of->now[k] = (MotionPlace(&of->motion, s->time + s->dt, k) - MotionPlace(&of->motion, s->time, k)) /
-                   s->dt;
+    for (int k = 0; k < 2; k++) of->now[k] = MotionMean(&of->motion, s->time, s->time + s->dt, s->dt, k);
   }
   for (const PetscInt *d = motions->moved; d < motions->moved + motions->n_moved; d++) {
     const PetscInt at = 3 * m->n_bodies;

@@ -77,6 +77,8 @@ typedef struct {
   PetscReal *w;    /* [m/s] what dashpots hold against */
   PetscReal *wave; /* [m/s] of it, the velocity of what comes in; the rest of the motion goes out */
   PetscReal *push; /* [N] what acts beside dashpots */
+  PetscReal
+      part; /* [-] of a step, by which velocities go on: 1; -1/2 at the start of a stage, 1/2 at its end */
 } Incoming;
 
 /* A table of a term's own in results.h5: a group of its name below the stage, a dataset a column. */
@@ -113,7 +115,7 @@ typedef struct {
   /* In a dynamic stage, at its start or where it goes on: adds mass and dashpots, every rank at all of its
      vertices. */
   PetscErrorCode (*inertia)(const TermView *v, TermInertia add, void *context);
-  /* Then in each step, at vertices with such inertia: adds what comes in. */
+  /* Then in each step, on all ranks: adds what comes in at vertices with such inertia. */
   void (*incoming)(void *memory, const Model *m, const State *state, Incoming *in);
   /* Adds row sums (28)-(29): the time step. anywhere: also for what may come about as bodies move. */
   PetscErrorCode (*bound)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k);
