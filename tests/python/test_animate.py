@@ -98,6 +98,33 @@ def test_open_joints():
     assert is_open.tolist() == [[[0, 1], [1, 1]]] and slips.tolist() == [[[1, 1], [2, 1]]]
 
 
+def test_slip_since_the_stage_began():
+    """Less that of before, as long as the contacts are the same."""
+    class Contacts:
+        def __init__(self, slip, face=(0, 0, 1, 2)):
+            self.face, self.slip = np.array([face]), np.array([slip])
+
+        def __len__(self):
+            return 1
+
+    before = Contacts([0.01, -0.02])
+    assert film.slid(Contacts([0.04, -0.03]), before) == pytest.approx(0.03) and film.slid(Contacts([0.04, -0.03]), None) == 0.04
+    assert film.slid(Contacts([0.04, -0.03], (0, 1, 1, 2)), before) == 0.04
+
+
+def test_one_scale_for_all_pictures():
+    """That of the largest displacement; where it is drawn as it is, the view holds all places."""
+    mesh = type("Mesh", (), {"vertices": np.array([[0.0, 0], [10, 0], [10, 10], [0, 10]])})
+    box = (-1, 11, -1, 11)
+    small, large = np.zeros((4, 2)), np.zeros((4, 2))
+    small[2], large[2] = (0.01, 0), (0.1, 0)
+    assert film.common_scale(mesh, [small], box, None)[0] > film.common_scale(mesh, [small, large], box, None)[0] == film.common_scale(mesh, [large], box, None)[0] == 5
+    assert film.common_scale(mesh, [small, large], box, 20.0) == (20.0, box)
+    large[2] = (5, 0)
+    factor, wider = film.common_scale(mesh, [small, large, -large], box, None)
+    assert factor == 1 and wider[1] > 15 and wider[0] == -1
+
+
 def test_water_reaches_the_moved_face():
     """A face that leans, wet up to half of its height, and has moved by 1 m; the water is on its left."""
     places = np.array([[[0.0, 10], [0, 0]]])

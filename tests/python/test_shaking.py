@@ -23,7 +23,7 @@ from quoin_tools.base.record import Record  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
-from quoin_tools.show import plots, report, shaken_part, style  # noqa: E402
+from quoin_tools.show import plots, report, shaken_part, stress, style  # noqa: E402
 from quoin_tools.show.shaking import Shaken, ratio_of, spectra_of  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
@@ -54,10 +54,12 @@ SHAKE = {"type": "dynamic", "loads": ["weight"], "duration": 3.2, "dt_factor": 0
 
 
 def solve(folder, text):
+    """A material `block` with a modulus deforms."""
     folder.mkdir(exist_ok=True)
     (folder / "quake.csv").write_text("".join(f"{t:.10g}, {a:.17g}\n" for t, a in zip(T, A)))
     table = renamed(rectangle(-4, -1, 12, 1, group="table", rigid=True), {}, {"ground": "bottom_left"})
-    block = renamed(rectangle(0, 0, 3, 1, group="block", rigid=True), {"base": "bottom", "left": "left"}, {"block": "top_left"})
+    deforms = "young" in text["materials"]["block"]
+    block = renamed(rectangle(0, 0, 3, 1, *((6, 2) if deforms else (1, 1)), group="block", rigid=not deforms), {"base": "bottom", "left": "left"}, {"block": "top_left"})
     write(str(folder / "model.h5"), join([table, block]))
     (folder / "scene.yaml").write_text(yaml.safe_dump(text, sort_keys=False))
     done = subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=folder, capture_output=True, text=True, timeout=120)
@@ -77,6 +79,14 @@ def pulled(tmp_path_factory):
     """Along -x, with water that does not move."""
     wet = {"loads": ["weight", "water"]}
     return solve(tmp_path_factory.mktemp("runs") / "pull", scene(rest=wet, limit=trials("pull"), back=wet, shake=SHAKE | wet))
+
+
+@pytest.fixture(scope="module")
+def elastic(tmp_path_factory):
+    """A block that deforms, has strengths, and keeps its envelope."""
+    text = scene(rest={"loads": ["weight"]}, shake=SHAKE | {"envelope_every": 50, "duration": 1.2})
+    text["materials"]["block"] = {"density": 2000, "young": 1e8, "poisson": 0.2, "tension": 1e5, "compression": 1e6, "cohesion": 1e5, "friction": 40}
+    return solve(tmp_path_factory.mktemp("runs") / "elastic", text)
 
 
 @pytest.fixture(autouse=True)
@@ -169,7 +179,7 @@ def test_motion_tool_on_a_run(run, tmp_path):
         header, *rows = csv.reader(file)
     table = np.array(rows, float)
     assert header[-2:] == ["ground over record quake", "block over record quake"]
-    assert table[:, -2] == pytest.approx(1, abs=0.01)  # the table is the record
+    assert table[:, -2] == pytest.approx(1, abs=0.01) and table[0, 0] < 0.05  # the table is the record; rows of points, not of the record, bound the periods
     assert table[:, -1] == pytest.approx(table[:, header.index("block S_a [m/s2]")] / table[:, header.index("record quake S_a [m/s2]")])
     assert (tmp_path / "out_slip.csv").exists()
     plain = tool("motion", run, "--points", "ground", "--to", tmp_path, cwd=tmp_path)
@@ -197,6 +207,22 @@ def test_pictures(run, capsys):
         assert np.unique(imread(run / name).reshape(-1, 4).round(2), axis=0).shape[0] > 20, name
     with open(run / "spectrum_shake.csv", newline="") as file:
         assert next(csv.reader(file))[-1] == "ratio"
+
+
+@solver
+def test_envelope(run, elastic, tmp_path, monkeypatch):
+    """It is drawn of a stage that has kept one, with the extremes of all looks."""
+    titles = []
+    monkeypatch.setattr(stress, "save", lambda figure, path: titles.extend([figure.get_suptitle(), *(axes.get_title() for axes in figure.axes)]))
+    results = Results(elastic)
+    assert not stress.plot_envelope(Results(run), "shake", "") and not stress.plot_envelope(results, "rest", "")
+    assert stress.plot_envelope(results, "shake", "")
+    kept, end = results.stage("shake").envelope, results.stage("shake")
+    block = np.isfinite(end.s1)
+    assert (kept.s1_max[block] >= end.s1[block]).all() and (kept.s2_min[block] <= end.s2[block]).all()
+    assert f"{kept.samples} looks, one every 50 steps" in titles[0]
+    assert f"largest {np.nanmax(kept.s1_max) / 1e6:+.3f} MPa" in titles[1] and f"least {np.nanmin(kept.s2_min) / 1e6:+.3f}".replace("-", "−") in titles[2]
+    assert f"least {np.nanmin(kept.safety_factor_min):.2f} (ring)" in titles[3]
 
 
 @solver
@@ -231,6 +257,11 @@ def test_sheet_says_what_shook_it_and_what_it_did(run):
                   "damping of default 1e-06 s", f"{1e3 * (c['slip'][-1] - c['slip'][0]):.2f}", "Newmark&#x27;s rigid block with k_y 0.267", "lost in joints", "not accounted for",
                   "The ground (table) is rigid", "Vertical motion of the ground is absent", "all supports"):  # fmt: skip
         assert words in text, words
+    rows = dict(re.findall(r"\|  \| base \|  \| (.*?) \|  \| (.*?) \|", text))
+    end, largest = (1e3 * value for value in (c["slip"][-1] - c["slip"][0], max(c["slip"] - c["slip"][0], key=abs)))
+    assert float(rows["mean slip at the end [mm]"]) == pytest.approx(end, abs=0.01) and float(rows["largest mean slip [mm]"]) == pytest.approx(largest, abs=0.01)
+    assert float(rows["least sliding factor of one moment, peak strength [-]"]) == pytest.approx(c["factor_peak"].min(), abs=0.01)
+    assert float(rows["largest T [kN]"]) == pytest.approx(1e-3 * max(c["T"], key=abs), abs=1)
     factor = np.tan(np.radians(10)) * 3 * 2000 * 9.81
     T_after = abs(Results(run).stage_summary("after")["joints"]["base"]["T"])
     assert "After it" in text and (f"{factor / T_after:.3f}" in text or "&gt; 1000" in text)
@@ -280,16 +311,15 @@ def test_edges():
     assert "is rigid" in not_modelled.edges(Case({"rock": {"fix": "xy", "motion": "q"}}, rigid=1))[0]
 
 
-def test_suction_of_moving_water():
-    """Westergaard: 7/8 a sqrt(H z) > g z down to H (7 a / 8 g)^2."""
+def test_moving_and_still_water():
+    """Water that has pulled, a reservoir whose faces have none that moves, uplift."""
     load = {"type": "added_mass", "faces": "upstream", "level": 16.0}
-    case = Case({}, {"hydro": load})
-    for a in (2.0, 5.0):
-        assert not_modelled.suction(case, load, a) == pytest.approx(16 * (7 * a / 8 / 9.81) ** 2, abs=16 / 1500)
-    assert not_modelled.suction(case, load, 0.0) == 0
-    record = Record("", np.array([0.0, 1, 2]), np.array([0.0, 5, 0]))
-    said = not_modelled.waters(case, "shake", [type("S", (), {"direction": "x", "record": record})])
-    assert len(said) == 1 and float(re.search(r"down to (\S+) m", said[0])[1]) == pytest.approx(16 * (35 / 8 / 9.81) ** 2, abs=0.02)
-    still = Case({}, {"hydro": load, "lake": {"type": "reservoir", "faces": "rock_sides", "level": 3.0}, "up": {"type": "uplift", "faces": "upstream", "level": 3}})
-    said = not_modelled.waters(still, "shake", [])
-    assert "The water of lake does not move" in said[0] and "Uplift (up) stays" in said[2] and len(said) == 3
+    case = Case({}, {"hydro": load, "lake": {"type": "reservoir", "faces": "rock_sides", "level": 3.0}, "full": {"type": "reservoir", "faces": "upstream", "level": 16},
+                     "up": {"type": "uplift", "faces": "upstream", "level": 3}})  # fmt: skip
+    pulled = {"pressure": -21.4e3, "x": 0.5, "y": 14.25, "time": 3.456, "length": 4.0}
+    case.results.stage_summary = lambda name: {"joints": {}, "added_mass": {"hydro": {"suction": pulled}}}
+    said = not_modelled.waters(case, "shake")
+    assert len(said) == 3 and said[0].startswith("The water of lake does not move") and said[2].startswith("Uplift (up) stays")
+    assert "over 4.0 m of its faces, to -21 kPa at (0.50, 14.25) at 3.46 s" in said[1]
+    case.results.stage_summary = lambda name: {"joints": {}, "added_mass": {"hydro": {"suction": pulled | {"pressure": 0}}}}
+    assert "pulled" not in not_modelled.waters(case, "shake")[1]

@@ -2,11 +2,7 @@
 
 import numpy as np
 
-from quoin_tools.assess.cut import wet_segments
-from quoin_tools.assess.hydrodynamic import Wall
-
 OUTGROWN = 0.1  # of a contact's length: with fixed connectivity it has slid out of its place
-LOOKS = 2000  # depths at which the pressure of moving water is held against that at rest
 
 
 def listed(names):
@@ -52,32 +48,28 @@ def edges(case):
     return said
 
 
-def suction(case, load, a):
-    """[m] Depth down to which water pulls more than it presses at rest, where the face moves away with acceleration a [m/s2]."""
-    faces = wet_segments(case.mesh, load)
-    wall = Wall(faces, load)
-    z = np.linspace(0, wall.depth, LOOKS + 1)[1:]
-    normal = max(abs(wall.side) * np.cos(np.radians(wall.lean)), 1e-9)
-    pulls = a * np.abs(np.array([wall.pressure(depth, normal) for depth in z])) > case.scene.gravity * z
-    return float(z[pulls][-1]) if pulls.any() else 0.0
+def suction(facts):
+    """Words about moving water that has pulled more than it presses at rest (its part of summary.json)."""
+    found = facts.get("suction") or {}
+    if not found.get("pressure"):
+        return ""
+    return (f" It has pulled more than it presses at rest over {found['length']:.1f} m of its faces, to {found['pressure'] / 1e3:.0f} kPa at ({found['x']:.2f}, {found['y']:.2f}) at "
+            f"{found['time']:.2f} s: real water comes off there, here it does not.")  # fmt: skip
 
 
-def waters(case, stage, shakings):
-    loads = case.scene.stage_loads(stage)
+def waters(case, stage):
+    loads, facts = case.scene.stage_loads(stage), case.results.stage_summary(stage)
     moving = {name: load for name, load in loads.items() if load.get("type") == "added_mass"}
     faces = {load.get("faces") for load in moving.values()}
     still = [name for name, load in loads.items() if load.get("type") == "reservoir" and load.get("faces") not in faces]
     said = [f"The water of {listed(still)} does not move with the faces: no added_mass is in the stage."] if still else []
-    strongest = max((s.record.pga for s in shakings if s.direction == "x"), default=0.0)
-    for name, load in moving.items():
-        depth = suction(case, load, strongest) if strongest else 0.0
-        pull = f" Where the face moves with no more than the record's largest acceleration it pulls down to {depth:.2f} m below the surface; real water comes off there, here it does not." if depth else ""
+    for name in moving:
+        pull = suction((facts.get("added_mass") or {}).get(name, {}))
         said.append(f"The water of {name} is incompressible: waves of pressure, waves at its surface and its heave by vertical motion are left out.{pull}")
     uplifts = [name for name, load in loads.items() if load.get("type") == "uplift"]
     if uplifts:
         said.append(f"Uplift ({listed(uplifts)}) stays as it is at rest: no crack that opens on the way changes it.")
-    flow = case.results.stage_summary(stage).get("flow") or {}
-    if flow.get("state") == "frozen":
+    if (facts.get("flow") or {}).get("state") == "frozen":
         said.append("Water in joints keeps its pressures of before the earthquake.")
     return said
 
@@ -100,7 +92,7 @@ def joints(case, stage, courses):
 
 def not_modelled(case, stage, shakings, courses):
     """Sentences, the most telling first."""
-    said = edges(case) + directions(case, shakings) + waters(case, stage, shakings) + joints(case, stage, courses)
+    said = edges(case) + directions(case, shakings) + waters(case, stage) + joints(case, stage, courses)
     if not case.results.mesh.group_rigid.all():
         said.append("Blocks are linear elastic: nothing cracks or crushes but joints.")
     return said

@@ -48,17 +48,24 @@ def boundaries(scene):
     return "; ".join(words)
 
 
+def number(value):
+    """0 for what is none."""
+    return float(value) if isinstance(value, (int, float)) else 0.0
+
+
 def damping(scene, keys, facts):
     """Words about what takes energy out besides friction and waves."""
-    alpha, words = facts["alpha"] or 0.0, []
+    alpha, beta, words = facts["alpha"] or 0.0, number(facts.get("beta", keys.get("beta"))), []
     if alpha:
-        ratios = ", ".join(f"{100 * alpha / (4 * np.pi * f):.2g} % at {f:g} Hz" for f in FREQUENCIES)
-        words.append(f"alpha {alpha:g} 1/s against {'the ground' if keys.get('frame', 'ground') == 'ground' else 'what rests'} ({ratios})")
+        words.append(f"alpha {alpha:g} 1/s against {'the ground' if keys.get('frame', 'ground') == 'ground' else 'what rests'}")
+    if beta:
+        words.append(f"beta {beta:g} s")
+    if words:
+        ratios = [100 * (alpha / (4 * np.pi * f) + np.pi * f * beta) for f in FREQUENCIES]
+        words = [", ".join(words) + " (" + ", ".join(f"{ratio:.2g} % at {f:g} Hz" for ratio, f in zip(ratios, FREQUENCIES)) + ")"]
     for section in (scene.materials, scene.joints):
         for name, own in section.items():
-            words += [f"{key} of {name} {own[key]:g} s" for key in ("beta", "damping") if isinstance(own.get(key), (int, float)) and own[key]]
-    if isinstance(keys.get("beta"), (int, float)) and keys["beta"]:
-        words.append(f"beta {keys['beta']:g} s")
+            words += [f"{key} of {name} {number(own.get(key)):g} s" for key in ("beta", "damping") if number(own.get(key))]
     return "; ".join(words) or "none but friction, and waves that go out"
 
 
