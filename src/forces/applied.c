@@ -44,9 +44,21 @@ static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage)
+/* Adds what terms apply without a load; any: there is some; f_vertex: NULL: only asks. */
+static PetscErrorCode add_pull(const Scene *scene, const Model *m, const Stage *stage, const State *state,
+                               PetscBool *any, PetscReal *f_vertex)
 {
-  PetscBool change = LoadsPress(scene, stage);
+  const TermView view = {.scene = scene, .stage = stage, .m = m, .state = state};
+  PetscFunctionBeginUser;
+  PetscCall(TermsPull(&view, any, f_vertex));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage, const State *state)
+{
+  PetscBool change = LoadsPress(scene, stage), pulls = PETSC_FALSE;
+  if (add_pull(scene, m, stage, state, &pulls, NULL)) return PETSC_TRUE;
+  if (pulls && m->strain == STRAIN_LARGE) change = PETSC_TRUE;
   for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
     if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) change = PETSC_TRUE;
   return change;
@@ -56,9 +68,11 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscReal *f = state->applied.target;
+  PetscBool pulls;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
   PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
+  PetscCall(add_pull(scene, m, stage, state, &pulls, f + at));
   PetscCall(CondensedLoads(m, f + at));
   state->applied.turn = LoadsTurn(m, state->u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -93,7 +107,7 @@ void LoadsApply(const Model *m, State *state, PetscReal ramp)
 PetscErrorCode LoadsRenew(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   PetscFunctionBeginUser;
-  if (!LoadsChange(scene, m, stage)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!LoadsChange(scene, m, stage, state)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(LoadsTarget(scene, m, stage, state));
   LoadsApply(m, state, state->applied.ramp);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,6 @@
 /* forces.h: what acts on the blocks. */
 #pragma once
+#include "forces/anchors/anchors.h"
 #include "forces/boundary/boundary.h"
 #include "forces/loads/loads.h"
 #include "forces/water/water.h"
@@ -15,6 +16,8 @@ PetscErrorCode TermsDestroy(const Scene *scene, State *state);
    this rank [J], TermsTangent gives `add` the stiffness. f: vertex array. */
 PetscErrorCode TermsForces(TermPhase phase, const State *state, const Instant *at, PetscReal *f);
 PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *at, PetscReal *sum);
+/* [J] What has been lost in terms for good, on this rank. */
+PetscReal TermsLost(const State *state);
 PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
                             TermAdd add, void *context);
 /* All rows: TermsAdvance comes after each step in time; TermsBound adds row sums to k, a vertex array. */
@@ -27,6 +30,9 @@ PetscBool TermPresses(const Scene *scene, const Load *load);
 /* Adds the forces of one load, a row of scene->loads. f: vertex array. */
 PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *stage, const State *state,
                            PetscInt load, PetscReal *f);
+/* Adds to f the forces that terms apply without a load of the scene; any: there are some; f: NULL: only
+   asks. */
+PetscErrorCode TermsPull(const TermView *view, PetscBool *any, PetscReal *f);
 /* Collective, all but TermsHistory. These call the functions of the same name in each row, see term.h; they
    fill in the memory of the view. */
 PetscErrorCode TermsBegin(const TermView *view);
@@ -37,6 +43,8 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
 PetscBool TermsTry(const TermView *view);
 /* grow: the least that a row asks for. */
 PetscErrorCode TermsStepOver(const TermView *view, PetscReal *grow);
+/* [J] What terms store however little they have been displaced. */
+PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum);
 PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell);
 PetscErrorCode TermsHistory(const TermView *view, TermHistory what);
 PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
@@ -55,7 +63,7 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
 /* Whether applied forces change with the displacements: because of such water, or because the lever arms of
    forces about the mass centre of a rigid body turn with the body. */
-PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage);
+PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage, const State *state);
 /* For stages in time, which have no ramp and so no other use for applied.start. LoadsDead puts the loads
    that do not follow the motion into state->applied.start. LoadsFollow, called every step, makes
    state->applied.target of these and of the water on the faces as they are; it allocates nothing. */

@@ -15,6 +15,7 @@ static const TermKind *const Terms[] = {
     &Added_mass_term,
     &Uplift_term,
     &Flow_term,
+    &Anchors_term,
     &Condensed_term,
     &Blocks_term,
 };
@@ -146,12 +147,20 @@ PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *a
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscReal TermsLost(const State *state)
+{
+  PetscReal sum = 0.;
+  for (int t = 0; t < TERMS; t++)
+    if (Terms[t]->lost) Terms[t]->lost(state->terms[t], &sum);
+  return sum;
+}
+
 PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
                             TermAdd add, void *context)
 {
   PetscFunctionBeginUser;
   for (int t = TERMS; t-- > 0;)
-    if (Terms[t]->tangent && Terms[t]->phase == phase)
+    if (Terms[t]->tangent && (Terms[t]->wears ? PHASE_JOINTS : Terms[t]->phase) == phase)
       PetscCall(Terms[t]->tangent(state->terms[t], at, kind, add, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -180,6 +189,14 @@ PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stag
              (int)scene->loads[load].kind);
   const TermView v = {.scene = scene, .stage = stage, .m = m, .state = state, .memory = state->terms[t]};
   PetscCall(Terms[t]->applied(&v, load, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsPull(const TermView *view, PetscBool *any, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  *any = PETSC_FALSE;
+  EACH(pull, &of, any, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,6 +266,14 @@ PetscErrorCode TermsHistory(const TermView *view, TermHistory what)
 {
   PetscFunctionBeginUser;
   EACH(history, &of, what);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum)
+{
+  PetscFunctionBeginUser;
+  *sum = 0.;
+  EACH(prestressed, &of, sum);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -83,6 +83,18 @@ static PetscErrorCode keep_joints(const Scene *scene, const BlockMesh *mesh, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Keeps the vertices of the blocks that hold an end of an anchor. */
+static void keep_anchors(const Scene *scene, const BlockMesh *mesh, PetscBool *inner)
+{
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    const PetscInt b = LocateBlock(mesh, i % 2 ? anchors[i / 2].root : anchors[i / 2].head);
+    for (PetscInt k = 0; b >= 0 && k < BlockCorners(mesh->blocks + 4 * b); k++)
+      inner[mesh->blocks[4 * b + k]] = PETSC_FALSE;
+  }
+}
+
 PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin, BodyNumbers *bodies)
 {
   PetscInt *chosen;
@@ -98,6 +110,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
       if (mesh->blocks[i] >= 0 && (bodies->condensed[i / 4] < 0) == pass)
         inner[mesh->blocks[i]] = (PetscBool)!pass;
   if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
+  if (bodies->n_condensed) keep_anchors(scene, mesh, inner);
   for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
   bodies->inner = inner;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -89,6 +89,17 @@ PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscIn
 PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt *n, PetscInt **faces,
                               PetscReal **box);
 
+/* ---- locate.c */
+/* [m] How far outside a block a point of the scene may lie and still be in it, for a mesh of this
+   diameter. */
+PetscReal LocateTolerance(PetscReal diameter);
+/* Whether a block, n corners x (n,2) counter-clockwise, holds the point. weight: (4,) its shape functions
+   there, 0 for the fourth corner of a triangle. */
+PetscBool LocateInBlock(PetscInt n, const PetscReal *x, const PetscReal point[2], PetscReal tolerance,
+                        PetscReal weight[4]);
+/* Rank 0. The first block that holds the point, -1: none does. */
+PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2]);
+
 /* ---- grid.c */
 /* Box of the face from a to b, grown by margin on all sides. */
 static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal margin, PetscReal box[4])

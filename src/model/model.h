@@ -223,10 +223,12 @@ typedef enum {
   VERDICT_COMPLETED /* a dynamic stage that ran for its whole duration */
 } Verdict;
 
-/* Energy account of a dynamic stage [J]. The first three are present; the others are sums since its start. */
+/* Energy account of a dynamic stage [J]. The first four are present; the others but `yielded` are sums
+   since its start. */
 typedef struct {
   PetscReal kinetic, strain, joints; /* present values */
   PetscReal water;                   /* kinetic energy of added mass, a part of the kinetic */
+  PetscReal yielded;                 /* lost in anchors that yield or break, since the start of the run */
   PetscReal outside;                 /* work of applied forces, weight included */
   PetscReal supports;                /* work of moving supports */
   PetscReal incoming, radiated;      /* what waves bring in and take out through quiet boundaries */

@@ -84,9 +84,8 @@ static void put_account(FILE *f, const Energies *e)
   JsonNumber(f, "radiated", e->radiated, ", ");
   JsonNumber(f, "detection", e->detection, ", ");
   JsonNumber(f, "balance", e->balance, "},\n");
-  if (e->water == 0.) return;
-  fprintf(f, "      ");
-  JsonNumber(f, "kinetic_water", e->water, ",\n");
+  if (e->water != 0.) fprintf(f, "      "), JsonNumber(f, "kinetic_water", e->water, ",\n");
+  if (e->yielded != 0.) fprintf(f, "      "), JsonNumber(f, "yielded", e->yielded, ",\n");
 }
 
 static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])

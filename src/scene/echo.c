@@ -56,6 +56,7 @@ static PetscErrorCode append_value(Reader *r, KeyType type, const char *text)
     PetscCall(append_quoted(r, text));
     break;
   case TYPE_PAIR:
+  case TYPE_NUMBERS:
   case TYPE_NAMES:
   case TYPE_LOADS:
     PetscCall(append(r, "[%s]", text));

@@ -131,33 +131,14 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const struct {
-  const char *word;
-  Section section;
-  size_t size; /* [byte] of an entry */
-} TermSections[] = {
-#define ROW_OF_TERM(SECTION, word, type) {word, SECTION_##SECTION, sizeof(type)},
-    TERM_SECTIONS(ROW_OF_TERM){NULL, SECTIONS, 0}};
-
 static PetscErrorCode read_term_sections(Reader *r, Scene *scene)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(sizeof(TermSections) / sizeof(TermSections[0]), &scene->terms));
+  PetscCall(PetscCalloc1(TERM_SECTION_ROWS, &scene->terms));
   for (int t = 0; TermSections[t].word; t++)
     PetscCall(read_entries(r, TermSections[t].section, TermSections[t].word, TermSections[t].size,
                            &scene->terms[t].n, &scene->terms[t].entries));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n)
-{
-  *n = 0;
-  for (int t = 0; scene->terms && TermSections[t].word; t++) {
-    if (strcmp(TermSections[t].word, section)) continue;
-    *n = scene->terms[t].n;
-    return scene->terms[t].entries;
-  }
-  return NULL;
 }
 
 /* ------------------------------------------------------------------------------------------ joints */
@@ -388,6 +369,7 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_loads(r, scene));
   PetscCall(read_stages(r, scene, given));
   PetscCall(CompleteDynamicWater(r));
+  PetscCall(CompleteAnchors(r));
   PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));
   PetscCall(PetscSegBufferDestroy(&r->asked));
@@ -432,6 +414,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
     PetscCall(PetscFree(scene->stages[i].rises));
     PetscCall(PetscFree2(scene->stages[i].level_rises, scene->stages[i].tail_rises));
   }
+  PetscCall(AnchorListsFree(scene));
   for (int t = 0; scene->terms && TermSections[t].word; t++) PetscCall(PetscFree(scene->terms[t].entries));
   PetscCall(PetscFree(scene->terms));
   PetscCall(PetscFree(scene->echo));
@@ -466,6 +449,7 @@ static void describe_values(const Key *key, char text[256])
                                       [TYPE_BOOL] = "true, false",
                                       [TYPE_TRISTATE] = "true, false",
                                       [TYPE_PAIR] = "[number, number]",
+                                      [TYPE_NUMBERS] = "list of numbers",
                                       [TYPE_FIX] = "x, y, xy",
                                       [TYPE_MOTION] = "path or motions",
                                       [TYPE_NAMES] = "list of names",

@@ -22,6 +22,15 @@ typedef enum {
   SECTIONS
 } Section;
 
+/* Of force terms. The last row has no word. */
+typedef struct {
+  const char *word;
+  Section section;
+  size_t size; /* [byte] of an entry */
+} TermSection;
+enum { TERM_SECTION_ROWS = SECTIONS - SECTION_STAGES };
+extern const TermSection TermSections[TERM_SECTION_ROWS]; /* term_sections.c */
+
 typedef enum {
   TYPE_TITLE,
   TYPE_PATH,
@@ -33,6 +42,7 @@ typedef enum {
   TYPE_CHOICE,
   TYPE_TRISTATE, /* true or false in a PetscInt, which stays -1 when the key is not given */
   TYPE_PAIR,     /* two numbers, x and y */
+  TYPE_NUMBERS,  /* list of numbers */
   TYPE_FIX,      /* x, y or xy */
   TYPE_MOTION,   /* path, or motions of the scene; see CompleteSupport */
   TYPE_NAMES,    /* list of names */
@@ -50,7 +60,7 @@ typedef struct {
   const char *unit;
   const char *help;
   const char *const *choices; /* words, in the manner of PetscEnum lists */
-  size_t count;               /* offset of the number of names */
+  size_t count;               /* offset of the length of a list */
   int loads;                  /* bits: types of load that have the key; 0: all */
   int stages;                 /* bits: types of stage that have the key; 0: all */
 } Key;
@@ -103,6 +113,9 @@ PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
 PetscErrorCode CompleteDynamicWater(Reader *r);
+/* ---- complete_anchors.c */
+PetscErrorCode CompleteAnchors(Reader *r);
+PetscErrorCode AnchorListsFree(const Scene *scene);
 /* first: no stage of the scene comes before this one. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);

@@ -124,6 +124,7 @@ PetscBool MotionIsChanged(const GroundMotion *motion);
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
+/* ---- term_sections.c */
 /* The entries of a section that a force term has of its own, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 

@@ -4,7 +4,8 @@
    A force term adds its section to TERM_SECTIONS and its file below; a TermEntry comes first in the struct
    of an entry. */
 #ifndef TERM_SECTIONS
-#define TERM_SECTIONS(S) /* S(SECTION, "section of the scene", struct of an entry) */
+/* S(SECTION, "section of the scene", struct of an entry) */
+#define TERM_SECTIONS(S) S(ANCHORS, "anchors", Anchor)
 #endif
 #include "scene/keys_blocks.h"
 #include "scene/keys_joints.h"
@@ -12,3 +13,4 @@
 #include "scene/keys_supports.h"
 #include "scene/keys_loads.h"
 #include "scene/keys_stages.h"
+#include "scene/keys_anchors.h"

@@ -215,6 +215,22 @@ static void convert_pair(Reader *r, const Key *key, const char *text, PetscReal 
   if (n != 2) COMPLAIN(r, "two numbers expected: [x, y]");
 }
 
+static PetscErrorCode convert_numbers(Reader *r, const Key *key, const char *text, PetscInt *n,
+                                      PetscReal **values)
+{
+  char item[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(strlen(text) + 1, values));
+  *n = 0;
+  if (!text[0]) COMPLAIN(r, "the list is empty");
+  for (const char *rest = text[0] ? text : NULL; rest; ++*n) {
+    rest = NextItem(rest, item);
+    (*values)[*n] = convert_number(r, key, item);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode convert_names(Reader *r, const char *text, PetscInt *n, char (**names)[NAME_LENGTH])
 {
   char item[LABEL_LENGTH];
@@ -291,6 +307,9 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
   case TYPE_PAIR:
     convert_pair(r, key, text, field);
     break;
+  case TYPE_NUMBERS:
+    PetscCall(convert_numbers(r, key, text, count, field));
+    break;
   case TYPE_NAMES:
     PetscCall(convert_names(r, text, count, field));
     break;
@@ -307,8 +326,9 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
 
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base)
 {
-  PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NAMES ||
-                                  key->type == TYPE_LOADS || key->type == TYPE_MOTION);
+  PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NUMBERS ||
+                                  key->type == TYPE_NAMES || key->type == TYPE_LOADS ||
+                                  key->type == TYPE_MOTION);
   PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
   const char *text = entry ? entry->value : key->preset;
   char unit[32];

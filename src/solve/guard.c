@@ -8,7 +8,7 @@
    The forces f_0 include the reactions of supports. Until the ramp ends, W is taken as the larger of
    applied.start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0
    is the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
-   whole bound.
+   whole bound. Tendons store their prestress at no displacement; that is added to E_0.
 
    An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
    water in a crack changes. The guard computes W only when K has doubled since it was last found in order, so
@@ -82,10 +82,14 @@ static PetscErrorCode begin_anew(const Problem *p)
 
 PetscErrorCode EnergyAccountOpen(const Problem *p)
 {
+  const TermView view = ViewOf(p);
+  PetscReal stored;
   PetscFunctionBeginUser;
+  PetscCall(TermsPrestressed(&view, &stored));
   PetscCall(PetscArraycpy(p->relax->account.u, p->state->u, p->m->n_dof));
   PetscCall(PetscArraycpy(p->relax->account.f, p->state->f, p->m->n_dof));
   p->relax->account.start = p->relax->account.most = p->result->kinetic;
+  p->relax->account.start += stored;
   p->relax->account.ramp = 0.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -109,7 +109,8 @@ static PetscErrorCode restore(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(TermsHistory(&view, GO_BACK));
   PetscCall(NewtonMove(p, p->relax->newton->u));
-  if (LoadsChange(p->scene, p->m, p->stage)) PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
+  if (LoadsChange(p->scene, p->m, p->stage, p->state))
+    PetscCall(LoadsTarget(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -93,6 +93,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   const TermView view = ViewOf(p);
   Model *m = p->m;
   State *s = p->state;
+  PetscInt anchors;
   PetscReal limit;
   PetscFunctionBeginUser;
   if (!p->number || p->scene->stages[p->number - 1].kind != STAGE_DYNAMIC)
@@ -111,7 +112,8 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   s->dt = stage->dt_factor * limit;
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
   s->alpha = stage->alpha;
-  if (p->scene->flow.dynamic == FLOW_UNDRAINED) PetscCall(evaluate_again(p));
+  SceneEntries(p->scene, "anchors", &anchors);
+  if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) PetscCall(evaluate_again(p));
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);

@@ -130,7 +130,8 @@ PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)
   PetscFunctionBeginUser;
   PetscCall(TermsEnergy(PHASE_BLOCKS, p->state, &now, &within));
   PetscCall(TermsEnergy(PHASE_BODIES, p->state, &now, &on));
-  e->strain = within + on;
+  e->lost = TermsLost(p->state);
+  e->strain = within + on + e->lost;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -152,7 +153,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
     e->local[LOCAL_DASHPOTS] = e->local[LOCAL_DASHPOTS_AHEAD], e->local[LOCAL_INCOMING] = 0.;
     e->local[LOCAL_SUPPORTS] = e->local[LOCAL_SUPPORTS_AHEAD];
   }
-  PetscReal sum[10] = {e->kinetic + e->local[LOCAL_KINETIC],
+  PetscReal sum[11] = {e->kinetic + e->local[LOCAL_KINETIC],
                        e->strain,
                        in_joints,
                        e->outside,
@@ -161,12 +162,13 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
                        e->work_before,
                        e->local[LOCAL_INCOMING],
                        e->local[LOCAL_DASHPOTS] - e->local[LOCAL_DASHPOTS_AHEAD],
-                       e->local[LOCAL_KINETIC]};
+                       e->local[LOCAL_KINETIC],
+                       e->lost};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 10, MPIU_REAL, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 11, MPIU_REAL, MPI_SUM, p->m->comm));
   if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
-  out->kinetic = sum[0], out->strain = sum[1], out->joints = sum[2], out->outside = sum[3],
-  out->supports = sum[4], out->damping = sum[5];
+  out->kinetic = sum[0], out->strain = sum[1] - sum[10], out->yielded = sum[10], out->joints = sum[2],
+  out->outside = sum[3], out->supports = sum[4], out->damping = sum[5];
   out->incoming = sum[7], out->radiated = sum[7] - sum[8], out->water = sum[9];
   out->detection = e->detection;
   out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);

@@ -15,6 +15,7 @@ typedef struct {
   PetscReal kinetic, strain, outside, supports, damping, damping_ahead,
       detection;                           /* [J] as in Energies; damping_ahead: of the half step beyond this
                                               time; detection: of all ranks */
+  PetscReal lost;                          /* [J] the part of strain that is lost for good */
   PetscReal local[LOCAL_WORKS];            /* [J] of added mass and dashpots, see motion.h */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
 } EnergyAccount;
@@ -32,8 +33,8 @@ void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
 void EnergyOfStep(const StepWorks *works, EnergyAccount *e);
 /* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
-/* Sets the strain energy: what blocks, and what else acts on bodies, store on this rank at the forces just
-   evaluated. Call it before the step, when a report follows. */
+/* Sets the strain energy: what blocks, and what else acts on bodies, store or have lost on this rank at the
+   forces just evaluated. Call it before the step, when a report follows. */
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e);
 /* Gives the energy [J] that joints store on this rank at the forces just evaluated. */
 PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored);

@@ -27,6 +27,7 @@ ROOMS = {
     "forces/blocks": ["blocks.h"],
     "forces/loads": ["loads.h"],
     "forces/water": ["water.h"],
+    "forces/anchors": ["anchors.h"],
     "forces": ["forces.h"],
     "motion": ["motion.h"],
     "output": ["output.h"],

@@ -117,6 +117,11 @@ typedef struct {
   PetscErrorCode (*inertia)(const TermView *v, TermInertia add, void *context);
   /* Then in each step, on all ranks: adds what comes in at vertices with such inertia. */
   void (*incoming)(void *memory, const Model *m, const State *state, Incoming *in);
+  /* [J] Collective. Adds what it stores however little it has been displaced (prestress); alike on all
+     ranks. */
+  PetscErrorCode (*prestressed)(const TermView *v, PetscReal *sum);
+  /* [J] Adds what has been lost in it so far, for good; this rank. */
+  void (*lost)(const void *memory, PetscReal *sum);
   /* Adds row sums (28)-(29): the time step. anywhere: also for what may come about as bodies move. */
   PetscErrorCode (*bound)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k);
   PetscErrorCode (*energy)(const void *memory, const Instant *at, PetscReal *sum); /* [J] stored; this rank */
@@ -124,7 +129,11 @@ typedef struct {
      coupling. */
   PetscErrorCode (*tangent)(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
                             void *context);
+  PetscBool wears; /* its tangent changes as that of joints does, whatever its phase */
 
+  /* Adds to f the forces that it applies in a stage without a load of the scene (jacks); any: there are
+     some; f: NULL: only asks. They follow the motion in large strain. */
+  PetscErrorCode (*pull)(const TermView *v, PetscBool *any, PetscReal *f);
   /* applied forces of one load of the stage, a row of scene->loads; f: vertex array, adds to it */
   PetscErrorCode (*applied)(const TermView *v, PetscInt load, PetscReal *f);
 

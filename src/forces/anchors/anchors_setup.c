@@ -1,0 +1,197 @@
+/* anchors_setup.c: which blocks hold the ends of the anchors, and what the scene gets wrong there. */
+#include "forces/anchors/line.h"
+
+static const PetscReal *end_of(const Anchor *anchors, PetscInt i)
+{
+  return i % 2 ? anchors[i / 2].root : anchors[i / 2].head;
+}
+
+PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context)
+{
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) {
+    PetscInt gids[LINE_VERTICES], found = 0;
+    for (PetscInt end = 0; end < 2; end++) {
+      const PetscInt b = LocateBlock(mesh, end_of(anchors, 2 * i + end));
+      for (PetscInt k = 0; b >= 0 && k < BlockCorners(mesh->blocks + 4 * b); k++)
+        gids[found++] = mesh->blocks[4 * b + k];
+    }
+    PetscCall(couple(found, gids, context)); // AnchorsCreate refuses an end that no block holds
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- where the ends are */
+
+/* The block that holds an end, as all ranks know it. */
+typedef struct {
+  PetscInt block, body, other_body; /* lowest block that holds it, lowest and highest macroblock; block
+                                       PETSC_MAX_INT: none */
+  PetscInt gid[4];                  /* of its vertices, -1: it is a triangle */
+  PetscReal weight[4];
+} End;
+
+/* Calls for each block of this rank that holds the point: the lowest one, and the bodies. full: also its
+   vertices, from the rank that writes it. */
+static void look_for(const Model *m, const PetscReal point[2], PetscBool full, End *end)
+{
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++) {
+      PetscReal x[8], weight[4];
+      if (full && (list->gid[e] != end->block || !list->owned[e])) continue;
+      for (PetscInt k = 0; k < 2 * list->n_nodes; k++) x[k] = m->X[2 * VertexOf(list, e, k / 2) + k % 2];
+      if (!LocateInBlock(list->n_nodes, x, point, LocateTolerance(m->diameter), weight)) continue;
+      const PetscInt body = m->vertex_body[VertexOf(list, e, 0)];
+      if (!full) {
+        end->block = PetscMin(end->block, list->gid[e]);
+        end->body = PetscMin(end->body, body), end->other_body = PetscMax(end->other_body, body);
+        continue;
+      }
+      for (PetscInt k = 0; k < list->n_nodes; k++)
+        end->gid[k] = m->vertex_gid[VertexOf(list, e, k)], end->weight[k] = weight[k];
+    }
+}
+
+/* Collective. The blocks at all ends, in two rounds: which, then their vertices. */
+static PetscErrorCode find_ends(const Model *m, PetscInt n, const Anchor *anchors, End *ends)
+{
+  PetscInt *least, *gid;
+  PetscReal *weight;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc3(6 * n, &least, 8 * n, &gid, 8 * n, &weight));
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    ends[i] = (End){PETSC_MAX_INT, PETSC_MAX_INT, -1, {-1, -1, -1, -1}, {0., 0., 0., 0.}};
+    look_for(m, end_of(anchors, i), PETSC_FALSE, ends + i);
+    least[3 * i] = ends[i].block, least[3 * i + 1] = ends[i].body, least[3 * i + 2] = -ends[i].other_body;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, (PetscMPIInt)(6 * n), MPIU_INT, MPI_MIN, m->comm));
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    ends[i].block = least[3 * i], ends[i].body = least[3 * i + 1], ends[i].other_body = -least[3 * i + 2];
+    look_for(m, end_of(anchors, i), PETSC_TRUE, ends + i);
+    for (int k = 0; k < 4; k++) gid[4 * i + k] = ends[i].gid[k], weight[4 * i + k] = ends[i].weight[k];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, gid, (PetscMPIInt)(8 * n), MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, (PetscMPIInt)(8 * n), MPIU_REAL, MPI_SUM, m->comm));
+  for (PetscInt i = 0; i < 2 * n; i++)
+    for (int k = 0; k < 4; k++) ends[i].gid[k] = gid[4 * i + k], ends[i].weight[k] = weight[4 * i + k];
+  PetscCall(PetscFree3(least, gid, weight));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses an end that no block holds, one between two bodies, and an anchor within one block. */
+static void check_ends(const Scene *scene, PetscInt n, const Anchor *anchors, const End *ends, char *message)
+{
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    const Anchor *of = anchors + i / 2;
+    const PetscReal *point = end_of(anchors, i);
+    char key[LABEL_LENGTH];
+    snprintf(key, sizeof(key), "anchors.%s.%s", of->entry.name, i % 2 ? "root" : "head");
+    if (ends[i].block == PETSC_MAX_INT)
+      Complain(message, scene->file, of->entry.line, key, "(%g, %g) lies in no block of the mesh",
+               (double)point[0], (double)point[1]);
+    else if (ends[i].body != ends[i].other_body)
+      Complain(message, scene->file, of->entry.line, key,
+               "(%g, %g) lies between two bodies: move it into the one that holds it", (double)point[0],
+               (double)point[1]);
+    else if (i % 2 && ends[i].block == ends[i - 1].block)
+      Complain(message, scene->file, of->entry.line, key, "head and root lie in one block");
+  }
+}
+
+/* ---- the anchors of this rank */
+
+/* Local numbers of the vertices that the anchors name: sorted gids, -1: this rank does not know it. */
+static PetscErrorCode local_vertices(const Model *m, PetscInt n, const PetscInt *gids, PetscInt *local)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) local[i] = -1;
+  for (PetscInt v = 0; v < m->n_owned + m->n_element_ghosts && n; v++) {
+    PetscInt at;
+    PetscCall(PetscFindInt(m->vertex_gid[v], n, gids, &at));
+    if (at >= 0) local[at] = v;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode line_create(const Model *m, const Anchor *of, const End ends[2], PetscInt n_gids,
+                                  const PetscInt *gids, const PetscInt *local, Line *line)
+{
+  PetscBool all = PETSC_TRUE, any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(line, sizeof(*line)));
+  line->of = of;
+  for (int e = 0; e < 2; e++)
+    for (int k = 0; k < 4 && ends[e].gid[k] >= 0; k++) {
+      PetscInt at;
+      PetscCall(PetscFindInt(ends[e].gid[k], n_gids, gids, &at));
+      const PetscInt v = local[at];
+      all = (PetscBool)(all && v >= 0), any = (PetscBool)(any || (v >= 0 && v < m->n_owned));
+      line->vertex[line->n] = v, line->weight[line->n++] = e ? -ends[e].weight[k] : ends[e].weight[k];
+    }
+  PetscCheck(all || !any, PETSC_COMM_SELF, PETSC_ERR_PLIB, "anchor %s: a vertex of it is not known here",
+             of->entry.name);
+  line->here = any;
+  line->mine = (PetscBool)(line->vertex[0] >= 0 && line->vertex[0] < m->n_owned);
+  for (int x = 0; x < 2; x++) line->reference[x] = of->head[x] - of->root[x];
+  line->length = PetscHypotReal(line->reference[0], line->reference[1]);
+  line->stiffness = of->young * of->area / (of->free_length > 0. ? of->free_length : line->length);
+  line->T_y = of->yield * of->area;
+  line->per_slice = m->thickness / of->spacing;
+  line->span = line->length;
+  for (int x = 0; x < 2; x++) line->e[x] = line->reference[x] / line->length;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode lines_create(const Model *m, const Anchor *anchors, const End *ends, Anchors *all)
+{
+  PetscInt *gids, *local, n = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(8 * all->n, &gids, 8 * all->n, &local));
+  for (PetscInt i = 0; i < 2 * all->n; i++)
+    for (int k = 0; k < 4; k++)
+      if (ends[i].gid[k] >= 0) gids[n++] = ends[i].gid[k];
+  PetscCall(PetscSortRemoveDupsInt(&n, gids));
+  PetscCall(local_vertices(m, n, gids, local));
+  for (PetscInt i = 0; i < all->n; i++)
+    PetscCall(line_create(m, anchors + i, ends + 2 * i, n, gids, local, all->line + i));
+  PetscCall(PetscFree2(gids, local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(v->scene, "anchors", &n);
+  Anchors *all;
+  End *ends;
+  PetscFunctionBeginUser;
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(2 * n, &ends));
+  PetscCall(find_ends(v->m, n, anchors, ends));
+  check_ends(v->scene, n, anchors, ends, message);
+  if (message[0]) PetscCall(PetscFree(ends));
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscCall(PetscNew(&all));
+  all->n = n;
+  PetscCall(PetscMalloc1(n, &all->line));
+  PetscCall(lines_create(v->m, anchors, ends, all));
+  PetscCall(PetscFree(ends));
+  *memory = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AnchorsDestroy(const Scene *scene, void **memory)
+{
+  Anchors *all = *memory;
+  PetscFunctionBeginUser;
+  (void)scene;
+  if (all) {
+    PetscCall(PetscFree(all->line));
+    PetscCall(PetscFree(all->told));
+  }
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,140 @@
+/* anchors_term.c: anchors as a force term. */
+#include "forces/anchors/line.h"
+
+static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
+{
+  Anchors *all = memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; all && i < all->n; i++) {
+    Line *line = all->line + i;
+    if (!line->here) continue;
+    LineEvaluate(line, at->m, at->u);
+    if (all->in_time) LineGoesOn(line);
+    if (line->T != 0.) LinePull(line, line->T, f);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Along its line the row sums of k (w e)(w e)' are at most 2 |w| k (1 + sqrt(2))/2, whatever the direction;
+   across it T/l stands for k. */
+static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  const PetscReal oblique = 0.5 * (1. + PetscSqrtReal(2.));
+  const Anchors *all = memory;
+  PetscFunctionBeginUser;
+  (void)at, (void)anywhere;
+  for (PetscInt i = 0; all && i < all->n; i++) {
+    const Line *line = all->line + i;
+    if (!line->here || line->now.phase != LINE_HELD) continue;
+    const PetscReal both = line->per_slice * (line->stiffness + PetscAbsReal(line->T) / line->span);
+    for (PetscInt p = 0; p < line->n; p++)
+      k[line->vertex[p]] += 2. * oblique * both * PetscAbsReal(line->weight[p]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
+{
+  const Anchors *all = memory;
+  PetscFunctionBeginUser;
+  (void)at;
+  for (PetscInt i = 0; all && i < all->n; i++)
+    if (all->line[i].mine) *sum += all->line[i].per_slice * LineStored(all->line + i);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void lost(const void *memory, PetscReal *sum)
+{
+  const Anchors *all = memory;
+  for (PetscInt i = 0; all && i < all->n; i++)
+    if (all->line[i].mine) *sum += all->line[i].per_slice * all->line[i].now.lost;
+}
+
+/* k e e' of the line, and T/l across it where it may turn, at each pair of vertices. */
+static void stiffness_of(const Line *line, const PetscReal e[2], PetscReal along, PetscReal across,
+                         PetscReal *k)
+{
+  const PetscInt n = 2 * line->n;
+  for (PetscInt p = 0; p < n; p++)
+    for (PetscInt q = 0; q < n; q++) {
+      const PetscReal ee = e[p % 2] * e[q % 2], one = p % 2 == q % 2 ? 1. : 0.;
+      k[n * p + q] = line->per_slice * line->weight[p / 2] * line->weight[q / 2] *
+                     (along * ee + across * (one - ee));
+    }
+}
+
+static PetscErrorCode add_line(const Line *line, const Model *m, TangentKind kind, TermAdd add, void *context)
+{
+  const PetscBool moved = (PetscBool)(kind != TANGENT_ELASTIC && m->strain == STRAIN_LARGE);
+  const PetscReal e0[2] = {line->reference[0] / line->length, line->reference[1] / line->length};
+  const PetscReal along = kind == TANGENT_ELASTIC ? line->stiffness : LineTangent(line),
+                  across = moved ? line->T / line->span : 0.;
+  PetscReal k[4 * LINE_VERTICES * LINE_VERTICES], force[2 * LINE_VERTICES];
+  PetscFunctionBeginUser;
+  stiffness_of(line, kind == TANGENT_ELASTIC ? e0 : line->e, along, across, k);
+  for (PetscInt p = 0; p < 2 * line->n; p++)
+    force[p] = line->per_slice * line->T * line->weight[p / 2] * line->e[p % 2];
+  PetscCall(add(line->n, line->vertex, k, kind == TANGENT_TURNED && moved ? force : NULL, context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
+                              void *context)
+{
+  const Anchors *all = memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; all && i < all->n; i++) {
+    const Line *line = all->line + i;
+    if (kind == TANGENT_PATTERN && line->here)
+      PetscCall(add(line->n, line->vertex, NULL, NULL, context));
+    else if (kind != TANGENT_PATTERN && line->mine)
+      PetscCall(add_line(line, at->m, kind, add, context));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode history(const TermView *v, TermHistory what)
+{
+  Anchors *all = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; all && i < all->n; i++) {
+    Line *line = all->line + i;
+    switch (what) {
+    case COMMIT:
+      line->now.most = PetscMax(line->now.most, line->T);
+      line->held = line->now;
+      break;
+    case GO_BACK:
+      line->now = line->held;
+      break;
+    case KEEP_STABLE:
+      line->stable = line->now;
+      break;
+    case BACK_TO_STABLE:
+      line->held = line->now = line->stable;
+      break;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Anchors_term = {.name = "anchors",
+                               .wears = PETSC_TRUE,
+                               .reads = AnchorsReads,
+                               .create = AnchorsCreate,
+                               .destroy = AnchorsDestroy,
+                               .forces = forces,
+                               .bound = bound,
+                               .energy = energy,
+                               .lost = lost,
+                               .tangent = tangent,
+                               .prestressed = AnchorsPrestressed,
+                               .pull = AnchorsPull,
+                               .begin = AnchorsBegin,
+                               .settle = AnchorsSettle,
+                               .survey = AnchorsSurvey,
+                               .history = history,
+                               .archive = AnchorsArchive,
+                               .archive_stable = AnchorsArchiveStable,
+                               .table = AnchorsTable,
+                               .summary = AnchorsSummary};

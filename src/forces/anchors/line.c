@@ -1,0 +1,79 @@
+/* line.c: one anchor: where it runs, and what it carries. */
+#include "forces/anchors/line.h"
+
+void LinePlace(Line *line, const Model *m, const PetscReal *u)
+{
+  PetscReal du[2] = {0., 0.};
+  for (PetscInt i = 0; i < line->n; i++)
+    for (int x = 0; x < 2; x++) du[x] += line->weight[i] * u[2 * line->vertex[i] + x];
+  const PetscReal *d0 = line->reference, along = d0[0] * du[0] + d0[1] * du[1];
+  if (m->strain == STRAIN_SMALL) {
+    line->span = line->length, line->s = along / line->length;
+    for (int x = 0; x < 2; x++) line->e[x] = d0[x] / line->length;
+    return;
+  }
+  line->span = PetscHypotReal(d0[0] + du[0], d0[1] + du[1]);
+  // |d| - |d0|, without the difference of two large numbers
+  line->s = (2. * along + du[0] * du[0] + du[1] * du[1]) / (line->span + line->length);
+  for (int x = 0; x < 2; x++) line->e[x] = (d0[x] + du[x]) / line->span;
+}
+
+PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now)
+{
+  const LineHistory *held = &line->held;
+  *now = *held;
+  if (held->phase != LINE_HELD) return 0.;
+  const PetscReal T = line->stiffness * (s - held->natural - held->plastic), T_y = line->T_y;
+  if (T < 0. && !line->of->compression) return 0.;
+  if (PetscAbsReal(T) <= T_y) return T;
+  const PetscReal yields = (PetscAbsReal(T) - T_y) / line->stiffness;
+  now->plastic += T > 0. ? yields : -yields;
+  now->lost += T_y * yields;
+  return T > 0. ? T_y : -T_y;
+}
+
+void LineEvaluate(Line *line, const Model *m, const PetscReal *u)
+{
+  LinePlace(line, m, u);
+  line->T = LineForce(line, line->s, &line->now);
+}
+
+PetscReal LineTangent(const Line *line)
+{
+  if (line->now.phase != LINE_HELD || line->now.plastic != line->held.plastic) return 0.;
+  return line->T == 0. && !line->of->compression && line->s < line->now.natural + line->now.plastic
+             ? 0.
+             : line->stiffness;
+}
+
+PetscBool LineBreaks(const Line *line)
+{
+  const Anchor *of = line->of;
+  if (line->now.phase != LINE_HELD) return PETSC_FALSE;
+  const PetscReal strain = (line->now.plastic + line->T / line->stiffness) * line->stiffness /
+                           (of->young * of->area);
+  return (PetscBool)(line->T > of->breaking_force || strain > of->strain_limit);
+}
+
+void LineGoesOn(Line *line)
+{
+  LineHistory *h = &line->now;
+  h->most = PetscMax(h->most, line->T);
+  if (LineBreaks(line)) {
+    h->lost += LineStored(line);
+    h->phase = LINE_BROKEN, line->T = 0.;
+  }
+  line->held = *h;
+}
+
+void LinePull(const Line *line, PetscReal T, PetscReal *f)
+{
+  const PetscReal pull = line->per_slice * T;
+  for (PetscInt i = 0; i < line->n; i++)
+    for (int x = 0; x < 2; x++) f[2 * line->vertex[i] + x] += line->weight[i] * (pull * line->e[x]);
+}
+
+PetscReal LineStored(const Line *line)
+{
+  return line->now.phase == LINE_HELD ? 0.5 * line->T * line->T / line->stiffness : 0.;
+}

@@ -1,0 +1,78 @@
+/* locate.c: which block holds a point, and the shape functions there. */
+#include "mesh/mesh.h"
+
+static const PetscReal OUTSIDE = 1e-9; /* of the diameter of the mesh: a point on a face is in the block */
+enum { SWEEPS = 12 };                  /* of Newton's method; a convex block takes 5 */
+
+PetscReal LocateTolerance(PetscReal diameter)
+{
+  return OUTSIDE * diameter;
+}
+
+static PetscBool is_inside(PetscInt n, const PetscReal *x, const PetscReal point[2], PetscReal tolerance)
+{
+  for (PetscInt k = 0; k < n; k++) { // to the left of each face
+    const PetscReal *a = x + 2 * k, *b = x + 2 * ((k + 1) % n);
+    const PetscReal dx = b[0] - a[0], dy = b[1] - a[1];
+    if (dx * (point[1] - a[1]) - dy * (point[0] - a[0]) < -tolerance * PetscHypotReal(dx, dy))
+      return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+static PetscReal twice_area(const PetscReal a[2], const PetscReal b[2], const PetscReal c[2])
+{
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+static void weights_in_triangle(const PetscReal *x, const PetscReal point[2], PetscReal weight[4])
+{
+  const PetscReal all = twice_area(x, x + 2, x + 4);
+  weight[1] = twice_area(x, point, x + 4) / all;
+  weight[2] = twice_area(x, x + 2, point) / all;
+  weight[0] = 1. - weight[1] - weight[2];
+  weight[3] = 0.;
+}
+
+/* The bilinear map of the unit square, inverted by Newton's method from the middle. */
+static void weights_in_quadrilateral(const PetscReal *x, const PetscReal point[2], PetscReal weight[4])
+{
+  PetscReal s = 0.5, t = 0.5;
+  for (int sweep = 0; sweep <= SWEEPS; sweep++) {
+    PetscReal r[2], along_s[2], along_t[2];
+    weight[0] = (1. - s) * (1. - t), weight[1] = s * (1. - t), weight[2] = s * t, weight[3] = (1. - s) * t;
+    for (int i = 0; i < 2; i++) {
+      r[i] = point[i] - weight[0] * x[i] - weight[1] * x[2 + i] - weight[2] * x[4 + i] - weight[3] * x[6 + i];
+      along_s[i] = (1. - t) * (x[2 + i] - x[i]) + t * (x[4 + i] - x[6 + i]);
+      along_t[i] = (1. - s) * (x[6 + i] - x[i]) + s * (x[4 + i] - x[2 + i]);
+    }
+    const PetscReal det = along_s[0] * along_t[1] - along_s[1] * along_t[0];
+    if (det == 0.) return; // at the corner of a block that is a triangle in all but name
+    s += (r[0] * along_t[1] - r[1] * along_t[0]) / det;
+    t += (along_s[0] * r[1] - along_s[1] * r[0]) / det;
+    s = PetscClipInterval(s, 0., 1.), t = PetscClipInterval(t, 0., 1.);
+  }
+}
+
+PetscBool LocateInBlock(PetscInt n, const PetscReal *x, const PetscReal point[2], PetscReal tolerance,
+                        PetscReal weight[4])
+{
+  if (!is_inside(n, x, point, tolerance)) return PETSC_FALSE;
+  if (n == 3)
+    weights_in_triangle(x, point, weight);
+  else
+    weights_in_quadrilateral(x, point, weight);
+  return PETSC_TRUE;
+}
+
+PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2])
+{
+  PetscReal longest, diameter, x[8], weight[4];
+  MeshMeasures(mesh, &longest, &diameter);
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt *ring = mesh->blocks + 4 * b, n = BlockCorners(ring);
+    for (PetscInt k = 0; k < 2 * n; k++) x[k] = mesh->X[2 * ring[k / 2] + k % 2];
+    if (LocateInBlock(n, x, point, LocateTolerance(diameter), weight)) return b;
+  }
+  return -1;
+}

@@ -1,0 +1,108 @@
+/* complete_anchors.c: what keys of anchors say together, and with the stages. */
+#include "scene/scene.h"
+#include "scene/reader.h"
+
+/* Complains about a key of an anchor, unless a key that is misspelt explains it. */
+#define COMPLAIN_OF(r, anchor, ...)                                                                          \
+  do {                                                                                                       \
+    char of[LABEL_LENGTH];                                                                                   \
+    snprintf(of, sizeof of, "anchors.%s", (anchor)->entry.name);                                             \
+    Complain((r)->missing, (r)->scene->file, (anchor)->entry.line, of, __VA_ARGS__);                         \
+  } while (0)
+
+static PetscInt stage_of(const Scene *scene, const char *name)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (!strcmp(scene->stages[s].name, name)) return s;
+  return -1;
+}
+
+static void check_shape(Reader *r, const Anchor *a)
+{
+  const PetscReal length = PetscHypotReal(a->head[0] - a->root[0], a->head[1] - a->root[1]);
+  if (!(length > 0.))
+    COMPLAIN_OF(r, a, "head and root are the same point");
+  else if (a->free_length > length * (1. + 1e-9))
+    COMPLAIN_OF(r, a, "free_length %g is more than the %g m from head to root", (double)a->free_length,
+                (double)length);
+  if (a->breaking_force > a->yield * a->area && a->breaking_force < PETSC_INFINITY)
+    COMPLAIN_OF(r, a,
+                "breaking_force %g is more than yield area = %g [N]: it yields and never breaks; "
+                "expected less, or strain_limit",
+                (double)a->breaking_force, (double)(a->yield * a->area));
+}
+
+static void check_prestress(Reader *r, const Anchor *a)
+{
+  const PetscReal length = PetscHypotReal(a->head[0] - a->root[0], a->head[1] - a->root[1]),
+                  stiffness = a->young * a->area / (a->free_length > 0. ? a->free_length : length),
+                  most = PetscMin(PetscMin(a->yield * a->area, a->breaking_force),
+                                  a->strain_limit * a->young * a->area);
+  for (PetscInt i = 0; i < a->n_forces; i++) {
+    if (a->prestress[i] >= most)
+      COMPLAIN_OF(r, a, "prestress %g is not below the %g N at which it yields or breaks",
+                  (double)a->prestress[i], (double)most);
+    if (a->draw_in * stiffness >= a->prestress[i])
+      COMPLAIN_OF(r, a, "draw_in %g loses all of the prestress %g: it stretches by %g m only",
+                  (double)a->draw_in, (double)a->prestress[i], (double)(a->prestress[i] / stiffness));
+  }
+  if (a->n_forces && !a->n_locks)
+    COMPLAIN_OF(r, a, "lock is missing: the stage in which it is stressed");
+  else if (a->n_locks && !a->n_forces)
+    COMPLAIN_OF(r, a, "prestress is missing [N]");
+  else if (a->n_locks != a->n_forces)
+    COMPLAIN_OF(r, a, "lock names %d stages, prestress has %d forces", (int)a->n_locks, (int)a->n_forces);
+  if (a->draw_in > 0. && !a->n_locks) COMPLAIN_OF(r, a, "draw_in is for an anchor with prestress");
+  if (a->from[0] && a->n_locks)
+    COMPLAIN_OF(r, a, "from is for a passive anchor: this one is there from stage %s on", a->lock[0]);
+}
+
+static void check_stages(Reader *r, const Anchor *a)
+{
+  const Scene *scene = r->scene;
+  PetscInt before = -1;
+  if (a->from[0] && stage_of(scene, a->from) < 0) COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
+  for (PetscInt i = 0; i < a->n_locks; i++) {
+    const PetscInt s = stage_of(scene, a->lock[i]);
+    if (s < 0) {
+      COMPLAIN_OF(r, a, "lock: no stage named '%s'", a->lock[i]);
+      return;
+    }
+    if (scene->stages[s].kind != STAGE_STATIC) COMPLAIN_OF(r, a, "lock: stage %s is not static", a->lock[i]);
+    if (s <= before)
+      COMPLAIN_OF(r, a, "lock: stage %s does not come after %s", a->lock[i], scene->stages[before].name);
+    if (a->draw_in > 0. && s + 1 < scene->n_stages && scene->stages[s + 1].kind == STAGE_DYNAMIC)
+      COMPLAIN_OF(r, a, "draw_in: stage %s in time begins as its head slips: expected a static stage between",
+                  scene->stages[s + 1].name);
+    before = s;
+  }
+}
+
+PetscErrorCode CompleteAnchors(Reader *r)
+{
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(r->scene, "anchors", &n);
+
+  PetscFunctionBeginUser;
+  for (const Anchor *a = anchors; a < anchors + n && !r->message[0]; a++) {
+    check_shape(r, a);
+    check_prestress(r, a);
+    check_stages(r, a);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AnchorListsFree(const Scene *scene)
+{
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
+
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) {
+    PetscReal *forces = anchors[i].prestress;
+    char(*lock)[NAME_LENGTH] = anchors[i].lock;
+    PetscCall(PetscFree(forces));
+    PetscCall(PetscFree(lock));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

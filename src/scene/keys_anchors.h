@@ -1,0 +1,48 @@
+/* keys_anchors.h: what a scene says of anchors: section anchors. */
+#ifdef KEY_STRUCTS
+/* All numbers are those of one anchor; the model has 1/spacing of it in each metre of thickness. */
+typedef struct {
+  TermEntry entry;
+  PetscReal head[2], root[2]; /* [m] in the reference state, in blocks */
+  PetscReal area;             /* [m2] of steel */
+  PetscReal young;            /* [Pa] */
+  PetscReal free_length;      /* [m] over which it stretches; 0: from head to root */
+  PetscReal spacing;          /* [m] from anchor to anchor, along the thickness */
+  PetscReal yield;            /* [Pa] */
+  PetscReal breaking_force;   /* [N] */
+  PetscReal strain_limit;     /* [-] elongation over the free length at which it breaks */
+  PetscBool compression;      /* it carries compression too */
+  PetscInt n_forces, n_locks; /* number of times that it is stressed; 0: it is passive */
+  PetscReal *prestress;       /* (n_forces,) [N] */
+  char (*lock)[NAME_LENGTH];  /* (n_locks,) stages in which it is stressed, and at whose end it is locked */
+  PetscReal draw_in;          /* [m] by which the head slips as it is locked */
+  char from[NAME_LENGTH];     /* stage from which a passive one is there; "": from the first */
+} Anchor;
+#endif
+// clang-format off
+#ifdef KEY_ROWS
+  KEY(ANCHORS, "head", PAIR, Anchor, head, NULL, NULL, "m", "where it is held at one end: anywhere in a block"),
+  KEY(ANCHORS, "root", PAIR, Anchor, root, NULL, NULL, "m", "and at the other end"),
+  KEY(ANCHORS, "area", REAL, Anchor, area, NULL, "> 0", "m2", "of its steel"),
+  KEY(ANCHORS, "young", REAL, Anchor, young, NULL, "> 0", "Pa", "of its steel"),
+  KEY(ANCHORS, "free_length", REAL, Anchor, free_length, "= from head to root", "> 0", "m",
+      "over which it stretches: its stiffness is young area / free_length"),
+  KEY(ANCHORS, "spacing", REAL, Anchor, spacing, "1", "> 0", "m",
+      "from anchor to anchor, along the thickness: forces and areas are those of one anchor"),
+  KEY(ANCHORS, "yield", LIMIT, Anchor, yield, "inf", "> 0", "Pa", "stress at which it yields"),
+  KEY(ANCHORS, "breaking_force", LIMIT, Anchor, breaking_force, "inf", "> 0", "N",
+      "at which it breaks before it yields; in static stages it breaks at equilibria"),
+  KEY(ANCHORS, "strain_limit", LIMIT, Anchor, strain_limit, "inf", "> 0", "-",
+      "elongation over free_length, plastic and elastic, at which it breaks"),
+  KEY(ANCHORS, "compression", BOOL, Anchor, compression, "false", NULL, "",
+      "true: a bar, which carries compression too; false: a tendon, which goes slack"),
+  KEY(ANCHORS, "prestress", NUMBERS, Anchor, prestress, "= none: it is passive", "> 0", "N",
+      "force to which it is stressed; a list where it is stressed again", .count = offsetof(Anchor, n_forces)),
+  KEY(ANCHORS, "lock", NAMES, Anchor, lock, "= none", NULL, "",
+      "static stage in which it is stressed, and at whose end it is locked; a list as that of prestress",
+      .count = offsetof(Anchor, n_locks)),
+  KEY(ANCHORS, "draw_in", REAL, Anchor, draw_in, "0", ">= 0", "m", "by which its head slips back as it is locked"),
+  KEY(ANCHORS, "from", NAME, Anchor, from, "= the first stage", NULL, "",
+      "stage from whose start a passive one is there, without force"),
+#endif
+    // clang-format on
