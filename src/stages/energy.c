@@ -11,6 +11,7 @@
    joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in
    friction, crushing and dashpots. */
 #include "stages/stages.h"
+#include "base/lanes.h"
 
 enum { ENERGY_SUMS = 7, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 
@@ -95,19 +96,37 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void EnergyOfContacts(const Model *m, const Contacts *c, EnergyAccount *e)
+/* The mean force of LANES ends over the step times the way of the step; the end of the step is kept for the
+   next. */
+KERNEL Lanes WorkOfEnds(const PetscReal *F, const PetscReal *d, PetscReal *F_before, PetscReal *d_before)
 {
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (!c->owned[i]) continue;
-    PetscReal w = 0.;
+  const Lanes force = LoadLanes(F), way = LoadLanes(d),
+              work = 0.5 * (force + LoadLanes(F_before)) * (way - LoadLanes(d_before));
+  StoreLanes(F_before, force);
+  StoreLanes(d_before, way);
+  return work;
+}
+
+KERNEL void OfContacts_code(PetscReal thickness, const Contacts *c, EnergyAccount *e)
+{
+  for (PetscInt i = 0; i < c->n_padded; i += LANES) {
+    const bool *o = c->owned + i;
+    const Mask owned = {-o[0], -o[1], -o[2], -o[3]};
+    Lanes w = LanesOf(0.);
     for (int k = 0; k < 2; k++) {
       const PetscInt at = SUB(i, k);
-      w += 0.5 * (c->F_n[at] + e->F_n[at]) * (c->u_n[at] - e->d_n[at]) +
-           0.5 * (c->F_s[at] + e->F_s[at]) * (c->u_s[at] - e->d_s[at]);
-      e->F_n[at] = c->F_n[at], e->F_s[at] = c->F_s[at], e->d_n[at] = c->u_n[at], e->d_s[at] = c->u_s[at];
+      w += WorkOfEnds(c->F_n + at, c->u_n + at, e->F_n + at, e->d_n + at) +
+           WorkOfEnds(c->F_s + at, c->u_s + at, e->F_s + at, e->d_s + at);
     }
-    e->work[i] += m->thickness * w;
+    StoreLanes(e->work + i, LoadLanes(e->work + i) + Keep(owned, thickness * w));
   }
+}
+
+VARIANTS(OfContacts, (PetscReal thickness, const Contacts *c, EnergyAccount *e), (thickness, c, e))
+
+void EnergyOfContacts(const Model *m, const Contacts *c, EnergyAccount *e)
+{
+  OfContacts(m->thickness, c, e);
 }
 
 void EnergyOfExchange(const Model *m, const State *s, EnergyAccount *e)

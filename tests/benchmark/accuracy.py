@@ -9,6 +9,7 @@ at the toe, which is the mean over the last eighth of the base: at the corner it
 mesh (Fig. 6: 0.519, 0.517, 0.513, 0.509 MPa with 32 to 256 blocks along the base). Reference: tptm, extrapolated.
 Time: seconds that the summary of a run on one rank says its stages took, and the factors of condensed bodies; reading, set-up
 and writing do not count; the least of at least three runs, more where they are short. Nothing else may run meanwhile.
+The last panel is of motion in time: data of motion.py, error of the largest displacement of the crest.
 Writes docs/img/accuracy.png, docs/data/accuracy.csv and the tables of docs/generated/benchmarks.md between its marks."""
 
 import argparse
@@ -165,9 +166,30 @@ COLOURS = {"explicit": "#0072b2", "explicit, damping of the paper": "#e69f00", "
 MARKS = dict(zip(MODELS, "ovs^<D"))
 
 
+def draw_motion(axes):
+    """Motion in time, from the data of motion.py: step over step on each mesh; the same model by OpenSees."""
+    with open(DATA / "motion.csv", newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if float(row["crest_error"]) > 0]
+    lines = {("slip", "Quoin"): ("o-", "base slips, {} columns"), ("race", "Quoin"): ("s", "elastic joint, {} columns"),
+             ("race", "OpenSees, BandSPD"): ("^:", "OpenSees, elastic joint, {} columns")}  # fmt: skip
+    for (part, solver), (mark, words) in lines.items():
+        mine = [row for row in rows if (row["part"], row["solver"]) == (part, solver)]
+        for columns in sorted({float(row["columns"]) for row in mine}):
+            line = [(float(row["cpu_s"]), 100 * float(row["crest_error"])) for row in mine if float(row["columns"]) == columns]
+            axes.plot(*zip(*line), mark, markersize=4, linewidth=0.8, label=words.format(f"{columns:g}"))
+    mesh = [100 * float(row["crest_error"]) for row in rows if row["part"] == "slip, mesh"]
+    if mesh:
+        axes.axhspan(min(mesh), max(mesh), color="grey", alpha=0.2, label="error of these meshes")
+    axes.set(xscale="log", yscale="log", title="Motion in time: G1, 20 s of record", xlabel="processor time, one rank [s]")
+    axes.grid(alpha=0.3, which="both")
+    axes.legend(fontsize=7, loc="lower left")
+
+
 def draw(rows, path):
     cases = list(dict.fromkeys(row["case"] for row in rows))
-    figure, panels = pyplot.subplots(1, len(cases), figsize=(5.2 * len(cases), 5.4), sharey=True, constrained_layout=True, squeeze=False)
+    figure, panels = pyplot.subplots(1, len(cases) + 1, figsize=(5.2 * (len(cases) + 1), 5.4), sharey=True, constrained_layout=True, squeeze=False)
+    draw_motion(panels[0][-1])
+    panels = panels[:, :-1]
     for axes, case in zip(panels[0], cases):
         mine = [row for row in rows if row["case"] == case]
         for variant, colour in COLOURS.items():
@@ -217,7 +239,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--case", type=int, nargs="+", default=list(range(len(CASES))), help="numbers of the cases, from 0; the others keep their data")
+    parser.add_argument("--case", type=int, nargs="*", default=list(range(len(CASES))), help="numbers of the cases, from 0; the others keep their data; none: chart and table alone")
     options = parser.parse_args()
     path = DATA / "accuracy.csv"
     chosen = [list(CASES)[i] for i in options.case]

@@ -9,7 +9,8 @@
 Scenes: one for every kernel, a row of SCENES each. `block`: one body of side x side distorted quadrilaterals; `t2pt`,
 `tptm`: single quadrilaterals with joints all around, about side^2 contacts, all elastic. All are shaken, so that joints
 without tensile strength are open by half, in no order: `tptm open` with cohesion that breaks, those that slide with hardly
-any friction where they are closed. Times are the least of many samples of processor time: caches and memory are shared with
+any friction where they are closed. STEPS are scenes of which the program itself runs a stage in time; counted are the instructions of its
+steps, energy account and all. Times are the least of many samples of processor time: caches and memory are shared with
 what else the machine does: trust the ratios.
 Instructions are exact for one compiler; under valgrind the x86-64-v3 code runs."""
 
@@ -85,12 +86,22 @@ SCENES = {  # mesh; keys of materials, joints and the scene that differ
     "tptm open": (single, {}, {"cohesion": 1e9}, {}),
     "tptm in time": (single, {}, SLIDES, DYNAMIC),
 }
+MOVED = {"strain": "large", "motions": {"quake": {"file": "quake.csv", "direction": "x"}},
+         "supports": {"bottom": {"fix": "xy", "motion": "quake"}},
+         "stages": [{"all": {"type": "dynamic", "loads": [], "alpha": 1.0, "duration": 0.1, "dt_factor": 0.5}}]}  # fmt: skip
+STEPS = {  # as SCENES
+    "block in time": (block, {}, {}, MOVED),
+    "block on quiet ground": (block, {}, {}, MOVED | {"supports": {"bottom": {"fix": "xy", "motion": "quake", "boundary": "quiet"}}}),
+    "block with water": (block, {}, {}, MOVED | {"loads": {"water": {"type": "added_mass", "faces": "left", "level": 100}},
+                                           "stages": [{"all": MOVED["stages"][0]["all"] | {"loads": ["water"]}}]}),
+    "single in time": (single, {}, ELASTIC, MOVED),
+}  # fmt: skip
 CYCLES = ["block", "t2pt", "tptm", "tptm open"]  # those of the table of cycles
 
 
 def prepared(folder, name, side, file="scene.yaml", **keys):
     """Writes mesh and scene into the folder; keys: more of the scene."""
-    make, material, joint, other = SCENES[name]
+    make, material, joint, other = (SCENES | STEPS)[name]
     mesh, model = make(side), file.replace(".yaml", ".h5")
     scene = {"model": model,
              "materials": {g: {"density": 2400, "young": 10e9, "poisson": 0.2} | material for g in mesh.group_names},
@@ -132,6 +143,21 @@ def instructions(program, names, side=32):
             lines = dict(line.split(": ", 1) for line in Path(folder, f"counts.{i + 1}").read_text().splitlines() if ": " in line)
             rows[i // len(PARTS)][lines["desc"].split("Measure")[1].lower()] = int(lines["totals"])
         return rows
+
+
+def steps(program, name, side=32):
+    """Instructions of a step of a stage in time per block, counted within the function that makes one."""
+    with tempfile.TemporaryDirectory() as folder:
+        prepared(folder, name, side)
+        Path(folder, "quake.csv").write_text("0, 0\n0.05, 3\n0.15, -3\n0.2, 0\n", encoding="utf-8")
+        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=counts", "--toggle-collect=cycle", program, "-options_file", "scene.yaml",
+                   "-output", "out", "-relaxation_history_every", "1000000"]  # fmt: skip
+        result = subprocess.run(command, cwd=folder, env=dict(os.environ) | ENVIRONMENT, capture_output=True, text=True, check=False)
+        if result.returncode:
+            raise SystemExit(f"{name}: {result.stdout[-2000:]}{result.stderr[-2000:]}")
+        summary = json.loads(Path(folder, "out", "summary.json").read_text(encoding="utf-8"))
+        counts = dict(line.split(": ", 1) for line in Path(folder, "counts").read_text().splitlines() if ": " in line)
+        return int(counts["totals"]) / summary["stages"][0]["cycles"] / summary["n_blocks"]
 
 
 def least(row, part):
@@ -179,12 +205,13 @@ def exchange(program, sides, ranks, seconds):
 def check(program):
     """Counts against limits.json, which has every scene; the names of those that are over."""
     limits, over = json.loads(LIMITS.read_text(encoding="utf-8")), []
-    if limits.keys() != SCENES.keys():
-        raise SystemExit(f"{LIMITS}: scenes {', '.join(limits.keys() ^ SCENES.keys())}: either no limit or no such scene")
-    for row in instructions(program, list(SCENES)):
-        per, name = per_item(row), row["scene"]
+    if limits.keys() != (SCENES | STEPS).keys():
+        raise SystemExit(f"{LIMITS}: scenes {', '.join(limits.keys() ^ (SCENES | STEPS).keys())}: either no limit or no such scene")
+    found = [(row["scene"], per_item(row)) for row in instructions(program, list(SCENES))]
+    found += [(name, {"step": steps(str(Path(program).parent.parent / "quoin"), name)}) for name in STEPS]
+    for name, per in found:
         for part, limit in limits[name].items():
-            print(f"{name:15s} {part:9s} {per[part]:8.2f} instructions, limit {limit:8.2f}  "
+            print(f"{name:21s} {part:9s} {per[part]:8.2f} instructions, limit {limit:8.2f}  "
                   f"{'ok' if per[part] <= limit else 'OVER'}", flush=True)
             over += [f"{name} {part}"] if per[part] > limit else []
     return over

@@ -257,11 +257,11 @@ typedef struct {
 enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
 
 /* Adds the forces of LANES plain contacts from `first` on, and returns 1, when the law holds elastically in
-   all of them; otherwise changes nothing and returns 0. match: MATCH or 0, a constant. */
-KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
-                         const Place *p, int match)
+   all of them; otherwise changes nothing and returns 0. match: MATCH or 0, a constant, and so is keep. */
+KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                         size_t first, const Place *p, int match)
 {
-  const Contacts *c = of->c;
+  Contacts *c = of->c;
   LanesContact now;
   LanesVector force[CONTACT_ROWS];
 
@@ -269,19 +269,20 @@ KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const La
   for (int k = 0; k < 2; k++)
     now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
   if (!RespondElastically(J, model, &now)) return 0;
+  if (keep) StoreResults((PetscInt)SUB(first, 0), p, &now, c);
   RowForces(p, c->t + SUB(first, 0), &now, of->thickness, match, force);
   ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
   return 1;
 }
 
 /* As ElasticForces, for any contacts: returns 0 as well when they are not plain. */
-KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
-                       const Place *p)
+KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                       size_t first, const Place *p)
 {
   const int traits = of->c->traits[first / LANES];
   if (traits & NOT_PLAIN) return 0;
-  return traits & MATCH ? ElasticForces(of, model, J, first, p, MATCH)
-                        : ElasticForces(of, model, J, first, p, 0);
+  return traits & MATCH ? ElasticForces(of, model, J, keep, first, p, MATCH)
+                        : ElasticForces(of, model, J, keep, first, p, 0);
 }
 
 KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
@@ -351,7 +352,7 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
 KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                             const Place *p)
 {
-  WholeForces(of, model, J, 1, 0, 0, 0, first, p);
+  if (!PlainForces(of, model, J, 1, first, p)) WholeForces(of, model, J, 1, 0, 0, 0, first, p);
 }
 
 KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
@@ -429,7 +430,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
         const Place *p = places + (i - from) / LANES;
         if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, &J);
         const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;
-        if (!of.keep && PlainForces(&of, LanesModels + s, &J, (size_t)i, p)) continue;
+        if (!of.keep && PlainForces(&of, LanesModels + s, &J, 0, (size_t)i, p)) continue;
         if (of.keep && J.damps && c->rate > 0.)
           Damped(&of, LanesModels + s, &J, (size_t)i, p);
         else if (closes)
