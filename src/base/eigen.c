@@ -1,21 +1,29 @@
 /* eigen.c: the slowest free vibrations of K and M, by SLEPc.
 
-   Lanczos' method with (K + s M)^-1 M and the inner product of M finds what is nearest to -s. The shift s is
-   far above the rounding of K and far below what matters. So K + s M has a factor where bodies float, and
-   their motions come out as omega^2 = 0.
+   Lanczos' method with (K + s M)^-1 M and the inner product of M finds what is nearest to -s. The shift s
+   is far above the rounding of K and far below what matters. So K + s M has a factor where bodies float,
+   and their motions come out as omega^2 = 0.
 
    Lanczos' method may pass over a mode, above all where several have one frequency. So what was found is
    counted: the negative pivots of K - theta M are the modes below theta (Sylvester). Where the count is
-   larger, the search goes on in what is orthogonal to the modes that are there. */
+   larger, the search goes on in what is orthogonal to the modes that are there.
+
+   The search takes CHOLMOD's factor where one rank works and K + s M is positive definite: its solves take
+   half as long as those of MUMPS, which alone counts pivots.
+
+   A model of few rows is solved on the first rank: a solve with the factor has many short messages, which
+   cost more than they save. */
 #include "base/eigen.h"
 #include "base/memory.h"
 #include <slepceps.h>
 
 static const PetscReal SHIFT = 1e-9;      /* of the bound of omega^2 */
+static const PetscReal ROUNDING = 1e-11;  /* of it: what is smaller is 0 */
 static const PetscReal NO_MASS = 1e3;     /* times that bound: what is faster has no mass */
 static const PetscReal TOLERANCE = 1e-11; /* of Lanczos' method */
 static const PetscReal EQUAL = 1e-6;      /* components of a shape that differ by less are of equal size */
 enum { ROUNDS = 8 };                      /* searches, each behind a count that finds some missing */
+enum { FEW_ROWS = 50000 };                /* that one rank solves alone */
 
 typedef struct {
   Mat K, M;
@@ -81,34 +89,51 @@ static PetscErrorCode count_below(const Search *s, PetscReal theta, PetscInt *be
 
 /* ---- the search */
 
+/* Chooses what makes the factor of K + s M. */
+static PetscErrorCode choose_factor(const Search *s, MatSolverType *package, PetscBool *wants)
+{
+  PetscInt below = 1;
+  PetscBool there = PETSC_FALSE;
+  PetscMPIInt size;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)s->K), &size));
+  if (size == 1) PetscCall(MatGetFactorAvailable(s->K, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &there));
+  if (there) PetscCall(count_below(s, -SHIFT * s->bound, &below, wants));
+  *package = there && below == 0 ? MATSOLVERCHOLMOD : MATSOLVERMUMPS;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes the factor of K + s M. */
 static PetscErrorCode prepare(Search *s, Modes *modes)
 {
+  MatSolverType package = MATSOLVERMUMPS;
   ST st;
   KSP ksp;
   PC pc;
   Mat factor;
   PCFailedReason failed;
   PetscFunctionBeginUser;
+  PetscCall(choose_factor(s, &package, &modes->wants));
+  if (modes->wants) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(EPSCreate(PetscObjectComm((PetscObject)s->K), &s->eps));
   PetscCall(EPSSetOperators(s->eps, s->K, s->M));
   PetscCall(EPSSetProblemType(s->eps, EPS_GHEP));
   PetscCall(EPSSetWhichEigenpairs(s->eps, EPS_TARGET_MAGNITUDE));
   PetscCall(EPSSetTarget(s->eps, -SHIFT * s->bound));
   PetscCall(EPSSetTolerances(s->eps, TOLERANCE, PETSC_DEFAULT));
-  PetscCall(EPSSetFromOptions(s->eps)); // the factor stays MUMPS's
+  PetscCall(EPSSetFromOptions(s->eps)); // the factor stays ours
   PetscCall(EPSGetST(s->eps, &st));
   PetscCall(STSetType(st, STSINVERT));
   PetscCall(STGetKSP(st, &ksp));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCCHOLESKY));
-  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(PCFactorSetMatSolverType(pc, package));
   PetscCall(EPSSetDimensions(s->eps, PetscMin(s->most + 1, s->size), PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(EPSSetUp(s->eps));
   PetscCall(PCGetFailedReason(pc, &failed));
   PetscCall(PCFactorGetMatrix(pc, &factor));
-  if (failed != PC_NOERROR) PetscCall(MumpsWants(factor, &modes->wants));
+  if (failed != PC_NOERROR && !strcmp(package, MATSOLVERMUMPS)) PetscCall(MumpsWants(factor, &modes->wants));
   PetscCheck(failed == PC_NOERROR || modes->wants, PetscObjectComm((PetscObject)s->K), PETSC_ERR_LIB,
              "MUMPS cannot factor the stiffness for the modes");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -217,7 +242,7 @@ static PetscErrorCode answer(const Search *s, Modes *modes)
 {
   PetscFunctionBeginUser;
   modes->n = PetscMin(s->n, s->most);
-  modes->rounding = SHIFT * s->bound;
+  modes->rounding = ROUNDING * s->bound;
   PetscCall(PetscMalloc2(modes->n, &modes->omega2, modes->n * modes->rows, &modes->shapes));
   for (PetscInt i = 0; i < modes->n; i++) {
     const PetscScalar *x;
@@ -239,14 +264,12 @@ static PetscErrorCode search_destroy(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode LowestModes(Mat K, Mat M, PetscReal omega_max, PetscInt most, Modes *modes)
+/* Finds the modes on the ranks of K together. */
+static PetscErrorCode find(Mat K, Mat M, PetscReal omega_max, PetscInt most, Modes *modes)
 {
   Search s = {.K = K, .M = M, .most = most, .below = -1};
   PetscFunctionBeginUser;
-  PetscCheck(omega_max > 0. || most > 0, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
-             "no limit to the modes");
   PetscCall(SlepcInitialize(NULL, NULL, NULL, NULL)); // does nothing after the first time
-  PetscCall(PetscMemzero(modes, sizeof(*modes)));
   PetscCall(MatGetLocalSize(K, &modes->rows, NULL));
   PetscCall(MatGetSize(K, &s.size, NULL));
   PetscCall(MatSetOption(K, MAT_SYMMETRIC, PETSC_TRUE));
@@ -262,6 +285,76 @@ PetscErrorCode LowestModes(Mat K, Mat M, PetscReal omega_max, PetscInt most, Mod
     if (!modes->wants) PetscCall(answer(&s, modes));
   }
   PetscCall(search_destroy(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- on the first rank */
+
+/* The rows of shapes that the first rank has found to the ranks whose they are. all: (n, rows of K). */
+static PetscErrorCode deal_out(Mat K, const PetscReal *all, Modes *modes)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const PetscInt *start;
+  PetscMPIInt size, *first, *count;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(MatGetOwnershipRanges(K, &start));
+  PetscCall(PetscMalloc2(size, &first, size, &count));
+  for (PetscMPIInt r = 0; r < size; r++)
+    first[r] = (PetscMPIInt)start[r], count[r] = (PetscMPIInt)(start[r + 1] - start[r]);
+  for (PetscInt i = 0; i < modes->n; i++)
+    PetscCallMPI(MPI_Scatterv(all ? all + i * start[size] : NULL, count, first, MPIU_REAL,
+                              modes->shapes + i * modes->rows, (PetscMPIInt)modes->rows, MPIU_REAL, 0, comm));
+  PetscCall(PetscFree2(first, count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode find_on_first(Mat K, Mat M, PetscReal omega_max, PetscInt most, Modes *modes)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  PetscInt n;
+  PetscMPIInt rank;
+  IS all;
+  Mat *K_all, *M_all;
+  Modes of_all = {.n = 0};
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(MatGetSize(K, &n, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, rank ? 0 : n, 0, 1, &all));
+  PetscCall(MatCreateSubMatrices(K, 1, &all, &all, MAT_INITIAL_MATRIX, &K_all));
+  PetscCall(MatCreateSubMatrices(M, 1, &all, &all, MAT_INITIAL_MATRIX, &M_all));
+  if (!rank) PetscCall(find(K_all[0], M_all[0], omega_max, most, &of_all));
+  PetscCall(MatDestroySubMatrices(1, &K_all));
+  PetscCall(MatDestroySubMatrices(1, &M_all));
+  PetscCall(ISDestroy(&all));
+  PetscInt counts[3] = {of_all.n, of_all.missed, of_all.wants};
+  PetscCallMPI(MPI_Bcast(counts, 3, MPIU_INT, 0, comm));
+  modes->n = counts[0], modes->missed = counts[1], modes->wants = (PetscBool)counts[2];
+  PetscCall(MatGetLocalSize(K, &modes->rows, NULL));
+  PetscCall(PetscMalloc2(modes->n, &modes->omega2, modes->n * modes->rows, &modes->shapes));
+  if (!rank) PetscCall(PetscArraycpy(modes->omega2, of_all.omega2, modes->n));
+  modes->rounding = of_all.rounding;
+  PetscCallMPI(MPI_Bcast(&modes->rounding, 1, MPIU_REAL, 0, comm));
+  PetscCallMPI(MPI_Bcast(modes->omega2, (PetscMPIInt)modes->n, MPIU_REAL, 0, comm));
+  PetscCall(deal_out(K, of_all.shapes, modes));
+  PetscCall(ModesDestroy(&of_all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LowestModes(Mat K, Mat M, PetscReal omega_max, PetscInt most, Modes *modes)
+{
+  PetscInt n;
+  PetscMPIInt size;
+  PetscFunctionBeginUser;
+  PetscCheck(omega_max > 0. || most > 0, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
+             "no limit to the modes");
+  PetscCall(PetscMemzero(modes, sizeof(*modes)));
+  PetscCall(MatGetSize(K, &n, NULL));
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)K), &size));
+  if (size > 1 && n < FEW_ROWS)
+    PetscCall(find_on_first(K, M, omega_max, most, modes));
+  else
+    PetscCall(find(K, M, omega_max, most, modes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -85,9 +85,10 @@ static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscIn
     Complain(message, scene->file, m->line, key,
              "condensed, but macroblocks is false: a single block has no inside");
   for (PetscInt s = 0; m->condensed && s < scene->n_stages; s++)
-    if (scene->stages[s].kind == STAGE_DYNAMIC)
+    if (!StageRelaxes(scene->stages + s))
       Complain(message, scene->file, m->line, key,
-               "condensed, but stage %s is dynamic: a condensed body has no inertia", scene->stages[s].name);
+               "condensed, but stage %s is %s: a condensed body has no inertia", scene->stages[s].name,
+               scene->stages[s].kind == STAGE_MODES ? "of type modes" : "dynamic");
   if (!m->rigid && PetscIsNanReal(m->young))
     Complain(message, scene->file, m->line, key, "young is missing [Pa] (or rigid: true)");
   if (!m->rigid && PetscIsNanReal(m->poisson))

@@ -150,6 +150,14 @@ PetscErrorCode LocalDestroy(Local **local)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode LocalMasses(const Local *l, LocalTake take, void *context)
+{
+  PetscFunctionBeginUser;
+  for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
+    PetscCall(take(p->dof, size_of(p), p->mass, context));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- a step */
 
 /* The entries of a point in a vertex array of the deformable; rigid bodies have none. */

@@ -78,6 +78,10 @@ enum {
 /* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
 PetscErrorCode LocalCreate(const TermView *view, Local **local);
 PetscErrorCode LocalDestroy(Local **local);
+/* Gives `take` the added mass of each point: its first degree of freedom and how many there are, 3 of a rigid
+   body or 2 of a vertex; the matrix between them. */
+typedef PetscErrorCode (*LocalTake)(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context);
+PetscErrorCode LocalMasses(const Local *local, LocalTake take, void *context);
 /* Gives the points the velocities and displacements of their own inertia, after MoveInTime has moved them
    and supports what they hold. v_before: (n_dof,) velocities before the step; ground: [m/s] what alpha
    damps against. */

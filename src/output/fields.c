@@ -395,6 +395,7 @@ PetscErrorCode GatherStageDestroy(StageFields *s)
   PetscCall(PetscFree(s->safety));
   PetscCall(PetscFree(s->safety_mode));
   PetscCall(PetscFree(s->mechanism));
+  PetscCall(PetscFree(s->modes));
   PetscCall(PetscFree(s->vertex));
   PetscCall(PetscFree(s->body));
   PetscCall(PetscFree(s->block));

@@ -13,5 +13,5 @@ int Hdf5WriteNumber(hid_t where, const char *name, double value);
 int Hdf5WriteCount(hid_t where, const char *name, long long value);
 
 /* ---- results_tables.c */
-/* Writes fields->tables below the group of a stage; returns 0 or -1. */
-int ResultsTablesWrite(hid_t stage, const StageFields *fields);
+/* Writes fields->tables and the shapes of modes below the group of a stage; returns 0 or -1. */
+int ResultsTablesWrite(hid_t stage, PetscInt n_vertices, const StageFields *fields);

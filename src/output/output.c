@@ -412,6 +412,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
+  PetscCall(GatherVibration(p->m, &output->vibration, &fields));
   PetscCall(TermsSurvey(&view, (PetscBool)(p->result->verdict == VERDICT_CONVERGED &&
                                            p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
   if (!p->m->rank) {
@@ -429,6 +430,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));
   PetscCall(BodyMotionDestroy(&output->bodies));
+  PetscCall(VibrationDestroy(&output->vibration));
   PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -52,6 +52,8 @@ typedef struct {
   PetscReal *safety;                    /* (n_blocks,) least of (39)-(41), NaN without strengths; safety.c */
   PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
   PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
+  PetscInt n_modes;
+  PetscReal *modes; /* (n_vertices, n_modes, 2) shapes; NULL: none */
   PetscInt n_tables;
   TermTable *tables; /* (n_tables,) of force terms, TermsTables; rank 0 */
 } StageFields;
@@ -170,6 +172,29 @@ PetscErrorCode TrialsReset(Trials *trials);
 /* Writes the members of a stage's object in summary.json; of a transient stage its steps. */
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
 
+/* ---- modal.c */
+/* Small free vibrations, the slowest first. Shapes are scaled: the largest displacement along x or y is 1. */
+typedef struct {
+  PetscInt n, missed;   /* modes; as in Modes */
+  PetscReal *omega2;    /* (n,) [1/s2]; 0: a motion without stiffness; below 0: one that grows */
+  PetscReal *mass;      /* (n,) [kg] modal mass */
+  PetscReal *factor;    /* (n,2) [-] participation when the ground moves along x, y */
+  PetscReal *shape;     /* (n_owned, n, 2) [-] displacements of vertices */
+  PetscReal moving[2];  /* [kg] all mass that can move along x, y, water included */
+  PetscInt contacts[3]; /* of all ranks: how many, open in part or whole, slipping */
+} Vibration;
+PetscErrorCode VibrationDestroy(Vibration *v);
+/* [Hz]; NaN of a motion that grows. */
+PetscReal VibrationHertz(const Vibration *v, PetscInt mode);
+/* [kg] The effective mass of a mode along x (0) or y (1). */
+PetscReal VibrationMass(const Vibration *v, PetscInt mode, int x);
+/* Rank 0. Prints the modes of a stage that is over, and what they belong to. */
+void VibrationReport(const Problem *p);
+/* Writes the "modes" member of a stage's object, if it has any. */
+void SummaryVibration(FILE *f, const Vibration *v);
+/* Collective. The shapes to rank 0. */
+PetscErrorCode GatherVibration(const Model *model, const Vibration *v, StageFields *fields);
+
 /* ---- mechanism.c */
 enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
 /* Whether a joint slides, or opens, in the mechanism. */
@@ -255,6 +280,7 @@ typedef struct _p_Output {
   int lock;                  /* rank 0: lock of the folder, -1: none */
   Trials trials;             /* trials of the stage that runs */
   BodyMotion bodies;         /* bodies of the dynamic stage that runs */
+  Vibration vibration;       /* of the stage of modes that runs */
   struct _p_Checkpoint *checkpoint;
   void *memory; /* output.c: memory for the checkpoint */
 } Output;

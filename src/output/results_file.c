@@ -422,7 +422,8 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
   const hid_t group = stages < 0 ? -1 : H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
            write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||
-           ResultsTablesWrite(group, fields) || XdmfAddStage(results, stage, name, &some);
+           ResultsTablesWrite(group, results->written.mesh.n_vertices, &some) ||
+           XdmfAddStage(results, stage, name, &some);
   if (group >= 0) H5Gclose(group);
   PetscCall(WrittenStageDestroy(&results->written, &some));
   PetscFunctionReturn(PETSC_SUCCESS);

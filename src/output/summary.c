@@ -219,6 +219,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(f, &hinges);
   if (p->stage->kind != STAGE_FLOOD && p->stage->kind != STAGE_LOAD_FACTOR) TermsSummary(f, &view);
+  if (p->stage->kind == STAGE_MODES) SummaryVibration(f, &p->output->vibration);
   put_displacement(f, mesh, fields);
   put_forces(f, "applied", mesh, fields, 4, 6);
   put_forces(f, "reaction", mesh, fields, 2, 3);

@@ -52,6 +52,7 @@ PetscErrorCode StageReport(const Problem *p)
         " factorisation%s\n",
         EffortMethod(&r->effort), p->scene->method == METHOD_AUTO ? " (auto: large, all joints elastic)" : "",
         r->effort.evaluations, r->effort.solves, r->effort.factorisations, Plural(r->effort.factorisations)));
+  if (p->stage->kind == STAGE_MODES) VibrationReport(p);
   PetscCall(PartReport(comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

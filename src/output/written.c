@@ -108,6 +108,7 @@ PetscErrorCode WrittenStage(const Written *w, const StageFields *all, StageField
   if (!w->partly) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(pick(nv, w->vertex, VERTEX_WIDTH, all->vertex, &some->vertex));
   PetscCall(pick(nv, w->vertex, 2, all->mechanism, &some->mechanism));
+  PetscCall(pick(nv, w->vertex, 2 * (int)all->n_modes, all->modes, &some->modes));
   PetscCall(pick(nb, w->block, BLOCK_WIDTH, all->block, &some->block));
   PetscCall(pick(nb, w->block, 1, all->safety, &some->safety));
   if (all->safety_mode) PetscCall(PetscMalloc1(nb + 1, &some->safety_mode));

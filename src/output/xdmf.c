@@ -47,6 +47,12 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
   put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
   put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
   if (fields->mechanism) put_attribute(f, "mechanism", "Vector", "Node", nv2, stage, "mechanism");
+  for (PetscInt mode = 1; mode <= (fields->modes ? fields->n_modes : 0); mode++) {
+    char name[32], path[64];
+    snprintf(name, sizeof(name), "mode_%d", (int)mode);
+    snprintf(path, sizeof(path), "modes/%s", name);
+    put_attribute(f, name, "Vector", "Node", nv2, stage, path);
+  }
   if (fields->safety) {
     put_attribute(f, "safety_factor", "Scalar", "Cell", nb, stage, "safety_factor");
     put_attribute(f, "safety_mode", "Scalar", "Cell", nb, stage, "safety_mode");

@@ -48,7 +48,7 @@ void WarnExplicit(const Scene *scene)
   told = PETSC_TRUE;
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
-    if (stage->kind == STAGE_DYNAMIC || !stage->variable) continue;
+    if (!StageRelaxes(stage) || !stage->variable) continue;
     fprintf(stderr, "%s %s",
             any ? "," : "quoin: warning: preconditioned needs fixed connectivity; by explicit cycles:",
             stage->name);

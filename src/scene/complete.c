@@ -240,6 +240,11 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
 
   PetscFunctionBeginUser;
   PetscCall(IsGiven(r, path, "loads", &given));
+  for (PetscInt i = 0; i < stage->n_loads && stage->kind == STAGE_MODES; i++)
+    if (stage->loads[i] >= 0 && r->scene->loads[stage->loads[i]].kind != LOAD_ADDED_MASS)
+      COMPLAIN(r,
+               "'%s' is no mass: modes change no load, those of the stage before stay; expected added_mass",
+               r->scene->loads[stage->loads[i]].name);
   for (PetscInt i = 0; i < stage->n_loads && stage->kind == STAGE_DYNAMIC; i++) {
     const Load *load = stage->loads[i] < 0 ? NULL : r->scene->loads + stage->loads[i];
     if (load && load->kind == LOAD_PSEUDO_STATIC && load->target[0])
@@ -247,8 +252,8 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
           r, "'%s' has the water's inertia as a force at rest: expected it without faces in a dynamic stage",
           load->name);
   }
-  if (!given || stage->n_loads || stage->kind == STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!given || stage->n_loads || !StageRelaxes(stage)) PetscFunctionReturn(PETSC_SUCCESS);
   if (stage->kind == STAGE_STATIC && !first) PetscFunctionReturn(PETSC_SUCCESS);
-  COMPLAIN(r, "no loads: only a dynamic stage, or a static one behind another, needs none");
+  COMPLAIN(r, "no loads: only modes, a dynamic stage, or a static one behind another, need none");
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,7 +6,8 @@ typedef enum {
   STAGE_STRENGTH_REDUCTION,
   STAGE_FLOOD,
   STAGE_TRANSIENT,
-  STAGE_LOAD_FACTOR
+  STAGE_LOAD_FACTOR,
+  STAGE_MODES
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 
@@ -44,13 +45,15 @@ typedef struct {
   PetscInt n_rises;       /* flood, load_factor: number of loads named; 0: the highest reservoir rises */
   PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
   bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) loads whose level, whose tailwater rises */
+  PetscInt count;                 /* modes: how many, 0: not given */
+  PetscReal up_to;                /* [Hz] modes: all up to it; infinite: no limit */
   int line;
 } Stage;
 #endif
 #ifdef KEY_WORDS
-static const char *const StageTypes[] = {"static",    "dynamic",   "strength_reduction",
-                                         "flood",     "transient", "load_factor",
-                                         "StageKind", "STAGE_",    NULL};
+static const char *const StageTypes[] = {
+    "static",      "dynamic", "strength_reduction", "flood",  "transient",
+    "load_factor", "modes",   "StageKind",          "STAGE_", NULL};
 #define TRIALS (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR))
 static const char *const Frames[] = {"ground", "absolute", "FrameKind", "FRAME_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
@@ -58,10 +61,14 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
 // clang-format off
 #ifdef KEY_ROWS
   KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
-      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; transient: equilibria while water in joints flows in time",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; transient: equilibria while water in joints flows in time; modes: periods and shapes of small free vibrations",
       .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
-      "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads)),
+      "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads),
+      .stages = ~BIT(STAGE_MODES)),
+  KEY(STAGES, "loads", LOADS, Stage, loads, "= none", NULL, "",
+      "modes: loads of type added_mass; all other loads stay what they are", .count = offsetof(Stage, n_loads),
+      .stages = BIT(STAGE_MODES)),
   KEY(STAGES, "ramp", INT, Stage, ramp, "= relaxation.ramp", ">= 0", "cycles",
       "over which the loads change from those of the stage before to those of this stage"),
   KEY(STAGES, "max_cycles", INT, Stage, max_cycles, "= relaxation.max_cycles", ">= 1", "cycles",
@@ -86,6 +93,10 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       .choices = Frames, .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
       "dynamic, transient: results written on the way, at equal intervals of time", .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT)),
+  KEY(STAGES, "count", INT, Stage, count, "= 6, or all up to up_to", ">= 1", "",
+      "modes: how many, the slowest first", .stages = BIT(STAGE_MODES)),
+  KEY(STAGES, "up_to", LIMIT, Stage, up_to, "inf", "> 0", "Hz", "modes: only those of at most this frequency",
+      .stages = BIT(STAGE_MODES)),
   KEY(STAGES, "what", CHOICE, Stage, what, "friction", NULL, "",
       "strength_reduction: the angle of friction, or all strengths by one factor", .choices = Reductions,
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),

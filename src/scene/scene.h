@@ -85,6 +85,19 @@ typedef struct {
   char *solvers; /* options for PETSc's solvers, NULL: none; petsc_options.c */
 } Scene;
 
+/* The stage from whose end another one starts: modes in between change nothing. NULL: there is none. */
+static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
+{
+  while (stage > scene->stages)
+    if ((--stage)->kind != STAGE_MODES) return stage;
+  return NULL;
+}
+/* Whether a stage goes to equilibria. */
+static inline PetscBool StageRelaxes(const Stage *stage)
+{
+  return (PetscBool)(stage->kind != STAGE_DYNAMIC && stage->kind != STAGE_MODES);
+}
+
 /* ---- petsc_options.c */
 /* Collects options of solvers into scene->solvers and, if there are any, as a line of scene->options. */
 PetscErrorCode SolverOptionsTake(Scene *scene);

@@ -175,6 +175,11 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
 PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contacts *contacts,
                            const Stage *stage, MethodKind *method);
 
+/* ---- vibration.c */
+/* Collective. Finds the modes of the stage about the present state, which it leaves as it is. Refuses what
+   has no mass. */
+PetscErrorCode VibrationFind(const Problem *p, Vibration *vibration);
+
 /* ---- newton.c */
 /* Collective. Finds the equilibrium of a static stage or trial with fixed connectivity, under loads that go
    from applied.start to applied.target, by Newton's method with the factor of the elastic stiffness. The

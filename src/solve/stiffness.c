@@ -147,7 +147,10 @@ PetscErrorCode StiffnessTangent(const Model *m, const State *state, const Joint 
                                 PetscBool elastic, Stiffness *s)
 {
   const Instant at = {.m = m, .joints = joints, .contacts = contacts, .u = state->u + 3 * m->n_bodies};
-  const TangentKind kind = elastic ? TANGENT_ELASTIC : s->turned ? TANGENT_TURNED : TANGENT_NOW;
+  const TangentKind kind = elastic     ? TANGENT_ELASTIC
+                           : s->small  ? TANGENT_SMALL
+                           : s->turned ? TANGENT_TURNED
+                                       : TANGENT_NOW;
   PetscFunctionBeginUser;
   PetscCall(MatCopy(s->bodies, s->tangent, SAME_NONZERO_PATTERN));
   PetscCall(TermsTangent(PHASE_JOINTS, state, &at, kind, add_of_term, &(TermMatrix){m, s, s->tangent}));

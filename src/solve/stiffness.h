@@ -12,6 +12,7 @@ typedef struct _p_Stiffness {
   PetscInt *row;       /* (n_vertices + dummies, 3) global rows, -1: held, or none */
   PetscReal *arm;      /* [m] (n_vertices + dummies, 2) from the centre of the rigid body the vertex is on */
   PetscBool turned;    /* the matrices are those of turned bodies and faces under the forces they carry */
+  PetscBool small;     /* and of motions so small that no joint slips: set it before StiffnessTangent */
   Mat bodies;          /* [N/m] of all terms but joints, with the pattern of all */
   Mat tangent;         /* bodies and the tangent of the joints; same pattern */
 } Stiffness;

@@ -89,14 +89,14 @@ static PetscErrorCode evaluate_again(const Problem *p)
 
 static PetscErrorCode start(const Problem *p, Dynamic *d)
 {
-  const Stage *stage = p->stage;
+  const Stage *stage = p->stage, *before = StageBefore(p->scene, p->scene->stages + p->number);
   const TermView view = ViewOf(p);
   Model *m = p->m;
   State *s = p->state;
   PetscInt anchors;
   PetscReal limit;
   PetscFunctionBeginUser;
-  if (!p->number || p->scene->stages[p->number - 1].kind != STAGE_DYNAMIC)
+  if (!before || before->kind != STAGE_DYNAMIC)
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
   if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
   p->contacts->rate = -1.; // no motion yet to damp

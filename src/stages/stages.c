@@ -4,13 +4,14 @@
 /* One row for each kind of stage. */
 static const struct {
   PetscErrorCode (*run)(const Problem *p);
-  PetscBool in_time; /* a motion in true time, not a relaxation */
-} kinds[] = {[STAGE_STATIC] = {StageRelax, PETSC_FALSE},
-             [STAGE_DYNAMIC] = {DynamicRun, PETSC_TRUE},
-             [STAGE_STRENGTH_REDUCTION] = {ReductionRun, PETSC_FALSE},
-             [STAGE_FLOOD] = {RaiseRun, PETSC_FALSE},
-             [STAGE_TRANSIENT] = {TransientRun, PETSC_FALSE},
-             [STAGE_LOAD_FACTOR] = {RaiseRun, PETSC_FALSE}};
+  enum { RELAXES, IN_TIME, LOOKS } does; /* goes to equilibria; is a motion in true time; moves nothing */
+} kinds[] = {[STAGE_STATIC] = {StageRelax, RELAXES},
+             [STAGE_DYNAMIC] = {DynamicRun, IN_TIME},
+             [STAGE_STRENGTH_REDUCTION] = {ReductionRun, RELAXES},
+             [STAGE_FLOOD] = {RaiseRun, RELAXES},
+             [STAGE_TRANSIENT] = {TransientRun, RELAXES},
+             [STAGE_LOAD_FACTOR] = {RaiseRun, RELAXES},
+             [STAGE_MODES] = {ModesRun, LOOKS}};
 
 /* Runs a stage that relaxes, with what all such stages have in common: effort, mechanism, the inside of
    condensed bodies. */
@@ -40,10 +41,12 @@ static PetscErrorCode run_relaxing(const Problem *p)
 
 PetscErrorCode StageRun(const Problem *p)
 {
-  const PetscBool in_time = kinds[p->stage->kind].in_time;
+  const PetscBool in_time = (PetscBool)(kinds[p->stage->kind].does == IN_TIME),
+                  looks = (PetscBool)(kinds[p->stage->kind].does == LOOKS);
   PetscFunctionBeginUser;
-  PetscCall(in_time ? kinds[p->stage->kind].run(p) : run_relaxing(p));
+  PetscCall(in_time || looks ? kinds[p->stage->kind].run(p) : run_relaxing(p));
   PetscCall(StageReport(p));
+  if (looks) PetscFunctionReturn(PETSC_SUCCESS);
   if (!p->stage->variable) PetscCall(FixedOutgrown(p));
   if (in_time) p->contacts->counted = PETSC_FALSE; // partings count from the end of a motion in time
   if (p->result->verdict == VERDICT_CONVERGED) {

@@ -50,6 +50,10 @@ PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
 /* Collective. Runs a dynamic stage for its duration. */
 PetscErrorCode DynamicRun(const Problem *p);
 
+/* ---- modes.c */
+/* Collective. Finds the modes of the state as it is, and changes nothing of it. */
+PetscErrorCode ModesRun(const Problem *p);
+
 /* ---- stages.c */
 /* Collective. Runs a stage of any kind to its verdict, and reports the verdict. */
 PetscErrorCode StageRun(const Problem *p);

@@ -295,7 +295,7 @@ static PetscBool has_method(const Advisor *a, MethodKind how)
 {
   if (a->method != METHOD_AUTO) return (PetscBool)(a->method == how);
   for (PetscInt s = 0; s < a->base.n_stages; s++)
-    if (a->scene->stages[s].kind != STAGE_DYNAMIC && a->base.method[s] != how) return PETSC_FALSE;
+    if (StageRelaxes(a->scene->stages + s) && a->base.method[s] != how) return PETSC_FALSE;
   return PETSC_TRUE;
 }
 
@@ -345,6 +345,7 @@ static PetscErrorCode print_untried(const Advisor *a)
   for (PetscInt s = 0; s < a->scene->n_stages; s++) {
     const Stage *stage = a->scene->stages + s;
     if (s < a->base.n_solved && stage->kind == STAGE_STATIC) continue; // of trials only the start is solved
+    if (stage->kind == STAGE_MODES) continue;
     PetscCall(PetscPrintf(a->comm, "%s %s", any ? "," : "not tried:", stage->name));
     any = PETSC_TRUE;
   }

@@ -73,6 +73,7 @@ PetscErrorCode AttemptContacts(const Model *m, const Contacts *c, PetscInt n[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static const Cost NOTHING = {.effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, .trials = 1.}; /* beside others */
 static const Cost UNKNOWN = {NAN, NAN, NAN, {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, NAN, 1.};
 
 /* The cost of `times` relaxations of a stage, each after a ramp of so many cycles. */
@@ -158,6 +159,10 @@ static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
   a->solved = (PetscBool)(a->n_solved > 0);
   for (PetscInt s = 0; s < a->n_solved && a->solved; s++) {
     static const PetscReal once[3] = {1., 1., 1.};
+    if (!StageRelaxes(p->scene->stages + s)) {
+      a->cost[s] = NOTHING;
+      continue;
+    }
     Stage stage = p->scene->stages[s];
     StageResult result;
     Problem tried = *p;
@@ -247,7 +252,9 @@ static PetscErrorCode other_stages(const Problem *p, Attempt *a)
                           .effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}},
                           .seconds = NAN,
                           .trials = 1.};
-    } else if (stage->kind == STAGE_STATIC)
+    } else if (stage->kind == STAGE_MODES)
+      a->cost[s] = NOTHING;
+    else if (stage->kind == STAGE_STATIC)
       a->cost[s] = relaxations(a, stage, (PetscReal)stage->ramp, once);
     else
       a->cost[s] = trials(p->scene, a, (PetscReal)p->m->n_bodies_global, stage);
@@ -259,7 +266,7 @@ double AttemptExplicit(const Scene *scene, const Attempt *a)
 {
   double sum = a->condensed;
   for (PetscInt s = 0; s < a->n_stages; s++)
-    if (scene->stages[s].kind != STAGE_DYNAMIC) sum += a->cost[s].cycles * a->cycle;
+    if (StageRelaxes(scene->stages + s)) sum += a->cost[s].cycles * a->cycle;
   return sum;
 }
 
@@ -267,7 +274,7 @@ double AttemptPreconditioned(const Scene *scene, const Attempt *a)
 {
   double sum = a->condensed;
   for (PetscInt s = 0; s < a->n_stages; s++)
-    if (scene->stages[s].kind != STAGE_DYNAMIC) sum += a->cost[s].seconds;
+    if (StageRelaxes(scene->stages + s)) sum += a->cost[s].seconds;
   return sum;
 }
 
@@ -275,7 +282,7 @@ double AttemptAsItIs(const Scene *scene, const Attempt *a)
 {
   double sum = a->condensed;
   for (PetscInt s = 0; s < a->n_stages; s++)
-    if (scene->stages[s].kind != STAGE_DYNAMIC)
+    if (StageRelaxes(scene->stages + s))
       sum += a->method[s] == METHOD_EXPLICIT ? a->cost[s].cycles * a->cycle : a->cost[s].seconds;
   return sum;
 }
@@ -357,7 +364,9 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   a->n_stages = scene->n_stages;
   a->bodies = (PetscReal)p.m->n_bodies_global;
   a->condensed = p.m->condensed_processor;
-  while (a->n_static < a->n_stages && scene->stages[a->n_static].kind == STAGE_STATIC) a->n_static++;
+  while (a->n_static < a->n_stages &&
+         (scene->stages[a->n_static].kind == STAGE_STATIC || scene->stages[a->n_static].kind == STAGE_MODES))
+    a->n_static++;
   a->n_solved = a->n_static;
   if (!a->n_static && scene->stages[0].kind != STAGE_DYNAMIC) a->n_solved = 1;
   for (PetscInt s = 0; s < a->n_stages; s++) a->cost[s] = UNKNOWN;

@@ -15,7 +15,7 @@ OBJECTS = QUOIN.parent / "CMakeFiles/libquoin.dir/src"
 
 # From the bottom to the top: a room knows itself and what stands before it, by these headers.
 ROOMS = {
-    "base": ["base.h", "lanes.h", "memory.h", "reproducible.h", "shared.h"],  # tools, each included where it is used
+    "base": ["base.h", "eigen.h", "lanes.h", "memory.h", "reproducible.h", "shared.h"],  # tools, each included where it is used
     "scene": ["scene.h"],
     "mesh": ["mesh.h"],
     "model": ["model.h"],

@@ -65,12 +65,13 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
 
 /* The stiffness is that of the reference state in small strain, also when strain is large: rotations and
    strains of a dam are 1e-3 of one and less, and so is the error. A mechanism has no other stiffness than
-   that of what has turned, so there it is the one of large strain at u. */
+   that of what has turned, so there it is the one of large strain at u, and so it is for modes. */
 static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
                               void *context)
 {
   const Model *m = at->m;
-  const PetscReal *u = kind == TANGENT_TURNED && m->strain == STRAIN_LARGE ? at->u : NULL;
+  const PetscBool turns = (PetscBool)(kind == TANGENT_TURNED || kind == TANGENT_SMALL);
+  const PetscReal *u = turns && m->strain == STRAIN_LARGE ? at->u : NULL;
   PetscFunctionBeginUser;
   (void)memory;
   for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {

@@ -97,10 +97,9 @@ static PetscErrorCode check_loads(const Scene *scene, char *message)
 {
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_stages; i++) {
-    const Stage *stage = scene->stages + i;
-    const PetscBool changed = (PetscBool)(i && leaves_changed(scene, stage - 1));
-    if (stage->kind != STAGE_DYNAMIC || (!changed && same_loads(scene, stage, i ? stage - 1 : NULL)))
-      continue;
+    const Stage *stage = scene->stages + i, *before = StageBefore(scene, stage);
+    const PetscBool changed = (PetscBool)(before && leaves_changed(scene, before));
+    if (stage->kind != STAGE_DYNAMIC || (!changed && same_loads(scene, stage, before))) continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: stages.%s.loads: not those %s the stage before: ground that lets "
                             "waves out would give way to what is added; expected %s",

@@ -33,22 +33,33 @@ static void elastic_tangent(const Joint *joint, StressModelKind model, PetscReal
                                 : (row / 2 ? joint->k_s : joint->k_n) * length * (row == column ? a : b);
 }
 
-/* Differences of the end forces of contact i, one column of D for each of u_n0, u_n1, u_s0, u_s1. */
-static void present_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
-                            PetscReal D[16])
+/* What an evaluation of contact i starts from: the history committed, or that of the last evaluation. */
+static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
 {
-  ContactPoint base = {.in_time = (PetscBool)(c->rate != 0. || c->springs)}, p;
-  PetscReal size = 0.;
+  ContactPoint p = {.in_time = (PetscBool)(c->rate != 0. || c->springs)};
   for (int k = 0; k < 2; k++) {
     const PetscInt at = SUB(i, k);
-    base.u_n[k] = c->u_n[at], base.u_s[k] = c->u_s[at];
-    base.slip[k] = c->slip_0[at], base.broken[k] = c->broken_0[at];
-    base.closure[k] = c->closure_0[at], base.closure_far[k] = c->closure_far_0[at];
-    size = PetscMax(size, PetscMax(PetscAbsReal(c->u_n[at]), PetscAbsReal(c->u_s[at] - c->slip_0[at])));
+    p.u_n[k] = c->u_n[at], p.u_s[k] = c->u_s[at];
+    p.slip[k] = committed ? c->slip_0[at] : c->slip[at];
+    p.broken[k] = committed ? c->broken_0[at] : c->broken[at];
+    p.closure[k] = committed ? c->closure_0[at] : c->closure[at];
+    p.closure_far[k] = committed ? c->closure_far_0[at] : c->closure_far[at];
   }
+  return p;
+}
+
+/* Differences of the end forces of a contact, one column of D for each of u_n0, u_n1, u_s0, u_s1. */
+static void tangent_at(const Joint *joint, StressModelKind model, PetscReal length, const ContactPoint *from,
+                       PetscReal D[16])
+{
+  const ContactPoint base = *from;
+  ContactPoint p;
+  PetscReal size = 0.;
+  for (int k = 0; k < 2; k++)
+    size = PetscMax(size, PetscMax(PetscAbsReal(base.u_n[k]), PetscAbsReal(base.u_s[k] - base.slip[k])));
   const PetscReal step = PetscMax(1e-7 * size, 1e-18);
   p = base;
-  StressModelRespond(model, joint, c->length[i], &p);
+  StressModelRespond(model, joint, length, &p);
   for (int column = 0; column < 4; column++) {
     const int end = column % 2;
     ContactPoint q = base;
@@ -57,22 +68,53 @@ static void present_tangent(const Joint *joint, StressModelKind model, const Con
       q.u_s[end] += h;
     else
       q.u_n[end] += h;
-    StressModelRespond(model, joint, c->length[i], &q);
+    StressModelRespond(model, joint, length, &q);
     for (int row = 0; row < 4; row++)
       D[4 * row + column] = row / 2 ? (q.F_s[row % 2] - p.F_s[row % 2]) / h : (q.F_n[row] - p.F_n[row]) / h;
   }
 }
 
-/* Whether contact i, in its last evaluation, was that of a whole joint. */
-static PetscBool is_elastic(const Joint *joint, const Contacts *c, PetscInt i)
+/* Whether a contact is that of a whole joint. */
+static PetscBool is_elastic(const Joint *joint, const ContactPoint *p)
 {
-  PetscReal sigma[2], tau[2], was[2], closure[2];
-  for (int k = 0; k < 2; k++) {
-    const PetscInt at = SUB(i, k);
-    sigma[k] = joint->k_n * c->u_n[at], tau[k] = joint->k_s * (c->u_s[at] - c->slip_0[at]);
-    was[k] = c->broken_0[at], closure[k] = c->closure_0[at];
+  PetscReal sigma[2], tau[2];
+  for (int k = 0; k < 2; k++)
+    sigma[k] = joint->k_n * p->u_n[k], tau[k] = joint->k_s * (p->u_s[k] - p->slip[k]);
+  return (PetscBool)JointIsElastic(joint, sigma, tau, p->broken, p->closure);
+}
+
+/* Of motions so small that what is closed sticks and what is open stays open: the joint has shear strength
+   without limit, and the slip of now is where its springs begin. What the shear force changes by as the
+   closed length changes is left out: it has no part in a stiffness that is symmetric. */
+static void small_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
+                          PetscReal D[16])
+{
+  static const PetscReal most = 1e20; // [Pa], [-]
+  const ContactPoint p = point_of(c, i, PETSC_FALSE);
+  Joint sticks = *joint;
+  for (int k = 0; k < 2; k++) sticks.cohesion[k] = sticks.tan_phi[k] = most;
+  if (is_elastic(&sticks, &p)) {
+    elastic_tangent(joint, model, c->length[i], D);
+    return;
   }
-  return (PetscBool)JointIsElastic(joint, sigma, tau, was, closure);
+  tangent_at(&sticks, model, c->length[i], &p, D);
+  for (int row = 0; row < 4; row++)
+    for (int column = 0; column <= row; column++) {
+      const PetscReal mean = 0.5 * (D[4 * row + column] + D[4 * column + row]);
+      D[4 * row + column] = D[4 * column + row] = row / 2 == column / 2 ? mean : 0.;
+    }
+}
+
+static void tangent_of(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
+                       TangentKind kind, PetscReal D[16])
+{
+  const ContactPoint p = point_of(c, i, PETSC_TRUE);
+  if (kind == TANGENT_SMALL)
+    small_tangent(joint, model, c, i, D);
+  else if (kind == TANGENT_ELASTIC || is_elastic(joint, &p))
+    elastic_tangent(joint, model, c->length[i], D);
+  else
+    tangent_at(joint, model, c->length[i], &p, D);
 }
 
 /* What comes of the turning of the destination edge of one end (head of this file): to its rows of B, n.dd
@@ -158,14 +200,11 @@ static PetscErrorCode add_contact(const Instant *at, TangentKind kind, StressMod
   const Contacts *c = at->contacts;
   const Joint *joint = at->joints + c->joint[i];
   const PetscBool moved = (PetscBool)(kind != TANGENT_ELASTIC && m->strain == STRAIN_LARGE),
-                  turns = (PetscBool)(kind == TANGENT_TURNED && moved);
+                  turns = (PetscBool)((kind == TANGENT_TURNED || kind == TANGENT_SMALL) && moved);
   PetscInt vertices[END_VERTICES];
   PetscReal D[16], force[2 * END_VERTICES], k[4 * END_VERTICES * END_VERTICES];
   PetscFunctionBeginUser;
-  if (kind == TANGENT_ELASTIC || is_elastic(joint, c, i))
-    elastic_tangent(joint, model, c->length[i], D);
-  else
-    present_tangent(joint, model, c, i, D);
+  tangent_of(joint, model, c, i, kind, D);
   contact_stiffness(m, c, i, moved ? at->u : NULL, turns, D, vertices, force, k);
   PetscCall(add(END_VERTICES, vertices, k, turns ? force : NULL, context));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -55,8 +55,9 @@ typedef enum {
   TANGENT_PATTERN, /* which vertices couple, with all that meet one of this rank; k: NULL */
   TANGENT_ELASTIC, /* of the reference state, joints whole */
   TANGENT_NOW,     /* of the last evaluation */
-  TANGENT_TURNED   /* of the last evaluation, with what comes of bodies and faces that turn under the forces
+  TANGENT_TURNED,  /* of the last evaluation, with what comes of bodies and faces that turn under the forces
                       they carry */
+  TANGENT_SMALL    /* as TURNED, of motions so small that no joint slips, closes or opens; symmetric */
 } TangentKind;
 
 /* Takes a dense stiffness k [N/m] (2n,2n) that couples x and y of n local vertices. carried: NULL, or (2n,)

@@ -55,13 +55,13 @@ static void check_stages(const Scene *scene, PetscInt load, char message[MESSAGE
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
     for (PetscInt i = 0; i < s->n_loads; i++) {
       if (s->loads[i] != load) continue;
-      if (s->kind == STAGE_DYNAMIC) return;
+      if (!StageRelaxes(s)) return;
       listed = PETSC_TRUE;
     }
   if (!listed) return;
   PetscCallAbort(PETSC_COMM_SELF, PetscSNPrintf(key, sizeof(key), "loads.%s", scene->loads[load].name));
   Complain(message, scene->file, scene->loads[load].line, key,
-           "added_mass acts in dynamic stages only, and none of these lists it");
+           "added_mass acts in dynamic stages and modes only, and none of these lists it");
 }
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -157,13 +157,13 @@ static PetscErrorCode begin(const TermView *v)
 {
   AddedMass *mass = v->memory;
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < v->stage->n_loads && v->stage->kind != STAGE_DYNAMIC; i++) {
+  for (PetscInt i = 0; i < v->stage->n_loads && StageRelaxes(v->stage); i++) {
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l) || mass->told) continue;
     mass->told = PETSC_TRUE;
     PetscCall(PetscPrintf(v->m->comm,
                           "warning: stage %s: loads.%s: added_mass has no effect where nothing accelerates; "
-                          "it acts in dynamic stages\n",
+                          "it acts in dynamic stages and modes\n",
                           v->stage->name, v->scene->loads[l].name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -181,7 +181,7 @@ static void summary(FILE *f, const TermView *v)
 {
   const AddedMass *mass = v->memory;
   const char *before = "      \"added_mass\": {\n";
-  for (PetscInt i = 0; i < v->stage->n_loads && v->stage->kind == STAGE_DYNAMIC; i++) {
+  for (PetscInt i = 0; i < v->stage->n_loads && !StageRelaxes(v->stage); i++) {
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l)) continue;
     const MovedWater *water = mass->water + l;

@@ -113,6 +113,7 @@ static PetscBool same_conditions(const Scene *scene, const Stage *a, const Stage
 /* Finds what is wrong with the conditions of a stage. */
 static void check_conditions(const Scene *scene, const Stage *stage, char message[MESSAGE_LENGTH])
 {
+  const Stage *before = StageBefore(scene, stage);
   PetscInt carrier, outlets = 0;
   if (message[0] || !FlowActs(scene, stage, &carrier)) return;
   for (PetscInt i = 0; i < stage->n_loads; i++) {
@@ -127,8 +128,8 @@ static void check_conditions(const Scene *scene, const Stage *stage, char messag
              ":%d: stages.%s.loads: water flows in joints (loads.%s): expected a head or an open drain, "
              "which says how high",
              stage->line, stage->name, scene->loads[carrier].name);
-  else if (stage->kind == STAGE_DYNAMIC && stage > scene->stages && FlowActs(scene, stage - 1, &carrier) &&
-           !same_conditions(scene, stage - 1, stage))
+  else if (stage->kind == STAGE_DYNAMIC && before && FlowActs(scene, before, &carrier) &&
+           !same_conditions(scene, before, stage))
     snprintf(message, MESSAGE_LENGTH,
              ":%d: stages.%s.loads: a dynamic stage keeps the water in joints of the stage before: expected "
              "the same "

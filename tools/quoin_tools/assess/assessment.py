@@ -362,6 +362,8 @@ def assess(case):
     """Assessments of all stages, joints and paths; and lines about what could not be done, by stage."""
     all_found, complaints = [], {}
     for stage in case.results.stages:
+        if case.scene.stages.get(stage, {}).get("type") == "modes":  # its forces are those of the stage before
+            continue
         said = complaints[stage] = stage_complaints(case, stage)
         flawed = bool(said)
         joints = case.results.stage_summary(stage)["joints"]

@@ -7,6 +7,7 @@ stress     pictures of stress, and of its envelope over time
 shaking    pictures of a stage in time
 plots      pictures of a run
 mechanism  how a stage fails
+modes      how a structure swings
 animate    film of a stage in time: to a file
 film       what a film shows
 motion     a record, its spectrum, a block that slides on it, points of a run

@@ -5,6 +5,7 @@
 mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
 stress_<stage>.png          principal stresses as contours, and as crosses
 joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
+mode_<k>_<stage>.png        shapes of the slowest free vibrations of a stage of type modes
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
 water_<stage>.png           pressure and discharge of the water in joints, where it flows
 uplift_<joint>_<stage>.png  its pressure along a joint against the straight line between the heads of its ends
@@ -30,7 +31,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from quoin_tools.base.results import Results, ResultsError, sliding
-from quoin_tools.show import seepage, shaking
+from quoin_tools.show import modes, seepage, shaking
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress
 from quoin_tools.show.style import (
@@ -295,6 +296,9 @@ def plot_all(results, whole=False, shaken=None):
     with pyplot.rc_context(STYLE):
         plot_mesh(results, path("mesh"), whole)
         for stage in results.stages:
+            if results.stage(stage).modes is not None:  # nothing else there differs from the stage before
+                written += modes.plot_modes(results, stage, whole)
+                continue
             if plot_stress(results, stage, path(f"stress_{stage}"), whole):
                 written.append(path(f"stress_{stage}"))
             for joint in results.stage_summary(stage)["joints"]:

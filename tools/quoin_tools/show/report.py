@@ -17,6 +17,7 @@ from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import scene
 from quoin_tools.base.files import write_file
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
+from quoin_tools.base.modes import mode_rows
 from quoin_tools.base.results import (
     body_rows,
     condensed_words,
@@ -220,6 +221,19 @@ def trials_part(case):
     return f"<h2>Trials to failure</h2>{part}{note}" if part else ""
 
 
+def modes_part(case):
+    """Free vibrations, where a stage has looked for them."""
+    stages = [s for s in case.results.summary["stages"] if mode_rows(s)]
+    rows = [(s["name"], *row) for s in stages for row in mode_rows(s)]
+    if not rows:
+        return ""
+    lost = [f"Stage {s['name']}: slower modes than the last one may be missing." for s in stages if s["modes"]["missed"]]
+    return ("<h2>Free vibrations</h2>" + notes(lost)
+            + table(("stage", "mode", "f [Hz]", "period [s]", "mass x [%]", "mass y [%]", "participation x", "participation y"), rows, range(1, 8))
+            + "<p><small>Small vibrations about the state at the end of the stage before: open joints stay open, closed ones stick. Modal masses are parts "
+              "of all mass that can move, water of the stage's loads included; participation is for shapes whose largest displacement is 1.</small></p>")  # fmt: skip
+
+
 def local_part(case):
     """Least local failure factors, where materials have strengths."""
     rows = [(s["name"], group, fixed(least["value"], 1, 2), least["mode"], f"({least['x']:.2f}, {least['y']:.2f})")
@@ -352,11 +366,13 @@ def convergence_part(case, pictures):
     return part + "<p><small>How results change with the mesh is not part of a single run: repeat it on a finer mesh and compare.</small></p>"
 
 
+SHAPES = 3  # modes of a stage that are drawn
 CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}.",
             "water": "Water in joints, stage {}: pressure on them; discharge.", "uplift": "Water pressure along a joint, {}.",
             "time": "Joint over time, {}: forces, sliding factor at the time, slip, opening.", "shaking": "Motion over time, stage {}.",
             "spectrum": "Response spectra of the record and of the highest point, stage {}.", "envelope": "Largest s1, least s2 and least local failure factor over time, stage {}.", "energy": "Energy over time, stage {}.",
             "transient": "Levels, force of the water in joints and discharge in time, stage {}.",
+            "mode": "Shape of a free vibration, mode {}.",
             "mechanism": "How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {}."}
 
 
@@ -364,7 +380,7 @@ def figures_part(pictures):
     part = "<h2>Figures</h2>"
     for path in pictures:
         kind, _, rest = os.path.basename(path).removesuffix(".png").partition("_")
-        if kind in CAPTIONS:
+        if kind in CAPTIONS and not (kind == "mode" and int(rest.split("_")[0]) > SHAPES):
             part += file_picture(path, CAPTIONS[kind].format(rest.replace("_", " ")))
     return part
 
@@ -405,7 +421,7 @@ def page(case, pictures, shaken):
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), trials_part(case), shaken_part(case, shaken), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), trials_part(case), modes_part(case), shaken_part(case, shaken), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip

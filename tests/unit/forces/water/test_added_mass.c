@@ -145,9 +145,9 @@ static PetscErrorCode ScenesThatMakeNoSense(void)
                {"level: 18, bottom: 1", "[a: {type: dynamic, loads: [q], duration: 1}]",
                 "loads.q.bottom: 1 is above the lowest point of the faces, 0 [m]"},
                {"level: 18", "[a: {loads: [q]}]",
-                "loads.q: added_mass acts in dynamic stages only, and none of these"},
+                "loads.q: added_mass acts in dynamic stages and modes only, and none of these"},
                {"level: 18", "[a: {loads: [q]}, b: {type: dynamic, loads: [], duration: 1}]",
-                "loads.q: added_mass acts in dynamic stages only, and none of these lists it"}};
+                "loads.q: added_mass acts in dynamic stages and modes only, and none of these lists it"}};
   char yaml[1024];
   PetscFunctionBeginUser;
   memset(&sketch, 0, sizeof sketch);

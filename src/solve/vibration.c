@@ -1,0 +1,230 @@
+/* vibration.c: small free vibrations about the present state, K phi = omega^2 M phi.
+
+   K is the tangent of the state: what is open stays open, what is closed sticks (tangent.c:
+   small_tangent). In large strain K belongs to where bodies are now, and has what comes of their turning
+   under the forces they carry. M has the masses of a dynamic stage: of blocks at vertices and rigid
+   bodies, and the water that the loads of the stage add (local.c). Supports hold as in static stages.
+
+   With b = M r, where r moves all mass with the ground along x or y, a shape has the modal mass m = phi.M
+   phi, the participation factor phi.b/m and the effective mass (phi.b)^2/m. The effective masses of all
+   modes add up to that which can move, r.b. */
+#include "base/eigen.h"
+#include "base/memory.h"
+#include "solve/stiffness.h"
+
+static const PetscReal EQUAL = 1e-6; /* components of a shape that differ by less are of equal size */
+
+/* The mass: M, and b along x and y. */
+typedef struct {
+  const Model *m;
+  PetscInt first; /* global row of this rank's first degree of freedom */
+  Mat M;
+  PetscReal *pull; /* [kg, kg m] (2, n_dof) b */
+} Mass;
+
+/* ---- contacts */
+
+/* Copies the contacts, with forces as they are now, and counts those that are open or slip. */
+static PetscErrorCode look_at_contacts(const Problem *p, Contacts *now, PetscInt counts[3])
+{
+  Instant at = InstantOf(p);
+  PetscReal *f;
+  PetscFunctionBeginUser;
+  PetscCall(ContactsCopy(p->contacts, now));
+  now->springs = (PetscBool)(now->springs || now->rate != 0.);
+  now->held = PETSC_FALSE, now->pull = now->rate = 0.;
+  at.contacts = now, at.results = PETSC_TRUE;
+  PetscCall(PetscCalloc1(2 * (p->m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(TermsForces(PHASE_JOINTS, p->state, &at, f));
+  PetscCall(PetscFree(f));
+  counts[0] = counts[1] = counts[2] = 0;
+  for (PetscInt i = 0; i < now->n_padded; i++) {
+    if (now->key[2 * i] < 0 || !now->owned[i]) continue;
+    int bits = 0;
+    for (int k = 0; k < ContactEnds(now, i); k++) bits |= now->state[SUB(i, k)];
+    counts[0]++, counts[1] += !!(bits & CONTACT_OPEN), counts[2] += !!(bits & CONTACT_SLIPPING);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, counts, 3, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- mass */
+
+/* Adds the mass of water at one point. The directions of the ground are the first two degrees of freedom of a
+   vertex and of a rigid body. */
+static PetscErrorCode add_water(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context)
+{
+  const Mass *to = context;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) {
+    if (Held(to->m, dof + i)) continue;
+    for (int x = 0; x < 2; x++) to->pull[x * to->m->n_dof + dof + i] += mass[i][x];
+    for (PetscInt j = 0; j < n; j++)
+      if (!Held(to->m, dof + j))
+        PetscCall(MatSetValue(to->M, to->first + dof + i, to->first + dof + j, mass[i][j], ADD_VALUES));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses what has no mass, and a model in which nothing can move. */
+static PetscErrorCode check_masses(const Problem *p)
+{
+  const Model *m = p->m;
+  const PetscInt at = 3 * m->n_bodies;
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt n_free = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    if (Held(m, d)) continue;
+    n_free++;
+    if (DofMass(m, d) > 0. || message[0]) continue;
+    const PetscInt v = d < at ? m->body_start[d / 3] : (d - at) / 2;
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s: vertex %" PetscInt_FMT
+                            " has no mass: modes need density > 0 in every group that is not held",
+                            p->scene->file, p->stage->name, m->vertex_file[v]));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n_free, 1, MPIU_INT, MPI_SUM, m->comm));
+  if (!n_free)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s: supports hold everything: nothing swings", p->scene->file,
+                            p->stage->name));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode mass_create(const Problem *p, PetscInt first, Mass *mass, PetscReal moving[2])
+{
+  const Model *m = p->m;
+  const TermView view = ViewOf(p);
+  Local *local;
+  PetscFunctionBeginUser;
+  *mass = (Mass){.m = m, .first = first};
+  PetscCall(MatCreateAIJ(m->comm, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 0, NULL,
+                         &mass->M));
+  PetscCall(PetscCalloc1(2 * m->n_dof, &mass->pull));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal own = Held(m, d) ? 0. : DofMass(m, d);
+    PetscCall(MatSetValue(mass->M, first + d, first + d, own, ADD_VALUES));
+    for (int x = 0; x < 2; x++)
+      mass->pull[x * m->n_dof + d] = own * DofGround(m, d, (const PetscReal[2]){x == 0, x == 1});
+  }
+  PetscCall(LocalCreate(&view, &local));
+  PetscCall(LocalMasses(local, add_water, mass));
+  PetscCall(LocalDestroy(&local));
+  PetscCall(MatAssemblyBegin(mass->M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(mass->M, MAT_FINAL_ASSEMBLY));
+  moving[0] = moving[1] = 0.;
+  for (int x = 0; x < 2; x++)
+    for (PetscInt d = 0; d < m->n_dof; d++)
+      moving[x] += mass->pull[x * m->n_dof + d] * DofGround(m, d, (const PetscReal[2]){x == 0, x == 1});
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moving, 2, MPIU_REAL, MPI_SUM, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- shapes */
+
+/* [-] Displacement of a vertex of this rank along x or y by a shape of the degrees of freedom. */
+static PetscReal displacement_of(const Model *m, const Stiffness *s, const PetscReal *phi, PetscInt v, int x)
+{
+  if (v < m->n_deformable) return phi[3 * m->n_bodies + 2 * v + x];
+  const PetscReal *body = phi + 3 * RigidOfVertex(m, v);
+  return body[x] + body[2] * (x ? s->arm[2 * v] : -s->arm[2 * v + 1]);
+}
+
+/* What a shape of the degrees of freedom is divided by: the largest displacement, with its sign. Of
+   several of equal size that of the first vertex of model.h5 counts, so the sign is the same on any number
+   of ranks. */
+static PetscErrorCode scale_of(const Model *m, const Stiffness *s, const PetscReal *phi, PetscReal *scale)
+{
+  PetscReal most = 0.;
+  PetscInt first = PETSC_MAX_INT; // 2 (2 vertex + x) + sign
+  PetscFunctionBeginUser;
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    for (int x = 0; x < 2; x++) most = PetscMax(most, PetscAbsReal(displacement_of(m, s, phi, v, x)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    for (int x = 0; x < 2; x++) {
+      const PetscReal u = displacement_of(m, s, phi, v, x);
+      if (PetscAbsReal(u) < (1. - EQUAL) * most) continue;
+      first = PetscMin(first, 2 * (2 * m->vertex_file[v] + x) + (u < 0.));
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, m->comm));
+  *scale = first % 2 ? -most : most;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode take_modes(const Model *m, const Stiffness *s, const Mass *mass, const Modes *modes,
+                                 Vibration *v)
+{
+  const PetscInt n = modes->n;
+  PetscFunctionBeginUser;
+  v->n = n, v->missed = modes->missed;
+  PetscCall(PetscMalloc4(n, &v->omega2, n, &v->mass, 2 * n, &v->factor, 2 * n * m->n_owned, &v->shape));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *phi = modes->shapes + i * modes->rows;
+    PetscReal scale = 1., *factor = v->factor + 2 * i;
+    PetscCall(scale_of(m, s, phi, &scale));
+    v->omega2[i] = PetscAbsReal(modes->omega2[i]) < modes->rounding ? 0. : modes->omega2[i];
+    v->mass[i] = 1. / (scale * scale); // phi.M phi = 1
+    for (int x = 0; x < 2; x++) {
+      factor[x] = 0.;
+      for (PetscInt d = 0; d < m->n_dof; d++) factor[x] += scale * phi[d] * mass->pull[x * m->n_dof + d];
+      for (PetscInt vertex = 0; vertex < m->n_moving; vertex++)
+        v->shape[2 * (vertex * n + i) + x] = displacement_of(m, s, phi, vertex, x) / scale;
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, v->factor, (PetscMPIInt)(2 * n), MPIU_REAL, MPI_SUM, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the whole */
+
+/* Two factors are there at the same time: of the search, and of a count. */
+static PetscErrorCode check_memory(const Problem *p, PetscBool fits, const double memory[2])
+{
+  char message[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  if (fits) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "stage %s: no memory for the factors that modes need: about %.3g GB, %.3g GB are "
+                          "available: take more machines",
+                          p->stage->name, 1e-9 * memory[0], 1e-9 * memory[1]));
+  PetscCall(Refuse(p->m->comm, ERROR_MEMORY, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode VibrationFind(const Problem *p, Vibration *v)
+{
+  const PetscReal omega_max = p->stage->up_to < PETSC_INFINITY ? 2. * PETSC_PI * p->stage->up_to : 0.;
+  const PetscInt most = p->stage->count ? p->stage->count : omega_max > 0. ? 0 : 6;
+  Contacts now = {.n = 0};
+  Stiffness s;
+  Mass mass;
+  Modes modes;
+  double memory[2];
+  PetscInt64 n_dof = p->m->n_dof;
+  PetscBool fits;
+  PetscFunctionBeginUser;
+  PetscCall(check_masses(p));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n_dof, 1, MPIU_INT64, MPI_SUM, p->m->comm));
+  const double factors = 2. * MemoryOfFactor((double)n_dof, 0., p->m->size);
+  PetscCall(MemoryFits(p->m->comm, factors / (double)p->m->size, memory, &fits));
+  PetscCall(check_memory(p, fits, memory));
+  PetscCall(look_at_contacts(p, &now, v->contacts));
+  PetscCall(StiffnessCreate(p->m, p->state, &now, &s));
+  s.small = PETSC_TRUE;
+  PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &s));
+  PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, &now, PETSC_FALSE, &s));
+  PetscCall(mass_create(p, s.first, &mass, v->moving));
+  PetscCall(LowestModes(s.tangent, mass.M, omega_max, most, &modes));
+  PetscCall(check_memory(p, (PetscBool)!modes.wants, memory));
+  PetscCall(take_modes(p->m, &s, &mass, &modes, v));
+  PetscCall(ModesDestroy(&modes));
+  PetscCall(MatDestroy(&mass.M));
+  PetscCall(PetscFree(mass.pull));
+  PetscCall(StiffnessDestroy(&s));
+  PetscCall(ContactsDestroy(&now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

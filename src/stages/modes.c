@@ -1,0 +1,35 @@
+/* modes.c: a stage of type modes: periods and shapes of small free vibrations about the state that the stage
+   before has left. Nothing moves, and what comes behind it has the same bits with it and without. */
+#include "stages/stages.h"
+
+PetscErrorCode ModesRun(const Problem *p)
+{
+  const double start = MPI_Wtime();
+  StageResult *result = p->result;
+  Vibration *v = &p->output->vibration;
+  PetscInt growing = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(result, sizeof(*result)));
+  PetscCall(VibrationFind(p, v));
+  while (growing < v->n && v->omega2[growing] < 0.) growing++;
+  result->verdict = VERDICT_COMPLETED, result->ratio = NAN;
+  result->wall = MPI_Wtime() - start;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence), "%" PetscInt_FMT " mode%s", v->n,
+                          Plural(v->n)));
+  const size_t used = strlen(result->evidence), left = sizeof(result->evidence) - used;
+  if (growing)
+    PetscCall(PetscSNPrintf(result->evidence + used, left, "; %" PetscInt_FMT " grow%s: no stable state",
+                            growing, growing == 1 ? "s" : ""));
+  else if (v->missed)
+    PetscCall(PetscSNPrintf(result->evidence + used, left, "; slower ones may be missing"));
+  else
+    PetscCall(PetscSNPrintf(result->evidence + used, left, ", and none is missing among them"));
+  if (v->missed && !p->m->rank)
+    fprintf(stderr,
+            v->missed > 0 ? "quoin: warning: stage %s: %" PetscInt_FMT
+                            " mode(s) that are slower than the last one were not found\n"
+                          : "quoin: warning: stage %s: the modes could not be counted (%" PetscInt_FMT
+                            "): slower ones may be missing\n",
+            p->stage->name, v->missed);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
