@@ -17,7 +17,7 @@ race    The section on rock whose bottom moves by the record, elastic joint (str
         smallest step; where that takes too long (--duration) rates alone, and the record only begins.
 
 Processor seconds (user and system) for the whole record, on one rank; of Quoin the whole process, reading, static stages and writing
-included; of OpenSees its steps alone. The least of --repeats. Rows of docs/data/motion.csv with the same part, solver, mesh and step are
+included; of OpenSees its steps alone; without it the part is left out. The least of --repeats. Rows of docs/data/motion.csv with the same part, solver, mesh and step are
 replaced, the others stay. Writes the tables of docs/generated/benchmarks.md; accuracy.py draws the panel."""
 
 import argparse
@@ -173,6 +173,9 @@ def slip(options):
 
 
 def race(options):
+    if subprocess.run([options.python, "-c", "import openseespy"], capture_output=True).returncode:
+        print("OpenSees is not installed (openseespy): left out", flush=True)
+        return
     for columns in options.race:
         whole = columns <= options.whole
         duration = LASTS if whole else options.duration
