@@ -335,3 +335,33 @@ def test_earthquake(tmp_path):
     assert shaken["after"]["joints"]["base"]["sliding_factor_peak"] == pytest.approx(1.57, abs=0.02)  # by hand tan(40)/tan(28.1)
     said = subprocess.run([sys.executable, example / "chart.py", tmp_path], cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=60)
     assert "Newmark's block" in said.stdout and is_drawn(tmp_path / "slip.png")
+
+
+# ---- anchors
+
+
+def test_anchored_dam(tmp_path):
+    """The flood to 46 m with and without tendons, beside statics; what tables, pictures, sheet and gravity method make of the tendons; the force for a factor."""
+    example = ROOT / "examples/anchored_dam"
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"), QUOIN=str(QUOIN))
+    subprocess.run([sys.executable, example / "mesh.py", tmp_path / "model.h5"], cwd=ROOT, env=environment, check=True, timeout=60)
+    for name, file in (("with", "scene.yaml"), ("without", "scene_without.yaml")):
+        subprocess.run([QUOIN, "-options_file", example / file, "-model", tmp_path / "model.h5", "-output", tmp_path / name, "-stages", "own,stressing,full,at46"],
+                       cwd=ROOT, check=True, timeout=120)  # fmt: skip
+    runs = {name: Results(str(tmp_path / name)) for name in ("with", "without")}
+    factors = {name: run.stage_summary("at46")["joints"]["base"]["sliding_factor_peak"] for name, run in runs.items()}
+    assert factors == {"with": pytest.approx(1.2572, abs=2e-3), "without": pytest.approx(1.1048, abs=1e-3)}  # by statics 1.2565 with a constant force
+    anchors = runs["with"].stage("at46").anchors
+    assert runs["without"].stage("at46").anchors is None and anchors.per_metre() * 3 == pytest.approx(anchors.force)
+    assert anchors.pull(2.0) == pytest.approx(np.array([[0, -2 * anchors.force[0] / 3]]))
+    said = {module: subprocess.run([sys.executable, "-m", f"quoin_tools.{module}", tmp_path / "with"], cwd=ROOT, env=environment, capture_output=True, text=True,
+                                   check=True, timeout=120).stdout for module in ("results", "plots", "report", "assessment")}  # fmt: skip
+    assert "Anchors, each" in said["results"] and f"{anchors.force[0] / 1e3:.2f}" in said["results"]
+    assert is_drawn(tmp_path / "with" / "anchors_at46.png") and is_drawn(tmp_path / "with" / "anchor_forces.png")
+    sheet = (tmp_path / "with" / "report.html").read_text(encoding="utf-8")
+    assert "<h2>Anchors</h2>" in sheet and f"{anchors.force[0] / 1e3:.2f}" in sheet
+    assert "Sliding factor by the gravity method 1.257, without them 1.105" in sheet
+    found = subprocess.run([sys.executable, example / "force.py", tmp_path / "model.h5", tmp_path / "force", "1.3"], cwd=ROOT, env=environment, capture_output=True,
+                           text=True, check=True, timeout=120).stdout.splitlines()  # fmt: skip
+    assert float(found[-2].split("factor ")[1].split(",")[0]) == pytest.approx(1.3, rel=1e-3)
+    assert float(found[-2].split(", ")[1].split()[0]) == pytest.approx(float(found[-1].split()[2]), rel=5e-3)

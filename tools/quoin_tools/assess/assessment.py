@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from quoin_tools.assess import base_water, cut, earthquake, guidelines, uplift, wedge
+from quoin_tools.assess import base_water, cut, earthquake, guidelines, tied, uplift, wedge
 from quoin_tools.assess.assessment_options import Options, options_from, parser
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -171,7 +171,8 @@ def assess_base(case, stage, name, path, kind, strength):
     path = path if kind == "joint" else cut.trimmed(path, case.body)
     base = Base(path[0], path[-1], case.scene.thickness)
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
-    dry = cut.total(forces)
+    anchors = tied.pulls(case, stage, part)
+    dry = cut.total(forces | anchors)
     bent = wedge.is_bent(path)
     flowing = base_water.computed(case, stage, part)
     if bent:
@@ -193,7 +194,8 @@ def assess_base(case, stage, name, path, kind, strength):
     found = Assessment(stage, name, kind, base, path, block, hand, strength)
     asked = uplift_under(case, stage, name, base)
     under = (asked or water, None if asked else others)
-    found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total, *under), strength)
+    found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total + cut.total(anchors), *under), strength)
+    found.notes += tied.words(anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
     if flowing.any():
         found.computed = flowing
         found.straight = None if bent else base_water.straight(case, stage, base, dry)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quoin_tools.base import flow, modes
+from quoin_tools.base import anchors, flow, modes
 from quoin_tools.base.files import reading
 from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
 
@@ -27,7 +27,7 @@ VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 witho
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
-SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes")  # what not every stage has: None there
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors")  # what not every stage has: None there
 CONTACT_FIELDS = (
     "face",
     "joint",
@@ -142,7 +142,11 @@ def flow_of(group):
     return flow.Flow(**{name: array(group[name]) for name in flow.column_names()})
 
 
-GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of}  # what a stage has that is no array
+def anchors_of(group):
+    return anchors.Anchors(**{name: array(group[name]) for name in anchors.column_names()})
+
+
+GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anchors": anchors_of}  # what a stage has that is no array
 
 
 class Stage:
@@ -454,6 +458,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
                "sigma start MPa|sigma end MPa", joint_rows),
     *flow.SECTIONS,
     *modes.SECTIONS,
+    *anchors.SECTIONS,
     ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing|moved mm", bracket_rows),
     ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
     ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),

@@ -31,7 +31,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from quoin_tools.base.results import Results, ResultsError, sliding
-from quoin_tools.show import modes, seepage, shaking
+from quoin_tools.show import modes, seepage, shaking, ties
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress
 from quoin_tools.show.style import (
@@ -310,6 +310,7 @@ def plot_all(results, whole=False, shaken=None):
             if plot_energy(results, stage, path(f"energy_{stage}")):
                 written.append(path(f"energy_{stage}"))
         written += shaking.plot_stages(results, shaken)
+        written += ties.plot_all(results, whole)
         if plot_history(results, path("history")):
             written.append(path("history"))
     return written

@@ -14,7 +14,7 @@ import quoin_tools
 from quoin_tools.assess import base_water, guidelines, uplift
 from quoin_tools.assess.assessment import ERRORS, account_complaints, assess, beside, cell, gathered, lines, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
-from quoin_tools.base import scene
+from quoin_tools.base import anchors, scene
 from quoin_tools.base.files import write_file
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.modes import mode_rows
@@ -347,6 +347,17 @@ def water_part(case, found):
     return f"<h2>Water in joints</h2>{part}{note}" if part else ""
 
 
+def anchors_part(case):
+    """Forces of anchors, stage by stage."""
+    part = ""
+    for s in case.results.summary["stages"]:
+        found = anchors.rows(s)
+        if found:
+            part += f"<section><h3>Stage {esc(s['name'])}</h3>" + table(anchors.COLUMNS, found, range(2, 8)) + notes(anchors.remarks(s)) + "</section>"
+    note = "<p><small>Forces of one anchor, and of all in a metre of thickness. A force that a jack holds is that of its stage.</small></p>"
+    return f"<h2>Anchors</h2>{part}{note}" if part else ""
+
+
 def convergence_part(case, pictures):
     rows = [(s["name"], s["verdict"], s["evidence"], s["cycles"], "-" if s["ratio"] is None else f"{s['ratio']:.2e}", s["checksum"])
             for s in case.results.summary["stages"]]  # fmt: skip
@@ -421,7 +432,7 @@ def page(case, pictures, shaken):
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), trials_part(case), modes_part(case), shaken_part(case, shaken), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case), trials_part(case), modes_part(case), shaken_part(case, shaken), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip

@@ -9,6 +9,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from quoin_tools.assess import cut
 from quoin_tools.assess.assessment import contacts_on
 from quoin_tools.assess.uplift import head_line
+from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
 from quoin_tools.show import style
 
@@ -133,6 +134,22 @@ def draw_bases(axes, assessed, size):
             arrow(axes, at - 0.11 * size * force / np.hypot(*force), at, LOAD)
 
 
+def draw_anchors(axes, case, stage):
+    """Lines from head to root, the redder the more they carry; force of one and per metre at the head."""
+    table = case.results.stage(stage).anchors
+    if table is None:
+        return
+    largest = max(np.abs(table.force).max(), 1e-300)
+    for name, head, root, force, each, state in zip(anchors.facts_of(case.results.stage_summary(stage)), table.head, table.root, table.force,
+                                                    table.per_metre(), table.state, strict=True):  # fmt: skip
+        there = anchors.STATES[state] not in ("absent", "broken")
+        colour = pyplot.get_cmap("plasma_r")(0.25 + 0.7 * abs(force) / largest) if there and force else "#777777"
+        axes.plot(*np.array([head, root]).T, color=colour, lw=2.2, ls="-" if there else (0, (2, 3)), solid_capstyle="butt", zorder=8)
+        axes.plot(*head, "s", ms=5, color=colour, zorder=8)
+        words = f"{name}  {style.plain(force / 1e3)} kN ({style.plain(each / 1e3)} kN/m)" if there else f"{name}  {anchors.STATES[state]}"
+        axes.annotate(words, head, (10, 8), textcoords="offset points", color="#5a1a6b", zorder=9, **LABEL)
+
+
 def section_svg(case, stage, assessed):
     """SVG text. assessed: of this stage."""
     mesh = case.results.mesh
@@ -154,6 +171,7 @@ def section_svg(case, stage, assessed):
                 draw_water(axes, case, name, load, force, box)
             else:
                 draw_other(axes, case, name, load, force, size)
+        draw_anchors(axes, case, stage)
         for found in assessed:
             draw_uplift(axes, case, found, size)
         draw_bases(axes, assessed, size)

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# A heightened dam with tendons from its crest, in a flood, with and without them; the force for a sliding factor of 1.3. From the top of the
+# checkout: examples/anchored_dam/run.sh [OUTPUT]
+set -eu
+here=$(dirname "${BASH_SOURCE[0]}") out=${1:-out/anchored_dam}
+export PYTHONPATH=tools
+mkdir -p "$out"
+python "$here/mesh.py" "$out/model.h5"
+mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene.yaml" -model "$out/model.h5" -output "$out/with"
+mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene_without.yaml" -model "$out/model.h5" -output "$out/without"
+python "$here/chart.py" "$out"
+python "$here/force.py" "$out/model.h5" "$out/force" 1.3
+python -m quoin_tools.plots "$out/with"
+python -m quoin_tools.report "$out/with"

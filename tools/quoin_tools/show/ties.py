@@ -1,0 +1,101 @@
+"""Pictures of anchors, for plots.py: only of scenes that have some.
+
+anchors_<stage>.png    their lines on the section, coloured by force
+anchor_forces.png      force of each over the stages, and over the trials of a flood or load factor
+"""
+
+import os
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+from quoin_tools.base.anchors import STATES, facts_of
+from quoin_tools.show import style
+
+FORCES = LinearSegmentedColormap.from_list("forces", ("#f2c14e", "#d1495b", "#5a1a6b"))
+MOST_NAMED = 12  # anchors whose forces are written beside them
+
+
+def box_of(mesh, anchors, whole):
+    """The view of the other pictures, and the anchors."""
+    box, _ = style.view(mesh, whole)
+    points = np.concatenate([anchors.head, anchors.root])
+    margin = 0.04 * max(box[1] - box[0], box[3] - box[2])
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    return min(box[0], low[0]), max(box[1], high[0]), min(box[2], low[1]), max(box[3], high[1])
+
+
+def plot_section(results, stage, path, whole=False):
+    """False: there are none."""
+    anchors, mesh = results.stage(stage).anchors, results.mesh
+    if anchors is None:
+        return False
+    box, names = box_of(mesh, anchors, whole), list(facts_of(results.stage_summary(stage)))
+    figure, axes = pyplot.subplots(figsize=style.figure_size(box, height=6.5, extra=1.6))
+    for row in np.unique(mesh.block_group):
+        fill = style.FILLS[row % len(style.FILLS)]
+        axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.3, alpha=0.6))
+    axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.6))
+    norm = Normalize(min(anchors.force.min() / 1e3, 0), max(anchors.force.max() / 1e3, 1e-9))
+    there = np.array([STATES[state] not in ("absent", "broken") for state in anchors.state])
+    lines = np.stack([anchors.head, anchors.root], axis=1)
+    axes.add_collection(LineCollection(lines[there], colors=FORCES(norm(anchors.force[there] / 1e3)), linewidths=2.6))
+    axes.add_collection(LineCollection(lines[~there], colors=style.GREY, linewidths=1.4, linestyles=(0, (2, 3))))
+    axes.plot(*anchors.head.T, "s", ms=4, color="black", zorder=5)
+    if len(anchors) <= MOST_NAMED:
+        for row, order in enumerate(np.lexsort((anchors.head[:, 0], anchors.head[:, 1]))):
+            force = f"{style.plain(anchors.force[order] / 1e3)} kN" if there[order] else STATES[anchors.state[order]]
+            axes.annotate(f"{names[order]}: {force}", anchors.head[order], (14, 6 + 13 * row), textcoords="offset points", fontsize=8,
+                          arrowprops={"arrowstyle": "-", "lw": 0.5, "color": style.GREY}, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8})  # fmt: skip
+    figure.colorbar(ScalarMappable(norm, FORCES), ax=axes, shrink=0.7, label="force of one anchor [kN]")
+    style.set_view(axes, box)
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"Stage {stage}: anchors")
+    style.save(figure, path)
+    return True
+
+
+def places_of(summary):
+    """Words and members `anchors`, a place for each stage, or for each of its trials that was stable."""
+    places = []
+    for s in summary["stages"]:
+        raised = s.get("flood") or s.get("load_factor")
+        if raised:
+            stable = sorted((t for t in raised["trials"] if t["outcome"] == "stable"), key=lambda t: t["value"])
+            places += [(f"{s['name']} {t['value']:.4g}", t.get("anchors") or {}) for t in stable]
+        else:
+            places.append((s["name"], s.get("anchors") or {}))
+    return places
+
+
+def plot_forces(results, path):
+    places = places_of(results.summary)
+    names = list(dict.fromkeys(name for _, found in places for name in found))
+    if not names:
+        return False
+    figure, axes = pyplot.subplots(figsize=(max(6.0, 1.5 + 0.6 * len(places)), 4.2))
+    for row, name in enumerate(names):
+        forces = [found[name]["force"] / 1e3 if name in found and found[name]["state"] != "absent" else np.nan for _, found in places]
+        axes.plot(forces, marker="o", ms=4, color=style.LINES[row % len(style.LINES)], ls=("-", "--", ":")[row // len(style.LINES) % 3], label=name)
+    axes.set_xticks(range(len(places)), [words for words, _ in places], rotation=40, ha="right")
+    axes.set_ylabel("force of one anchor [kN]")
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(0, low), max(0, high) + 0.12 * (max(0, high) - min(0, low)))
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False, ncols=min(4, len(names)))
+    style.save(figure, path)
+    return True
+
+
+def plot_all(results, whole=False):
+    """Writes the pictures there are; returns their paths."""
+    def path(name):
+        return os.path.join(results.folder, name + ".png")
+
+    written = [path(f"anchors_{stage}") for stage in results.stages if plot_section(results, stage, path(f"anchors_{stage}"), whole)]
+    if plot_forces(results, path("anchor_forces")):
+        written.append(path("anchor_forces"))
+    return written
