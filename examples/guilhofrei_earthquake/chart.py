@@ -14,7 +14,8 @@ from quoin_tools.base import record  # noqa: E402
 from quoin_tools.base.files import save_figure  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 
-MODELS = {"record": ("base that lets waves out", "#0072b2"), "box": ("rock box that is held all around", "#d55e00")}
+MODELS = {"record": ("base that lets waves out, sides on rollers", "#0072b2"), "free": ("base that lets waves out, free ground beside the sides", "#009e73"),
+          "box": ("rock box that is held all around", "#d55e00")}
 
 
 def slip_of(folder):

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Earthquake on section G1: pseudo-static, yield coefficient, record and after it; the same with a rock box that is held. From the top of the
-# checkout: examples/guilhofrei_earthquake/run.sh [OUTPUT]
+# Earthquake on section G1: pseudo-static, yield coefficient, record and after it; the same with free ground beside the sides, and with a rock box that
+# is held. From the top of the checkout: examples/guilhofrei_earthquake/run.sh [OUTPUT]
 set -eu
 here=$(dirname "${BASH_SOURCE[0]}") out=${1:-out/guilhofrei_earthquake}
 export PYTHONPATH=tools
@@ -14,5 +14,6 @@ run() {
 run pseudo sw,full,pseudo
 run yield sw,full,yield
 run record sw,full,shake,after,less
+run free sw,full,shake -supports_rock_sides_boundary free_field
 run box sw,full,shake -supports_rock_sides_fix xy -supports_rock_sides_motion quake -supports_rock_bottom_boundary fixed
 python "$here/chart.py" "$out"

@@ -329,6 +329,8 @@ def test_earthquake(tmp_path):
     assert 0.293 < raised["stable"] < raised["failing"] < 0.296
     short = ("-stages_shake_duration", "4")
     shaken = stages("record", "sw,full,shake,after", *short)
+    free = stages("free", "sw,full,shake", *short, "-supports_rock_sides_boundary", "free_field")["shake"]
+    assert abs(free["energy"]["balance"]) < 1e-6 * free["energy"]["incoming"] and [c["top"] for c in free["free_field"]] == pytest.approx([0, 2.28])
     stages("box", "sw,full,shake", *short, "-supports_rock_sides_fix", "xy", "-supports_rock_sides_motion", "quake", "-supports_rock_bottom_boundary", "fixed")
     assert abs(shaken["shake"]["energy"]["balance"]) < 1e-6 * shaken["shake"]["energy"]["incoming"]
     assert shaken["after"]["verdict"] == "converged"
