@@ -17,3 +17,6 @@ run record sw,full,shake,after,less
 run free sw,full,shake -supports_rock_sides_boundary free_field
 run box sw,full,shake -supports_rock_sides_fix xy -supports_rock_sides_motion quake -supports_rock_bottom_boundary fixed
 python "$here/chart.py" "$out"
+python -m quoin_tools.animate "$out/record"
+python -m quoin_tools.motion "$out/record" --record --points rock_heel crest_upstream --ky "$out/yield"
+python -m quoin_tools.report "$out/record" --ky "$out/yield"

@@ -337,6 +337,11 @@ def test_earthquake(tmp_path):
     assert shaken["after"]["joints"]["base"]["sliding_factor_peak"] == pytest.approx(1.57, abs=0.02)  # by hand tan(40)/tan(28.1)
     said = subprocess.run([sys.executable, example / "chart.py", tmp_path], cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=60)
     assert "Newmark's block" in said.stdout and is_drawn(tmp_path / "slip.png")
+    for words in (("animate", "--frames", "4"), ("motion", "--record", "--points", "rock_heel", "crest_upstream", "--ky", tmp_path / "yield"), ("report", "--ky", tmp_path / "yield")):
+        subprocess.run([sys.executable, "-m", f"quoin_tools.{words[0]}", tmp_path / "record", *words[1:]], cwd=ROOT, env=environment, check=True, timeout=120)
+    sheet = (tmp_path / "record/report.html").read_text(encoding="utf-8")
+    assert "rock_sides holds the ground" in sheet and "stage yield of yield: 0.29" in sheet and (tmp_path / "record/animation_shake.gif").exists()
+    assert all(is_drawn(tmp_path / "record" / name) for name in ("shaking_shake.png", "record_motion.png"))
 
 
 # ---- anchors

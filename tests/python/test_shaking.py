@@ -255,7 +255,7 @@ def test_sheet_says_what_shook_it_and_what_it_did(run):
     first, last = r.significant()
     for words in (f"{r.pga:.3f} ({r.pga / 9.81:.3f} g)", f"{last - first:.2f} ({first:.2f} to {last:.2f})", "table: fixed, holds xy, moves by quake", "stage limit: 0.267",
                   "damping of default 1e-06 s", f"{1e3 * (c['slip'][-1] - c['slip'][0]):.2f}", "Newmark&#x27;s rigid block with k_y 0.267", "lost in joints", "not accounted for",
-                  "The ground (table) is rigid", "Vertical motion of the ground is absent", "all supports"):  # fmt: skip
+                  "The ground (table) is rigid", "Vertical motion of the ground is absent", "Force of the supports on the model"):  # fmt: skip
         assert words in text, words
     rows = dict(re.findall(r"\|  \| base \|  \| (.*?) \|  \| (.*?) \|", text))
     end, largest = (1e3 * value for value in (c["slip"][-1] - c["slip"][0], max(c["slip"] - c["slip"][0], key=abs)))

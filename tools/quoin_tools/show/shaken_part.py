@@ -132,7 +132,7 @@ def shear_rows(courses):
         if courses.shear(axis) is not None:
             forces = {name: courses.columns[f"{name}_f{axis}_N"] for name in courses.supports}
             rows += [(name, axis, timed(peak(courses.time, force), 1e-3, 0)) for name, force in forces.items() if force.any()]
-            rows.append(("all supports", axis, timed(peak(courses.time, courses.shear(axis)), 1e-3, 0)))
+            rows += [("all supports", axis, timed(peak(courses.time, courses.shear(axis)), 1e-3, 0))] if len(courses.supports) > 1 else []
     return rows
 
 
@@ -177,7 +177,8 @@ def stage_part(case, shaken, stage):
     rows = joint_rows(shaken, stage, courses)
     if rows:
         part += "<h3>Joints over time</h3>" + table(("joint", "", "", "at [s]"), rows, (2, 3)) + (
-            "<p><small>Slip since the stage began, positive when the upper side moves towards the end of the joint. The factor of one moment is no verdict.</small></p>")
+            "<p><small>Slip since the stage began, positive when the upper side moves towards the end of the joint; of a net of joints sizes, "
+            "and sums of forces. The factor of one moment is no verdict.</small></p>")
         part += notes(newmark_words(shaken, stage, courses))
     if courses.probes:
         part += "<h3>Points</h3>" + table(("point", "", "largest, less the ground [mm]", "largest, absolute [mm]", "absolute at the end [mm]"), point_rows(courses), range(2, 5)) + (
