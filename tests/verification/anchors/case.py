@@ -399,12 +399,12 @@ def ranks_and_restart(case):
     for ranks in (2, 3, 4):
         result = case.run(mesh, whole, ranks=ranks)
         case.check(f"checksums on {ranks} ranks", checksums(result), checksums(first))
-        case.check("... anchors", anchors_of(result), anchors_of(first))
+        case.check("... the same numbers of all anchors", anchors_of(result) == anchors_of(first), True)
     kept = sorted((folder / "kept" / "checkpoints").iterdir())
     for i, at in enumerate((len(kept) // 8, len(kept) // 3, 2 * len(kept) // 3, len(kept) - 2)):
         again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
         case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
-        case.check("... anchors", anchors_of(again), anchors_of(first))
+        case.check("... the same numbers of all anchors", anchors_of(again) == anchors_of(first), True)
 
 
 def refused(case):
