@@ -93,6 +93,7 @@ PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stag
   PetscCall(PetscArraycpy(state->applied.target, state->applied.start, ModelApplied(m)));
   PetscCall(
       add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->applied.target + 3 * m->n_bodies));
+  PetscCall(CondensedLoads(m, state->applied.target + 3 * m->n_bodies)); // loads inside do not change
   state->applied.turn = LoadsTurn(m, state->u, state->applied.target);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -95,6 +95,23 @@ static void keep_anchors(const Scene *scene, const BlockMesh *mesh, PetscBool *i
   }
 }
 
+static void keep_set(const BlockMesh *mesh, const char *name, PetscBool *inner)
+{
+  for (const FaceSet *set = mesh->face_sets; set < mesh->face_sets + mesh->n_face_sets; set++)
+    for (PetscInt i = 0; !strcmp(set->name, name) && i < set->n; i++)
+      keep_face(mesh, set->faces[2 * i], set->faces[2 * i + 1], inner);
+}
+
+/* Keeps what has dashpots, a prescribed motion or added mass in time: supports that move or let waves out,
+   and faces under water that moves. */
+static void keep_in_time(const Scene *scene, const BlockMesh *mesh, PetscBool *inner)
+{
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
+    if (s->motion[0] || s->boundary != BOUNDARY_FIXED) keep_set(mesh, s->target, inner);
+  for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++)
+    if (load->kind == LOAD_ADDED_MASS) keep_set(mesh, load->target, inner);
+}
+
 PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin, BodyNumbers *bodies)
 {
   PetscInt *chosen;
@@ -111,6 +128,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
         inner[mesh->blocks[i]] = (PetscBool)!pass;
   if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
   if (bodies->n_condensed) keep_anchors(scene, mesh, inner);
+  if (bodies->n_condensed && SceneInTime(scene)) keep_in_time(scene, mesh, inner);
   for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
   bodies->inner = inner;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -109,7 +109,7 @@ typedef struct {
   PetscInt *body_body;  /* (n_bodies,) macroblock */
 
   PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
-  PetscReal *vertex_mass; /* [kg] (n_deformable,) true lumped masses (26)-(27) */
+  PetscReal *vertex_mass; /* [kg] (n_owned,) true lumped masses (26)-(27) of deformable blocks */
   int16_t *support;       /* (3 n_bodies + 2 n_owned,) row of Scene.supports that holds the dof, -1: it is
                              free; inner vertices are behind n_dof */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all enter */
@@ -129,10 +129,14 @@ typedef struct {
   double condensed_wall;          /* [s] that their factors took; they are made once per run */
   double condensed_processor;     /* [s] of the slowest rank's processor for them */
   struct _p_Condensed *condensed; /* (n_condensed,) ascending number; condense.c */
-  Faces faces;                    /* neighbours.c */
-  PetscInt n_faces_local;         /* the first n_faces_local faces belong to blocks at owned vertices; loads
+  PetscInt
+      *mode_start;  /* (n_condensed_global + 1,) modes of the bodies below each one; NULL: the scene has no
+                           dynamic stage; condense_in_time.c */
+  PetscInt n_modes; /* of the condensed bodies owned here, one body behind the other */
+  Faces faces;      /* neighbours.c */
+  PetscInt n_faces_local; /* the first n_faces_local faces belong to blocks at owned vertices; loads
                                      and sets name these */
-  FaceRecord *face_held;          /* (n_held,) remembered: far faces of groups that are not upgradeable */
+  FaceRecord *face_held;  /* (n_held,) remembered: far faces of groups that are not upgradeable */
   PetscInt n_held;
   GhostRecord *ghosts; /* (n_ghosts,) in the order of their local vertices; neighbours.c */
   PetscInt n_ghosts, n_element_ghosts;
@@ -182,6 +186,14 @@ typedef struct {
   PetscBool turn;            /* a rigid body has loads whose moment changes as it turns */
 } Applied;
 
+/* What a state has of each mode inside a condensed body, whose modal mass is 1 kg. */
+enum {
+  MODE_PLACE, /* [m] how far it is from the equilibrium of the loads inside */
+  MODE_SPEED, /* [m/s] at the half step */
+  MODE_LOAD,  /* [N] the loads inside that this equilibrium belongs to */
+  MODE_ARRAYS
+};
+
 typedef struct {
   PetscReal *u;          /* [m, rad] (3 n_bodies + 2 (n_vertices + DUMMY_VERTICES),) displacement;
                             integrate.c, rigid.c, ghost.c, newton_step.c; at inner vertices condense.c */
@@ -200,6 +212,9 @@ typedef struct {
   PetscReal alpha;       /* [1/s] Rayleigh damping (38) */
   PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
   PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
+  PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
+  PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, when they
+                            were last recovered; not in f. NULL: no condensed bodies; condense.c */
   PetscReal caution;     /* [-] times by which the step of a static stage is shorter; guard.c */
   PetscInt64 cycle;      /* cycles since the start of the run */
   PetscReal time;        /* [s] since the start of the first dynamic stage */
@@ -356,6 +371,12 @@ static inline PetscReal DofMass(const Model *m, PetscInt d)
 {
   const PetscInt at = 3 * m->n_bodies;
   return d < at ? m->body_mass[2 * (d / 3) + (d % 3 == 2)] : m->vertex_mass[(d - at) / 2];
+}
+/* Whether it is one of a kept vertex of a condensed body. */
+static inline PetscBool IsCondensed(const Model *m, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  return (PetscBool)(m->vertex_condensed && d >= at && m->vertex_condensed[(d - at) / 2] >= 0);
 }
 static inline PetscInt ModelApplied(const Model *m)
 { // number of entries of f_ext and support on this rank, those of inner vertices included

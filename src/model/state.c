@@ -113,6 +113,8 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
     variable = (PetscBool)(variable || scene->stages[i].variable);
   if (variable) PetscCall(PetscCalloc1(PetscMax(1, m->n_dof), &s->u_verified));
   if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
+  if (m->n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &s->inertial));
+  for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->n_modes, &s->modes[i]));
   s->dt = s->caution = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -130,6 +132,8 @@ PetscErrorCode StateDestroy(State *s)
   PetscCall(PetscFree(s->m_inv));
   PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));
+  PetscCall(PetscFree(s->inertial));
+  for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscFree(s->modes[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

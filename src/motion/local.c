@@ -10,30 +10,7 @@
    What comes in has a velocity of its own: of a wave that ground lets in it is g = w/2. The rest of the
    motion goes out, and takes (v - g).C (v - g) with it; that and the work of the dashpot on the model is
    what came in, (w/2).C (w/2) of such a wave. */
-#include "motion/motion.h"
-#include "base/lanes.h"
-
-enum { DOFS = 3 };
-typedef PetscReal Square[DOFS][DOFS];
-
-/* A vertex of a deformable block, or a rigid body. */
-typedef struct {
-  PetscInt dof;                  /* its first degree of freedom */
-  PetscBool rigid;               /* a rigid body: 3 of them; else 2 */
-  PetscBool heavy, damped, held; /* it has added mass; dashpots; something holds a degree of freedom of it */
-  Square mass;                   /* [kg, kg m, kg m2] added */
-  Square dashpot;                /* [N s/m]; 0 at rigid bodies */
-  Square inverse;                /* of M + dt/2 D, between degrees of freedom that nothing holds; else 0 */
-} LocalPoint;
-
-struct _p_Local {
-  const Model *m;
-  PetscInt n, capacity; /* points, and rows of allocated room */
-  LocalPoint *point;    /* (n,) ascending dof */
-  PetscReal dt, alpha;  /* [s], [1/s] of the inverses; 0: there are none yet */
-  PetscInt *row;        /* (n_bodies + n_deformable,) point of a rigid body or vertex, -1: none */
-  Incoming in;          /* (2 n_deformable,) each; NULL: no points */
-};
+#include "motion/local.h"
 
 static int size_of(const LocalPoint *p)
 {
@@ -136,6 +113,7 @@ PetscErrorCode LocalCreate(const TermView *view, Local **local)
   if (l->n)
     PetscCall(PetscCalloc3(2 * m->n_deformable, &l->in.w, 2 * m->n_deformable, &l->in.wave,
                            2 * m->n_deformable, &l->in.push));
+  PetscCall(LocalBodiesCreate(m, l));
   *local = l;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -144,6 +122,7 @@ PetscErrorCode LocalDestroy(Local **local)
 {
   PetscFunctionBeginUser;
   if (!*local) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(LocalBodiesDestroy(*local));
   PetscCall(PetscFree((*local)->point));
   PetscCall(PetscFree3((*local)->in.w, (*local)->in.wave, (*local)->in.push));
   PetscCall(PetscFree(*local));
@@ -159,29 +138,6 @@ PetscErrorCode LocalMasses(const Local *l, LocalTake take, void *context)
 }
 
 /* ---- a step */
-
-/* The entries of a point in a vertex array of the deformable; rigid bodies have none. */
-static const PetscReal *entries(const Local *l, const LocalPoint *p, const PetscReal *of_vertices)
-{
-  static const PetscReal none[DOFS] = {0.};
-  return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->n_bodies);
-}
-
-/* n, here and below, is the size of the point: where it is a constant, loops are unrolled. */
-KERNEL void times(int n, const Square a, const PetscReal *x, PetscReal *y)
-{
-  for (int i = 0; i < n; i++) {
-    y[i] = 0.;
-    for (int j = 0; j < n; j++) y[i] += a[i][j] * x[j];
-  }
-}
-
-KERNEL PetscReal product(int n, const PetscReal *x, const PetscReal *y)
-{
-  PetscReal sum = 0.;
-  for (int i = 0; i < n; i++) sum += x[i] * y[i];
-  return sum;
-}
 
 /* Solves a x = b; where a degree of freedom is held x is known. a, b are overwritten. Without pivots: what is
    left of a is positive definite. */
@@ -214,38 +170,6 @@ static PetscReal of_ground(const PetscReal ground[2], int i)
   return i < 2 ? ground[i] : 0.;
 }
 
-/* Books the works of the step from velocity v_0 to v_1 at a point. What moving supports give to the added
-   mass that they hold counts as theirs, and so does what acts beside dashpots. */
-KERNEL void book(const Local *l, const LocalPoint *p, int n, PetscReal dt, const PetscReal *v_0,
-                 const PetscReal *v_1, PetscReal works[LOCAL_WORKS])
-{
-  const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push);
-  PetscReal dashpot[DOFS] = {0.}, inertia[DOFS];
-  times(n, p->mass, v_0, inertia);
-  works[LOCAL_KINETIC] += 0.5 * product(n, v_1, inertia);
-  if (p->damped) {
-    const PetscReal *wave = entries(l, p, l->in.wave);
-    PetscReal mean[DOFS], less[DOFS], rest[DOFS], out[DOFS];
-    for (int i = 0; i < n; i++)
-      mean[i] = 0.5 * (v_0[i] + v_1[i]), less[i] = w[i] - mean[i], rest[i] = mean[i] - wave[i];
-    times(n, p->dashpot, less, dashpot);
-    times(n, p->dashpot, rest, out);
-    works[LOCAL_INCOMING] += dt * (product(n, dashpot, mean) + product(n, rest, out));
-  }
-  if (p->held) {
-    PetscReal change[DOFS];
-    for (int i = 0; i < n; i++) change[i] = (v_1[i] - v_0[i]) / dt;
-    times(n, p->mass, change, inertia);
-  }
-  for (int i = 0; i < n; i++) {
-    const PetscBool held = (PetscBool)(p->held && Held(l->m, p->dof + i)); // its support bears the dashpot
-    const PetscReal of_dashpot = held ? 0. : dashpot[i], of_support = held ? inertia[i] : push[i],
-                    way = 0.5 * dt * (v_0[i] + v_1[i]), ahead = 0.5 * dt * v_1[i];
-    works[LOCAL_DASHPOTS] += of_dashpot * way, works[LOCAL_DASHPOTS_AHEAD] += of_dashpot * ahead;
-    works[LOCAL_SUPPORTS] += of_support * way, works[LOCAL_SUPPORTS_AHEAD] += of_support * ahead;
-  }
-}
-
 /* Entries of vertices without a point are never read, so they need not be cleared. */
 static void find_incoming(Local *l, const State *s, PetscReal part)
 {
@@ -262,10 +186,12 @@ static void find_incoming(Local *l, const State *s, PetscReal part)
 }
 
 /* Inverts the matrices of the points for the step and alpha of the state. */
-static void find_inverses(Local *l, const State *s)
+static PetscErrorCode find_inverses(Local *l, const State *s)
 {
-  if (l->dt == s->dt && l->alpha == s->alpha) return;
+  PetscFunctionBeginUser;
+  if (l->dt == s->dt && l->alpha == s->alpha) PetscFunctionReturn(PETSC_SUCCESS);
   l->dt = s->dt, l->alpha = s->alpha;
+  PetscCall(LocalBodiesInvert(l, s));
   for (LocalPoint *p = l->point; p < l->point + l->n; p++) {
     p->heavy = p->damped = p->held = PETSC_FALSE;
     for (int i = 0; i < size_of(p); i++) {
@@ -285,6 +211,7 @@ static void find_inverses(Local *l, const State *s)
       for (int i = 0; i < size_of(p); i++) p->inverse[i][column] = Held(l->m, p->dof + column) ? 0. : x[i];
     }
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds v_1 - v_0 = dt (M + dt/2 D)^-1 (f_ext - f + C (w - v_0) + p - alpha m (v_0 - ground)); where a
@@ -292,10 +219,11 @@ static void find_inverses(Local *l, const State *s)
 KERNEL void accelerate(const Local *l, const LocalPoint *p, int n, const State *s, const PetscReal *v_0,
                        const PetscReal ground[2], PetscReal *v_1)
 {
-  const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push), *v = s->v + p->dof;
+  const PetscReal *w = LocalEntries(l, p, l->in.w), *push = LocalEntries(l, p, l->in.push),
+                  *v = s->v + p->dof;
   PetscReal less[DOFS], force[DOFS] = {0.}, change[DOFS];
   for (int i = 0; i < n; i++) less[i] = w[i] - v_0[i];
-  if (p->damped) times(n, p->dashpot, less, force);
+  if (p->damped) LocalTimes(n, p->dashpot, less, force);
   for (int i = 0; i < n; i++) {
     const PetscInt d = p->dof + i;
     force[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v_0[i] - of_ground(ground, i));
@@ -303,7 +231,7 @@ KERNEL void accelerate(const Local *l, const LocalPoint *p, int n, const State *
       if (Held(l->m, p->dof + j))
         force[i] -= (p->mass[i][j] + 0.5 * s->dt * p->dashpot[i][j]) * (v[j] - v_0[j]) / s->dt;
   }
-  times(n, p->inverse, force, change);
+  LocalTimes(n, p->inverse, force, change);
   for (int i = 0; i < n; i++) v_1[i] = p->held && Held(l->m, p->dof + i) ? v[i] : v_0[i] + s->dt * change[i];
 }
 
@@ -316,7 +244,7 @@ KERNEL void move_point(const Local *l, const LocalPoint *p, int n, State *s, con
     u[i] += (v_1[i] - v[i]) * s->dt; // the step has moved it as if it had its own mass only
     v[i] = v_1[i];
   }
-  book(l, p, n, s->dt, v_0, v_1, works);
+  LocalBook(l, p, n, s->dt, v_0, v_1, works);
 }
 
 /* (2,2) a x. */
@@ -357,7 +285,7 @@ KERNEL void MoveVertices_code(const Local *l, const State *state, const PetscRea
                                        [LOCAL_SUPPORTS] = 1., [LOCAL_SUPPORTS_AHEAD] = 0.5 * s.dt};
   Pair sum[LOCAL_WORKS] = {{0.}};
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++)
-    if (!p->rigid && !p->held) move_vertex(l, p, &s, v_before, against, sum);
+    if (!p->rigid && !p->held && !p->condensed) move_vertex(l, p, &s, v_before, against, sum);
   for (int k = 0; k < LOCAL_WORKS; k++) works[k] += unit[k] * (sum[k][0] + sum[k][1]);
 }
 
@@ -366,29 +294,38 @@ VARIANTS(MoveVertices,
           PetscReal *works),
          (l, state, v_before, ground, works))
 
-void LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
-               PetscReal works[LOCAL_WORKS])
+PetscErrorCode LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
+                         PetscReal works[LOCAL_WORKS])
 {
+  PetscFunctionBeginUser;
   works[LOCAL_KINETIC] = works[LOCAL_SUPPORTS_AHEAD] = works[LOCAL_DASHPOTS_AHEAD] = 0.;
+  works[LOCAL_INSIDE] = works[LOCAL_STRAIN] = works[LOCAL_DRAG_AHEAD] = 0.;
   find_incoming(l, s, 1.);
-  if (!l->n) return;
-  find_inverses(l, s);
+  if (!l->n && !l->n_bodies) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(find_inverses(l, s));
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
     if (p->rigid) move_point(l, p, DOFS, s, v_before + p->dof, ground, works);
-    if (!p->rigid && p->held) move_point(l, p, 2, s, v_before + p->dof, ground, works);
+    if (!p->rigid && p->held && !p->condensed) move_point(l, p, 2, s, v_before + p->dof, ground, works);
   }
   MoveVertices(l, s, v_before, ground, works);
+  LocalBodiesStep(l, s, v_before, ground, works);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2], PetscReal sign)
+PetscErrorCode LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
+                             PetscReal sign)
 {
+  PetscFunctionBeginUser;
   find_incoming(l, s, 0.5 * sign);
+  PetscCall(LocalBodiesHalfStep(l, s, v_before, ground, sign));
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
-    const PetscReal *w = entries(l, p, l->in.w), *push = entries(l, p, l->in.push), *v_0 = v_before + p->dof;
+    if (p->condensed) continue;
+    const PetscReal *w = LocalEntries(l, p, l->in.w), *push = LocalEntries(l, p, l->in.push),
+                    *v_0 = v_before + p->dof;
     PetscReal less[DOFS] = {0.}, b[DOFS] = {0.}, change[DOFS] = {0.};
     Square a = {{0.}};
     for (int i = 0; i < size_of(p); i++) less[i] = w[i] - v_0[i];
-    times(size_of(p), p->dashpot, less, b);
+    LocalTimes(size_of(p), p->dashpot, less, b);
     for (int i = 0; i < size_of(p); i++) {
       const PetscInt d = p->dof + i;
       b[i] += push[i] + s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v_0[i] - of_ground(ground, i));
@@ -399,4 +336,5 @@ void LocalHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscRea
     for (int i = 0; i < size_of(p); i++)
       if (!Held(l->m, p->dof + i)) s->v[p->dof + i] = v_0[i] + sign * 0.5 * s->dt * change[i];
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

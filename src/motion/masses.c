@@ -97,7 +97,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
     const PetscReal stiffness = d < at ? row[d % 3] : row[0];
     state->m[d] = DofMass(m, d);
     state->m_inv[d] = Held(m, d) ? 0. : 1. / DofMass(m, d);
-    if (Held(m, d)) continue;
+    if (Held(m, d) || IsCondensed(m, d)) continue;
     if (!(DofMass(m, d) > 0.) && !message[0]) {
       const PetscInt v = d < at ? m->body_start[d / 3] : (d - at) / 2;
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
@@ -107,6 +107,11 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
                               scene->file, stage->name, m->vertex_file[v]));
     }
     if (stiffness > 0.) least = PetscMin(least, 2. * PetscSqrtReal(DofMass(m, d) / stiffness)); // (25), (32)
+  }
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    PetscReal omega2;
+    PetscCall(CondensedFastest(m, m->condensed + b, k, &omega2));
+    if (omega2 > 0.) least = PetscMin(least, 2. / PetscSqrtReal(omega2));
   }
   PetscCall(PetscFree(k));
   PetscCall(CheckMessage(m->comm, message));

@@ -71,8 +71,14 @@ enum {
   LOCAL_INCOMING, /* what waves have brought in */
   LOCAL_DASHPOTS, /* work of dashpots on the model */
   LOCAL_DASHPOTS_AHEAD,
-  LOCAL_SUPPORTS, /* work of moving supports on added mass that they hold, and of what acts beside dashpots */
+  LOCAL_SUPPORTS, /* work of moving supports on added mass and on the inside of condensed bodies that they
+                     hold, and of what acts beside dashpots */
   LOCAL_SUPPORTS_AHEAD,
+  LOCAL_INSIDE, /* kinetic energy inside condensed bodies, at the present time */
+  LOCAL_STRAIN, /* what their modes store */
+  LOCAL_LOADS,  /* work of loads on their modes */
+  LOCAL_DRAG,   /* lost to damping by mass inside them */
+  LOCAL_DRAG_AHEAD,
   LOCAL_WORKS
 };
 /* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
@@ -82,15 +88,15 @@ PetscErrorCode LocalDestroy(Local **local);
    body or 2 of a vertex; the matrix between them. */
 typedef PetscErrorCode (*LocalTake)(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context);
 PetscErrorCode LocalMasses(const Local *local, LocalTake take, void *context);
-/* Gives the points the velocities and displacements of their own inertia, after MoveInTime has moved them
-   and supports what they hold. v_before: (n_dof,) velocities before the step; ground: [m/s] what alpha
-   damps against. */
-void LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
-               PetscReal works[LOCAL_WORKS]);
-/* Moves the velocities of the points from v_before by half a step of the present forces: sign -1 back, +1
+/* Gives the points and condensed bodies the velocities and displacements of their own inertia, after
+   MoveInTime has moved them and supports what they hold. v_before: (n_dof,) velocities before the step;
+   ground: [m/s] what alpha damps against. */
+PetscErrorCode LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
+                         PetscReal works[LOCAL_WORKS]);
+/* Moves their velocities from v_before by half a step of the present forces: sign -1 back, +1
    forward. */
-void LocalHalfStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
-                   PetscReal sign);
+PetscErrorCode LocalHalfStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
+                             PetscReal sign);
 
 /* ---- fault.c */
 /* Finds the first block of this rank where a force or displacement is not finite: a number that orders such

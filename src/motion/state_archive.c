@@ -72,6 +72,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   PetscCall(TermsArchive(a, &view));
+  PetscCall(CondensedArchive(a, m, s));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   s->applied.turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];

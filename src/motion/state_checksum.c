@@ -37,6 +37,12 @@ PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts 
     sum += hash_reals((uint64_t)m->body_gid[b] + (2ull << 40), 3, state->u + 3 * b);
     sum += hash_reals((uint64_t)m->body_gid[b] + (3ull << 40), 3, state->v + 3 * b);
   }
+  for (PetscInt b = 0; b < m->n_condensed && m->mode_start; b++)
+    for (PetscInt k = 0; k < m->condensed[b].n_modes; k++) {
+      const PetscInt row = m->condensed[b].first_mode + k;
+      const PetscReal mode[2] = {state->modes[MODE_PLACE][row], state->modes[MODE_SPEED][row]};
+      sum += hash_reals((uint64_t)(m->mode_start[m->condensed[b].number] + k) + (4ull << 40), 2, mode);
+    }
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (!c->owned[i]) continue;
     const uint64_t name = HashWord((uint64_t)c->key[2 * i]) ^ (uint64_t)c->key[2 * i + 1];

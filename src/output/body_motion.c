@@ -19,22 +19,29 @@ static PetscBool moment_of_dof(const Model *m, const PetscReal *u, PetscInt d, i
   return PETSC_TRUE;
 }
 
-PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre)
+/* Vertices that move with a rigid body count with it. */
+static PetscBool counts(const Model *m, PetscInt d)
+{
+  return (PetscBool)(d < m->n_dof || d >= 3 * m->n_bodies + 2 * m->n_moving);
+}
+
+/* Of the first n degrees of freedom: n_dof, or with the inside of condensed bodies. */
+static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n, PetscReal *centre)
 {
   const PetscInt nb = m->n_bodies_global;
   PetscReal *sum, moment, top[2] = {1e-290, 1e-290};
   int axis;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(6 * nb, &sum)); // by body: moments x, y, mass; two bins each
-  for (PetscInt d = 0; d < m->n_dof; d++)
-    if (moment_of_dof(m, u, d, &axis, &moment)) {
+  for (PetscInt d = 0; d < n; d++)
+    if (counts(m, d) && moment_of_dof(m, u, d, &axis, &moment)) {
       top[0] = PetscMax(top[0], PetscAbsReal(moment));
       top[1] = PetscMax(top[1], DofMass(m, d));
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
   const Bins moments = BinsFor(top[0]), masses = BinsFor(top[1]);
-  for (PetscInt d = 0; d < m->n_dof; d++)
-    if (moment_of_dof(m, u, d, &axis, &moment)) {
+  for (PetscInt d = 0; d < n; d++)
+    if (counts(m, d) && moment_of_dof(m, u, d, &axis, &moment)) {
       PetscReal *body = sum + 6 * DofBody(m, d);
       BinAdd(&moments, moment, body + 2 * axis);
       if (axis == 0) BinAdd(&masses, DofMass(m, d), body + 4);
@@ -45,6 +52,13 @@ PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre
     centre[i] = mass > 0. ? (body[2 * (i % 2)] + body[2 * (i % 2) + 1]) / mass : 0.;
   }
   PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre)
+{
+  PetscFunctionBeginUser;
+  PetscCall(centres_of(m, u, m->n_dof, centre));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -154,9 +168,12 @@ static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscRe
 static PetscErrorCode balances(const Model *m, BodyMotion *b)
 {
   Corner *mine, *all;
+  PetscReal *centre;
   const PetscReal **hull;
   PetscInt n = 0, n_all;
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * b->n, &centre));
+  PetscCall(centres_of(m, NULL, ModelApplied(m), centre));
   PetscCall(PetscMalloc1(m->n_faces_local, &mine));
   for (PetscInt f = 0; f < m->n_faces_local; f++) { // a face begins at each outer vertex
     const PetscInt v = m->faces.vertex[2 * f];
@@ -172,12 +189,13 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
       const PetscInt body = all[first].body;
       for (end = first; end < n_all && all[end].body == body; end++) continue;
       const PetscInt h = convex_hull(end - first, all + first, hull);
-      find_balance(h, hull, b->centre + 2 * body, b->balance + 2 * body);
+      find_balance(h, hull, centre + 2 * body, b->balance + 2 * body);
       b->group[body] = all[first].group;
     }
     PetscCall(PetscFree(hull));
     PetscCall(PetscFree(all));
   }
+  PetscCall(PetscFree(centre));
   PetscCallMPI(MPI_Bcast(b->balance, (PetscMPIInt)(2 * b->n), MPIU_REAL, 0, m->comm));
   PetscCallMPI(MPI_Bcast(b->group, (PetscMPIInt)b->n, MPIU_INT, 0, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -192,12 +210,12 @@ static PetscErrorCode sizes(const Model *m, BodyMotion *b)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(5 * b->n, &far));
   for (PetscInt i = 0; i < 5 * b->n; i++) far[i] = i % 5 == 4 ? 0. : -INFINITY;
-  for (PetscInt v = 0; v < m->n_moving; v++)
+  for (PetscInt v = 0; v < m->n_owned; v++)
     for (int k = 0; k < 2; k++) {
       PetscReal *low = far + 5 * m->vertex_body[v] + k;
       low[0] = PetscMax(low[0], -m->X[2 * v + k]), low[2] = PetscMax(low[2], m->X[2 * v + k]);
     }
-  for (PetscInt d = 0; d < m->n_dof; d++)
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
     if (Held(m, d)) far[5 * DofBody(m, d) + 4] = 1.;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, far, (PetscMPIInt)(5 * b->n), MPIU_REAL, MPI_MAX, m->comm));
   for (PetscInt i = 0; i < 2 * b->n; i++) {

@@ -87,6 +87,8 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
       rows[VERTEX_WIDTH * i + 6 + x] = -1.;
       if (i >= model->n_deformable && i < model->n_moving) continue;
       if (Held(model, dof)) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
+      if (Held(model, dof) && state->inertial && dof < model->n_dof)
+        rows[VERTEX_WIDTH * i + 2 + x] += state->inertial[dof];
       rows[VERTEX_WIDTH * i + 6 + x] = model->support[dof];
       rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }

@@ -50,14 +50,6 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a stage of the scene runs in time; then history.csv has columns of time and energies. */
-static PetscBool in_time(const Scene *scene)
-{
-  for (PetscInt s = 0; s < scene->n_stages; s++)
-    if (scene->stages[s].kind == STAGE_DYNAMIC) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 /* Writes the energies of a row; nan in a static stage, which has no account of them. */
 static void history_energies(FILE *f, const Problem *p)
 {
@@ -72,7 +64,7 @@ static void history_energies(FILE *f, const Problem *p)
 static void history_header(FILE *f, const Scene *scene, const Model *model)
 {
   fprintf(f, "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m");
-  if (in_time(scene))
+  if (SceneInTime(scene))
     fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,incoming_J,radiated_J,"
                "detection_J,balance_J");
   for (PetscInt p = 0; p < model->n_points; p++) {
@@ -338,7 +330,7 @@ static void history_row(const Problem *p, PetscReal u_max)
   const State *s = p->state;
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
           s->applied.ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
-  if (in_time(p->scene)) history_energies(f, p);
+  if (SceneInTime(p->scene)) history_energies(f, p);
   for (PetscInt i = 0; i < p->m->n_points; i++)
     fprintf(f, ",%.10g,%.10g", probes[4 * i + 2], probes[4 * i + 3]);
   fprintf(f, "\n");

@@ -182,6 +182,7 @@ PetscErrorCode QuoinView(Quoin q)
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
                           q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
                           q->model.condensed_wall));
+  PetscCall(CondensedSay(&q->model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

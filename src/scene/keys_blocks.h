@@ -11,10 +11,11 @@ typedef struct {
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
   PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
-  PetscReal velocity[2];    /* [m/s] at the start of the first dynamic stage */
-  PetscReal spin;           /* [rad/s] at that start, about each body's mass centre */
-  PetscBool upgradeable;    /* its contacts are verified and searched for under variable connectivity */
-  PetscBool output;         /* its blocks are written into results.h5 */
+  PetscReal highest_frequency; /* [Hz] condensed, in time: up to which it has modes; NaN: none given */
+  PetscReal velocity[2];       /* [m/s] at the start of the first dynamic stage */
+  PetscReal spin;              /* [rad/s] at that start, about each body's mass centre */
+  PetscBool upgradeable;       /* its contacts are verified and searched for under variable connectivity */
+  PetscBool output;            /* its blocks are written into results.h5 */
   PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
                                                          failure factors (39)-(41); NaN: not given */
   int line; /* line in the scene file, for messages, here and below; 0: command line */
@@ -40,7 +41,9 @@ static const char *const Formulations[] = {"full", "bending", "reduced", "Formul
   KEY(MATERIALS, "macroblocks", BOOL, Material, macroblocks, "true", NULL, "",
       "blocks that share a vertex are one body; false: each block is a body of its own, with joints to its neighbours"),
   KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",
-      "bodies of this group are reduced onto the vertices where they meet others: small strain, static stages"),
+      "bodies of this group are reduced onto the vertices where they meet others: small strain"),
+  KEY(MATERIALS, "highest_frequency", REAL, Material, highest_frequency, "= required in time", "> 0",
+      "Hz", "condensed, dynamic stages: vibrations within a body are kept up to this frequency"),
   KEY(MATERIALS, "tension", REAL, Material, tension, "= none", ">= 0", "Pa",
       "tensile strength f_t, for the local failure factor (39)"),
   KEY(MATERIALS, "compression", REAL, Material, compression, "= none", "> 0", "Pa",

@@ -45,7 +45,7 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
     memcpy(m->name, names[i].name, NAME_LENGTH);
     m->line = names[i].line;
     m->young = m->poisson = NAN; // NaN until SceneResolve knows whether the mesh says rigid
-    m->tension = m->compression = m->cohesion = m->friction = NAN;
+    m->tension = m->compression = m->cohesion = m->friction = m->highest_frequency = NAN;
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
     PetscCall(EchoSection(r, 2, m->name));

@@ -137,6 +137,14 @@ PetscBool MotionIsChanged(const GroundMotion *motion);
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
+/* Whether a stage of the scene runs in time. */
+static inline PetscBool SceneInTime(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].kind == STAGE_DYNAMIC) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* ---- term_sections.c */
 /* The entries of a section that a force term has of its own, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);

@@ -63,18 +63,21 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
 
 /* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1
    forward to t at the end. */
-static void half_step(const Problem *p, Dynamic *dynamic, PetscReal sign)
+static PetscErrorCode half_step(const Problem *p, Dynamic *dynamic, PetscReal sign)
 {
   EnergyAccount *energy = &dynamic->energy;
   const Model *m = p->m;
   State *s = p->state;
   PetscReal v_ground[2];
+  PetscFunctionBeginUser;
   ground_now(p, dynamic, v_ground);
   memcpy(energy->v_before, s->v, m->n_dof * sizeof *s->v);
   for (PetscInt d = 0; d < m->n_dof; d++)
-    s->v[d] += sign * 0.5 * s->dt *
-               (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * (s->v[d] - DofGround(m, d, v_ground)));
-  LocalHalfStep(dynamic->local, s, energy->v_before, v_ground, sign);
+    if (!Held(m, d))
+      s->v[d] += sign * 0.5 * s->dt *
+                 (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * (s->v[d] - DofGround(m, d, v_ground)));
+  PetscCall(LocalHalfStep(dynamic->local, s, energy->v_before, v_ground, sign));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The forces of now once more, with those that terms have just begun to give. */
@@ -96,8 +99,11 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   PetscInt anchors;
   PetscReal limit;
   PetscFunctionBeginUser;
-  if (!before || before->kind != STAGE_DYNAMIC)
+  if (!before || before->kind != STAGE_DYNAMIC) {
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
+    CondensedLoaded(m, s);
+    CondensedRest(m, s);
+  }
   if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
   p->contacts->rate = -1.; // no motion yet to damp
   PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
@@ -117,7 +123,8 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
-  half_step(p, d, -1.);
+  CondensedLoaded(m, s);
+  PetscCall(half_step(p, d, -1.));
   p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,7 +227,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   ground_now(p, d, v_ground);
   MoveInTime(m, s, v_ground, energy->v_before, energy->f_ext_before, &works);
   TermsAdvance(m, s);
-  LocalStep(d->local, s, energy->v_before, v_ground, energy->local);
+  PetscCall(LocalStep(d->local, s, energy->v_before, v_ground, energy->local));
   WorksInTime(m, s, v_ground, energy->v_before, &works);
   EnergyOfStep(&works, energy);
   RigidMotion(m, s->u);
@@ -362,6 +369,15 @@ static PetscBool over(const Loop *loop)
   return (PetscBool)(loop->p->result->cycles >= ((const Dynamic *)loop->memory)->steps);
 }
 
+/* The inside of condensed bodies; refuses bodies that have turned too far. */
+static PetscErrorCode recover(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(CondensedRecover(p->m, p->state));
+  PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A step; frames are written where forces and displacements are of one time. */
 static PetscErrorCode cycle(Loop *loop)
 {
@@ -376,6 +392,7 @@ static PetscErrorCode cycle(Loop *loop)
   if (!verified) PetscCall(evaluate(p, &d->energy));
   if (d->frame < stage->frames && i * (stage->frames + 1) >= d->steps * (d->frame + 1)) {
     PetscCall(passed(p));
+    PetscCall(recover(p));
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
@@ -436,7 +453,8 @@ static PetscErrorCode end(Loop *loop)
   p->contacts->rate = -1.;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   PetscCall(follow_motion(p));
-  half_step(p, d, 1.);
+  PetscCall(half_step(p, d, 1.));
+  PetscCall(recover(p));
   PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
   if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p, &d->energy));

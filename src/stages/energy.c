@@ -171,13 +171,14 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
     e->outside = e->supports = 0., e->damping = e->damping_ahead;
     e->local[LOCAL_DASHPOTS] = e->local[LOCAL_DASHPOTS_AHEAD], e->local[LOCAL_INCOMING] = 0.;
     e->local[LOCAL_SUPPORTS] = e->local[LOCAL_SUPPORTS_AHEAD];
+    e->local[LOCAL_DRAG] = e->local[LOCAL_DRAG_AHEAD], e->local[LOCAL_LOADS] = 0.;
   }
-  PetscReal sum[11] = {e->kinetic + e->local[LOCAL_KINETIC],
-                       e->strain,
+  PetscReal sum[11] = {e->kinetic + e->local[LOCAL_KINETIC] + e->local[LOCAL_INSIDE],
+                       e->strain + e->local[LOCAL_STRAIN],
                        in_joints,
-                       e->outside,
+                       e->outside + e->local[LOCAL_LOADS],
                        e->supports + e->local[LOCAL_SUPPORTS] - e->local[LOCAL_SUPPORTS_AHEAD],
-                       e->damping - e->damping_ahead,
+                       e->damping - e->damping_ahead + e->local[LOCAL_DRAG] - e->local[LOCAL_DRAG_AHEAD],
                        e->work_before,
                        e->local[LOCAL_INCOMING],
                        e->local[LOCAL_DASHPOTS] - e->local[LOCAL_DASHPOTS_AHEAD],

@@ -75,8 +75,18 @@ typedef struct _p_Condensed {
   PetscReal *S;             /* [N/m] (stride, stride) Schur complement, symmetric, padded with zeros */
   PetscReal *u, *f;         /* (stride,) room for a cycle: gathered displacements, forces S u */
   PetscReal *load, *g;      /* [N] (n_inner,), (n_kept,) loads inside that were last passed on, and as what */
+  PetscReal stored;         /* [J] that these loads store by the equilibrium inside */
   struct _p_Mat *factor;    /* of K_II, NULL: no inner ones; rows: inner, then kept */
   struct _p_Vec *x, *b;     /* of its solves */
+
+  /* in time, condense_in_time.c */
+  PetscInt n_modes, size, first_mode; /* its modes; n_kept + n_modes; its first row in State.modes */
+  PetscReal *omega2, *shapes;         /* [1/s2] (n_modes,) ascending; (n_modes, n_inner) of modal mass 1 */
+  PetscReal *inertia;                 /* [kg] (size, size) of kept degrees of freedom, then modes; without the
+                                         lumped masses of kept vertices */
+  PetscReal *along;                   /* [kg] (size, 2) what of it a motion of the whole along x, y takes */
+  PetscReal inside[2], left_out[2];   /* [kg] mass inside that moves along x, y; what of it has no modes */
+  PetscReal next;                     /* [Hz] the modes left out are no slower; inf: none is left out */
 } Condensed;
 /* Collective. Factors the bodies of this rank; supports must be known. Refuses a body
    that could move alone. */
@@ -90,6 +100,34 @@ PetscErrorCode CondensedLoads(const Model *model, PetscReal *f);
 PetscErrorCode CondensedInner(const Model *model, const PetscReal *f, PetscReal *u);
 /* Displacements and resisting forces at inner vertices, and state->passed, from the present state. */
 PetscErrorCode CondensedRecover(const Model *model, State *state);
+
+/* ---- dense.c */
+/* y = A x for dense A, (rows, columns) by columns, which are a multiple of 4. */
+void DenseTimes(PetscInt rows, PetscInt columns, const PetscReal *A, const PetscReal *x, PetscReal *y);
+/* x = K_II^-1 r. at: the entries of the inner degrees of freedom in r and x; NULL: they are packed. */
+PetscErrorCode CondensedSolve(const Condensed *body, const PetscInt *at, const PetscReal *r, PetscReal *x);
+
+/* ---- condense_in_time.c */
+/* Of a body with its factor and K; wants: MUMPS has too little memory. */
+PetscErrorCode CondensedModes(const Scene *scene, const Model *model, struct _p_Mat *K, Condensed *body,
+                              PetscBool *wants);
+PetscErrorCode CondensedModesDestroy(Condensed *body);
+/* Collective. Numbers the modes of all bodies; refuses bodies that share vertices with rigid ones. */
+PetscErrorCode CondensedModesNumber(const Scene *scene, Model *model);
+/* Collective. Prints which modes there are, and what those left out would carry. */
+PetscErrorCode CondensedSay(const Model *model);
+/* The largest omega^2 [1/s2] of a body with springs k [N/m] (vertices,) to the ground at its kept
+   vertices. */
+PetscErrorCode CondensedFastest(const Model *model, const Condensed *body, const PetscReal *k,
+                                PetscReal *omega2);
+/* What is inside follows its kept vertices, at rest. */
+void CondensedRest(const Model *model, const State *state);
+/* Takes the loads in f_ext; what is inside stays where it is. */
+void CondensedLoaded(const Model *model, State *state);
+/* Collective, see archive.h. Refuses modes that are not those of this run: q belongs to its modes. */
+PetscErrorCode CondensedArchive(Archive *archive, const Model *model, State *state);
+/* u += Phi q; u: vertex array. */
+void CondensedAddModes(const Model *model, const State *state, PetscReal *u);
 
 /* ---- condense_limits.c */
 /* Collective. Refuses contacts at inner vertices. */

@@ -215,7 +215,8 @@ static PetscErrorCode store_schur(Mat S, Condensed *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode factor_bodies(Model *m, const PetscInt *local, const double memory[2])
+static PetscErrorCode factor_bodies(const Scene *scene, Model *m, const PetscInt *local,
+                                    const double memory[2])
 {
   PetscBool wants = PETSC_FALSE, any;
   PetscInt *row;
@@ -233,6 +234,7 @@ static PetscErrorCode factor_bodies(Model *m, const PetscInt *local, const doubl
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     if (!wants) PetscCall(eliminate(K[b], m->condensed + b, &S, &wants));
     if (S) PetscCall(store_schur(S, m->condensed + b));
+    if (!wants && SceneInTime(scene)) PetscCall(CondensedModes(scene, m, K[b], m->condensed + b, &wants));
     PetscCall(MatDestroy(&S));
     PetscCall(MatDestroy(K + b));
   }
@@ -253,7 +255,8 @@ PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
   PetscCall(find_bodies(m, local));
   PetscCall(check_held(scene, m));
   PetscCall(check_memory(m, memory));
-  PetscCall(factor_bodies(m, local, memory));
+  PetscCall(factor_bodies(scene, m, local, memory));
+  if (SceneInTime(scene)) PetscCall(CondensedModesNumber(scene, m));
   PetscCall(PetscFree(local));
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     m->condensed_dofs[0] += m->condensed[b].n_kept;
@@ -275,35 +278,17 @@ PetscErrorCode CondensedDestroy(Model *m)
     PetscCall(PetscFree(c->kept));
     PetscCall(PetscFree(c->inner));
     PetscCall(PetscFree5(c->S, c->u, c->f, c->load, c->g));
+    PetscCall(CondensedModesDestroy(c));
     PetscCall(MatDestroy(&c->factor));
     PetscCall(VecDestroy(&c->x));
     PetscCall(VecDestroy(&c->b));
   }
   PetscCall(PetscFree(m->condensed));
+  PetscCall(PetscFree(m->mode_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- every cycle */
-
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&             \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define CLONES
-#endif
-
-/* f = S u, four columns at a time. Every f_i is summed in the order of the columns, whatever the width of
-   vectors, so the bits do not depend on the instruction set. */
-CLONES static void multiply(PetscInt n, const PetscReal *restrict S, const PetscReal *restrict u,
-                            PetscReal *restrict f)
-{
-  for (PetscInt i = 0; i < n; i++) f[i] = 0.;
-  for (PetscInt j = 0; j < n; j += 4) {
-    const PetscReal *restrict a = S + j * n, *restrict b = a + n, *restrict c = b + n, *restrict d = c + n;
-    for (PetscInt i = 0; i < n; i++)
-      f[i] += (a[i] * u[j] + b[i] * u[j + 1]) + (c[i] * u[j + 2] + d[i] * u[j + 3]);
-  }
-}
 
 /* f += S u, bodies of this rank. */
 static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
@@ -311,7 +296,7 @@ static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
-    multiply(c->stride, c->S, c->u, c->f);
+    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
     for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->f[i];
   }
 }
@@ -328,7 +313,8 @@ static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool any
 {
   const Model *m = at->m;
   PetscFunctionBeginUser;
-  (void)memory, (void)anywhere;
+  (void)memory;
+  if (anywhere && m->mode_start) PetscFunctionReturn(PETSC_SUCCESS); // in time: CondensedFastest
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
@@ -362,28 +348,36 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const TermKind Condensed_term = {
-    .name = "condensed bodies", .forces = forces, .bound = bound, .tangent = tangent};
-
-/* ---- inside */
-
-/* x = K_II^-1 r. r and x are vertex arrays, of which only the inner dofs are read and written. */
-static PetscErrorCode solve_inner(const Condensed *c, const PetscReal *r, PetscReal *x)
+/* Without that of modes, which comes with their motion. */
+static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
 {
-  PetscScalar *b;
-  const PetscScalar *y;
   PetscFunctionBeginUser;
-  if (!c->n_inner) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArray(c->b, &b));
-  for (PetscInt i = 0; i < c->n_inner; i++) b[i] = r[c->inner[i]];
-  for (PetscInt i = 0; i < c->n_kept; i++) b[c->n_inner + i] = 0.;
-  PetscCall(VecRestoreArray(c->b, &b));
-  PetscCall(MatSolve(c->factor, c->b, c->x));
-  PetscCall(VecGetArrayRead(c->x, &y));
-  for (PetscInt i = 0; i < c->n_inner; i++) x[c->inner[i]] = y[i];
-  PetscCall(VecRestoreArrayRead(c->x, &y));
+  (void)memory;
+  for (PetscInt b = 0; b < at->m->n_condensed; b++) {
+    const Condensed *c = at->m->condensed + b;
+    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = at->u[c->kept[i]];
+    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+    for (PetscInt i = 0; i < c->n_kept; i++) *sum += 0.5 * c->u[i] * c->f[i];
+    *sum += c->stored;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static PetscErrorCode begin(const TermView *v)
+{
+  PetscFunctionBeginUser;
+  if (v->stage->kind != STAGE_DYNAMIC) CondensedRest(v->m, v->state);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Condensed_term = {.name = "condensed bodies",
+                                 .forces = forces,
+                                 .bound = bound,
+                                 .energy = energy,
+                                 .tangent = tangent,
+                                 .begin = begin};
+
+/* ---- inside */
 
 PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
 {
@@ -400,11 +394,15 @@ PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
     if (changed && !w) PetscCall(PetscCalloc2(n, &w, n, &f_w));
   }
   if (w) { // g of (b)
-    for (PetscInt b = 0; b < m->n_condensed; b++) PetscCall(solve_inner(m->condensed + b, f, w));
-    ElementForcesCondensed(m, w, f_w);
     for (PetscInt b = 0; b < m->n_condensed; b++)
-      for (PetscInt i = 0; i < m->condensed[b].n_kept; i++)
-        m->condensed[b].g[i] = f_w[m->condensed[b].kept[i]];
+      PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, f, w));
+    ElementForcesCondensed(m, w, f_w);
+    for (PetscInt b = 0; b < m->n_condensed; b++) {
+      Condensed *c = m->condensed + b;
+      for (PetscInt i = 0; i < c->n_kept; i++) c->g[i] = f_w[c->kept[i]];
+      c->stored = 0.;
+      for (PetscInt i = 0; i < c->n_inner; i++) c->stored += 0.5 * c->load[i] * w[c->inner[i]];
+    }
     PetscCall(PetscFree2(w, f_w));
   }
   for (PetscInt b = 0; b < m->n_condensed; b++)
@@ -422,8 +420,25 @@ PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
   PetscCall(PetscArraycpy(u_kept, u, 2 * m->n_moving));
   ElementForcesCondensed(m, u_kept, r);
   for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) r[d] = (f ? f[d] : 0.) - r[d], u[d] = 0.;
-  for (PetscInt b = 0; b < m->n_condensed; b++) PetscCall(solve_inner(m->condensed + b, r, u)); // (a)
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, r, u)); // (a)
   PetscCall(PetscFree2(u_kept, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds what vibrates inside to displacements and forces, and notes what that does to kept vertices. */
+static PetscErrorCode add_vibrations(const Model *m, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies, n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *y, *f;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(n, &y, n, &f));
+  CondensedAddModes(m, state, y);
+  ElementForcesCondensed(m, y, f);
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
+    state->u[at + d] += y[d], state->f[at + d] += f[d];
+  PetscCall(PetscArraycpy(state->inertial + at, f, 2 * m->n_deformable));
+  PetscCall(PetscFree2(y, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -442,5 +457,6 @@ PetscErrorCode CondensedRecover(const Model *m, State *state)
   RigidForces(m, state->u, f);
   PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->n_moving));
   PetscCall(PetscFree2(f, Su));
+  if (m->n_modes) PetscCall(add_vibrations(m, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -45,11 +45,11 @@ static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
   PetscFunctionBeginUser;
   m->n_dof = at + 2 * m->n_deformable;
   const PetscInt n_held = at + 2 * m->n_owned;
-  PetscCall(PetscMalloc2(m->n_deformable, &m->vertex_mass, n_held, &m->support));
+  PetscCall(PetscMalloc2(m->n_owned, &m->vertex_mass, n_held, &m->support));
   for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
-  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->n_deformable));
+  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->n_owned));
   PetscCall(PetscFree(vertex_mass));
   PetscCall(damping_groups(scene, m));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -212,7 +212,7 @@ def ends_of_the_assumptions(case):
     scene = changed(load("stack").SCENE, ("materials.block.condensed", True))
     refused(case, "condensed and rigid", mesh, changed(scene, ("materials.block.rigid", True)), "choose one")
     dynamic = [{"fall": {"type": "dynamic", "duration": 0.1, "loads": ["weight"]}}]
-    refused(case, "a dynamic stage", mesh, changed(scene, ("stages", dynamic)), "has no inertia")
+    refused(case, "a dynamic stage", mesh, changed(scene, ("stages", dynamic)), "highest_frequency is missing")
     turned(case)
     leans(case)
     new_contact(case)

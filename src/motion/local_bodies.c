@@ -1,0 +1,369 @@
+/* local_bodies.c: condensed bodies in time (condense_in_time.c). With x = (u_B, q), the inertia M of (d)
+   beside the lumped masses and added masses of kept vertices, and D = alpha M + C, a step is that of
+   local.c,
+
+   (M + dt/2 D) (v+ - v-) = dt (f_ext - f - Omega^2 q + C (w - v-) + p - alpha M (v- - ground)),
+
+   solved with the inverse, which is as constant as the step. f has S u_B (condense.c). Modes have no
+   inertia in common, so they are eliminated, and the inverse is that of the kept degrees of freedom: with
+   H = Psi' M Phi and w = 1 + alpha dt/2
+
+   a_q = f_q / w - H' a_B,   (M_BB + dt/2 D_BB - w H H') a_B = f_B - H f_q.
+
+   The body belongs to one rank, and its sums run in one order, so bits do not depend on the ranks.
+
+   Vertices that one support holds move alike: along each direction they are one degree of freedom, of
+   known motion. The force that this takes is the support's work. */
+#include "motion/local.h"
+#include <petscblaslapack.h>
+
+/* ---- set-up */
+
+/* The row of a held degree of freedom d: that of its support along x or y; a new one where it is the
+   first. */
+static PetscInt support_row(const Model *m, LocalBody *b, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  for (PetscInt i = b->n_free; i < b->n; i++)
+    if (m->support[b->dof[i]] == m->support[d] && (b->dof[i] - at) % 2 == (d - at) % 2) return i;
+  b->dof[b->n] = d;
+  return b->n++;
+}
+
+static PetscInt padded(PetscInt n)
+{
+  return (n + BATCH - 1) / BATCH * BATCH;
+}
+
+/* Numbers the degrees of freedom. */
+static PetscErrorCode find_rows(const Model *m, LocalBody *b)
+{
+  const Condensed *c = b->of;
+  const PetscInt at = 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(c->n_kept, &b->dof, c->n_kept, &b->row));
+  for (PetscInt i = 0; i < c->n_kept; i++)
+    if (!Held(m, at + c->kept[i])) b->dof[b->n_free] = at + c->kept[i], b->row[i] = b->n_free++;
+  b->n = b->n_free;
+  for (PetscInt i = 0; i < c->n_kept; i++)
+    if (Held(m, at + c->kept[i])) b->row[i] = support_row(m, b, at + c->kept[i]);
+  b->stride = padded(b->n), b->width = padded(c->n_modes);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gathers the inertia by rows of the body. */
+static PetscErrorCode gather_inertia(LocalBody *b)
+{
+  const Condensed *c = b->of;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc5(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
+                         b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->stride * b->stride,
+                         &b->inverse));
+  for (PetscInt i = 0; i < c->n_kept; i++) {
+    const PetscReal *row = c->inertia + i * c->size;
+    for (PetscInt j = 0; j < c->n_kept; j++) b->inertia[b->row[i] * b->stride + b->row[j]] += row[j];
+    for (PetscInt k = 0; k < c->n_modes; k++) {
+      b->couples[k * b->stride + b->row[i]] += row[c->n_kept + k];
+      b->coupled[b->row[i] * b->width + k] += row[c->n_kept + k];
+    }
+    for (int x = 0; x < 2; x++) b->along[2 * b->row[i] + x] += c->along[2 * i + x];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LocalBodiesCreate(const Model *m, Local *l)
+{
+  PetscFunctionBeginUser;
+  l->n_bodies = m->n_condensed;
+  PetscCall(PetscCalloc1(l->n_bodies, &l->body));
+  for (PetscInt i = 0; i < l->n_bodies; i++) {
+    LocalBody *b = l->body + i;
+    b->of = m->condensed + i;
+    PetscCall(find_rows(m, b));
+    PetscCall(gather_inertia(b));
+    for (int k = 0; k < BODY_VECTORS; k++)
+      PetscCall(PetscCalloc2(b->stride, &b->kept[k], b->width, &b->modes[k]));
+    PetscCall(PetscMalloc1(l->n, &b->point));
+    for (PetscInt p = 0; p < l->n; p++)
+      if (IsCondensed(m, l->point[p].dof) && !l->point[p].rigid &&
+          m->vertex_condensed[(l->point[p].dof - 3 * m->n_bodies) / 2] == b->of->number)
+        l->point[p].condensed = PETSC_TRUE, b->point[b->n_points++] = p;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LocalBodiesDestroy(Local *l)
+{
+  PetscFunctionBeginUser;
+  for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
+    PetscCall(PetscFree2(b->dof, b->row));
+    PetscCall(PetscFree5(b->inertia, b->couples, b->coupled, b->along, b->inverse));
+    for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
+    PetscCall(PetscFree(b->point));
+  }
+  PetscCall(PetscFree(l->body));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Row of component x of a point at a vertex of the body. */
+static PetscInt row_of(const Local *l, const LocalBody *b, const LocalPoint *p, int x)
+{
+  const PetscInt entry = p->dof - 3 * l->m->n_bodies + x;
+  PetscInt low = 0, high = b->of->n_kept; // kept[low] <= entry < kept[high]
+  while (high - low > 1) {
+    const PetscInt middle = (low + high) / 2;
+    if (b->of->kept[middle] <= entry)
+      low = middle;
+    else
+      high = middle;
+  }
+  return b->row[low];
+}
+
+/* What damping by mass over a step adds to 1. */
+static PetscReal damped_mass(const State *s, PetscReal step)
+{
+  return 1. + 0.5 * step * s->alpha;
+}
+
+/* Finds the inverse of the kept degrees of freedom that nothing holds; step 0: of their inertia alone. */
+static PetscErrorCode invert(const Local *l, const LocalBody *b, const State *s, PetscReal step)
+{
+  const PetscReal whole = damped_mass(s, step), minus = -whole, one = 1.;
+  const PetscBLASInt n = (PetscBLASInt)b->n_free, stride = (PetscBLASInt)b->stride,
+                     k = (PetscBLASInt)b->of->n_modes;
+  PetscReal *A = b->inverse;
+  PetscBLASInt info = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(A, b->stride * b->stride));
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < b->n_free; i++) {
+    for (PetscInt j = 0; j < b->n_free; j++) A[i * b->stride + j] = whole * b->inertia[i * b->stride + j];
+    A[i * b->stride + i] += whole * s->m[b->dof[i]];
+  }
+  for (PetscInt i = 0; i < b->n_points; i++) {
+    const LocalPoint *p = l->point + b->point[i];
+    for (int x = 0; x < 2; x++)
+      for (int y = 0; y < 2; y++) {
+        const PetscInt row = row_of(l, b, p, x), column = row_of(l, b, p, y);
+        if (row < b->n_free && column < b->n_free)
+          A[row * b->stride + column] += p->mass[x][y] + 0.5 * step * p->dashpot[x][y];
+      }
+  }
+  if (k)
+    PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &n, &n, &k, &minus, b->couples, &stride, b->couples,
+                                        &stride, &one, A, &stride));
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &n, A, &stride, &info));
+  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &n, A, &stride, &info));
+  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "the inertia of a condensed body has no inverse: %d",
+             (int)info);
+  for (PetscInt i = 0; i < b->n_free; i++) // the lower triangle by columns
+    for (PetscInt j = 0; j < i; j++) A[i * b->stride + j] = A[j * b->stride + i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LocalBodiesInvert(Local *l, const State *s)
+{
+  PetscFunctionBeginUser;
+  for (const LocalBody *b = l->body; b < l->body + l->n_bodies; b++) PetscCall(invert(l, b, s, s->dt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a step */
+
+/* The velocities before the step, from those of the degrees of freedom, v, and of the modes. */
+static void gather(const LocalBody *b, const State *s, const PetscReal *v)
+{
+  for (PetscInt i = 0; i < b->n; i++) b->kept[V_BEFORE][i] = v[b->dof[i]];
+  memcpy(b->modes[V_BEFORE], s->modes[MODE_SPEED] + b->of->first_mode, b->of->n_modes * sizeof(PetscReal));
+}
+
+/* What inertia makes of velocities: both by number. */
+static void find_momentum(const LocalBody *b, int v, int momentum)
+{
+  PetscReal *kept = b->kept[momentum], *modes = b->modes[momentum];
+  DenseTimes(b->stride, b->stride, b->inertia, b->kept[v], kept);
+  DenseTimes(b->stride, b->width, b->couples, b->modes[v], b->kept[ROOM]);
+  DenseTimes(b->width, b->stride, b->coupled, b->kept[v], modes);
+  for (PetscInt i = 0; i < b->n; i++) kept[i] += b->kept[ROOM][i];
+  for (PetscInt k = 0; k < b->of->n_modes; k++) modes[k] += b->modes[v][k];
+}
+
+/* What damping by mass takes beside that of lumped masses. along: [kg] (2,) what the ground moves. */
+static PetscReal drag_of(const State *s, PetscReal momentum, const PetscReal *along,
+                         const PetscReal ground[2])
+{
+  return s->alpha * (momentum - along[0] * ground[0] - along[1] * ground[1]);
+}
+
+/* What moves along with the ground of mode k. */
+static const PetscReal *along_mode(const LocalBody *b, PetscInt k)
+{
+  return b->of->along + 2 * (b->of->n_kept + k);
+}
+
+/* What added mass and dashpots of the points add to the force. */
+static void add_points(const Local *l, const LocalBody *b, PetscReal step)
+{
+  const PetscReal *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
+  for (PetscInt k = 0; k < b->n_points; k++) {
+    const LocalPoint *p = l->point + b->point[k];
+    const PetscReal *w = LocalEntries(l, p, l->in.w), *push = LocalEntries(l, p, l->in.push);
+    const PetscInt row[2] = {row_of(l, b, p, 0), row_of(l, b, p, 1)};
+    for (int x = 0; x < 2; x++) {
+      if (row[x] >= b->n_free) continue;
+      PetscReal *force = b->kept[FORCE] + row[x];
+      *force += push[x];
+      for (int y = 0; y < 2; y++) {
+        *force += p->dashpot[x][y] * (w[y] - v_0[row[y]]);
+        if (row[y] >= b->n_free && step > 0.)
+          *force -= (p->mass[x][y] + 0.5 * step * p->dashpot[x][y]) * (v_1[row[y]] - v_0[row[y]]) / step;
+      }
+    }
+  }
+}
+
+/* What the acceleration of the supports takes from the forces. */
+static void add_supports(const LocalBody *b, const State *s, PetscReal step)
+{
+  for (PetscInt j = b->n_free; j < b->n && step > 0.; j++) {
+    const PetscReal a = damped_mass(s, step) * (b->kept[V_BEHIND][j] - b->kept[V_BEFORE][j]) / step;
+    if (a == 0.) continue;
+    for (PetscInt i = 0; i < b->n_free; i++) b->kept[FORCE][i] -= b->inertia[j * b->stride + i] * a;
+    for (PetscInt k = 0; k < b->of->n_modes; k++) b->modes[FORCE][k] -= b->coupled[j * b->width + k] * a;
+  }
+}
+
+static void find_forces(const Local *l, const LocalBody *b, const State *s, const PetscReal ground[2],
+                        PetscReal step)
+{
+  const PetscReal *q = s->modes[MODE_PLACE] + b->of->first_mode, *v = b->kept[V_BEFORE];
+  const PetscInt at = 3 * l->m->n_bodies;
+  PetscReal *kept = b->kept[FORCE], *modes = b->modes[FORCE];
+  for (PetscInt i = 0; i < b->n_free; i++) {
+    const PetscInt d = b->dof[i];
+    kept[i] = s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v[i] - ground[(d - at) % 2]);
+  }
+  for (PetscInt k = 0; k < b->of->n_modes; k++) modes[k] = -b->of->omega2[k] * q[k];
+  if (s->alpha != 0.) {
+    for (PetscInt i = 0; i < b->n_free; i++)
+      kept[i] -= drag_of(s, b->kept[MOMENTUM][i], b->along + 2 * i, ground);
+    for (PetscInt k = 0; k < b->of->n_modes; k++)
+      modes[k] -= drag_of(s, b->modes[MOMENTUM][k], along_mode(b, k), ground);
+  }
+  add_supports(b, s, step);
+  add_points(l, b, step);
+}
+
+/* Finds the acceleration over the step; 0: at once, with what supports hold at constant velocity.
+   V_BEFORE, and of what is held V_BEHIND, are known. */
+static void accelerate(const Local *l, LocalBody *b, const State *s, const PetscReal ground[2],
+                       PetscReal step)
+{
+  const PetscReal whole = damped_mass(s, step);
+  if (!b->known) find_momentum(b, V_BEFORE, MOMENTUM);
+  find_forces(l, b, s, ground, step);
+  DenseTimes(b->stride, b->width, b->couples, b->modes[FORCE], b->kept[ROOM]);
+  for (PetscInt i = 0; i < b->n_free; i++) b->kept[FORCE][i] -= b->kept[ROOM][i];
+  DenseTimes(b->stride, b->stride, b->inverse, b->kept[FORCE], b->kept[ACCELERATION]);
+  DenseTimes(b->width, b->stride, b->coupled, b->kept[ACCELERATION], b->modes[ROOM]);
+  for (PetscInt k = 0; k < b->of->n_modes; k++)
+    b->modes[ACCELERATION][k] = b->modes[FORCE][k] / whole - b->modes[ROOM][k];
+}
+
+/* Books the works of the step at one degree of freedom: velocities and momenta before and behind it. The
+   force that takes it along. */
+static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], PetscInt i,
+                          const PetscReal *along, const PetscReal ground[2], PetscReal works[LOCAL_WORKS])
+{
+  const PetscReal before = x[MOMENTUM][i], behind = x[MOMENTUM_BEHIND][i], v_0 = x[V_BEFORE][i],
+                  v_1 = x[V_BEHIND][i], drag = drag_of(s, 0.5 * (before + behind), along, ground);
+  works[LOCAL_INSIDE] += 0.5 * v_0 * behind;
+  works[LOCAL_DRAG] += 0.5 * s->dt * (v_0 + v_1) * drag;
+  works[LOCAL_DRAG_AHEAD] += 0.5 * s->dt * v_1 * drag;
+  return (behind - before) / s->dt + drag;
+}
+
+static void book_body(const Local *l, const LocalBody *b, const State *s, const PetscReal ground[2],
+                      PetscReal works[LOCAL_WORKS])
+{
+  const PetscReal *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
+  for (PetscInt i = 0; i < b->n; i++) {
+    const PetscReal force = book_one(s, b->kept, i, b->along + 2 * i, ground, works);
+    if (i < b->n_free) continue;
+    works[LOCAL_SUPPORTS] += 0.5 * s->dt * (v_0[i] + v_1[i]) * force; // its support bears that
+    works[LOCAL_SUPPORTS_AHEAD] += 0.5 * s->dt * v_1[i] * force;
+  }
+  for (PetscInt k = 0; k < b->of->n_modes; k++)
+    (void)book_one(s, b->modes, k, along_mode(b, k), ground, works);
+  for (PetscInt k = 0; k < b->n_points; k++) {
+    const LocalPoint *p = l->point + b->point[k];
+    const PetscInt row[2] = {row_of(l, b, p, 0), row_of(l, b, p, 1)};
+    const PetscReal v[2][2] = {{v_0[row[0]], v_0[row[1]]}, {v_1[row[0]], v_1[row[1]]}};
+    LocalBook(l, p, 2, s->dt, v[0], v[1], works);
+  }
+}
+
+/* Moves the modes on, and books what loads inside have done since the step before, and what modes store. */
+static void move_modes(const LocalBody *b, const State *s, PetscReal works[LOCAL_WORKS])
+{
+  const PetscInt first = b->of->first_mode;
+  for (PetscInt k = 0; k < b->of->n_modes; k++) {
+    PetscReal *q = s->modes[MODE_PLACE] + first + k, *speed = s->modes[MODE_SPEED] + first + k;
+    const PetscReal load = s->modes[MODE_LOAD][first + k];
+    works[LOCAL_STRAIN] += *q * (0.5 * b->of->omega2[k] * *q + load);
+    works[LOCAL_LOADS] += load * *speed * s->dt;
+    *speed = b->modes[V_BEHIND][k];
+    *q += *speed * s->dt;
+  }
+}
+
+/* What is behind the step is before the next one. */
+static void hand_on(LocalBody *b)
+{
+  PetscReal *const spare[2] = {b->kept[MOMENTUM], b->modes[MOMENTUM]};
+  b->kept[MOMENTUM] = b->kept[MOMENTUM_BEHIND], b->kept[MOMENTUM_BEHIND] = spare[0];
+  b->modes[MOMENTUM] = b->modes[MOMENTUM_BEHIND], b->modes[MOMENTUM_BEHIND] = spare[1];
+  b->known = PETSC_TRUE;
+}
+
+void LocalBodiesStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
+                     PetscReal works[LOCAL_WORKS])
+{
+  for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
+    gather(b, s, v_before);
+    for (PetscInt i = b->n_free; i < b->n; i++) b->kept[V_BEHIND][i] = s->v[b->dof[i]];
+    accelerate(l, b, s, ground, s->dt);
+    for (PetscInt i = 0; i < b->n_free; i++) {
+      const PetscInt d = b->dof[i];
+      const PetscReal v = b->kept[V_BEFORE][i] + s->dt * b->kept[ACCELERATION][i];
+      s->u[d] += (v - s->v[d]) * s->dt; // the step has moved it as if it had its own mass only
+      s->v[d] = b->kept[V_BEHIND][i] = v;
+    }
+    for (PetscInt k = 0; k < b->of->n_modes; k++)
+      b->modes[V_BEHIND][k] = b->modes[V_BEFORE][k] + s->dt * b->modes[ACCELERATION][k];
+    find_momentum(b, V_BEHIND, MOMENTUM_BEHIND);
+    book_body(l, b, s, ground, works);
+    move_modes(b, s, works);
+    hand_on(b);
+  }
+}
+
+PetscErrorCode LocalBodiesHalfStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
+                                   PetscReal sign)
+{
+  const PetscReal half = sign * 0.5 * s->dt;
+  PetscFunctionBeginUser;
+  for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
+    PetscCall(invert(l, b, s, 0.));
+    gather(b, s, v_before);
+    b->known = PETSC_FALSE;
+    accelerate(l, b, s, ground, 0.);
+    for (PetscInt i = 0; i < b->n_free; i++)
+      s->v[b->dof[i]] = b->kept[V_BEFORE][i] + half * b->kept[ACCELERATION][i];
+    for (PetscInt k = 0; k < b->of->n_modes; k++)
+      s->modes[MODE_SPEED][b->of->first_mode + k] += half * b->modes[ACCELERATION][k];
+  }
+  l->dt = 0.; // the inverses are not those of a step
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
