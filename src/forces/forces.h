@@ -20,9 +20,13 @@ PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *a
 PetscReal TermsLost(const State *state);
 PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
                             TermAdd add, void *context);
-/* All rows: TermsAdvance comes after each step in time; TermsBound adds row sums to k, a vertex array. */
+/* All rows: TermsAdvance comes after each step in time; TermsBound adds row sums to k, TermsDrag those of
+   dampers to c, vertex arrays; TermsDamped gives the work of dampers in the stage so far, of this rank
+   [J]. */
 void TermsAdvance(const Model *model, State *state);
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k);
+PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhere, PetscReal *c);
+PetscReal TermsDamped(const State *state);
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context);
 void TermsIncoming(const Model *model, const State *state, Incoming *in);
 /* Whether the load presses on faces and follows their motion. */

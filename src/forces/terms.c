@@ -17,6 +17,7 @@ static const TermKind *const Terms[] = {
     &Flow_term,
     &Anchors_term,
     &Condensed_term,
+    &Block_damping_term,
     &Blocks_term,
 };
 // clang-format on
@@ -136,6 +137,22 @@ PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywh
   for (int t = TERMS; t-- > 0;)
     if (Terms[t]->bound) PetscCall(Terms[t]->bound(state->terms[t], at, anywhere, k));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhere, PetscReal *c)
+{
+  PetscFunctionBeginUser;
+  for (int t = TERMS; t-- > 0;)
+    if (Terms[t]->drag) PetscCall(Terms[t]->drag(state->terms[t], at, anywhere, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal TermsDamped(const State *state)
+{
+  PetscReal sum = 0.;
+  for (int t = 0; t < TERMS; t++)
+    if (Terms[t]->damped) sum += Terms[t]->damped(state->terms[t]);
+  return sum;
 }
 
 PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *at, PetscReal *sum)

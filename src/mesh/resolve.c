@@ -87,6 +87,12 @@ static void check_in_time(const Scene *scene, const Material *m, const char *key
              "density: condensed, and stage %s is dynamic: expected a density > 0", stage->name);
   if (m->velocity[0] != 0. || m->velocity[1] != 0. || m->spin != 0.)
     Complain(message, scene->file, m->line, key, "velocity: a condensed body starts at rest");
+  for (stage = scene->stages; stage < scene->stages + scene->n_stages; stage++)
+    if (stage->kind == STAGE_DYNAMIC && (PetscIsNanReal(m->beta) ? stage->beta : m->beta) > 0.)
+      Complain(message, scene->file, m->line, key,
+               "beta: condensed, and stage %s is dynamic: condensed bodies have no such damping; expected "
+               "beta: 0",
+               stage->name);
 }
 
 // Completes a material: a deformable group needs elastic constants, a rigid one has none.
@@ -99,6 +105,9 @@ static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscIn
   if (m->rigid < 0) m->rigid = mesh->group_rigid[group] != 0;
   if (m->rigid && m->condensed)
     Complain(message, scene->file, m->line, key, "condensed, but rigid: choose one");
+  if (m->rigid && m->beta > 0.)
+    Complain(message, scene->file, m->line, key,
+             "beta damps strain, and a rigid group has none: leave it out");
   if (m->condensed && !m->macroblocks)
     Complain(message, scene->file, m->line, key,
              "condensed, but macroblocks is false: a single block has no inside");

@@ -248,7 +248,7 @@ typedef struct {
   PetscReal supports;                /* work of moving supports */
   PetscReal incoming, radiated;      /* what waves bring in and take out through quiet boundaries */
   PetscReal friction;                /* lost in joints, dashpots included: their work less what they store */
-  PetscReal damping;                 /* lost to mass-proportional damping */
+  PetscReal damping;                 /* lost to alpha and to beta */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */
   PetscReal balance;                 /* what came in less what is there or lost; 0 is exact */
 } Energies;

@@ -81,41 +81,164 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *stage, State *state,
-                               PetscReal *limit)
+/* ---- the step of a stage in time */
+
+/* [s] The largest step of a degree of freedom of mass m, with row sums k of stiffness and c of dampers that
+   know the velocity of half a step before: dt^2 k + 2 dt c <= 4 m. */
+static PetscReal step_of(PetscReal m, PetscReal k, PetscReal c)
+{
+  if (c > 0.) return 4. * m / (c + PetscSqrtReal(c * c + 4. * k * m));
+  return k > 0. ? 2. * PetscSqrtReal(m / k) : PETSC_INFINITY; // (25), (32)
+}
+
+/* The same of a condensed body, whose masses are at least those lumped at its kept vertices: with c <= g m
+   there, dt^2 omega^2 + 2 dt g <= 4. */
+static PetscErrorCode step_of_condensed(const Model *m, const Condensed *body, const PetscReal *k,
+                                        const PetscReal *c, PetscReal least[2], PetscInt worst[2])
+{
+  PetscReal omega2, g = 0.;
+  PetscFunctionBeginUser;
+  PetscCall(CondensedFastest(m, body, k, &omega2));
+  for (PetscInt i = 0; i < body->n_kept; i++) {
+    const PetscInt v = body->kept[i] / 2;
+    if (!Held(m, 3 * m->n_bodies + body->kept[i])) g = PetscMax(g, c[v] / m->vertex_mass[v]);
+  }
+  const PetscReal dt[2] = {step_of(1., omega2, 0.), g > 0. ? step_of(1., omega2, g) : PETSC_INFINITY};
+  for (int i = 0; i < 2; i++)
+    if (dt[i] < least[i]) least[i] = dt[i], worst[i] = 3 * m->n_bodies + body->kept[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The vertex array value at the vertex of degree of freedom d, or what body_stiffness makes of it. */
+static PetscReal row_of(const Model *m, PetscInt d, const PetscReal *at_vertices)
 {
   const PetscInt at = 3 * m->n_bodies;
-  const Instant now = {.scene = scene, .m = m, .joints = stage->joints};
+  PetscReal row[3];
+  if (d >= at) return at_vertices[(d - at) / 2];
+  body_stiffness(m, d / 3, at_vertices, row);
+  return row[d % 3];
+}
+
+/* The first vertex of degree of freedom d. */
+static PetscInt vertex_of(const Model *m, PetscInt d)
+{
+  const PetscInt at = 3 * m->n_bodies;
+  return d < at ? m->body_start[d / 3] : (d - at) / 2;
+}
+
+/* True masses of all degrees of freedom; those of free ones must not be zero. */
+static PetscErrorCode true_masses(const Scene *scene, const Model *m, const Stage *stage, State *state)
+{
   char message[MESSAGE_LENGTH] = "";
-  PetscReal *k, least = PETSC_INFINITY;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
-  PetscCall(TermsBound(state, &now, PETSC_TRUE, k));
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    PetscReal row[3] = {k[d < at ? 0 : (d - at) / 2], 0., 0.};
-    if (d < at) body_stiffness(m, d / 3, k, row);
-    const PetscReal stiffness = d < at ? row[d % 3] : row[0];
     state->m[d] = DofMass(m, d);
     state->m_inv[d] = Held(m, d) ? 0. : 1. / DofMass(m, d);
-    if (Held(m, d) || IsCondensed(m, d)) continue;
-    if (!(DofMass(m, d) > 0.) && !message[0]) {
-      const PetscInt v = d < at ? m->body_start[d / 3] : (d - at) / 2;
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                              "%s: stages.%s: vertex %" PetscInt_FMT
-                              " has no mass: a dynamic stage needs density > 0 in every group "
-                              "that is not held",
-                              scene->file, stage->name, m->vertex_file[v]));
-    }
-    if (stiffness > 0.) least = PetscMin(least, 2. * PetscSqrtReal(DofMass(m, d) / stiffness)); // (25), (32)
+    if (Held(m, d) || IsCondensed(m, d) || DofMass(m, d) > 0. || message[0]) continue;
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s: vertex %" PetscInt_FMT
+                            " has no mass: a dynamic stage needs density > 0 in every group "
+                            "that is not held",
+                            scene->file, stage->name, m->vertex_file[vertex_of(m, d)]));
   }
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    PetscReal omega2;
-    PetscCall(CondensedFastest(m, m->condensed + b, k, &omega2));
-    if (omega2 > 0.) least = PetscMin(least, 2. / PetscSqrtReal(omega2));
-  }
-  PetscCall(PetscFree(k));
   PetscCall(CheckMessage(m->comm, message));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPI_MIN, m->comm));
-  *limit = least < PETSC_INFINITY ? least : stage->duration;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The group of the first block at a local vertex. */
+static PetscInt group_at(const Model *m, PetscInt v)
+{
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (int k = 0; k < list->n_nodes; k++)
+        if (VertexOf(list, e, k) == v) return list->group[e];
+  return 0;
+}
+
+/* The joint of most stiffness, or most stiffness of dashpots. */
+static PetscInt stiffest_joint(const Scene *scene, const Joint *joints, PetscBool dashpots)
+{
+  PetscInt stiffest = 0;
+  PetscReal most = -1.;
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    const PetscReal k = dashpots ? joints[j].damping * joints[j].k_n : PetscMax(joints[j].k_n, joints[j].k_s);
+    if (k > most) most = k, stiffest = j;
+  }
+  return stiffest;
+}
+
+/* Says in words what sets the step at degree of freedom d: blocks, joints, or what damps them. all: rows of
+   all terms at vertices. */
+static PetscErrorCode name_what_sets(const Instant *now, const Stage *stage, PetscBool anywhere, PetscInt d,
+                                     const PetscReal *all, PetscBool damped, char words[])
+{
+  const Model *m = now->m;
+  const PetscInt v = vertex_of(m, d), at = 3 * m->n_bodies;
+  const PetscReal *X = d < at ? m->body_X + 2 * (d / 3) : m->X + 2 * v;
+  const char *group = m->group_names[group_at(m, v)];
+  PetscReal *joints;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &joints));
+  PetscCall((damped ? Contacts_term.drag : Contacts_term.bound)(NULL, now, anywhere, joints));
+  if (row_of(m, d, joints) < 0.5 * row_of(m, d, all))
+    PetscCall(PetscSNPrintf(words, STEP_WORDS, "%s group %s at x = %.4g m, y = %.4g m",
+                            damped ? "beta of" : "blocks of", group, (double)X[0], (double)X[1]));
+  else
+    PetscCall(PetscSNPrintf(words, STEP_WORDS, "%s joint %s at group %s, x = %.4g m, y = %.4g m",
+                            damped ? "damping of" : "stiffness of",
+                            now->scene->joints[stiffest_joint(now->scene, stage->joints, damped)].name, group,
+                            (double)X[0], (double)X[1]));
+  PetscCall(PetscFree(joints));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The words of the rank that has the least step; of several the one with the lowest vertex. */
+static PetscErrorCode tell_words(const Model *m, PetscReal mine, PetscReal least, PetscInt gid, char words[])
+{
+  PetscInt first = mine == least ? gid : PETSC_MAX_INT;
+  PetscMPIInt rank, from = m->size;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, m->comm));
+  rank = mine == least && gid == first ? m->rank : m->size;
+  PetscCallMPI(MPI_Allreduce(&rank, &from, 1, MPI_INT, MPI_MIN, m->comm));
+  if (from < m->size) PetscCallMPI(MPI_Bcast(words, STEP_WORDS, MPI_CHAR, from, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *stage, Contacts *contacts,
+                               PetscReal factor, State *state, TimeStep *step)
+{
+  const Instant now = {.scene = scene, .m = m, .joints = stage->joints, .contacts = contacts};
+  // contacts that never change need no room for others
+  const PetscBool anywhere = (PetscBool)(!PetscIsNanReal(stage->dt_factor) || stage->variable);
+  PetscReal *k, *c, least[2] = {PETSC_INFINITY, PETSC_INFINITY};
+  PetscInt worst[2] = {-1, -1};
+  PetscFunctionBeginUser;
+  PetscCall(true_masses(scene, m, stage, state));
+  PetscCall(PetscCalloc2(m->n_vertices + DUMMY_VERTICES, &k, m->n_vertices + DUMMY_VERTICES, &c));
+  PetscCall(TermsBound(state, &now, anywhere, k));
+  PetscCall(TermsDrag(state, &now, anywhere, c));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal row = row_of(m, d, k), drag = row_of(m, d, c), mass = DofMass(m, d);
+    const PetscReal dt[2] = {step_of(mass, row, 0.), drag > 0. ? step_of(mass, row, drag) : PETSC_INFINITY};
+    for (int i = 0; i < 2 && !Held(m, d) && !IsCondensed(m, d); i++)
+      if (dt[i] < least[i]) least[i] = dt[i], worst[i] = d;
+  }
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    PetscCall(step_of_condensed(m, m->condensed + b, k, c, least, worst));
+  const PetscReal mine[2] = {least[0], least[1]};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, 2, MPIU_REAL, MPI_MIN, m->comm));
+  step->limit = least[0] < PETSC_INFINITY ? least[0] : stage->duration;
+  step->damped = least[1];
+  step->dt = PetscMin(factor * step->limit, PetscMax(factor, DAMPED_FACTOR) * step->damped);
+  const int which = factor * step->limit > step->dt;
+  step->words[0] = '\0';
+  if (worst[which] >= 0 && mine[which] == least[which])
+    PetscCall(
+        name_what_sets(&now, stage, anywhere, worst[which], which ? c : k, (PetscBool)which, step->words));
+  PetscCall(tell_words(m, worst[which] < 0 ? PETSC_INFINITY : mine[which], least[which],
+                       worst[which] < 0 ? PETSC_MAX_INT : m->vertex_gid[vertex_of(m, worst[which])],
+                       step->words));
+  PetscCall(PetscFree2(k, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

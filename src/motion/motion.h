@@ -16,10 +16,20 @@ PetscErrorCode StateChecksum(const Model *model, const State *state, const Conta
    closed elastic joints, times dt, is at most 2 safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                             State *state);
-/* Collective. Writes the true masses into state->m, and finds the largest step [s] that is stable for them
-   with contacts wherever they may come. Refuses free degrees of freedom without mass. */
-PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, State *state,
-                               PetscReal *limit);
+/* What sets the step of a stage in time. */
+enum { STEP_WORDS = 160 };
+#define DAMPED_FACTOR 0.9 /* of the bound with dampers, where a smaller factor of that without is enough */
+typedef struct {
+  PetscReal dt;           /* [s] factor times the limit, or less for dampers */
+  PetscReal limit;        /* [s] the largest step that is stable without dampers; none: the duration */
+  PetscReal damped;       /* [s] with them, of the degrees of freedom that have some */
+  char words[STEP_WORDS]; /* where the least of these is, and of what */
+} TimeStep;
+/* Collective. Writes the true masses into state->m, and finds the step that is stable for them with contacts
+   wherever they may come; where contacts stay and dt_factor is auto, with those that are there. Refuses free
+   degrees of freedom without mass. */
+PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, Contacts *contacts,
+                               PetscReal factor, State *state, TimeStep *step);
 
 /* ---- integrate.c */
 typedef struct {

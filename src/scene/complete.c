@@ -187,6 +187,30 @@ PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Damping of a ratio z at two circular frequencies: alpha / (2 w) + beta w / 2 = z at both. */
+PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage)
+{
+  const PetscReal *f = stage->damping_frequencies;
+  const PetscBool ratio = (PetscBool)!isnan(stage->damping_ratio), frequencies = (PetscBool)!isnan(f[0]);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 2 && ratio; i++) {
+    PetscCall(IsGiven(r, path, i ? "beta" : "alpha", &given));
+    if (given) COMPLAIN(r, "it comes of damping_ratio: give one of them");
+  }
+  PetscCall(IsGiven(r, path, ratio ? "damping_frequencies" : "damping_ratio", &given));
+  if (ratio != frequencies)
+    COMPLAIN_MISSING(r, "missing: damping_ratio and damping_frequencies belong together");
+  if (!ratio || !frequencies) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!(f[0] > 0. && f[1] > f[0] && f[1] < PETSC_INFINITY))
+    COMPLAIN(r, "%g, %g: expected two frequencies [Hz] > 0, the lower one first", (double)f[0], (double)f[1]);
+  const PetscReal w[2] = {2. * PETSC_PI * f[0], 2. * PETSC_PI * f[1]};
+  stage->alpha = 2. * stage->damping_ratio * w[0] * w[1] / (w[0] + w[1]);
+  stage->beta = 2. * stage->damping_ratio / (w[0] + w[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A transient stage needs water that flows, and that can be stored. */
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage)
 {

@@ -11,6 +11,7 @@ typedef struct {
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
   PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
+  PetscReal beta;           /* [s] stiffness-proportional damping in time; NaN: that of the stage */
   PetscReal highest_frequency; /* [Hz] condensed, in time: up to which it has modes; NaN: none given */
   PetscReal velocity[2];       /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;              /* [rad/s] at that start, about each body's mass centre */
@@ -52,6 +53,8 @@ static const char *const Formulations[] = {"full", "bending", "reduced", "Formul
   KEY(MATERIALS, "friction", REAL, Material, friction, "= none", ">= 0, < 90", "degree",
       "angle of friction, for (41), with cohesion"),
 
+  KEY(MATERIALS, "beta", REAL, Material, beta, "= that of the stage", ">= 0", "s",
+      "dynamic stages: stiffness-proportional damping of its blocks"),
   KEY(MATERIALS, "velocity", PAIR, Material, velocity, "0, 0", NULL, "m/s",
       "x, y at the start of the first dynamic stage"),
   KEY(MATERIALS, "spin", REAL, Material, spin, "0", NULL, "rad/s",

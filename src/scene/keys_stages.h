@@ -27,11 +27,14 @@ typedef struct {
   PetscReal time_step; /* [s] transient: of the water, NaN: from the change of pressure */
   PetscReal water_time, water_step; /* [s] transient, while it runs: end and length of the present step of the
                                        water; 0: water flows steadily */
-  PetscReal dt_factor;              /* [-] dynamic: time step over its stability bound */
+  PetscReal dt_factor;              /* [-] dynamic: time step over its stability bound; NaN: auto */
   PetscReal alpha;                  /* [1/s] dynamic: mass-proportional damping */
-  FrameKind frame;                  /* dynamic: against what */
-  PetscInt frames;                  /* dynamic: number of results on the way, at equal intervals */
-  Joint *joints; /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
+  PetscReal beta;                   /* [s] dynamic: stiffness-proportional damping of blocks */
+  PetscReal damping_ratio, damping_frequencies[2]; /* [-], [Hz] dynamic: alpha and beta come of them; ratio
+                                                      NaN: they do not */
+  FrameKind frame;                                 /* dynamic: against what */
+  PetscInt frames; /* dynamic: number of results on the way, at equal intervals */
+  Joint *joints;   /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
   /* strength_reduction, flood, load_factor: trials go from start towards limit; see trial_stage.c */
   ReductionKind what;
@@ -84,10 +87,18 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "time_step", REAL, Stage, time_step, "= from the change of pressure", "> 0", "s",
       "transient: length of the steps of the water", .stages = BIT(STAGE_TRANSIENT)),
   KEY(STAGES, "dt_factor", REAL, Stage, dt_factor, "0.05", "> 0, <= 1", "-",
-      "dynamic: time step over the stability bound; smaller where contacts open and close",
-      .stages = BIT(STAGE_DYNAMIC)),
+      "dynamic: time step over the stability bound; auto: 0.9 where contacts stay and bodies deform, else 0.1",
+      .word = "auto", .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "dynamic: mass-proportional damping",
       .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "beta", REAL, Stage, beta, "0", ">= 0", "s",
+      "dynamic: stiffness-proportional damping of the deformable groups that have no beta of their own",
+      .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "damping_ratio", REAL, Stage, damping_ratio, "= none", "> 0, < 1", "-",
+      "dynamic: part of critical damping at two frequencies, from which alpha and beta come",
+      .stages = BIT(STAGE_DYNAMIC)),
+  KEY(STAGES, "damping_frequencies", PAIR, Stage, damping_frequencies, "= none", NULL, "Hz",
+      "dynamic: these two; between them there is less damping, outside more", .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "frame", CHOICE, Stage, frame, "ground", NULL, "",
       "dynamic: what alpha damps motion against: the ground that supports move, or absolute: what rests",
       .choices = Frames, .stages = BIT(STAGE_DYNAMIC)),

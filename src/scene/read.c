@@ -45,7 +45,8 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
     memcpy(m->name, names[i].name, NAME_LENGTH);
     m->line = names[i].line;
     m->young = m->poisson = NAN; // NaN until SceneResolve knows whether the mesh says rigid
-    m->tension = m->compression = m->cohesion = m->friction = m->highest_frequency = NAN;
+    m->tension = m->compression = m->cohesion = m->friction = NAN;
+    m->highest_frequency = m->beta = NAN;
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
     PetscCall(EchoSection(r, 2, m->name));
@@ -317,7 +318,8 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     memcpy(stage->name, names[i].name, NAME_LENGTH);
     stage->line = names[i].line;
     stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
-    stage->time_step = NAN;
+    stage->time_step = stage->damping_ratio = NAN;
+    stage->damping_frequencies[0] = stage->damping_frequencies[1] = NAN;
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
@@ -326,6 +328,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
     if (stage->kind == STAGE_LOAD_FACTOR) PetscCall(CompleteLoadFactor(r, path, stage));
+    if (stage->kind == STAGE_DYNAMIC) PetscCall(CompleteDamping(r, path, stage));
     if (stage->kind == STAGE_TRANSIENT) PetscCall(CompleteTransient(r, path, stage));
   }
   PetscCall(PetscFree(names));
@@ -459,7 +462,8 @@ static void describe_values(const Key *key, char text[256])
   if (key->type == TYPE_CHOICE)
     DescribeChoices(key->choices, text);
   else
-    snprintf(text, 256, "%s%s%s", words[key->type], key->range ? " " : "", key->range ? key->range : "");
+    snprintf(text, 256, "%s%s%s%s%s", words[key->type], key->range ? " " : "", key->range ? key->range : "",
+             key->word ? " or " : "", key->word ? key->word : "");
 }
 
 PetscErrorCode SceneHelp(MPI_Comm comm)

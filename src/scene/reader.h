@@ -59,6 +59,7 @@ typedef struct {
   const char *range;  /* such as ">= 0, < 90"; NULL: any */
   const char *unit;
   const char *help;
+  const char *word;           /* of a number: what may stand in its place; it is NaN then; NULL: nothing */
   const char *const *choices; /* words, in the manner of PetscEnum lists */
   size_t count;               /* offset of the length of a list */
   int loads;                  /* bits: types of load that have the key; 0: all */
@@ -111,6 +112,7 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
+PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
 PetscErrorCode CompleteDynamicWater(Reader *r);
 /* ---- complete_anchors.c */

@@ -287,7 +287,7 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
     break;
   case TYPE_REAL:
   case TYPE_LIMIT:
-    *(PetscReal *)field = convert_number(r, key, text);
+    *(PetscReal *)field = key->word && !strcmp(text, key->word) ? NAN : convert_number(r, key, text);
     break;
   case TYPE_INT:
     *(PetscInt *)field = (PetscInt)PetscClipInterval(convert_number(r, key, text), -1e9, 1e9);

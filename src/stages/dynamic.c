@@ -13,6 +13,7 @@ typedef struct {
   Ground ground;                /* what alpha damps against; at rest: it rests */
   PetscInt64 steps;             /* of the stage */
   PetscInt frame;               /* the last written */
+  TimeStep step;                /* what set it; after a restart without words */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
 } Dynamic;
 
@@ -97,7 +98,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   Model *m = p->m;
   State *s = p->state;
   PetscInt anchors;
-  PetscReal limit;
+  PetscReal factor;
   PetscFunctionBeginUser;
   if (!before || before->kind != STAGE_DYNAMIC) {
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
@@ -114,8 +115,10 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   p->contacts->counted = PETSC_FALSE;
   PartingStart(p);
   PetscCall(TermsBegin(&view));
-  PetscCall(DynamicTimeStep(p->scene, m, stage, s, &limit)); // by what terms have begun, too
-  s->dt = stage->dt_factor * limit;
+  PetscCall(PaceFactor(p, &factor));
+  PetscCall(
+      DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // with what terms have begun
+  s->dt = d->step.dt;
   s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);
@@ -264,30 +267,6 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The four models that derive from no potential make or destroy energy where contacts open and close. What is
-   pressed at one end alone bears by the row of its model: at c2/(c1 + c2) of its length from there. */
-static PetscErrorCode warn_models(const Problem *p)
-{
-  const Contacts *c = p->contacts;
-  PetscInt n = 0;
-  PetscFunctionBeginUser;
-  for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
-    const StressModelKind model = p->stage->joints[j].stress_model;
-    n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
-  if (n)
-    PetscCall(
-        PetscPrintf(p->m->comm,
-                    "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
-                    "destroy energy when they open and close, and pivot inside the base, a quarter, an "
-                    "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
-                    "to 3.7 times too slowly; use pt or tptm in dynamic stages\n",
-                    p->stage->name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Boundaries that let waves out hold no longer, and what has inertia of its own is known; again on a new
    partition. */
 static PetscErrorCode prepare(const Problem *p, Dynamic *d)
@@ -425,10 +404,7 @@ static PetscErrorCode say_steps(Loop *loop)
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   d->steps = (PetscInt64)rint(p->stage->duration / p->state->dt);
-  PetscCall(warn_models(p));
-  PetscCall(PetscPrintf(p->m->comm,
-                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound)\n",
-                        p->stage->name, d->steps, (double)p->state->dt, (double)p->stage->dt_factor));
+  PetscCall(PaceTell(p, &d->step, d->steps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

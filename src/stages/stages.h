@@ -46,6 +46,13 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
    much of the energy came from nothing. */
 PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
 
+/* ---- pace.c */
+/* Collective. The part of the stability bound that a dynamic stage takes, by dt_factor. */
+PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor);
+/* Collective. Says how many steps a dynamic stage makes, what set them, and what its damping is; warns of
+   joints with which no step is right. */
+PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, PetscInt64 steps);
+
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */
 PetscErrorCode DynamicRun(const Problem *p);

@@ -198,7 +198,8 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
 {
   FILE *shown = PETSC_STDOUT;
   Stage stage = p->scene->stages[s];
-  PetscReal limit;
+  TimeStep step;
+  PetscReal factor;
   StageResult result;
   Problem tried = *p;
   PetscFunctionBeginUser;
@@ -206,8 +207,9 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   const TermView view = ViewOf(&tried);
   PETSC_STDOUT = fopen("/dev/null", "w");
   PetscCall(TermsBegin(&view)); // water that it traps shortens its step
-  PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->state, &limit));
-  stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * stage.dt_factor * limit);
+  PetscCall(PaceFactor(&tried, &factor));
+  PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->contacts, factor, p->state, &step));
+  stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * step.dt);
   stage.frames = 0;
   const double start = ProcessorSeconds();
   PetscCall(StageRun(&tried));
@@ -238,14 +240,18 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
 static PetscErrorCode other_stages(const Problem *p, Attempt *a)
 {
   static const PetscReal once[3] = {1., 1., 1.};
-  PetscReal limit;
+  Problem of = *p;
+  TimeStep step;
+  PetscReal factor;
   PetscFunctionBeginUser;
   for (PetscInt s = a->n_static; s < p->scene->n_stages; s++) {
     const Stage *stage = p->scene->stages + s;
     if (stage->kind == STAGE_DYNAMIC) {
       if (a->step == 0.) PetscCall(time_dynamic(p, s, &a->step));
-      PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->state, &limit));
-      const PetscReal steps = PetscCeilReal(stage->duration / (stage->dt_factor * limit));
+      of.stage = stage;
+      PetscCall(PaceFactor(&of, &factor));
+      PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->contacts, factor, p->state, &step));
+      const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
       a->cost[s] = (Cost){.cycles = steps,
                           .least = steps,
                           .most = steps,

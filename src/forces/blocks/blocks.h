@@ -65,6 +65,10 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
 /* Deformable blocks as a force term. */
 extern const TermKind Blocks_term;
 
+/* ---- block_damping.c */
+/* Their damping in proportion to their stiffness, in time. */
+extern const TermKind Block_damping_term;
+
 /* ---- condense.c */
 /* A condensed body: K of its blocks reduced onto its kept degrees of freedom. */
 typedef struct _p_Condensed {

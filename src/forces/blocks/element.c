@@ -6,24 +6,6 @@
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
-/* h: model->hourglass; NULL when all blocks are ELEMENT_FULL. Where speed matters callers pass NULL as a
-   constant, and the compiler leaves the rest out. */
-KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
-{
-  const LanesVector lame = GatherVertex(&model->lame->lambda, g);
-  if (!h) return (LanesMaterial){lame.x, lame.y, {{0.}, {0.}, {0.}}, {0}};
-  const PetscInt at[LANES] = {3 * g[0], 3 * g[1], 3 * g[2], 3 * g[3]};
-  const Lanes c0 = {h[at[0]], h[at[1]], h[at[2]], h[at[3]]},
-              c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
-              c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
-  return (LanesMaterial){lame.x, lame.y, {c0, c1, c2}, c0 > 0.};
-}
-
-KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
-{
-  return LoadMaterialOf(model, model->hourglass, g);
-}
-
 /* E and nu are those of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
 void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3])
 {
@@ -32,13 +14,6 @@ void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, Pet
   for (int i = 0; i < 3; i++) hourglass[i] = 0.;
   if (element == ELEMENT_BENDING) hourglass[0] = E, hourglass[2] = -nu * E;
   if (element == ELEMENT_REDUCED) hourglass[0] = hourglass[1] = 0.5 * coefficient * E;
-}
-
-/* Vertices of LANES elements from element `first` on; vertex i of a lane stands at [i * BATCH + lane]. */
-KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
-{
-  const size_t i = (size_t)first;
-  return e->vertex + (i / BATCH) * n_nodes * BATCH + i % BATCH;
 }
 
 /* ---- forces (10) */

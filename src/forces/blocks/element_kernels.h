@@ -174,13 +174,18 @@ KERNEL LanesTangent TangentOf(LanesVector X, LanesVector u, Lanes mu, int large)
   return (LanesTangent){X, u, x, VectorDot(X, X), D, mu * D};
 }
 
-/* p, q: tangents along xi, eta. modulus: lambda/2 + mu. */
-KERNEL LanesTensor NaturalStress(const LanesTangent *p, const LanesTangent *q, Lanes modulus, Lanes mu)
+/* p, q: tangents along xi, eta; D12 belongs to both. modulus: lambda/2 + mu. */
+KERNEL LanesTensor NaturalStressOf(const LanesTangent *p, const LanesTangent *q, Lanes D12, Lanes modulus,
+                                   Lanes mu)
 {
-  const Lanes r = 1. / VectorCross(p->X, q->X), G12 = VectorDot(p->X, q->X),
-              D12 = VectorDot(p->X, q->u) + VectorDot(p->u, q->x);
+  const Lanes r = 1. / VectorCross(p->X, q->X), G12 = VectorDot(p->X, q->X);
   const Lanes d = q->G * p->D + p->G * q->D - (G12 + G12) * D12, c = modulus * (r * r) * d;
   return (LanesTensor){(c * q->G - q->mu_D) * r, (c * p->G - p->mu_D) * r, (mu * D12 - c * G12) * r};
+}
+
+KERNEL LanesTensor NaturalStress(const LanesTangent *p, const LanesTangent *q, Lanes modulus, Lanes mu)
+{
+  return NaturalStressOf(p, q, VectorDot(p->X, q->u) + VectorDot(p->u, q->x), modulus, mu);
 }
 
 /* Natural stress at the centre of a block. */
@@ -198,6 +203,23 @@ KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVect
   f[1] = VectorSubtract(difference, RH);
   f[2] = VectorAdd(RH, sum);
   f[3] = (LanesVector){-(difference.x + RH.x), -(difference.y + RH.y)};
+}
+
+/* Forces on the vertices of the 4-node block, from the natural stresses at its points (-,-), (+,-), (+,+),
+   (-,+). a, b, k: see Q4Force. */
+KERNEL void Q4Sum(const LanesTensor T[4], LanesVector a, LanesVector b, LanesVector k, LanesVector f[4])
+{
+  /* sums over a row of points (below, above) or a column (left, right) */
+  const Lanes below = T[0].xx + T[1].xx, above = T[2].xx + T[3].xx, left = T[0].yy + T[3].yy,
+              right = T[1].yy + T[2].yy;
+  const Lanes low = T[0].xy + T[1].xy, high = T[2].xy + T[3].xy, p = T[1].xy - T[0].xy, q = T[2].xy - T[3].xy;
+  const Lanes t11 = below + above, t22 = left + right, t12 = low + high;
+  const Lanes s1 = (above - below) + (p + q), s2 = (high - low) + (right - left), d = q - p;
+  const Lanes s3 = t11 + t22 + (d + d);
+  const LanesVector R1 = {t11 * a.x + t12 * b.x + s1 * k.x, t11 * a.y + t12 * b.y + s1 * k.y};
+  const LanesVector R2 = {t12 * a.x + t22 * b.x + s2 * k.x, t12 * a.y + t22 * b.y + s2 * k.y};
+  const LanesVector RH = {s1 * a.x + s2 * b.x + s3 * k.x, s1 * a.y + s2 * b.y + s3 * k.y};
+  ModeForces(R1, R2, VectorScale(GAUSS, RH), f);
 }
 
 /* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: at the vertices; f: forces on them (out).
@@ -222,21 +244,11 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
                      a1 = TangentOf(VectorAdd(XM.a, Xk), VectorAdd(uM.a, uk), mu, large),
                      l2 = TangentOf(VectorSubtract(XM.b, Xk), VectorSubtract(uM.b, uk), mu, large),
                      r2 = TangentOf(VectorAdd(XM.b, Xk), VectorAdd(uM.b, uk), mu, large);
-  /* T at (xi, eta) = (-,-), (+,-), (+,+), (-,+) */
-  const LanesTensor T0 = NaturalStress(&b1, &l2, modulus, mu), T1 = NaturalStress(&b1, &r2, modulus, mu),
-                    T2 = NaturalStress(&a1, &r2, modulus, mu), T3 = NaturalStress(&a1, &l2, modulus, mu);
-  /* sums over a row of points (below, above) or a column (left, right) */
-  const Lanes below = T0.xx + T1.xx, above = T2.xx + T3.xx, left = T0.yy + T3.yy, right = T1.yy + T2.yy;
-  const Lanes low = T0.xy + T1.xy, high = T2.xy + T3.xy, p = T1.xy - T0.xy, q = T2.xy - T3.xy;
-  const Lanes t11 = below + above, t22 = left + right, t12 = low + high;
-  const Lanes s1 = (above - below) + (p + q), s2 = (high - low) + (right - left), d = q - p;
-  const Lanes s3 = t11 + t22 + (d + d);
+  const LanesTensor T[4] = {NaturalStress(&b1, &l2, modulus, mu), NaturalStress(&b1, &r2, modulus, mu),
+                            NaturalStress(&a1, &r2, modulus, mu), NaturalStress(&a1, &l2, modulus, mu)};
   const LanesVector a = large ? VectorAdd(XM.a, uM.a) : XM.a, b = large ? VectorAdd(XM.b, uM.b) : XM.b,
                     k = large ? VectorAdd(Xk, uk) : Xk;
-  const LanesVector R1 = {t11 * a.x + t12 * b.x + s1 * k.x, t11 * a.y + t12 * b.y + s1 * k.y};
-  const LanesVector R2 = {t12 * a.x + t22 * b.x + s2 * k.x, t12 * a.y + t22 * b.y + s2 * k.y};
-  const LanesVector RH = {s1 * a.x + s2 * b.x + s3 * k.x, s1 * a.y + s2 * b.y + s3 * k.y};
-  ModeForces(R1, R2, VectorScale(GAUSS, RH), f);
+  Q4Sum(T, a, b, k, f);
 }
 
 /* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly. Bending
@@ -284,9 +296,24 @@ KERNEL LanesHourglass Hourglass(const LanesModes *X, const LanesModes *u, const 
   return o;
 }
 
-/* Internal force of the block of one point: that of the stress at the centre, and that of p.C p/2, for which
+/* Internal force of the block of one point: of the stress T at the centre, and of p.C p/2, for which
    dp = F'dq + dF'q, dq = dx_h - dF X_h, dF = da (x) g1 + db (x) g2, where a, b, h are the present modes. In
    small strain a and b are those of the reference state, and q is not in the force. */
+KERNEL void Q4OnePointSum(const LanesModes *X, const LanesModes *x, const LanesHourglass *o,
+                          const LanesTensor *T, PetscReal thickness, int large, LanesVector f[4])
+{
+  const Lanes c1 = VectorDot(o->g1, o->c), c2 = VectorDot(o->g2, o->c);
+  const Lanes h1 = VectorDot(o->g1, X->h), h2 = VectorDot(o->g2, X->h);
+  const LanesVector Fc = {x->a.x * c1 + x->b.x * c2, x->a.y * c1 + x->b.y * c2};
+  const Lanes q1 = large ? c1 : 0. * c1, q2 = large ? c2 : 0. * c2;
+  const PetscReal w = 0.25 * thickness;
+  const LanesVector R1 = {w * (4. * (T->xx * x->a.x + T->xy * x->b.x) - h1 * Fc.x + q1 * o->q.x),
+                          w * (4. * (T->xx * x->a.y + T->xy * x->b.y) - h1 * Fc.y + q1 * o->q.y)};
+  const LanesVector R2 = {w * (4. * (T->xy * x->a.x + T->yy * x->b.x) - h2 * Fc.x + q2 * o->q.x),
+                          w * (4. * (T->xy * x->a.y + T->yy * x->b.y) - h2 * Fc.y + q2 * o->q.y)};
+  ModeForces(R1, R2, VectorScale(w, Fc), f);
+}
+
 KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], const LanesMaterial *m,
                             PetscReal thickness, int large, LanesVector f[4])
 {
@@ -294,30 +321,27 @@ KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], cons
   const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
   const LanesHourglass o = Hourglass(&XM, &uM, &x, m);
   const LanesTensor T = CentreStress(&XM, &uM, m, large);
-  const Lanes c1 = VectorDot(o.g1, o.c), c2 = VectorDot(o.g2, o.c);
-  const Lanes h1 = VectorDot(o.g1, XM.h), h2 = VectorDot(o.g2, XM.h);
-  const LanesVector Fc = {x.a.x * c1 + x.b.x * c2, x.a.y * c1 + x.b.y * c2};
-  const Lanes q1 = large ? c1 : 0. * c1, q2 = large ? c2 : 0. * c2;
-  const PetscReal w = 0.25 * thickness;
-  const LanesVector R1 = {w * (4. * (T.xx * x.a.x + T.xy * x.b.x) - h1 * Fc.x + q1 * o.q.x),
-                          w * (4. * (T.xx * x.a.y + T.xy * x.b.y) - h1 * Fc.y + q1 * o.q.y)};
-  const LanesVector R2 = {w * (4. * (T.xy * x.a.x + T.yy * x.b.x) - h2 * Fc.x + q2 * o.q.x),
-                          w * (4. * (T.xy * x.a.y + T.yy * x.b.y) - h2 * Fc.y + q2 * o.q.y)};
-  ModeForces(R1, R2, VectorScale(w, Fc), f);
+  Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
 }
 
-/* Internal force (10) of the 3-node block. It has one point of weight 1/2, and N = (1 - xi - eta, xi,
-   eta). */
+/* Forces on the vertices of the 3-node block, from its natural stress and its tangents. It has one point of
+   weight 1/2, and N = (1 - xi - eta, xi, eta). */
+KERNEL void T3Sum(const LanesTensor *T, LanesVector x1, LanesVector x2, PetscReal thickness, LanesVector f[3])
+{
+  const PetscReal w = 0.5 * thickness;
+  f[1] = (LanesVector){w * (T->xx * x1.x + T->xy * x2.x), w * (T->xx * x1.y + T->xy * x2.y)};
+  f[2] = (LanesVector){w * (T->xy * x1.x + T->yy * x2.x), w * (T->xy * x1.y + T->yy * x2.y)};
+  f[0] = (LanesVector){-(f[1].x + f[2].x), -(f[1].y + f[2].y)};
+}
+
+/* Internal force (10) of the 3-node block. */
 KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesMaterial *m,
                     PetscReal thickness, int large, LanesVector f[3])
 {
   const LanesModes XM = T3Modes(X), uM = T3Modes(u);
   const LanesVector x1 = large ? VectorAdd(XM.a, uM.a) : XM.a, x2 = large ? VectorAdd(XM.b, uM.b) : XM.b;
   const LanesTensor T = CentreStress(&XM, &uM, m, large);
-  const PetscReal w = 0.5 * thickness;
-  f[1] = (LanesVector){w * (T.xx * x1.x + T.xy * x2.x), w * (T.xx * x1.y + T.xy * x2.y)};
-  f[2] = (LanesVector){w * (T.xy * x1.x + T.yy * x2.x), w * (T.xy * x1.y + T.yy * x2.y)};
-  f[0] = (LanesVector){-(f[1].x + f[2].x), -(f[1].y + f[2].y)};
+  T3Sum(&T, x1, x2, thickness, f);
 }
 
 /* Internal force of either shape. n_nodes is a constant where speed matters. */
@@ -388,4 +412,31 @@ KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
   area[1] = c + p - q;
   area[2] = c + p + q;
   area[3] = c - p + q;
+}
+
+/* ---- what loops over blocks read */
+
+/* h: model->hourglass; NULL when all blocks are ELEMENT_FULL. Where speed matters callers pass NULL as a
+   constant, and the compiler leaves the rest out. */
+KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
+{
+  const LanesVector lame = GatherVertex(&model->lame->lambda, g);
+  if (!h) return (LanesMaterial){lame.x, lame.y, {{0.}, {0.}, {0.}}, {0}};
+  const PetscInt at[LANES] = {3 * g[0], 3 * g[1], 3 * g[2], 3 * g[3]};
+  const Lanes c0 = {h[at[0]], h[at[1]], h[at[2]], h[at[3]]},
+              c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
+              c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
+  return (LanesMaterial){lame.x, lame.y, {c0, c1, c2}, c0 > 0.};
+}
+
+KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
+{
+  return LoadMaterialOf(model, model->hourglass, g);
+}
+
+/* Vertices of LANES elements from element `first` on; vertex i of a lane stands at [i * BATCH + lane]. */
+KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
+{
+  const size_t i = (size_t)first;
+  return e->vertex + (i / BATCH) * n_nodes * BATCH + i % BATCH;
 }

@@ -146,11 +146,37 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Free ground has no damping by stiffness, so ground that has it would not move along. */
+static PetscErrorCode refuse_beta(const TermView *view, const FreeField *f)
+{
+  const Model *m = view->m;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
+    for (PetscInt block = 0; block < e->n && !message[0]; block++) {
+      const Material *material = view->scene->materials + e->group[block];
+      PetscBool beside = PETSC_FALSE;
+      if (!((PetscIsNanReal(material->beta) ? view->stage->beta : material->beta) > 0.)) continue;
+      for (PetscInt i = 0; i < f->n_columns; i++)
+        for (int k = 0; k < e->n_nodes; k++)
+          if (ColumnLevel(m, f->column + i, VertexOf(e, block, k)) >= 0) beside = PETSC_TRUE;
+      if (beside)
+        PetscCall(
+            PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "%s: stages.%s.beta: group %s lies at a free-field side, beside which free ground "
+                          "has no such damping; expected materials.%s.beta: 0",
+                          view->scene->file, view->stage->name, material->name, material->name));
+    }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Before a stage in time that follows a static one the columns are at rest. */
 static PetscErrorCode begin(const TermView *v)
 {
   FreeField *f = v->memory;
   PetscFunctionBeginUser;
+  if (f && v->stage->kind == STAGE_DYNAMIC) PetscCall(refuse_beta(v, f));
   for (PetscInt i = 0; f && i < f->n_columns; i++) {
     Column *c = f->column + i;
     c->peak[0] = c->peak[1] = 0.;

@@ -7,12 +7,18 @@
    of every stress model sum to L_i. */
 #include "forces/contacts/contacts.h"
 
-PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscReal thickness, PetscReal *k)
+static PetscReal stiffness_of(const Joint *j, PetscBool drag)
+{
+  return drag ? j->damping * j->k_n : PetscMax(j->k_n, j->k_s);
+}
+
+PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscReal thickness, PetscBool drag,
+                                PetscReal *k)
 {
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *j = joints + c->joint[i];
-    const PetscReal k_max = PetscMax(j->k_n, j->k_s);
+    const PetscReal k_max = stiffness_of(j, drag);
     for (int s = 0; s < ContactEnds(c, i); s++) {
       PetscInt v[3];
       ContactEndVertices(c, i, s, v);
@@ -27,13 +33,14 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscRea
 
 /* A vertex may come to stand on, or carry, contacts along all of its faces: the bound of the stiffest joint
    over their half lengths, once as the vertex of a contact and once as an end of the face under another. */
-PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *m, const Joint *joints, PetscReal *k)
+PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *m, const Joint *joints,
+                                        PetscBool drag, PetscReal *k)
 {
   PetscReal stiffest = 0.;
   PetscFunctionBeginUser;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     const Joint *joint = joints + j;
-    stiffest = PetscMax(stiffest, PetscMax(joint->k_n, joint->k_s));
+    stiffest = PetscMax(stiffest, stiffness_of(joint, drag));
   }
   for (PetscInt f = 0; f < m->n_faces_local; f++) {
     const PetscInt *v = m->faces.vertex + 2 * f;

@@ -207,12 +207,13 @@ PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const 
                                   PetscReal *far);
 
 /* ---- bound.c */
-/* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). */
+/* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). drag:
+   that of their dashpots [N s/m] instead. */
 PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness,
-                                PetscReal *k);
+                                PetscBool drag, PetscReal *k);
 /* The same where contacts may come: along all faces of every vertex, of the stiffest joint of the table. */
 PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *model, const Joint *joints,
-                                        PetscReal *k);
+                                        PetscBool drag, PetscReal *k);
 
 /* ---- stored.c */
 /* Energy stored in owned contacts [J]. */

@@ -30,14 +30,29 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode add_rows(const Instant *at, PetscBool anywhere, PetscBool drag, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  if (anywhere)
+    PetscCall(ContactStiffnessAnywhere(at->scene, at->m, at->joints, drag, k));
+  else
+    PetscCall(ContactStiffness(at->joints, at->contacts, at->m->thickness, drag, k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
 {
   PetscFunctionBeginUser;
   (void)memory;
-  if (anywhere)
-    PetscCall(ContactStiffnessAnywhere(at->scene, at->m, at->joints, k));
-  else
-    PetscCall(ContactStiffness(at->joints, at->contacts, at->m->thickness, k));
+  PetscCall(add_rows(at, anywhere, PETSC_FALSE, k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode drag(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *c)
+{
+  PetscFunctionBeginUser;
+  (void)memory;
+  PetscCall(add_rows(at, anywhere, PETSC_TRUE, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,6 +116,7 @@ const TermKind Contacts_term = {.name = "contacts",
                                 .destroy = destroy,
                                 .forces = forces,
                                 .bound = bound,
+                                .drag = drag,
                                 .energy = energy,
                                 .tangent = tangent,
                                 .history = history,

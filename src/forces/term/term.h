@@ -125,6 +125,10 @@ typedef struct {
   void (*lost)(const void *memory, PetscReal *sum);
   /* Adds row sums (28)-(29): the time step. anywhere: also for what may come about as bodies move. */
   PetscErrorCode (*bound)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k);
+  /* In a dynamic stage: adds row sums [N s/m] of dampers among its forces, which know the velocity of half a
+     step before; they shorten the time step. */
+  PetscErrorCode (*drag)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *c);
+  PetscReal (*damped)(const void *memory); /* [J] work of such dampers in blocks, of the stage; this rank */
   PetscErrorCode (*energy)(const void *memory, const Instant *at, PetscReal *sum); /* [J] stored; this rank */
   /* Adds its stiffness, which Newton's method needs of every term with `forces`. One rank adds each
      coupling. */

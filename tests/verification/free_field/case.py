@@ -257,6 +257,7 @@ def refused(case):
         ("base that is moved and held along x only", ground(10), (("supports.bottom", {"fix": "x", "motion": "wave.csv"}), ("supports.low", {"fix": "y"})), "expected fix: xy"),
         ("motion at the side", ground(10), (("supports.sides.motion", "wave.csv"),), "has the motion of its base"),
         ("side of a rigid body", ground(10), (("materials.low", LOW | {"rigid": True}), ("supports.bottom", {"fix": "xy", "motion": "wave.csv"})), "supports.sides.boundary: free_field"),
+        ("beta at the side", ground(10), (shake(beta=1e-3),), "beside which free ground has no such damping"),
         ("side that is a group", ground(10), (("supports.sides.target", "low"),), "is no face set"),
     ]
     for what, mesh, keys, words in entries:

@@ -1,0 +1,103 @@
+/* pace.c: the step of a stage in time: which part of the stability bound it takes, and what a run says of it.
+
+   Blocks that deform, with contacts that stay, form a system in which the bound is that of single vertices.
+   The motion of bodies on their joints is many steps long then, so contacts that open, close and slide on the
+   way need no smaller step: the cracked base of a dam is right to 0.3 % at 0.9 of the bound. A rigid body on
+   its joints, and blocks that fall on others, meet within a few steps of the bound; there 0.1 of it leaves an
+   error of some (omega dt)^2 / 6 of the energy of a blow, 1 %. */
+#include "stages/stages.h"
+
+static const PetscReal STAYING = 0.9, BLOWS = 0.1; /* dt_factor: auto */
+
+/* Whether a rigid body moves freely: where it hits others the bound is that of its joints, so its blows are
+   as quick as the step. Blocks that deform are stiffer than their joints are to the body as a whole. */
+static PetscErrorCode any_rigid_moves(const Model *m, PetscBool *any)
+{
+  *any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3 * m->n_bodies; d++) *any = (PetscBool)(*any || !Held(m, d));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor)
+{
+  const Stage *stage = p->stage;
+  PetscBool rigid;
+  PetscFunctionBeginUser;
+  *factor = stage->dt_factor;
+  if (!PetscIsNanReal(*factor)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(any_rigid_moves(p->m, &rigid));
+  *factor = rigid || stage->variable ? BLOWS : STAYING;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The four models that derive from no potential make or destroy energy where contacts open and close. What is
+   pressed at one end alone bears by the row of its model: at c2/(c1 + c2) of its length from there. */
+static PetscErrorCode warn_models(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
+    const StressModelKind model = p->stage->joints[j].stress_model;
+    n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
+  if (n)
+    PetscCall(
+        PetscPrintf(p->m->comm,
+                    "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
+                    "destroy energy when they open and close, and pivot inside the base, a quarter, an "
+                    "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
+                    "to 3.7 times too slowly; use pt or tptm in dynamic stages\n",
+                    p->stage->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks that deform and slide on each other can flutter where nothing damps high frequencies: slip has no
+   limit then that smaller steps would come near. */
+static PetscErrorCode warn_undamped(const Problem *p)
+{
+  PetscBool damped = PETSC_FALSE, slides = PETSC_FALSE, deforms = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt g = 0; g < p->scene->n_materials; g++) {
+    const Material *material = p->scene->materials + g;
+    if (material->rigid) continue;
+    deforms = PETSC_TRUE;
+    if (PetscIsNanReal(material->beta) ? p->stage->beta > 0. : material->beta > 0.) damped = PETSC_TRUE;
+  }
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
+    slides = (PetscBool)(slides || p->stage->joints[j].law != LAW_ELASTIC);
+    damped = (PetscBool)(damped || p->stage->joints[j].damping > 0.);
+  }
+  if (slides && deforms && !damped)
+    PetscCall(PetscPrintf(
+        p->m->comm,
+        "warning: stage %s: blocks that deform can slide, and nothing damps high frequencies: slip "
+        "can depend on the step then; give the stage a beta, or the joint a damping\n",
+        p->stage->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, PetscInt64 steps)
+{
+  PetscReal factor;
+  PetscFunctionBeginUser;
+  PetscCall(warn_models(p));
+  PetscCall(warn_undamped(p));
+  PetscCall(PaceFactor(p, &factor));
+  PetscCall(PetscPrintf(p->m->comm,
+                        "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound",
+                        p->stage->name, steps, (double)p->state->dt, (double)factor));
+  if (factor * step->limit > step->dt)
+    PetscCall(PetscPrintf(p->m->comm, ", %.3g s, less by dampers", (double)step->limit));
+  PetscCall(PetscPrintf(p->m->comm, "%s%s)\n", step->words[0] ? "; set by " : "", step->words));
+  if (!PetscIsNanReal(p->stage->damping_ratio))
+    PetscCall(PetscPrintf(p->m->comm, "  damping %.3g at %.4g and %.4g Hz: alpha %.6g 1/s, beta %.6g s\n",
+                          (double)p->stage->damping_ratio, (double)p->stage->damping_frequencies[0],
+                          (double)p->stage->damping_frequencies[1], (double)p->stage->alpha,
+                          (double)p->stage->beta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
