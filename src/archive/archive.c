@@ -261,6 +261,14 @@ PetscErrorCode ArchiveVertices(Archive *a, const Model *m, const char *name, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode ArchiveBlocks(Archive *a, const Model *m, const char *name, PetscInt n, const PetscInt *gid,
+                             PetscInt width, PetscReal *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(placed(a, name, n, gid, width, m->n_blocks_global, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode archive_bodies(Archive *a, const Model *m, const char *name, PetscReal *x)
 {
   char label[NAME_LENGTH];

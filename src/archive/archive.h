@@ -61,6 +61,9 @@ PetscErrorCode ArchiveApplied(Archive *archive, const Model *model, const char *
 PetscErrorCode ArchiveVec(Archive *archive, const Model *model, const char *name, PetscBool inner, Vec vec);
 /* (n_owned,2) values at owned vertices. */
 PetscErrorCode ArchiveVertices(Archive *archive, const Model *model, const char *name, PetscReal *x);
+/* (n,width) values at blocks of these gids: all that the ranks own. */
+PetscErrorCode ArchiveBlocks(Archive *archive, const Model *model, const char *name, PetscInt n,
+                             const PetscInt *gid, PetscInt width, PetscReal *x);
 PetscErrorCode ArchiveEffort(Archive *archive, Effort *effort);
 /* The result of a stage so far. */
 PetscErrorCode ArchiveResult(Archive *archive, const char *name, StageResult *result);

@@ -141,6 +141,12 @@ PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *r
 PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
                             PetscInt n_all, PetscReal **all);
 
+/* ---- slots.c */
+/* Collective. Adds up terms, each in its slot, with the same bits in any order and on any number of ranks.
+   slot, term: (n,). sum: (n_slots,) alike on all ranks; NaN where a term is not finite. */
+PetscErrorCode SumSlots(MPI_Comm comm, PetscInt n, const PetscInt *slot, const PetscReal *term,
+                        PetscInt n_slots, PetscReal *sum);
+
 /* ---- files.c */
 /* Makes a folder and its parents, as mkdir -p; 0, or -1 and a message. */
 int FolderMake(const char *path, char message[MESSAGE_LENGTH]);

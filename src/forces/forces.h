@@ -24,6 +24,7 @@ PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *
    dampers to c, vertex arrays; TermsDamped gives the work of dampers in the stage so far, of this rank
    [J]. */
 void TermsAdvance(const Model *model, State *state);
+void TermsMoved(const Model *model, const State *state, const PetscReal *v_before);
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k);
 PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhere, PetscReal *c);
 PetscReal TermsDamped(const State *state);

@@ -118,6 +118,12 @@ void TermsAdvance(const Model *m, State *state)
     if (Terms[t]->advance) Terms[t]->advance(state->terms[t], m, state);
 }
 
+void TermsMoved(const Model *m, const State *state, const PetscReal *v_before)
+{
+  for (int t = 0; t < TERMS; t++)
+    if (Terms[t]->moved) Terms[t]->moved(state->terms[t], m, state, v_before);
+}
+
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context)
 {
   PetscFunctionBeginUser;

@@ -196,15 +196,22 @@ static PetscReal open_fraction(const ContactRow *c)
   return in > 0 && out < 0 ? in / (in - out) : 0.5;
 }
 
-/* Lengths of a contact that are open and crushing. With tptm its diagram tells both where the joint was
-   crushed or bears tension. */
+/* Whether the diagram of tptm, and not the openings, tells which part of a contact is open: where the joint
+   was crushed or bears tension. */
+static PetscBool has_diagram(StressModelKind kind, const Joint *joint, PetscReal closure_0,
+                             PetscReal closure_1)
+{
+  const PetscBool crushed = (PetscBool)(closure_0 < 0. || closure_1 < 0.),
+                  tensile = (PetscBool)(joint->law != LAW_ELASTIC && joint->tension[0] > 0.);
+  return (PetscBool)(kind == STRESS_TPTM && (crushed || tensile));
+}
+
+/* Lengths of a contact that are open and crushing. */
 static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
 {
   PetscReal open = open_fraction(row), crushing = 0.;
   for (int k = 0; k < 2; k++) crushing += 0.5 * !!(row->end[k].state & CONTACT_CRUSHING);
-  const PetscBool crushed = (PetscBool)(p->closure[0] < 0. || p->closure[1] < 0.),
-                  tensile = (PetscBool)(joint->law != LAW_ELASTIC && joint->tension[0] > 0.);
-  if (kind == STRESS_TPTM && row->klass != VERTEX_FACE && (crushed || tensile))
+  if (has_diagram(kind, joint, p->closure[0], p->closure[1]) && row->klass != VERTEX_FACE)
     StressModelParts(joint, p, &open, &crushing);
   row->open = row->length * open, row->crushing = row->length * crushing;
 }
@@ -252,6 +259,14 @@ static void contact_end_place(const Model *model, const PetscReal *u, const Cont
   const PetscReal from_b = ContactSideOfVertex(c, i, k) ? -1 : 1;
   end->normal[0] = from_b * along[1] / length;
   end->normal[1] = -from_b * along[0] / length;
+}
+
+void ContactNormal(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
+                   PetscReal n[2])
+{
+  ContactEnd end;
+  contact_end_place(model, u, c, i, k, &end);
+  n[0] = end.normal[0], n[1] = end.normal[1];
 }
 
 static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
@@ -325,6 +340,21 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   contact_lengths(kind, &joints[c->joint[i]], &p, row);
 }
 
+/* Most contacts need no row: two ends, open or closed. */
+void ContactLengths(const Problem *p, PetscInt i, StressModelKind kind, PetscReal *length, PetscReal *open)
+{
+  const Contacts *c = p->contacts;
+  const Joint *joint = p->stage->joints + c->joint[i];
+  ContactRow row;
+  if (c->klass[i] == VERTEX_FACE || has_diagram(kind, joint, c->closure[SUB(i, 0)], c->closure[SUB(i, 1)])) {
+    contact_row(p->m, p->state, c, i, kind, p->stage->joints, &row);
+    *length = row.length, *open = row.open;
+    return;
+  }
+  for (int k = 0; k < 2; k++) row.end[k].state = c->state[SUB(i, k)], row.end[k].opening = c->u_n[SUB(i, k)];
+  *length = c->length[i], *open = *length * open_fraction(&row);
+}
+
 static int compare_contacts(const void *a, const void *b)
 {
   const ContactRow *p = a, *q = b;
@@ -350,6 +380,7 @@ PetscErrorCode GatherContacts(const Model *model, const State *state, const Cont
   PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
   PetscCall(PetscFree(rows));
   for (PetscInt i = 0; i < s->n_contacts; i++) {
+    s->contact[i].gathered = i;
     for (int k = 0; k < 2; k++) {
       const PetscInt face = s->contact[i].face[k];
       if (face < 0) continue;
@@ -398,6 +429,8 @@ PetscErrorCode GatherStageDestroy(StageFields *s)
   PetscCall(PetscFree(s->safety_mode));
   PetscCall(PetscFree(s->mechanism));
   PetscCall(PetscFree(s->modes));
+  PetscCall(PetscFree(s->envelope_block));
+  PetscCall(PetscFree(s->envelope_contact));
   PetscCall(PetscFree(s->vertex));
   PetscCall(PetscFree(s->body));
   PetscCall(PetscFree(s->block));

@@ -61,7 +61,7 @@ static void history_energies(FILE *f, const Problem *p)
     fprintf(f, ",%.10g", p->stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
 }
 
-static void history_header(FILE *f, const Scene *scene, const Model *model)
+static void history_header(FILE *f, const Scene *scene, const Model *model, const Output *o)
 {
   fprintf(f, "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m");
   if (SceneInTime(scene))
@@ -70,6 +70,10 @@ static void history_header(FILE *f, const Scene *scene, const Model *model)
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, ",%s_ux_m,%s_uy_m", model->point_names[p], model->point_names[p]);
   }
+  for (PetscInt p = 0; p < model->n_points && o->ground_moves; p++)
+    fprintf(f, ",%s_rx_m,%s_ry_m", model->point_names[p], model->point_names[p]);
+  for (PetscInt i = 0; i < scene->n_supports && SceneInTime(scene); i++)
+    fprintf(f, ",%s_fx_N,%s_fy_N", scene->supports[i].name, scene->supports[i].name);
   fprintf(f, "\n");
 }
 
@@ -81,28 +85,31 @@ typedef struct {
   Output *output;
 } Memory;
 
-/* Rank 0. Checks that the file of that name has the rows. */
-static void check_history(const Output *o, char message[MESSAGE_LENGTH])
+/* Rank 0. Whether the histories have their final names. */
+static PetscBool named(const Output *o)
 {
-  char path[PETSC_MAX_PATH_LEN + 64];
-  struct stat mine, there;
-  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
-  if (fflush(o->history) || ferror(o->history) || fstat(fileno(o->history), &mine))
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.700s' (is the disk full?)", path);
-  else if (stat(path, &there) || there.st_ino != mine.st_ino)
-    snprintf(message, MESSAGE_LENGTH, "output: somebody has removed '%.700s', or moved it", path);
+  return (PetscBool)(o->n_stages > 0);
 }
 
-/* Rank 0. Puts history.csv as far as it goes on the disk. */
-static void settle_history(Output *o, char message[MESSAGE_LENGTH])
+static void check_histories(const Output *o, char message[MESSAGE_LENGTH])
+{
+  HistoryCheck(&o->history, o->folder, named(o), message);
+  HistoryCheck(&o->joint_history, o->folder, named(o), message);
+}
+
+/* Rank 0. Puts the histories as far as they go on the disk. */
+static void settle_histories(Output *o, char message[MESSAGE_LENGTH])
+{
+  HistorySettle(&o->history, o->folder, named(o), message);
+  HistorySettle(&o->joint_history, o->folder, named(o), message);
+}
+
+/* Rank 0. A history of joints that an older run has left is none of this one, which runs nothing in time. */
+static void drop_old_history(const Output *o)
 {
   char path[PETSC_MAX_PATH_LEN + 64];
-  snprintf(path, sizeof(path), "%s/history.csv%s", o->folder, o->n_stages ? "" : ".part");
-  int error = fflush(o->history) || fsync(fileno(o->history));
-  o->history_bytes = ftell(o->history);
-  error = error || o->history_bytes < 0 || FileChecksum(path, (size_t)o->history_bytes, &o->history_checksum);
-  if (error && !message[0])
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
+  snprintf(path, sizeof(path), "%s/joint_history.csv", o->folder);
+  if (!o->joint_history.name && !o->n_settled) (void)unlink(path);
 }
 
 /* Rank 0. Gives the files of all finished stages their names. */
@@ -111,9 +118,11 @@ static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, 
   const double start = MPI_Wtime();
   PetscFunctionBeginUser;
   ResultsFileFinish(&o->results, o->n_stages - 1, message);
-  if (!o->n_settled) PartRename(o->folder, "history.csv", message);
-  if (!message[0]) check_history(o, message);
-  settle_history(o, message);
+  if (!o->n_settled) HistoryName(&o->history, o->folder, message);
+  if (!o->n_settled) HistoryName(&o->joint_history, o->folder, message);
+  drop_old_history(o);
+  check_histories(o, message);
+  settle_histories(o, message);
   PetscCall(SummaryWrite(scene, model, o, message));
   o->n_settled = o->n_stages;
   o->settle_wall = MPI_Wtime() - start;
@@ -141,17 +150,19 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   if (waiting)
     PetscCall(settle(memory->scene, memory->model, o, a->message));
   else if (!a->reading && !a->rank)
-    settle_history(o, a->message);
+    settle_histories(o, a->message);
   const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
   PetscInt64 counts[] = {o->n_stages,
                          o->results.n_frames,
                          t->n,
                          t->mechanism != NULL,
-                         o->history_bytes,
-                         (PetscInt64)o->history_checksum,
+                         o->history.bytes,
+                         (PetscInt64)o->history.checksum,
                          written,
-                         (PetscInt64)o->results.run};
-  PetscCall(ArchiveCounts(a, "counts", 8, counts));
+                         (PetscInt64)o->results.run,
+                         o->joint_history.bytes,
+                         (PetscInt64)o->joint_history.checksum};
+  PetscCall(ArchiveCounts(a, "counts", 10, counts));
   if (a->reading) {
     if (!a->rank && counts[6] != written)
       snprintf(a->message, MESSAGE_LENGTH,
@@ -168,7 +179,9 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     }
     t->n = (PetscInt)counts[2];
-    o->history_bytes = counts[4], o->history_checksum = (uint64_t)counts[5];
+    o->history.bytes = counts[4], o->history.checksum = (uint64_t)counts[5];
+    o->joint_history.bytes = ArchiveWithin(a, "bytes of joint_history.csv", counts[8], 0, INT64_MAX);
+    o->joint_history.checksum = (uint64_t)counts[9];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
     if (counts[3]) {
       PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
@@ -185,14 +198,15 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. As CheckpointRefuse. What is left in the buffer of history.csv cannot be written either, and
+/* Collective. As CheckpointRefuse. What is left in the buffers of histories cannot be written either, and
    PETSc would fail over it at the end, so it is dropped. */
 static PetscErrorCode refuse(Output *o, const char *message)
 {
+  char dropped[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  if (message[0] && o->history) {
-    fclose(o->history);
-    o->history = NULL;
+  if (message[0]) {
+    HistoryClose(&o->history, o->folder, dropped);
+    HistoryClose(&o->joint_history, o->folder, dropped);
   }
   PetscCall(CheckpointRefuse(o->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -228,48 +242,18 @@ static uint64_t checksum_of_program(void)
   return sum;
 }
 
-/* Rank 0. Goes on with the file that has the rows of this run up to the checkpoint, without the rows behind
-   it. The file may have its final name already. */
-static void continue_history(Output *o, char message[MESSAGE_LENGTH])
-{
-  char path[2][PETSC_MAX_PATH_LEN + 64];
-  const size_t bytes = (size_t)o->history_bytes;
-  uint64_t sum;
-  snprintf(path[0], sizeof(path[0]), "%s/history.csv.part", o->folder);
-  snprintf(path[1], sizeof(path[1]), "%s/history.csv", o->folder);
-  const int wanted = o->n_stages > 0;
-  for (int i = 0; i < 2 && !o->history; i++) {
-    const int which = i ? !wanted : wanted;
-    const int unread = FileChecksum(path[which], bytes, &sum);
-    if (unread && FileUnreadable(path[which], errno, message)) return;
-    if (unread || sum != o->history_checksum) continue;
-    if (which != wanted && rename(path[which], path[wanted])) continue;
-    if (!truncate(path[wanted], (off_t)bytes)) o->history = fopen(path[wanted], "ae");
-    if (!o->history)
-      snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path[wanted], strerror(errno));
-    return;
-  }
-}
-
-/* Rank 0. Opens a new history.csv.part and results.h5.part, or those of the run that goes on. */
+/* Rank 0. Opens new histories and results.h5.part, or those of the run that goes on. */
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   write_echo(o->folder, scene, message);
   MotionsWrite(scene, o->folder, message);
-  if (resumed && !message[0]) continue_history(o, message);
-  if (resumed && !o->history && !message[0])
-    fprintf(stderr,
-            "quoin: warning: restart: '%s/history.csv' does not hold the rows up to the checkpoint: "
-            "it begins anew\n",
-            o->folder);
-  if (!o->history && !message[0]) {
-    o->history = PartOpen(o->folder, "history.csv", message);
-    if (o->history) history_header(o->history, scene, model);
-    if (o->history && o->n_stages) PartRename(o->folder, "history.csv", message);
-    if (o->history && !message[0]) check_history(o, message);
-  }
+  if (HistoryOpen(&o->history, o->folder, named(o), resumed, message))
+    history_header(o->history.file, scene, model, o);
+  if (o->joint_history.name && HistoryOpen(&o->joint_history, o->folder, named(o), resumed, message))
+    JointHistoryHeader(o->joint_history.file);
+  check_histories(o, message);
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (resumed)
     PetscCall(ResultsFileResume(&o->results, o->n_stages, message));
@@ -304,6 +288,12 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   output->checkpoint = checkpoint;
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
   output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
+  output->history.name = "history.csv";
+  output->joint_history.name = SceneInTime(scene) ? "joint_history.csv" : NULL;
+  PetscCall(GroundCreate(scene, &output->ground, message));
+  output->ground_moves = (PetscBool)(SceneInTime(scene) && !message[0] &&
+                                     MotionMoves(&output->ground.motion));
+  message[0] = '\0'; // supports that move differently leave no ground to look from
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
@@ -323,9 +313,28 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Writes the displacements of points over the ground, where there is one ground that moves. */
+static void history_over_ground(FILE *f, const Problem *p)
+{
+  const Output *o = p->output;
+  PetscReal ground[2];
+  if (!o->ground_moves) return;
+  GroundPlace(&o->ground, p->state->time, ground);
+  for (PetscInt i = 0; i < p->m->n_points; i++)
+    fprintf(f, ",%.10g,%.10g", o->probes[4 * i + 2] - ground[0], o->probes[4 * i + 3] - ground[1]);
+}
+
+/* Writes the forces of supports; nan in a static stage, where nobody has added them up. */
+static void history_supports(FILE *f, const Problem *p)
+{
+  const PetscReal *force = p->output->histories.support;
+  for (PetscInt i = 0; i < 2 * p->scene->n_supports && SceneInTime(p->scene); i++)
+    fprintf(f, ",%.10g", force ? force[i] : NAN);
+}
+
 static void history_row(const Problem *p, PetscReal u_max)
 {
-  FILE *f = p->output->history;
+  FILE *f = p->output->history.file;
   const PetscReal *probes = p->output->probes;
   const State *s = p->state;
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
@@ -333,6 +342,8 @@ static void history_row(const Problem *p, PetscReal u_max)
   if (SceneInTime(p->scene)) history_energies(f, p);
   for (PetscInt i = 0; i < p->m->n_points; i++)
     fprintf(f, ",%.10g,%.10g", probes[4 * i + 2], probes[4 * i + 3]);
+  history_over_ground(f, p);
+  history_supports(f, p);
   fprintf(f, "\n");
   fflush(f);
 }
@@ -343,9 +354,23 @@ PetscErrorCode OutputHistory(const Problem *p)
   PetscReal u_max;
   PetscFunctionBeginUser;
   PetscCall(update_probes(p, &u_max));
-  if (p->output->history) {
+  HistoriesOfProbes(p);
+  if (p->output->history.file) {
     history_row(p, u_max);
-    check_history(p->output, message);
+    JointHistoryRows(p);
+    check_histories(p->output, message);
+  }
+  PetscCall(refuse(p->output, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode OutputJointHistory(const Problem *p)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (!p->m->rank) {
+    JointHistoryRows(p);
+    check_histories(p->output, message);
   }
   PetscCall(refuse(p->output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -405,8 +430,11 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
   PetscCall(GatherVibration(p->m, &output->vibration, &fields));
-  PetscCall(TermsSurvey(&view, (PetscBool)(p->result->verdict == VERDICT_CONVERGED &&
-                                           p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
+  PetscCall(EnvelopeGather(p, &fields));
+  PetscCall(TermsSurvey(
+      &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
+                          (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
+                         p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
   if (!p->m->rank) {
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
@@ -423,6 +451,8 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(TrialsReset(&output->trials));
   PetscCall(BodyMotionDestroy(&output->bodies));
   PetscCall(VibrationDestroy(&output->vibration));
+  PetscCall(HistoriesDestroy(&output->histories));
+  PetscCall(EnvelopeDestroy(&output->envelope));
   PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -431,9 +461,8 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   message[0] = '\0';
-  if (output->history && fclose(output->history))
-    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s/history.csv': %s", output->folder,
-             strerror(errno));
+  HistoryClose(&output->history, output->folder, message);
+  HistoryClose(&output->joint_history, output->folder, message);
   if (output->lock >= 0) FolderUnlock(output->folder, output->lock);
   output->lock = -1;
   PetscCall(PetscFree(output->memory));
@@ -443,6 +472,8 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
   PetscCall(PetscFree(output->stages));
   PetscCall(PetscFree(output->probes));
   PetscCall(ResultsFileDestroy(&output->results));
-  output->history = NULL;
+  PetscCall(HistoriesDestroy(&output->histories));
+  PetscCall(EnvelopeDestroy(&output->envelope));
+  PetscCall(GroundDestroy(&output->ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

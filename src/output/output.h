@@ -36,7 +36,8 @@ typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
   PetscInt klass, joint;
-  PetscReal length; /* [m] */
+  PetscInt gathered; /* its place among the rows as they came from the ranks */
+  PetscReal length;  /* [m] */
   PetscReal
       control; /* [-] of a tenth of the shorter face (of a corner: of the face it stands on), at most 1 */
   PetscReal open, crushing; /* [m] of it */
@@ -53,7 +54,10 @@ typedef struct {
   PetscInt *safety_mode;                /* (n_blocks,) SafetyMode; both NULL when no material has strengths */
   PetscReal *mechanism;                 /* (n_vertices,2) velocity at collapse, largest 1; NULL: none */
   PetscInt n_modes;
-  PetscReal *modes; /* (n_vertices, n_modes, 2) shapes; NULL: none */
+  PetscReal *modes;            /* (n_vertices, n_modes, 2) shapes; NULL: none */
+  PetscReal *envelope_block;   /* (n_blocks, ENVELOPE_BLOCK); NULL: the stage has no envelopes */
+  PetscReal *envelope_contact; /* (n_contacts, 2 ends, ENVELOPE_END) */
+  PetscInt64 envelope_samples, envelope_every;
   PetscInt n_tables;
   TermTable *tables; /* (n_tables,) of force terms, TermsTables; rank 0 */
 } StageFields;
@@ -66,10 +70,56 @@ PetscErrorCode GatherStage(const Model *model, const State *state, const Contact
 PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *contacts,
                               const Stage *stage, const MeshFields *mesh, StageFields *fields);
 PetscErrorCode GatherStageDestroy(StageFields *fields);
+/* Not collective. n: normal at end k of contact i from side b to side a, with vertex displacements u. */
+void ContactNormal(const Model *model, const PetscReal *u, const Contacts *contacts, PetscInt i, int k,
+                   PetscReal n[2]);
+/* Not collective. Length of contact i and how much of it is open [m], as its row has them. */
+void ContactLengths(const Problem *p, PetscInt i, StressModelKind kind, PetscReal *length, PetscReal *open);
 /* Gathers the mechanism of the trials: (n_owned,2) on each rank; NULL on all ranks: nothing happens. */
 PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
 
+/* ---- envelope.c */
+/* Columns of a block; NaN: it has no such stress or strength. */
+enum {
+  ENVELOPE_S1,         /* [Pa] largest s1, its time [s] */
+  ENVELOPE_S2 = 2,     /* [Pa] least s2, its time */
+  ENVELOPE_FACTOR = 4, /* [-] least safety factor, its time */
+  ENVELOPE_MODE = 6,   /* SafetyMode of that */
+  ENVELOPE_BLOCK
+};
+/* Columns of the end of a contact. */
+enum {
+  ENVELOPE_SIGMA_MAX, /* [Pa] */
+  ENVELOPE_SIGMA_MIN, /* [Pa] */
+  ENVELOPE_OPENING,   /* [m] largest */
+  ENVELOPE_SLIP,      /* [m] largest size */
+  ENVELOPE_END
+};
+/* Extremes over the samples of a dynamic stage, of this rank. */
+typedef struct {
+  PetscInt every; /* steps between samples; 0: none, and all arrays are NULL */
+  PetscInt64 samples;
+  PetscInt n_blocks;
+  PetscInt *gid, *file; /* (n_blocks,) owned blocks, those that deform first */
+  PetscReal *block;     /* (n_blocks, ENVELOPE_BLOCK) */
+  PetscInt n_rows;
+  PetscReal *row; /* (n_rows, 2 keys and 2 ENVELOPE_END) of contacts that are or were, ascending keys */
+  PetscInt *at;   /* (n_padded,) row of each contact, -1: not owned; NULL: contacts have changed */
+} Envelope;
+PetscErrorCode EnvelopeCreate(const Problem *p, Envelope *envelope);
+PetscErrorCode EnvelopeDestroy(Envelope *envelope);
+/* Call it when contacts have been found anew. */
+PetscErrorCode EnvelopeContactsChanged(const Problem *p);
+/* A sample of the forces just evaluated. */
+PetscErrorCode EnvelopeTake(const Problem *p);
+/* Collective, see archive.h. The contacts must have been read back before. */
+PetscErrorCode EnvelopeArchive(Archive *archive, const Problem *p);
+/* Collective. Fills in the envelopes of a stage whose contacts have been gathered. */
+PetscErrorCode EnvelopeGather(const Problem *p, StageFields *fields);
+
 /* ---- safety.c */
+/* Whether the material has a strength, so that blocks have a factor. */
+PetscBool MaterialHasStrengths(const Material *material);
 typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
 /* The least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which one it is; infinite when nothing can
    fail. */
@@ -216,6 +266,103 @@ Hinges HingesOf(const Problem *p, const StageFields *fields);
 /* Writes the "hinges" member of a stage or trial, if it has hinges. */
 void SummaryHinges(FILE *f, const Hinges *hinges);
 
+/* ---- history_file.c */
+typedef struct {
+  const char *name;  /* history.csv; NULL: the run has none */
+  FILE *file;        /* NULL: closed */
+  PetscInt64 bytes;  /* length of the file at the last look */
+  uint64_t checksum; /* FileChecksum at that length */
+} HistoryFile;
+/* Rank 0. named: it has its final name, without .part. All do nothing while it is closed, but HistoryOpen.
+   HistoryOpen says whether it is new and wants its header. */
+PetscBool HistoryOpen(HistoryFile *history, const char *folder, PetscBool named, PetscBool resumed,
+                      char message[MESSAGE_LENGTH]);
+void HistoryName(const HistoryFile *history, const char *folder, char message[MESSAGE_LENGTH]);
+/* Checks that the file of that name has the rows. */
+void HistoryCheck(const HistoryFile *history, const char *folder, PetscBool named,
+                  char message[MESSAGE_LENGTH]);
+/* Puts the file as far as it goes on the disk. */
+void HistorySettle(HistoryFile *history, const char *folder, PetscBool named, char message[MESSAGE_LENGTH]);
+/* Writes the member of summary.json that tells the file's length and checksum. */
+void HistorySummary(FILE *f, const HistoryFile *history, const char *member);
+void HistoryClose(HistoryFile *history, const char *folder, char message[MESSAGE_LENGTH]);
+
+/* ---- peaks.c */
+/* Extremes of series in time. */
+typedef struct {
+  PetscReal first, last;          /* values; NaN: none yet */
+  PetscReal least, largest;       /* values */
+  PetscReal least_at, largest_at; /* [s] the first time of each */
+} Peak;
+enum { PEAK_REALS = sizeof(Peak) / sizeof(PetscReal) };
+/* value: NaN is passed over. */
+void PeakTake(Peak *peak, PetscReal value, PetscReal time);
+/* Write "name": {...} and what follows: least and largest with their times; the largest, where `ends` is
+   true in size, beside the first and last value; the least alone. */
+void PeakRange(FILE *f, const char *name, const Peak *peak, const char *tail);
+void PeakLargest(FILE *f, const char *name, const Peak *peak, PetscBool ends, const char *tail);
+void PeakLeast(FILE *f, const char *name, const Peak *peak, const char *tail);
+
+/* ---- histories.c */
+/* What looks of a joint see; columns of joint_history.csv. */
+enum {
+  LOOK_N,               /* [N] normal force, compression positive */
+  LOOK_T,               /* [N] shear force */
+  LOOK_FACTOR_PEAK,     /* [-] against sliding */
+  LOOK_FACTOR_RESIDUAL, /* [-] */
+  LOOK_SLIP,            /* [m] mean over the length */
+  LOOK_SLIP_LARGEST,    /* [m] of an end */
+  LOOK_OPENING,         /* [m] largest of an end */
+  LOOK_OPEN,            /* [m] open length */
+  LOOK_LENGTH,          /* [m]; NaN: the joint has no contacts */
+  LOOK_COLUMNS
+};
+/* What looks of a dynamic stage have seen; alike on all ranks where nothing else is said. */
+typedef struct {
+  PetscInt n_joints, n_supports, n_points;
+  PetscReal *direction;  /* (n_joints,2) from start to end of joints that were lines when the stage began;
+                            0, 0: of another */
+  PetscReal *carried;    /* [m] (n_joints,) mean slip of contacts that have been found anew since */
+  PetscReal *joint;      /* (n_joints, LOOK_COLUMNS) of the last look */
+  PetscReal joint_time;  /* [s] of that look; NaN: its rows are written */
+  PetscReal *support;    /* [N] (n_supports,2) force of each on the model at the last look; NULL: no stage in
+                            time runs */
+  int16_t *lets_through; /* (n_dof,) this rank: row of the support whose boundary lets waves out there, -1:
+                            none */
+  Peak *joint_peak;      /* (n_joints, LOOK_COLUMNS) */
+  Peak *support_peak;    /* (n_supports + 1,2) the last of all together */
+  Peak *probe_peak;      /* (n_points,4) u x,y; over the ground x,y */
+} Histories;
+/* Empty ones for the dynamic stage that begins. */
+PetscErrorCode HistoriesCreate(const Problem *p, Histories *histories);
+PetscErrorCode HistoriesDestroy(Histories *histories);
+/* Collective. Finds which joints are lines, at the start of the stage. */
+PetscErrorCode HistoriesBegin(const Problem *p);
+/* Collective, see archive.h. */
+PetscErrorCode HistoriesArchive(Archive *archive, const Problem *p);
+/* Takes the probes of now into the peaks of a dynamic stage. */
+void HistoriesOfProbes(const Problem *p);
+/* Writes the "peaks" member of a stage's object. */
+void SummaryPeaks(FILE *f, const Problem *p);
+
+/* ---- joint_history.c */
+void JointHistoryHeader(FILE *f);
+/* Collective. Looks at all joints, at the forces just evaluated; their present place is that of these
+   forces. */
+PetscErrorCode JointHistoryLook(const Problem *p);
+/* Collective. Call it with 1 before contacts are found anew, with -1 after it, forces evaluated: slip goes on
+   from where it was. */
+PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign);
+/* Rank 0. Writes the rows of the last look, once. */
+void JointHistoryRows(const Problem *p);
+
+/* ---- support_forces.c */
+/* Finds where boundaries let waves out; again on a new partition. */
+PetscErrorCode SupportForcesBegin(const Problem *p);
+/* Collective. After a step: the force of each support on the model at the forces just evaluated. v_before:
+   velocities before the step; ground: [m/s] what alpha damps against. */
+PetscErrorCode SupportForcesLook(const Problem *p, const PetscReal *v_before, const PetscReal ground[2]);
+
 /* ---- body_motion.c */
 typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
 /* What has become of all macroblocks, the same on all ranks. */
@@ -254,6 +401,8 @@ PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *ce
    a second. Prints that line. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
+/* Rank 0, when it is time: how far a stage in time is of its steps, how fast it goes, what is left. */
+void StageShowTime(const Problem *p, PetscInt64 steps);
 /* Prints how a stage ended. */
 PetscErrorCode StageReport(const Problem *p);
 
@@ -263,19 +412,21 @@ PetscErrorCode StageReport(const Problem *p);
 #endif
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;         /* stages that are over */
-  PetscInt n_settled;        /* rank 0: finished stages that the files with their final names hold */
-  PetscBool settled;         /* the files hold all finished stages: a checkpoint is due */
-  double settle_wall;        /* rank 0: [s] that these files took to write last */
-  PetscInt n_contacts;       /* contacts at the end of the last stage */
-  PetscInt n_dofs;           /* degrees of freedom at that end */
-  char **stages;             /* rank 0: (n_stages,) their objects in summary.json */
-  PetscReal *probes;         /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
-  MeshFields mesh;           /* while a file is being written */
-  ResultsFile results;       /* rank 0 */
-  FILE *history;             /* rank 0 */
-  PetscInt64 history_bytes;  /* rank 0: length of the file at the last look */
-  uint64_t history_checksum; /* FileChecksum at that length */
+  PetscInt n_stages;                  /* stages that are over */
+  PetscInt n_settled;                 /* rank 0: finished stages that the files with their final names hold */
+  PetscBool settled;                  /* the files hold all finished stages: a checkpoint is due */
+  double settle_wall;                 /* rank 0: [s] that these files took to write last */
+  PetscInt n_contacts;                /* contacts at the end of the last stage */
+  PetscInt n_dofs;                    /* degrees of freedom at that end */
+  char **stages;                      /* rank 0: (n_stages,) their objects in summary.json */
+  PetscReal *probes;                  /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;                    /* while a file is being written */
+  ResultsFile results;                /* rank 0 */
+  HistoryFile history, joint_history; /* rank 0; the latter only where a stage runs in time */
+  Histories histories;                /* of the dynamic stage that runs */
+  Envelope envelope;                  /* likewise */
+  Ground ground;                      /* that supports move */
+  PetscBool ground_moves;    /* all supports that move do so alike, in a scene with a dynamic stage */
   uint64_t program_checksum; /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
   int lock;                  /* rank 0: lock of the folder, -1: none */
   Trials trials;             /* trials of the stage that runs */
@@ -287,13 +438,15 @@ typedef struct _p_Output {
 /* Makes the folder of the scene and keeps other runs out of it until OutputClose. A folder that cannot be
    written, or that another run writes into, is refused. `output` must be zero before. */
 PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output);
-/* Starts results.h5.part and history.csv.part; after a restart, goes on with the files that are there. Call
+/* Starts results.h5.part and the histories; after a restart, goes on with the files that are there. Call
    after OutputLock, when set-up has succeeded. Results of an older run stay until the first stage is
    complete. `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output);
-/* Writes a row of history.csv. */
+/* Writes a row of history.csv, and those of joint_history.csv that a look has left. */
 PetscErrorCode OutputHistory(const Problem *p);
+/* Writes these alone. */
+PetscErrorCode OutputJointHistory(const Problem *p);
 /* Writes a frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
 /* Writes the end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv
@@ -310,5 +463,11 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct
                             char message[MESSAGE_LENGTH]);
 
 /* ---- summary_joints.c */
+/* Rank 0. direction: (n_joints,2) from start to end of joints whose contacts are a line; 0, 0: of others. */
+void JointDirections(PetscInt n_joints, const StageFields *fields, PetscReal *direction);
+/* [-] Strength over demand, for forces N and T [N] and the closed length [m]; residual 0: of the peak
+   strength, 1: of the residual; NaN of an elastic joint. */
+PetscReal SlidingFactor(const Joint *joint, PetscReal N, PetscReal T, PetscReal closed, PetscReal thickness,
+                        int residual);
 /* Writes the "joints" member of a stage's or trial's object, from its joints table; factors only at rest. */
 PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);

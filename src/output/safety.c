@@ -25,7 +25,7 @@ SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, Pe
   return mode;
 }
 
-static PetscBool has_strengths(const Material *m)
+PetscBool MaterialHasStrengths(const Material *m)
 {
   return (PetscBool)(!isnan(m->tension) || !isnan(m->compression) || !isnan(m->cohesion));
 }
@@ -35,7 +35,7 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
   PetscBool any = PETSC_FALSE;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_materials; i++)
-    any = (PetscBool)(any || has_strengths(scene->materials + i));
+    any = (PetscBool)(any || MaterialHasStrengths(scene->materials + i));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(mesh->n_blocks + 1, &s->safety));
   PetscCall(PetscMalloc1(mesh->n_blocks + 1, &s->safety_mode));
@@ -43,7 +43,7 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
     const Material *material = scene->materials + mesh->group[b];
     const PetscReal *stress = s->block + BLOCK_WIDTH * b + 3;
     s->safety[b] = NAN, s->safety_mode[b] = SAFETY_NONE;
-    if (has_strengths(material) && !isnan(stress[0]))
+    if (MaterialHasStrengths(material) && !isnan(stress[0]))
       s->safety_mode[b] = SafetyFactor(material, stress[0], stress[1], s->safety + b);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,7 +88,7 @@ void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const St
 {
   const char *before = "      \"safety\": {\n";
   for (PetscInt g = 0; s->safety && g < scene->n_materials; g++) {
-    if (!has_strengths(scene->materials + g) || scene->materials[g].rigid) continue;
+    if (!MaterialHasStrengths(scene->materials + g) || scene->materials[g].rigid) continue;
     fprintf(f, "%s        \"%s\": {", before, scene->materials[g].name);
     put_group(f, mesh, s, g);
     before = ",\n";

@@ -225,7 +225,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   put_forces(f, "reaction", mesh, fields, 2, 3);
   PetscCall(put_supports(f, scene, mesh, fields));
   if (p->stage->kind == STAGE_DYNAMIC)
-    SummaryBodies(f, p->m, &p->output->bodies), put_account(f, &result->energy);
+    SummaryBodies(f, p->m, &p->output->bodies), SummaryPeaks(f, p), put_account(f, &result->energy);
   else
     put_energies(f, mesh, fields, result);
   put_extremes(f, p->m, mesh, fields);
@@ -281,9 +281,9 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
   fprintf(f, "  \"stages\": [\n");
   for (PetscInt s = 0; s < o->n_stages; s++)
     fprintf(f, "%s%s\n", o->stages[s], s + 1 < o->n_stages ? "," : "");
-  fprintf(f, "  ],\n  \"history\": {");
-  JsonCount(f, "bytes", o->history_bytes, ", ");
-  fprintf(f, "\"crc32\": \"%08llx\"},\n", (unsigned long long)o->history_checksum);
+  fprintf(f, "  ],\n");
+  HistorySummary(f, &o->history, "history");
+  HistorySummary(f, &o->joint_history, "joint_history");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PartText(o->folder, "summary.json", text, size, "  \"crc32\": \"", "\"\n}\n", message);
   free(text);

@@ -186,14 +186,13 @@ static PetscReal closed_length(const JointLine *line, const JointSums *sums)
   return PetscMax(0., line->length - sums->open);
 }
 
-/* Strength over demand: (N tan phi + c L' thickness) / |T|. Cohesion acts on the closed length L' only. */
-static PetscReal sliding_factor(const Joint *joint, const JointLine *line, const JointSums *sums,
-                                PetscReal thickness, int residual)
+/* (N tan phi + c L' thickness) / |T|. Cohesion acts on the closed length L' only. */
+PetscReal SlidingFactor(const Joint *joint, PetscReal N, PetscReal T, PetscReal closed, PetscReal thickness,
+                        int residual)
 {
   const PetscReal tangent = tan(joint->friction[residual] * PETSC_PI / 180.);
-  const PetscReal strength = PetscMax(0., sums->N) * tangent +
-                             joint->cohesion[residual] * closed_length(line, sums) * thickness;
-  return joint->law == LAW_ELASTIC ? NAN : strength / fabs(sums->T);
+  const PetscReal strength = PetscMax(0., N) * tangent + joint->cohesion[residual] * closed * thickness;
+  return joint->law == LAW_ELASTIC ? NAN : strength / fabs(T);
 }
 
 /* Writes the factors. Out of equilibrium a joint carries what friction leaves, which is no factor. */
@@ -201,8 +200,9 @@ static void put_factors(FILE *f, const Joint *joint, const JointLine *line, cons
                         PetscReal thickness, PetscBool at_rest)
 {
   const PetscReal needed = atan2(fabs(sums->T), sums->N) * 180. / PETSC_PI,
-                  peak = sliding_factor(joint, line, sums, thickness, 0),
-                  residual = sliding_factor(joint, line, sums, thickness, 1);
+                  closed = closed_length(line, sums),
+                  peak = SlidingFactor(joint, sums->N, sums->T, closed, thickness, 0),
+                  residual = SlidingFactor(joint, sums->N, sums->T, closed, thickness, 1);
   JsonNumber(f, "friction_needed", at_rest ? needed : NAN, ",\n          ");
   JsonNumber(f, "sliding_factor_peak", at_rest ? peak : NAN, ",\n          ");
   JsonNumber(f, "sliding_factor_residual", at_rest ? residual : NAN, ",\n          ");
@@ -230,6 +230,15 @@ static void put_joint(FILE *f, const Joint *joint, const JointLine *line, const 
     fprintf(f, "\n");
   put_end(f, "sigma_min", sums->lowest.point, &sums->lowest, ",\n");
   put_end(f, "sigma_max", sums->highest.point, &sums->highest, "\n        }");
+}
+
+void JointDirections(PetscInt n_joints, const StageFields *fields, PetscReal *direction)
+{
+  JointLine line;
+  for (PetscInt j = 0; j < n_joints; j++) {
+    find_line(fields, j, &line);
+    for (int x = 0; x < 2; x++) direction[2 * j + x] = line.is_line ? line.e[x] : 0.;
+  }
 }
 
 PetscErrorCode SummaryJoints(FILE *f, const Problem *p, const StageFields *fields)

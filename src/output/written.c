@@ -88,6 +88,9 @@ static PetscErrorCode pick_contacts(const Written *w, const StageFields *all, St
   PetscFunctionBeginUser;
   some->n_contacts = 0;
   PetscCall(PetscMalloc1(all->n_contacts + 1, &some->contact));
+  some->envelope_contact = NULL;
+  if (all->envelope_contact)
+    PetscCall(PetscMalloc1(2 * ENVELOPE_END * all->n_contacts + 1, &some->envelope_contact));
   for (PetscInt i = 0; i < all->n_contacts; i++) {
     ContactRow *row = some->contact + some->n_contacts;
     *row = all->contact[i];
@@ -95,6 +98,9 @@ static PetscErrorCode pick_contacts(const Written *w, const StageFields *all, St
       const PetscInt face = row->face[k], at = face < 0 ? w->vertex_row[-2 - face] : w->block_row[face / 4];
       row->face[k] = at < 0 ? FACE_NOT_WRITTEN : face < 0 ? -2 - at : 4 * at + face % 4;
     }
+    if (some->envelope_contact)
+      PetscCall(PetscArraycpy(some->envelope_contact + (size_t)2 * ENVELOPE_END * some->n_contacts,
+                              all->envelope_contact + (size_t)2 * ENVELOPE_END * i, 2 * ENVELOPE_END));
     some->n_contacts += row->face[0] != FACE_NOT_WRITTEN || row->face[1] != FACE_NOT_WRITTEN;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -111,6 +117,7 @@ PetscErrorCode WrittenStage(const Written *w, const StageFields *all, StageField
   PetscCall(pick(nv, w->vertex, 2 * (int)all->n_modes, all->modes, &some->modes));
   PetscCall(pick(nb, w->block, BLOCK_WIDTH, all->block, &some->block));
   PetscCall(pick(nb, w->block, 1, all->safety, &some->safety));
+  PetscCall(pick(nb, w->block, ENVELOPE_BLOCK, all->envelope_block, &some->envelope_block));
   if (all->safety_mode) PetscCall(PetscMalloc1(nb + 1, &some->safety_mode));
   for (PetscInt i = 0; i < nb && all->safety_mode; i++) some->safety_mode[i] = all->safety_mode[w->block[i]];
   PetscCall(pick_contacts(w, all, some));

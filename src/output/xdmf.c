@@ -57,6 +57,12 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
     put_attribute(f, "safety_factor", "Scalar", "Cell", nb, stage, "safety_factor");
     put_attribute(f, "safety_mode", "Scalar", "Cell", nb, stage, "safety_mode");
   }
+  if (fields->envelope_block) {
+    put_attribute(f, "s1_max", "Scalar", "Cell", nb, stage, "envelope/s1_max");
+    put_attribute(f, "s2_min", "Scalar", "Cell", nb, stage, "envelope/s2_min");
+    if (fields->safety)
+      put_attribute(f, "safety_factor_min", "Scalar", "Cell", nb, stage, "envelope/safety_factor_min");
+  }
   fprintf(f, "      <Attribute Name=\"group\" AttributeType=\"Scalar\" Center=\"Cell\">");
   put_item(f, nb, "Int", 4, "/mesh/block_group");
   fprintf(f, "</Attribute>\n      <Attribute Name=\"macroblock\" AttributeType=\"Scalar\" Center=\"Cell\">");
@@ -67,8 +73,10 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
 }
 
 /* Writes lines between the two ends of each contact, with the values at the ends. */
-static void put_contacts(FILE *f, PetscInt n, const char *stage)
+static void put_contacts(FILE *f, const StageFields *fields, const char *stage)
 {
+  static const char *const envelopes[] = {"sigma_max", "sigma_min", "opening_max", "slip_max"};
+  const PetscInt n = fields->n_contacts;
   static const char *const scalars[] = {"sigma", "tau", "opening", "sliding", "slip", "broken", "state"};
   char n_cells[64], n_ends[64], plane[64], path[256];
   if (!n) return;
@@ -86,6 +94,10 @@ static void put_contacts(FILE *f, PetscInt n, const char *stage)
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(scalars); i++) {
     snprintf(path, sizeof(path), "contacts/%s", scalars[i]);
     put_attribute(f, scalars[i], "Scalar", "Node", n_ends, stage, path);
+  }
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(envelopes) && fields->envelope_contact; i++) {
+    snprintf(path, sizeof(path), "envelope/contacts/%s", envelopes[i]);
+    put_attribute(f, envelopes[i], "Scalar", "Node", n_ends, stage, path);
   }
   put_attribute(f, "joint", "Scalar", "Cell", n_cells, stage, "contacts/joint");
   fprintf(f, "     </Grid>\n");
@@ -138,7 +150,7 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
           "Value=\"%.10g\"/>\n",
           name, time);
   put_blocks(f, &results->written.mesh, fields, name);
-  put_contacts(f, fields->n_contacts, name);
+  put_contacts(f, fields, name);
   fprintf(f, "    </Grid>\n");
   return fclose(f) || append(results, text, size) ? -1 : 0;
 }

@@ -33,8 +33,9 @@ typedef struct {
   PetscReal damping_ratio, damping_frequencies[2]; /* [-], [Hz] dynamic: alpha and beta come of them; ratio
                                                       NaN: they do not */
   FrameKind frame;                                 /* dynamic: against what */
-  PetscInt frames; /* dynamic: number of results on the way, at equal intervals */
-  Joint *joints;   /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
+  PetscInt frames;         /* dynamic: number of results on the way, at equal intervals */
+  PetscInt envelope_every; /* [cycles] dynamic: steps between samples of the envelopes; 0: none */
+  Joint *joints;           /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
   /* strength_reduction, flood, load_factor: trials go from start towards limit; see trial_stage.c */
   ReductionKind what;
@@ -108,6 +109,9 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "modes: how many, the slowest first", .stages = BIT(STAGE_MODES)),
   KEY(STAGES, "up_to", LIMIT, Stage, up_to, "inf", "> 0", "Hz", "modes: only those of at most this frequency",
       .stages = BIT(STAGE_MODES)),
+  KEY(STAGES, "envelope_every", INT, Stage, envelope_every, "0", ">= 0", "cycles",
+      "dynamic: steps between samples of the extremes of stress, safety factor, opening and slip of each block and contact; 0: none",
+      .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "what", CHOICE, Stage, what, "friction", NULL, "",
       "strength_reduction: the angle of friction, or all strengths by one factor", .choices = Reductions,
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),

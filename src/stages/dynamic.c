@@ -179,10 +179,13 @@ static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool 
   PetscCall(evaluate(p, energy));
   PetscCall(EnergyOfJoints(p, stored));
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
+  PetscCall(JointSlipsCarry(p, 1.));
   PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
   p->contacts->repeats = PETSC_TRUE; // without its dashpot a contact would bear less friction, and lose shear
   PetscCall(Forces(p->scene, m, joints, p->contacts, s, NULL));
   p->contacts->repeats = PETSC_FALSE;
+  PetscCall(JointSlipsCarry(p, -1.));
+  PetscCall(EnvelopeContactsChanged(p));
   EnergyOfExchange(m, s, energy);
   PetscCall(EnergyOfJoints(p, stored + 1));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
@@ -233,6 +236,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(LocalStep(d->local, s, energy->v_before, v_ground, energy->local));
   WorksInTime(m, s, v_ground, energy->v_before, &works);
   EnergyOfStep(&works, energy);
+  TermsMoved(m, s, energy->v_before);
   RigidMotion(m, s->u);
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
@@ -275,6 +279,7 @@ static PetscErrorCode prepare(const Problem *p, Dynamic *d)
   char message[MESSAGE_LENGTH] = "", line[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (d->local) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SupportForcesBegin(p));
   PetscCall(SupportsApply(p->scene, PETSC_TRUE, p->m));
   PetscCall(LocalCreate(&view, &d->local));
   if (p->stage->alpha == 0. || p->stage->frame == FRAME_ABSOLUTE) PetscFunctionReturn(PETSC_SUCCESS);
@@ -300,6 +305,8 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
+  PetscCall(HistoriesArchive(a, p));
+  PetscCall(EnvelopeArchive(a, p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -375,6 +382,8 @@ static PetscErrorCode cycle(Loop *loop)
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
+  if (loop->looks) PetscCall(JointHistoryLook(p));
+  if (stage->envelope_every && i % stage->envelope_every == 0) PetscCall(EnvelopeTake(p));
   PetscCall(advance(p, d));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
     d->fault = FaultFind(p->m, p->state), d->fault_step = i;
@@ -385,8 +394,11 @@ static PetscErrorCode judge(Loop *loop)
 {
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
+  PetscReal v_ground[2];
   PetscFunctionBeginUser;
   PetscCall(look(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
+  GroundVelocity(&d->ground, p->state->time - p->state->dt, v_ground);
+  PetscCall(SupportForcesLook(p, d->energy.v_before, v_ground));
   if (!p->result->finite) PetscCall(name_fault(p, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -395,6 +407,7 @@ static PetscErrorCode tell(Loop *loop)
 {
   PetscFunctionBeginUser;
   PetscCall(OutputHistory(loop->p));
+  StageShowTime(loop->p, ((const Dynamic *)loop->memory)->steps);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -416,6 +429,7 @@ static PetscErrorCode begin(Loop *loop)
   PetscCall(prepare(p, d));
   PetscCall(start(p, d));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
+  PetscCall(HistoriesBegin(p));
   if (!p->stage->variable) PetscCall(BodiesLoose(p));
   PetscCall(say_steps(loop));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -428,6 +442,9 @@ static PetscErrorCode end(Loop *loop)
   PetscFunctionBeginUser;
   p->contacts->rate = -1.;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
+  if (p->result->finite) PetscCall(JointHistoryLook(p));
+  if (p->result->finite && p->stage->envelope_every) PetscCall(EnvelopeTake(p));
+  PetscCall(OutputJointHistory(p));
   PetscCall(follow_motion(p));
   PetscCall(half_step(p, d, 1.));
   PetscCall(recover(p));
@@ -452,6 +469,8 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(EnergyCreate(p->m, &d.energy));
   PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
+  PetscCall(HistoriesCreate(p, &p->output->histories));
+  PetscCall(EnvelopeCreate(p, &p->output->envelope));
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(LocalDestroy(&d.local));

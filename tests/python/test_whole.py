@@ -21,13 +21,14 @@ from scenes import static  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))
 MADE = ("mesh.png", "report.html")  # by tools
-FILES = ("results.h5", "results.xdmf", "summary.json", "history.csv", *MADE)
+FILES = ("results.h5", "results.xdmf", "summary.json", "history.csv", "joint_history.csv", *MADE)
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     mesh, scene = static(4)
+    scene["stages"].append({"shake": {"type": "dynamic", "loads": ["weight", "water"], "duration": 0.02}})
     write(str(folder / "model.h5"), mesh)
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
     subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=folder, check=True, capture_output=True)

@@ -51,7 +51,8 @@ SCENES = {"static": lambda: scenes.static(4), "frames": frames}
 
 
 def content(folder):
-    """What a run has left, but for times of day: all of results.h5 as digests by name, results.xdmf, history.csv, and the outcome in the summary."""
+    """What a run has left, but for times of day: all of results.h5 as digests by name, results.xdmf, history.csv, the outcome in the summary,
+    and joint_history.csv where a stage runs in time."""
     found = {}
 
     def keep(name, item):
@@ -62,7 +63,8 @@ def content(folder):
     with h5py.File(folder / "out" / "results.h5") as file:
         keep("/", file)
         file.visititems(keep)
-    return [found, *((folder / "out" / name).read_bytes() for name in ("results.xdmf", "history.csv")), outcome(folder)]
+    return [found, *((folder / "out" / name).read_bytes() for name in ("results.xdmf", "history.csv")), outcome(folder),
+            *(path.read_bytes() for path in (folder / "out").glob("joint_history.csv"))]
 
 
 def file_of(call):

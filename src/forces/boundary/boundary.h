@@ -53,6 +53,8 @@ PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MES
 PetscErrorCode GroundDestroy(Ground *ground);
 /* [m/s] (2,) at a time since the start of the motion. */
 void GroundVelocity(const Ground *ground, PetscReal t, PetscReal v[2]);
+/* [m] (2,) How far it has moved by then. */
+void GroundPlace(const Ground *ground, PetscReal t, PetscReal u[2]);
 
 /* ---- support_motion.c */
 /* Supports that move in dynamic stages, as a force term. */

@@ -45,3 +45,9 @@ void GroundVelocity(const Ground *ground, PetscReal t, PetscReal v[2])
   for (int k = 0; k < 2; k++)
     v[k] = ground->motion.along[k].n ? ground->part * MotionVelocity(&ground->motion, t, k) : 0.;
 }
+
+void GroundPlace(const Ground *ground, PetscReal t, PetscReal u[2])
+{
+  for (int k = 0; k < 2; k++)
+    u[k] = ground->motion.along[k].n ? ground->part * MotionPlace(&ground->motion, t, k) : 0.;
+}

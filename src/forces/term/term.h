@@ -113,6 +113,8 @@ typedef struct {
   /* In a dynamic stage, after each step: what the term prescribes or has of its own moves on to the new
      time. */
   void (*advance)(void *memory, const Model *m, State *state);
+  /* Then, when all velocities are those behind the step: looks at them. v_before: (n_dof,) those before. */
+  void (*moved)(void *memory, const Model *m, const State *state, const PetscReal *v_before);
   /* In a dynamic stage, at its start or where it goes on: adds mass and dashpots, every rank at all of its
      vertices. */
   PetscErrorCode (*inertia)(const TermView *v, TermInertia add, void *context);

@@ -147,7 +147,7 @@ PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(m, v->contacts, load, u, &wet));
-    for (PetscInt i = 0; i < u->n_dry && tell && !m->rank; i++) {
+    for (PetscInt i = 0; i < u->n_dry && tell && !m->rank && v->stage->kind != STAGE_DYNAMIC; i++) {
       const UpliftDry *d = u->dry + i;
       if (d->at_toe) continue; // a stretch at the toe has the tailwater
       fprintf(

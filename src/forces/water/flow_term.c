@@ -424,7 +424,8 @@ static PetscErrorCode survey(const TermView *v, PetscBool tell)
   PetscInt carrier;
   PetscFunctionBeginUser;
   if (flow->n_traps) PetscCall(FlowTrapsLook(v));
-  if (!tell || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen)
+  if (!tell || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen ||
+      v->stage->kind == STAGE_DYNAMIC) // in time nothing is discharged
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
   warn(v);

@@ -173,6 +173,50 @@ PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h)
   return pulls * wall->depth;
 }
 
+/* A wall that leans moves along its normal by the cosine of a shake along x, for which zangar is given. */
+static PetscReal along_normal(const WetWall *wall)
+{
+  return wall->rule == HYDRO_ZANGAR ? PetscCosReal(PetscMax(0., wall->lean) * (PETSC_PI / 180.)) : 1.;
+}
+
+/* Pressure over density and r, r the root of the depth: a line in r for westergaard. */
+static PetscReal over_root(const WetWall *wall, PetscReal r, PetscReal g, PetscReal a_n)
+{
+  const PetscReal near = PetscMax(r, 1e-6 * PetscSqrtReal(wall->depth)), s = near * near / wall->depth;
+  return g * near + wall->depth * HydrodynamicPressure(wall, s) / along_normal(wall) * a_n / near;
+}
+
+PetscReal PressureOfHalf(const PetscReal x[2], const PetscReal middle[2], const WetWall *wall,
+                         PetscReal density, PetscReal g, PetscReal a_n, PetscReal at[2], PetscReal *below)
+{
+  enum { PARTS_OF_HALF = 16 };
+  const PetscReal z[2] = {wall->level - x[1], wall->level - middle[1]}, rise = PetscAbsReal(z[1] - z[0]),
+                  length = PetscHypotReal(middle[0] - x[0], middle[1] - x[1]);
+  const PetscBool flat = (PetscBool)(rise <= 1e-9 * length);
+  const PetscReal from = PetscSqrtReal(PetscMax(0., PetscMin(z[0], z[1]))),
+                  to = PetscSqrtReal(PetscMax(0., PetscMax(z[0], z[1])));
+  PetscReal least = PETSC_MAX_REAL;
+  *below = 0.;
+  for (int i = 0; i <= PARTS_OF_HALF; i++) {
+    const PetscReal r = from + (to - from) * i / PARTS_OF_HALF, f = over_root(wall, r, g, a_n);
+    if (density * f * r < least) {
+      const PetscReal part = flat ? 0. : (r * r - z[0]) / (z[1] - z[0]);
+      least = density * f * r;
+      for (int k = 0; k < 2; k++) at[k] = x[k] + part * (middle[k] - x[k]);
+    }
+    if (i == PARTS_OF_HALF || flat) continue;
+    const PetscReal next = from + (to - from) * (i + 1) / PARTS_OF_HALF,
+                    f_next = over_root(wall, next, g, a_n);
+    PetscReal a = r, b = next; // between which it is below 0
+    if (f >= 0. && f_next >= 0.) continue;
+    if (f >= 0.) a = r + (next - r) * f / (f - f_next);
+    if (f_next >= 0.) b = r + (next - r) * f / (f - f_next);
+    *below += (b * b - a * a) * length / rise;
+  }
+  if (flat && least < 0.) *below = length;
+  return least;
+}
+
 /* Points and weights of Gauss's rule over 0..1. */
 static const PetscReal GAUSS[8][2] = {
     {0.019855071751231856, 0.050614268145188130}, {0.10166676129318664, 0.11119051722668724},
@@ -221,15 +265,11 @@ void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal pus
   }
 }
 
-/* A wall that leans moves along its normal by the cosine of a shake along x, for which zangar is given. */
 void HydrodynamicMass(const PetscReal x[4], const WetWall *wall, PetscReal density, PetscReal k[16])
 {
   const PetscReal length = PetscHypotReal(x[2] - x[0], x[3] - x[1]),
                   n[2] = {(x[3] - x[1]) / length, (x[0] - x[2]) / length};
-  const PetscReal leans = wall->rule == HYDRO_ZANGAR
-                              ? PetscCosReal(PetscMax(0., wall->lean) * (PETSC_PI / 180.))
-                              : 1.;
-  const PetscReal full = density * length * wall->depth / leans;
+  const PetscReal full = density * length * wall->depth / along_normal(wall);
   WetPoint point[8];
   const int wet = wet_points(x, wall, point);
   for (int i = 0; i < 16; i++) k[i] = 0.;

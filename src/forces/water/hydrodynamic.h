@@ -27,6 +27,12 @@ PetscReal WestergaardExcess(PetscReal lean);
 /* [m] Down to which depth the pressure of a coefficient that moves the wall off the water pulls more than the
    water at rest presses; 0: nowhere. */
 PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h);
+/* Along the half of a face from its end x (2) to its middle, whose motion along its normal has come to the
+   acceleration a_n [m/s2], negative away from the water: the least pressure [Pa] of the water at rest and
+   in motion together and the length [m] over which it is below 0. density [kg/m3], g [m/s2]; at: (2) place
+   of the least. */
+PetscReal PressureOfHalf(const PetscReal x[2], const PetscReal middle[2], const WetWall *wall,
+                         PetscReal density, PetscReal g, PetscReal a_n, PetscReal at[2], PetscReal *below);
 /* Finds the forces on one face. push: [N/m2] density of the water times horizontal inertia k_h g, positive
    along +x. x: (4) ends of the face. f: (4) forces at the ends [N]. */
 void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal push, PetscReal thickness,

@@ -10,5 +10,6 @@ results  reader of a run: the only module that knows the files of an output fold
 scene    reader of scenes as PETSc reads them
 record   records in time, as the solver reads them
 ground   the records that shook a run
+histories  histories of joints, envelopes and peaks of stages in time
 courses  courses in time of a dynamic stage
 """

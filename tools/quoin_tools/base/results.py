@@ -14,10 +14,11 @@ import csv
 import os
 import sys
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from quoin_tools.base import anchors, flow, modes
+from quoin_tools.base import anchors, flow, histories, modes
 from quoin_tools.base.files import reading
 from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
 
@@ -27,7 +28,7 @@ VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 witho
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
-SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors")  # what not every stage has: None there
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "envelope")  # what not every stage has: None there
 CONTACT_FIELDS = (
     "face",
     "joint",
@@ -146,7 +147,8 @@ def anchors_of(group):
     return anchors.Anchors(**{name: array(group[name]) for name in anchors.column_names()})
 
 
-GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anchors": anchors_of}  # what a stage has that is no array
+GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anchors": anchors_of,
+          "envelope": lambda group: histories.envelope_of(group, array)}  # what a stage has that is no array  # fmt: skip
 
 
 class Stage:
@@ -185,7 +187,7 @@ class Results:
             check_results(self.path)
             with reading(self.path) as file:
                 self._read(file)
-        self._summary = self._history = None
+        self._summary = self._history = self._joint_history = None
 
     def _read(self, file):
         if text(file.attrs.get("format", b"")) != FORMAT:
@@ -257,6 +259,13 @@ class Results:
                 raise ResultsError(f"{path}: {error.strerror}") from error
             self._history = read_history(path)
         return self._history
+
+    @property
+    def joint_history(self):
+        """Joint to its columns of joint_history.csv (base/histories.py); {} where no stage ran in time."""
+        if self._joint_history is None:
+            self._joint_history = histories.joint_history(self.folder, self.summary)
+        return self._joint_history
 
     def joint_profile(self, stage, joint):
         """Distance from the start of the joint [m], sigma, tau [Pa]: each (n, 2), a row per contact in order.
@@ -441,14 +450,7 @@ def energy_rows(s):
     return [(fixed(s["time"]), *("-" if energy.get(name) is None else f"{energy[name]:.4g}" for name in ENERGIES))]
 
 
-def body_rows(s):
-    """Bodies of a dynamic stage that have left their place, in the order of time; times [s] as they happened first."""
-    fates = ("overturned", "fallen", "slid")
-    bodies = sorted(s.get("bodies", []), key=lambda b: min(b[fate] for fate in fates if b[fate] is not None))
-    return [(b["macroblock"], b["group"], place(b), *("-" if b[fate] is None else fixed(b[fate]) for fate in fates),
-             fixed(b["moved_x"]), fixed(b["moved_y"]), fixed(b["turned"], 180 / np.pi, 1)) for b in bodies]  # fmt: skip
-
-
+body_rows = partial(histories.body_rows, fixed=fixed)
 SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
     ("How they were solved", "method|force evaluations|solves|factorisations", effort_rows),
@@ -463,7 +465,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
     ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),
     ("Energy of dynamic stages", "t s|" + "|".join(f"{name} J" for name in ENERGIES), energy_rows),
-    ("Bodies that left their place", "macroblock|group|at m|overturned s|fallen s|slid s|moved x m|moved y m|turned deg", body_rows),
+    *((title, header, lambda s, rows=rows: rows(s, fixed)) for title, header, rows in histories.SECTIONS),
     ("Extreme principal stresses at block centres", "group|s1 max MPa|at m|s2 min MPa|at m", extreme_rows),
 )  # fmt: skip
 

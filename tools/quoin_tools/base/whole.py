@@ -85,9 +85,9 @@ def read_summary(path):
     return summary
 
 
-def check_history(path, summary):
-    """Raises ResultsError where history.csv has not the rows that it had when the summary was written; more may follow."""
-    wanted = summary["history"]
+def check_history(path, summary, member="history"):
+    """Raises ResultsError where a history has not the rows that it had when the summary was written; more may follow."""
+    wanted = summary[member]
     with open(path, "rb") as file:
         crc, count = crc32(file, wanted["bytes"])
     if count != wanted["bytes"] or crc != int(wanted["crc32"], 16):
@@ -156,6 +156,9 @@ def check_folder(folder):
     read_text(paths["results.xdmf"])
     summary = read_summary(paths["summary.json"])
     check_history(paths["history.csv"], summary)
+    if "joint_history" in summary:  # a run with a dynamic stage
+        paths["joint_history.csv"] = os.path.join(folder, "joint_history.csv")
+        check_history(paths["joint_history.csv"], summary, "joint_history")
     return [f"{path}: whole, {os.path.getsize(path)} bytes" for path in (*paths.values(), *check_made(folder))]
 
 

@@ -17,14 +17,15 @@ from quoin_tools.base.flow import LITRES
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, table
 
 KINDS = (  # words, unit, factor, pattern of the path of the number
-    ("displacement", "mm", 1e3, r"\.u_[xy]$"),
-    ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$|^flow\.joints\..*\.uplift$"),
+    ("displacement", "mm", 1e3, r"\.u_[xy]$|^peaks\.probes\..*\.(least|largest)$|^peaks\.joints\..*\.(slip|slip_largest|opening)\.(start|end|largest)$"),
+    ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$|^flow\.joints\..*\.uplift$"
+     r"|^peaks\.(supports\..*|base_shear)\.[xy]\.(least|largest)$|^peaks\.joints\..*\.[NT]\.(least|largest)$"),
     ("moment", "kN m", 1e-3, r"\.M$"),
     ("stress", "MPa", 1e-6, r"\.sigma_linear_(start|end)$|\bs[12]_(max|min)\.value$|\.sigma$"),
-    ("length", "m", 1.0, r"[._]length$|^flow\.joints\..*\.centre_[xy]$"),
+    ("length", "m", 1.0, r"[._]length$|^peaks\.joints\..*\.open_length\.largest$|^flow\.joints\..*\.centre_[xy]$"),
     ("discharge", "l/(min m)", LITRES, r"^flow\.inflow$|^flow\.conditions\..*\.discharge$"),
     ("aperture", "mm", 1e3, r"^flow\.joints\..*\.widest$"),
-    ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$"),
+    ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$|^peaks\..*\.factor_(peak|residual)\.least$"),
     ("angle", "deg", 1.0, r"\.friction_needed$"),
     ("bracket", "", 1.0, r"^(strength_reduction|flood|load_factor)\.(stable|failing)$"),
 )
@@ -46,7 +47,7 @@ def numbers(stage, path=""):
         if isinstance(value, dict):
             found |= numbers(value, here)
         elif isinstance(value, (int, float)) and not isinstance(value, bool) and kind_of(here):
-            found[here] = min(float(value), NO_SHEAR) if "sliding_factor" in key else float(value)
+            found[here] = min(float(value), NO_SHEAR) if "sliding_factor" in key or (path.startswith("peaks.") and "factor_" in path) else float(value)
     return found
 
 

@@ -4,7 +4,8 @@
 
 writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends); of all stages joints.csv, supports.csv,
 and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint). Where water
-flows in joints <stage>_flow.csv (two rows per piece of a joint: its ends); of all stages discharges.csv and uplifts.csv.
+flows in joints <stage>_flow.csv (two rows per piece of a joint: its ends); of all stages discharges.csv and uplifts.csv. Of dynamic stages
+with envelopes <stage>_envelope_blocks.csv and <stage>_envelope_contacts.csv; histories are CSV as they are.
 SI units, signs of docs/results_format.md; the first row names columns with their units.
 """
 
@@ -95,6 +96,23 @@ def flow(results, stage):
     return header, rows
 
 
+def envelope_blocks(results, stage):
+    header = ("block", "group", "x [m]", "y [m]", "largest s1 [Pa]", "at [s]", "least s2 [Pa]", "at [s]", "least safety factor", "at [s]")
+    mesh, e = results.mesh, stage.envelope
+    none = np.full(len(mesh.blocks), np.nan)
+    factors = (none, none) if e.safety_factor_min is None else (e.safety_factor_min, e.safety_factor_min_time)
+    columns = zip(mesh.block_file, mesh.block_group, mesh.centres(), e.s1_max, e.s1_max_time, e.s2_min, e.s2_min_time, *factors)
+    return header, ((i, mesh.group_names[group], *at, *numbers) for i, group, at, *numbers in columns)
+
+
+def envelope_contacts(results, stage):
+    header = ("contact", "end", "joint", "x [m]", "y [m]", "largest sigma [Pa]", "least sigma [Pa]", "largest opening [m]", "largest slip [m]")
+    c, e, names = stage.contacts, stage.envelope.contacts, results.mesh.joint_names
+    rows = ((i, end, names[c.joint[i]], *c.point[i, end], e.sigma_max[i, end], e.sigma_min[i, end], e.opening_max[i, end], e.slip_max[i, end])
+            for i in range(len(c)) for end in (0, 1))  # fmt: skip
+    return header, rows
+
+
 def discharges(results, stages):
     """Of heads, drains and inflows: what leaves the joints there."""
     rows = ((stage, name, c["nodes"], c["discharge"], c["litres_per_minute"]) for stage in stages
@@ -158,6 +176,8 @@ def export(results, stages=None, folder=None):
             written.append(write(os.path.join(folder, f"{name}_{words}.csv"), *of(results, stage)))
         if stage.flow is not None:
             written.append(write(os.path.join(folder, f"{name}_flow.csv"), *flow(results, stage)))
+        for of in (envelope_blocks, envelope_contacts) if stage.envelope is not None else ():
+            written.append(write(os.path.join(folder, f"{name}_{of.__name__}.csv"), *of(results, stage)))
     for of in (joints, supports, factors, trials, discharges, uplifts):
         header, rows = of(results, stages)
         rows = list(rows)

@@ -1,0 +1,272 @@
+/* envelope.c: the envelopes of a dynamic stage: largest s1, least s2, least safety factor of each block with
+   their times; largest and least sigma, largest opening and slip of each end of a contact. They are sampled
+   every envelope_every steps, each rank at its own blocks and contacts; a scene that does not ask for them
+   has none of the memory.
+
+   Contacts come and go, and change ranks; so their rows go by the keys of contacts. The extremes of rows of
+   one contact are those of all of them, wherever the rows are. */
+#include "output/output.h"
+
+enum { ENDS_AT = 2, ROW = ENDS_AT + 2 * ENVELOPE_END }; /* a row: its keys, then both ends */
+
+static const PetscReal Nothing[ENVELOPE_END] = {[ENVELOPE_SIGMA_MAX] = PETSC_NINFINITY,
+                                                [ENVELOPE_SIGMA_MIN] = PETSC_INFINITY,
+                                                [ENVELOPE_OPENING] = PETSC_NINFINITY,
+                                                [ENVELOPE_SLIP] = 0.};
+
+/* ---- life */
+
+/* The owned blocks of all lists in their order, and how many of them deform. */
+static PetscErrorCode find_blocks(const Model *m, Envelope *e)
+{
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (int l = 0; l < ELEMENT_LISTS; l++) n += m->elements[l].n;
+  PetscCall(PetscMalloc2(n, &e->gid, n, &e->file));
+  PetscCall(PetscMalloc1(ENVELOPE_BLOCK * n, &e->block));
+  for (PetscInt i = 0; i < ENVELOPE_BLOCK * n; i++) e->block[i] = NAN;
+  e->n_blocks = 0;
+  for (int l = 0; l < ELEMENT_LISTS; l++)
+    for (PetscInt i = 0; i < m->elements[l].n; i++) {
+      if (!m->elements[l].owned[i]) continue;
+      e->gid[e->n_blocks] = m->elements[l].gid[i];
+      e->file[e->n_blocks++] = m->elements[l].file[i];
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvelopeCreate(const Problem *p, Envelope *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(EnvelopeDestroy(e));
+  e->every = p->stage->envelope_every;
+  if (e->every) PetscCall(find_blocks(p->m, e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvelopeDestroy(Envelope *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree2(e->gid, e->file));
+  PetscCall(PetscFree(e->block));
+  PetscCall(PetscFree(e->row));
+  PetscCall(PetscFree(e->at));
+  *e = (Envelope){0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvelopeContactsChanged(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(p->output->envelope.at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- rows of contacts */
+
+static int by_key(const void *a, const void *b)
+{
+  const PetscReal *p = a, *q = b;
+  for (int i = 0; i < ENDS_AT; i++)
+    if (p[i] != q[i]) return p[i] < q[i] ? -1 : 1;
+  return 0;
+}
+
+static void widen(PetscReal *end, const PetscReal *other)
+{
+  end[ENVELOPE_SIGMA_MAX] = PetscMax(end[ENVELOPE_SIGMA_MAX], other[ENVELOPE_SIGMA_MAX]);
+  end[ENVELOPE_SIGMA_MIN] = PetscMin(end[ENVELOPE_SIGMA_MIN], other[ENVELOPE_SIGMA_MIN]);
+  end[ENVELOPE_OPENING] = PetscMax(end[ENVELOPE_OPENING], other[ENVELOPE_OPENING]);
+  end[ENVELOPE_SLIP] = PetscMax(end[ENVELOPE_SLIP], other[ENVELOPE_SLIP]);
+}
+
+/* Sorts rows and makes one of those of one contact; returns how many are left. */
+static PetscInt unite(PetscInt n, PetscReal (*row)[ROW])
+{
+  PetscInt kept = 0;
+  if (n) qsort(row, (size_t)n, sizeof *row, by_key);
+  for (PetscInt i = 0; i < n; i++) {
+    if (kept && !by_key(row[kept - 1], row[i])) {
+      for (int k = 0; k < 2; k++)
+        widen(row[kept - 1] + ENDS_AT + k * ENVELOPE_END, row[i] + ENDS_AT + k * ENVELOPE_END);
+    } else {
+      memmove(row[kept++], row[i], sizeof *row);
+    }
+  }
+  return kept;
+}
+
+/* Finds the row of each contact of this rank, and makes rows for those that are new. */
+static PetscErrorCode find_rows(const Contacts *c, Envelope *e)
+{
+  PetscReal(*more)[ROW];
+  PetscInt n = e->n_rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc((size_t)(n + c->n + 1) * sizeof *more, &more));
+  if (n) PetscCall(PetscMemcpy(more, e->row, (size_t)n * sizeof *more));
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+    for (int k = 0; k < ENDS_AT; k++) more[n][k] = (PetscReal)c->key[2 * i + k];
+    for (int k = 0; k < 2 * ENVELOPE_END; k++) more[n][ENDS_AT + k] = Nothing[k % ENVELOPE_END];
+    n++;
+  }
+  PetscCall(PetscFree(e->row));
+  e->row = &more[0][0], e->n_rows = unite(n, more);
+  PetscCall(PetscMalloc1(c->n_padded, &e->at));
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const PetscReal key[ENDS_AT] = {(PetscReal)c->key[2 * i], (PetscReal)c->key[2 * i + 1]};
+    e->at[i] = -1;
+    if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+    const PetscReal *found = bsearch(key, e->row, (size_t)e->n_rows, sizeof *more, by_key);
+    e->at[i] = (PetscInt)(found - e->row) / ROW;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a sample */
+
+static void take_contacts(const Contacts *c, Envelope *e)
+{
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    PetscReal *row = e->row + ROW * e->at[i] + ENDS_AT;
+    for (int k = 0; k < 2 && e->at[i] >= 0; k++) {
+      const PetscInt at = SUB(i, c->klass[i] == VERTEX_FACE ? 0 : k);
+      const PetscReal now[ENVELOPE_END] = {[ENVELOPE_SIGMA_MAX] = c->sigma[at],
+                                           [ENVELOPE_SIGMA_MIN] = c->sigma[at],
+                                           [ENVELOPE_OPENING] = c->u_n[at],
+                                           [ENVELOPE_SLIP] = PetscAbsReal(c->slip[at])};
+      widen(row + k * ENVELOPE_END, now);
+    }
+  }
+}
+
+/* Keeps a value and its time where it is further than what was there; NaN is neither. */
+static void take(PetscReal value, PetscReal sign, PetscReal time, PetscReal *kept)
+{
+  if (!PetscIsNanReal(value) && !(sign * value <= sign * kept[0])) kept[0] = value, kept[1] = time;
+}
+
+static void take_block(const Material *material, const PetscReal stress[3], PetscReal time, PetscReal *block)
+{
+  const PetscReal before = block[ENVELOPE_FACTOR];
+  PetscReal principal[2], angle, factor;
+  PrincipalStress(stress, principal, &angle);
+  take(principal[0], 1., time, block + ENVELOPE_S1);
+  take(principal[1], -1., time, block + ENVELOPE_S2);
+  if (!MaterialHasStrengths(material)) return;
+  const SafetyMode mode = SafetyFactor(material, principal[0], principal[1], &factor);
+  take(factor, -1., time, block + ENVELOPE_FACTOR);
+  if (factor < before || PetscIsNanReal(before)) block[ENVELOPE_MODE] = mode;
+}
+
+static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
+{
+  const Model *m = p->m;
+  const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
+    PetscReal *stress;
+    PetscCall(PetscMalloc1(3 * list->n_padded, &stress));
+    PetscCall(ElementStress(m, list, list->n_nodes, u, stress));
+    for (PetscInt i = 0; i < list->n; i++)
+      if (list->owned[i])
+        take_block(p->scene->materials + list->group[i], stress + 3 * i, p->state->time,
+                   e->block + ENVELOPE_BLOCK * n++);
+    PetscCall(PetscFree(stress));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvelopeTake(const Problem *p)
+{
+  Envelope *e = &p->output->envelope;
+  PetscFunctionBeginUser;
+  if (!e->at) PetscCall(find_rows(p->contacts, e));
+  take_contacts(p->contacts, e);
+  PetscCall(take_blocks(p, e));
+  e->samples++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- memory */
+
+static PetscErrorCode archive_rows(Archive *a, Envelope *e)
+{
+  char name[2 * NAME_LENGTH];
+  PetscInt n = 0;
+  PetscReal *rows = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(name, sizeof(name), "%s/envelope_contacts", a->part));
+  if (!a->reading) {
+    PetscCall(GatherBytes(a->comm, e->n_rows, ROW * sizeof *rows, e->row, &n, (void **)&rows));
+    if (!a->rank) n = unite(n, (PetscReal(*)[ROW])rows);
+    if (!a->rank) PetscCall(ArchiveAdd(a, name, ARCHIVE_REAL, (size_t)n, ROW, rows));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const ArchiveEntry *entry = a->rank ? NULL : ArchiveFind(a, name);
+  const PetscBool fits = (PetscBool)(entry && entry->kind == ARCHIVE_REAL && entry->columns == ROW);
+  if (!a->rank && !fits && !a->message[0]) snprintf(a->message, MESSAGE_LENGTH, "%s is missing", name);
+  PetscCall(PetscFree(e->row));
+  PetscCall(PetscFree(e->at));
+  PetscCall(GatherToAll(a->comm, fits ? (PetscInt)entry->rows : 0, ROW * sizeof *rows,
+                        fits ? entry->data : NULL, &e->n_rows, (void **)&e->row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvelopeArchive(Archive *a, const Problem *p)
+{
+  Envelope *e = &p->output->envelope;
+  PetscFunctionBeginUser;
+  if (!e->every) PetscFunctionReturn(PETSC_SUCCESS);
+  if (a->anew) {
+    PetscCall(PetscFree2(e->gid, e->file));
+    PetscCall(PetscFree(e->block));
+    PetscCall(find_blocks(p->m, e));
+  }
+  PetscCall(ArchiveCounts(a, "envelope_samples", 1, &e->samples));
+  PetscCall(ArchiveBlocks(a, p->m, "envelope_blocks", e->n_blocks, e->gid, ENVELOPE_BLOCK, e->block));
+  PetscCall(archive_rows(a, e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- to rank 0 */
+
+static PetscErrorCode gather_blocks(const Problem *p, const Envelope *e, StageFields *fields)
+{
+  PetscInt *place;
+  PetscReal *rows;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(e->n_blocks + 1, &place));
+  PetscCall(PetscMalloc1(ENVELOPE_BLOCK * e->n_blocks + 1, &rows));
+  PetscCall(PetscArraycpy(place, e->file, e->n_blocks));
+  PetscCall(PetscArraycpy(rows, e->block, ENVELOPE_BLOCK * e->n_blocks));
+  PetscCall(GatherPlaced(p->m->comm, e->n_blocks, place, ENVELOPE_BLOCK, rows, p->m->n_blocks_global,
+                         &fields->envelope_block));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnvelopeGather(const Problem *p, StageFields *fields)
+{
+  const Contacts *c = p->contacts;
+  Envelope *e = &p->output->envelope;
+  PetscInt n = 0;
+  PetscReal(*rows)[2 * ENVELOPE_END], (*all)[2 * ENVELOPE_END];
+  PetscFunctionBeginUser;
+  if (!e->samples) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(gather_blocks(p, e, fields));
+  if (!e->at) PetscCall(find_rows(c, e));
+  PetscCall(PetscMalloc((size_t)(c->n + 1) * sizeof *rows, &rows));
+  for (int kind = 0; kind < STRESS_MODELS; kind++) // in the order of GatherContacts
+    for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++)
+      if (e->at[i] >= 0) PetscCall(PetscMemcpy(rows[n++], e->row + ROW * e->at[i] + ENDS_AT, sizeof *rows));
+  PetscCall(GatherBytes(p->m->comm, n, sizeof *rows, rows, &n, (void **)&all));
+  PetscCall(PetscFree(rows));
+  if (!p->m->rank) PetscCall(PetscMalloc1(2 * ENVELOPE_END * n + 1, &fields->envelope_contact));
+  for (PetscInt i = 0; i < fields->n_contacts && !p->m->rank; i++)
+    PetscCall(PetscMemcpy(fields->envelope_contact + 2 * ENVELOPE_END * i, all[fields->contact[i].gathered],
+                          sizeof *all));
+  PetscCall(PetscFree(all));
+  fields->envelope_every = e->every, fields->envelope_samples = e->samples;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

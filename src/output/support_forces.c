@@ -1,0 +1,82 @@
+/* support_forces.c: the force of each support on the model at the looks of a dynamic stage.
+
+   What holds a degree of freedom adds f - f_ext, as `supports` in summary.json: without the inertia of what
+   it holds. A boundary that lets waves out holds nothing: whatever law it follows, its force is what the
+   motion of its vertices leaves over, m a + alpha m (v - ground) + f - f_ext. A vertex where several of these
+   meet counts for the last. */
+#include "output/output.h"
+
+/* Writes the row of a support at both degrees of freedom of the vertices of its faces. */
+static void mark(const Model *m, const Support *s, int16_t *row)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target), first = 3 * m->n_bodies;
+  for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++)
+    for (int k = 0; k < 2; k++) {
+      const PetscInt v = m->faces.vertex[2 * m->face_set_faces[i] + k];
+      if (v < m->n_deformable) row[first + 2 * v] = row[first + 2 * v + 1] = (int16_t)s->row;
+    }
+}
+
+PetscErrorCode SupportForcesBegin(const Problem *p)
+{
+  const Model *m = p->m;
+  const Scene *scene = p->scene;
+  int16_t *row;
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(p->output->histories.lets_through));
+  PetscCall(PetscMalloc1(m->n_dof, &row));
+  for (PetscInt d = 0; d < m->n_dof; d++) row[d] = -1;
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
+    if (s->boundary != BOUNDARY_FIXED) mark(m, s, row);
+  p->output->histories.lets_through = row;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What acts on a degree of freedom besides forces and damping: [N] of the boundary. */
+static PetscReal left_over(const Problem *p, PetscInt d, PetscReal v_before, const PetscReal ground[2])
+{
+  const State *s = p->state;
+  const PetscReal change = (s->v[d] - v_before) / s->dt,
+                  over = 0.5 * (s->v[d] + v_before) - DofGround(p->m, d, ground);
+  return s->m[d] * (change + s->alpha * over) + s->f[d] - s->f_ext[d];
+}
+
+/* The support that acts on a degree of freedom, -1: none; not on the rotation of a body, nor on vertices of
+   rigid bodies, which move with these. */
+static PetscInt support_at(const Problem *p, PetscInt d)
+{
+  const Model *m = p->m;
+  const PetscInt v = (d - 3 * m->n_bodies) / 2;
+  if (d < 3 * m->n_bodies ? d % 3 == 2 : v >= m->n_deformable && v < m->n_moving) return -1;
+  if (Held(m, d)) return m->support[d];
+  return d < m->n_dof ? p->output->histories.lets_through[d] : -1;
+}
+
+PetscErrorCode SupportForcesLook(const Problem *p, const PetscReal *v_before, const PetscReal ground[2])
+{
+  const Model *m = p->m;
+  const State *s = p->state;
+  Histories *h = &p->output->histories;
+  const PetscInt n_dof = 3 * m->n_bodies + 2 * m->n_owned;
+  PetscInt n = 0, *slot;
+  PetscReal *term, all[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < n_dof; d++) n += support_at(p, d) >= 0;
+  PetscCall(PetscMalloc2(n, &slot, n, &term));
+  n = 0;
+  for (PetscInt d = 0; d < n_dof; d++) {
+    const PetscInt x = d < 3 * m->n_bodies ? d % 3 : (d - 3 * m->n_bodies) % 2;
+    const PetscInt row = support_at(p, d);
+    if (row < 0) continue;
+    slot[n] = 2 * row + x;
+    term[n++] = Held(m, d) ? s->f[d] - s->f_ext[d] : left_over(p, d, v_before[d], ground);
+  }
+  PetscCall(SumSlots(m->comm, n, slot, term, 2 * h->n_supports, h->support));
+  for (PetscInt i = 0; i < 2 * h->n_supports; i++) {
+    all[i % 2] += h->support[i];
+    PeakTake(h->support_peak + i, h->support[i], s->time - s->dt);
+  }
+  for (int x = 0; x < 2; x++) PeakTake(h->support_peak + 2 * h->n_supports + x, all[x], s->time - s->dt);
+  PetscCall(PetscFree2(slot, term));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
