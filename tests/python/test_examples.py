@@ -341,7 +341,7 @@ def test_earthquake(tmp_path):
         subprocess.run([sys.executable, "-m", f"quoin_tools.{words[0]}", tmp_path / "record", *words[1:]], cwd=ROOT, env=environment, check=True, timeout=120)
     sheet = (tmp_path / "record/report.html").read_text(encoding="utf-8")
     assert "rock_sides holds the ground" in sheet and "stage yield of yield: 0.29" in sheet and (tmp_path / "record/animation_shake.gif").exists()
-    assert all(is_drawn(tmp_path / "record" / name) for name in ("shaking_shake.png", "record_motion.png"))
+    assert all(is_drawn(tmp_path / "record" / name) for name in ("time_base_shake.png", "envelope_shake.png", "shaking_shake.png", "record_motion.png"))
 
 
 # ---- anchors

@@ -27,7 +27,7 @@ class Courses:
         self.columns = {name: values[rows] for name, values in history.items() if name != "stage"}
         self.time = self.columns.get("time_s", np.zeros(0))
         self.joints = {}
-        for name, columns in getattr(results, "joint_history", {}).items():
+        for name, columns in results.joint_history.items():
             mine = columns["stage"] == stage
             if mine.any():
                 self.joints[name] = {key: values[mine] for key, values in columns.items() if key != "stage"}

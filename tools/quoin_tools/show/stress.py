@@ -164,7 +164,7 @@ def plot_envelope(results, name, path, whole=False):
     mesh, stage = results.mesh, results.stage(name)
     box, groups = view(mesh, whole)
     chosen = np.ones(len(mesh.blocks), dtype=bool) if whole else np.isin(mesh.block_group, groups)
-    kept = getattr(stage, "envelope", None)
+    kept = stage.envelope
     if kept is None or not np.isfinite(kept.s1_max[chosen]).any():
         return False
     factor = getattr(kept, "safety_factor_min", None)
