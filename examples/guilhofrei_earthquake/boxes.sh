@@ -8,7 +8,7 @@ mkdir -p "$out"
 python "$here/record.py" "$out/quake.csv"
 run() {
   mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene.yaml" -model "$out/$1.h5" -motions_quake_file "$out/quake.csv" -output "$out/$2_$1" \
-    -stages sw,full,shake -joints_base_law elastic -stages_shake_alpha 0 -stages_shake_duration 8 -stages_shake_dt_factor 0.8 "${@:3}"
+    -stages sw,full,shake -joints_base_law elastic -joints_base_damping 0 -stages_shake_alpha 0 -stages_shake_duration 8 -stages_shake_dt_factor 0.8 "${@:3}"
 }
 for extent in 1 2 3; do
   python -m quoin_tools.dam -o "$out/$extent.h5" --columns 15 --rock-extent "$extent"

@@ -13,7 +13,7 @@ run() {
 }
 run pseudo sw,full,pseudo
 run yield sw,full,yield
-run record sw,full,shake,after,less
+run record sw,full,periods,shake,after,less
 run free sw,full,shake -supports_rock_sides_boundary free_field
 run box sw,full,shake -supports_rock_sides_fix xy -supports_rock_sides_motion quake -supports_rock_bottom_boundary fixed
 python "$here/chart.py" "$out"
