@@ -71,6 +71,7 @@ void QuietDashpots(const Scene *scene, const Model *model, const Support *only, 
 typedef struct {
   PetscReal density; /* [kg/m3] */
   Lame lame;
+  PetscReal beta; /* [s] of its group; NaN: that of the stage */
 } Layer;
 /* Free ground beside a side of the model, the same on all ranks. */
 typedef struct {
@@ -83,6 +84,8 @@ typedef struct {
   PetscReal times;        /* [-] GroundPart of the base */
   PetscReal *u, *v;       /* [m], [m/s] (2 n,) x and y of levels: now, and half a step before */
   PetscReal peak[2];      /* [m/s] largest velocity of the top in the stage */
+  PetscReal beta;         /* [s] of the stage, damping by stiffness */
+  PetscInt moved;         /* 1: in this stage, so v is a motion that such damping knows */
   /* of the last move, at its time */
   PetscReal *mean;   /* [m/s] (2 n,) */
   PetscReal *drive;  /* [m/s2] (2 n,) acceleration, with what takes the damping by mass */

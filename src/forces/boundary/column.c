@@ -13,11 +13,16 @@ static PetscReal mass_of(const Column *c, PetscInt j)
   return mass;
 }
 
-static void find_stresses(Column *c)
+/* As blocks damp by stiffness (block_damping.c): by the motion of the step before, so neither in the first
+   step of a stage nor in the half steps at its ends. */
+static void find_stresses(Column *c, PetscReal part)
 {
   for (PetscInt j = 0; j + 1 < c->n; j++) {
-    const PetscReal *u = c->u + 2 * j, h = c->y[j + 1] - c->y[j];
-    const PetscReal shear = (u[2] - u[0]) / h, strain = (u[3] - u[1]) / h;
+    const PetscReal *u = c->u + 2 * j, *v = c->v + 2 * j, h = c->y[j + 1] - c->y[j];
+    const PetscReal own = c->layer[j].beta, of_group = PetscIsNanReal(own) ? c->beta : own;
+    const PetscReal beta = part == 1. && c->moved ? of_group : 0.;
+    const PetscReal shear = (u[2] - u[0] + beta * (v[2] - v[0])) / h,
+                    strain = (u[3] - u[1] + beta * (v[3] - v[1])) / h;
     const Lame lame = c->layer[j].lame;
     c->stress[3 * j] = lame.lambda * strain;
     c->stress[3 * j + 1] = (lame.lambda + 2. * lame.mu) * strain;
@@ -58,10 +63,11 @@ static void move_level(Column *c, const ColumnStep *s, PetscInt j, int k)
 
 void ColumnMove(Column *c, const ColumnStep *s)
 {
-  find_stresses(c);
+  find_stresses(c, s->part);
   for (PetscInt j = 0; j < c->n; j++)
     for (int k = 0; k < 2; k++) move_level(c, s, j, k);
   if (s->part != 1.) return;
+  c->moved = 1;
   for (PetscInt d = 0; d < 2 * c->n; d++) c->u[d] += s->dt * c->v[d];
   for (int k = 0; k < 2; k++) c->peak[k] = PetscMax(c->peak[k], PetscAbsReal(c->v[2 * (c->n - 1) + k]));
 }

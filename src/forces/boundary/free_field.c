@@ -139,35 +139,11 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   (void)add, (void)context;
   if (!f) PetscFunctionReturn(PETSC_SUCCESS);
   f->alpha = view->stage->alpha;
+  for (PetscInt i = 0; i < f->n_columns; i++) f->column[i].beta = view->stage->beta;
   PetscCall(GroundDestroy(&f->ground));
   if (f->alpha != 0. && view->stage->frame != FRAME_ABSOLUTE)
     PetscCall(GroundCreate(view->scene, &f->ground, message)); // dynamic.c refuses what message says
   PetscCall(find_vertices(view, f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Free ground has no damping by stiffness, so ground that has it would not move along. */
-static PetscErrorCode refuse_beta(const TermView *view, const FreeField *f)
-{
-  const Model *m = view->m;
-  char message[MESSAGE_LENGTH] = "";
-  PetscFunctionBeginUser;
-  for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
-    for (PetscInt block = 0; block < e->n && !message[0]; block++) {
-      const Material *material = view->scene->materials + e->group[block];
-      PetscBool beside = PETSC_FALSE;
-      if (!((PetscIsNanReal(material->beta) ? view->stage->beta : material->beta) > 0.)) continue;
-      for (PetscInt i = 0; i < f->n_columns; i++)
-        for (int k = 0; k < e->n_nodes; k++)
-          if (ColumnLevel(m, f->column + i, VertexOf(e, block, k)) >= 0) beside = PETSC_TRUE;
-      if (beside)
-        PetscCall(
-            PetscSNPrintf(message, MESSAGE_LENGTH,
-                          "%s: stages.%s.beta: group %s lies at a free-field side, beside which free ground "
-                          "has no such damping; expected materials.%s.beta: 0",
-                          view->scene->file, view->stage->name, material->name, material->name));
-    }
-  PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,10 +152,9 @@ static PetscErrorCode begin(const TermView *v)
 {
   FreeField *f = v->memory;
   PetscFunctionBeginUser;
-  if (f && v->stage->kind == STAGE_DYNAMIC) PetscCall(refuse_beta(v, f));
   for (PetscInt i = 0; f && i < f->n_columns; i++) {
     Column *c = f->column + i;
-    c->peak[0] = c->peak[1] = 0.;
+    c->peak[0] = c->peak[1] = 0., c->moved = 0;
     if (v->stage->kind == STAGE_DYNAMIC) {
       PetscCall(PetscPrintf(v->m->comm,
                             "supports.%s: free ground beside x = %.6g m: %" PetscInt_FMT
@@ -247,6 +222,8 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
     PetscCall(ArchiveReals(a, name, 2 * c->n, c->v));
     PetscCall(PetscSNPrintf(name, sizeof(name), "free_field_%" PetscInt_FMT "_peak", i));
     PetscCall(ArchiveReals(a, name, 2, c->peak));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "free_field_%" PetscInt_FMT "_moved", i));
+    PetscCall(ArchiveInts(a, name, 1, &c->moved));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -181,12 +181,13 @@ static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, 
 static PetscBool are_alike(const Layer *a, const Layer *b)
 {
   return (PetscBool)(a->density == b->density && a->lame.lambda == b->lame.lambda &&
-                     a->lame.mu == b->lame.mu);
+                     a->lame.mu == b->lame.mu &&
+                     (a->beta == b->beta || (PetscIsNanReal(a->beta) && PetscIsNanReal(b->beta))));
 }
 
-static Layer layer_of(const Model *m, PetscInt group)
+static Layer layer_of(const Scene *scene, const Model *m, PetscInt group)
 {
-  return (Layer){.density = m->density[group], .lame = m->lame[group]};
+  return (Layer){.density = m->density[group], .lame = m->lame[group], .beta = scene->materials[group].beta};
 }
 
 PetscInt ColumnLevel(const Model *m, const Column *c, PetscInt v)
@@ -224,7 +225,7 @@ static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Col
   PetscFunctionBeginUser;
   for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
     for (PetscInt b = 0; b < e->n; b++) {
-      const Layer own = layer_of(m, e->group[b]);
+      const Layer own = layer_of(scene, m, e->group[b]);
       PetscInt level = -1, layer;
       for (PetscInt k = 0; k < e->n_nodes && level < 0; k++) level = ColumnLevel(m, c, VertexOf(e, b, k));
       if (level < 0) continue;
@@ -246,7 +247,8 @@ static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Col
 /* ---- columns */
 
 /* From the n faces of one column, lowest first. */
-static PetscErrorCode create_column(const Model *m, PetscInt n, const SideFace *face, Column *c)
+static PetscErrorCode create_column(const Scene *scene, const Model *m, PetscInt n, const SideFace *face,
+                                    Column *c)
 {
   PetscFunctionBeginUser;
   PetscCall(ColumnCreate(n + 1, c));
@@ -254,7 +256,7 @@ static PetscErrorCode create_column(const Model *m, PetscInt n, const SideFace *
   for (PetscInt j = 0; j <= n; j++) {
     const SideFace *at = face + PetscMin(j, n - 1);
     c->y[j] = at->y[j == n], c->gid[j] = at->vertex[j == n];
-    if (j < n) c->layer[j] = layer_of(m, at->group);
+    if (j < n) c->layer[j] = layer_of(scene, m, at->group);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,7 +275,7 @@ PetscErrorCode ColumnsFind(const Scene *scene, const Model *m, PetscInt *n_colum
   for (PetscInt i = 0, first = 0; i < *n_columns; i++) {
     PetscInt end = first;
     while (end < n && face[end].column == i) end++;
-    PetscCall(create_column(m, end - first, face + first, *columns + i));
+    PetscCall(create_column(scene, m, end - first, face + first, *columns + i));
     PetscCall(check_base(scene, m, *columns + i, message));
     PetscCall(check_blocks(scene, m, *columns + i, message));
     first = end;

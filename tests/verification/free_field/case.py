@@ -121,6 +121,9 @@ def alone(case):
         case.check("... tops of its columns end where the middle of the surface does [m]", [c[f"end_displacement_{axis}"] for c in field], [box.history[f"middle_u{axis}_m"][-1]] * 2, relative=1e-7)
     same_as_strip(case, "S wave, alpha 3 against the ground", "S", alpha=3.0)
     same_as_strip(case, "S wave, alpha 3 against what rests", "S", alpha=3.0, frame="absolute")
+    for shape, name in ((None, "quadrilaterals"), (split_triangles, "triangles")):
+        same_as_strip(case, f"S wave, beta 2 ms above, 0.5 ms below, {name}", "S", ("materials.high.beta", 2e-3), shape=shape, beta=5e-4)
+    same_as_strip(case, "P wave, beta and alpha", "P", alpha=3.0, beta=1e-3)
     rigid = ("supports.bottom", {"fix": "xy", "motion": "wave.csv"})
     for wave in ("S", "P"):
         same_as_strip(case, f"base that is moved, {wave} wave, alpha 3", wave, rigid, alpha=3.0)
@@ -206,7 +209,7 @@ def ranks(case):
 
 
 def restart(case):
-    keys = [("loads", WEIGHT), ("stages", there_and_back(0.25, 0.05)), ("checkpoint", {"every": 100, "keep": 100}), ("relaxation", {"tolerance": 1e-8, "history_every": 50}), ("materials", {"low": LOW, "high": HIGH, "stiff": STIFF})]
+    keys = [("loads", WEIGHT), ("stages", there_and_back(0.25, 0.05)), ("checkpoint", {"every": 100, "keep": 100}), ("relaxation", {"tolerance": 1e-8, "history_every": 50}), ("materials", {"low": LOW, "high": HIGH | {"beta": 1e-3}, "stiff": STIFF})]
     folder = case.prepare(ground(20, structure=True), changed(SCENE, *keys))
     (folder / "wave.csv").write_text(WAVES["both"])
     whole = case.again(folder)
@@ -257,7 +260,7 @@ def refused(case):
         ("base that is moved and held along x only", ground(10), (("supports.bottom", {"fix": "x", "motion": "wave.csv"}), ("supports.low", {"fix": "y"})), "expected fix: xy"),
         ("motion at the side", ground(10), (("supports.sides.motion", "wave.csv"),), "has the motion of its base"),
         ("side of a rigid body", ground(10), (("materials.low", LOW | {"rigid": True}), ("supports.bottom", {"fix": "xy", "motion": "wave.csv"})), "supports.sides.boundary: free_field"),
-        ("beta at the side", ground(10), (shake(beta=1e-3),), "beside which free ground has no such damping"),
+        ("other damping beside the side", of_other_ground(split_triangles(ground(10))), (("materials.high", LOW | {"beta": 1e-3}),), "of other ground"),
         ("side that is a group", ground(10), (("supports.sides.target", "low"),), "is no face set"),
     ]
     for what, mesh, keys, words in entries:
