@@ -88,7 +88,7 @@ SCENES = {  # mesh; keys of materials, joints and the scene that differ
 }
 MOVED = {"strain": "large", "motions": {"quake": {"file": "quake.csv", "direction": "x"}},
          "supports": {"bottom": {"fix": "xy", "motion": "quake"}},
-         "stages": [{"all": {"type": "dynamic", "loads": [], "alpha": 1.0, "duration": 0.1, "dt_factor": 0.5}}]}  # fmt: skip
+         "stages": [{"all": {"type": "dynamic", "loads": [], "alpha": 1.0, "duration": 0.2, "dt_factor": 0.5}}]}  # fmt: skip
 STEPS = {  # as SCENES
     "block in time": (block, {}, {}, MOVED),
     "block on quiet ground": (block, {}, {}, MOVED | {"supports": {"bottom": {"fix": "xy", "motion": "quake", "boundary": "quiet"}}}),

@@ -1,40 +1,54 @@
 /* dense.c: products with the dense matrices of condensed bodies, and solves with their factors. */
+#include "base/lanes.h"
 #include "forces/blocks/blocks.h"
 #include <petscmat.h>
 
-enum { ROWS_AT_ONCE = 32 };
+enum { ROWS_AT_ONCE = 4 * LANES }; /* their sums stay in registers */
 
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&             \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define CLONES
-#endif
-
-/* Rows `from` to `from` + n - 1 of A x. */
-CLONES static void times_some(PetscInt from, PetscInt n, PetscInt rows, PetscInt columns,
-                              const PetscReal *restrict A, const PetscReal *restrict x, PetscReal *restrict y)
+/* n rows of A x from `from` on. */
+static void last_rows(PetscInt from, PetscInt n, PetscInt rows, PetscInt columns, const PetscReal *A,
+                      const PetscReal *x, PetscReal *y)
 {
-  PetscReal sum[ROWS_AT_ONCE] = {0.};
-  for (PetscInt j = 0; j < columns; j += 4) {
-    const PetscReal *restrict a = A + j * rows + from, *restrict b = a + rows, *restrict c = b + rows,
-                              *restrict d = c + rows;
-    if (n == ROWS_AT_ONCE)
-      for (PetscInt i = 0; i < ROWS_AT_ONCE; i++)
-        sum[i] += (a[i] * x[j] + b[i] * x[j + 1]) + (c[i] * x[j + 2] + d[i] * x[j + 3]);
-    else
-      for (PetscInt i = 0; i < n; i++)
-        sum[i] += (a[i] * x[j] + b[i] * x[j + 1]) + (c[i] * x[j + 2] + d[i] * x[j + 3]);
+  for (PetscInt i = from; i < from + n; i++) {
+    PetscReal sum = 0.;
+    for (PetscInt j = 0; j < columns; j += 4) {
+      const PetscReal *a = A + j * rows + i;
+      sum += (a[0] * x[j] + a[rows] * x[j + 1]) + (a[2 * rows] * x[j + 2] + a[3 * rows] * x[j + 3]);
+    }
+    y[i] = sum;
   }
-  for (PetscInt i = 0; i < n; i++) y[from + i] = sum[i];
 }
+
+/* Of n LANES rows; n is a constant of the caller. */
+KERNEL void SomeRows(int n, PetscInt from, PetscInt rows, PetscInt columns, const PetscReal *A,
+                     const PetscReal *x, PetscReal *y)
+{
+  Lanes sum[4] = {LanesOf(0.), LanesOf(0.), LanesOf(0.), LanesOf(0.)};
+  for (PetscInt j = 0; j < columns; j += 4) {
+    const PetscReal *a = A + j * rows + from;
+    for (int k = 0; k < n; k++, a += LANES)
+      sum[k] += (LoadLanes(a) * x[j] + LoadLanes(a + rows) * x[j + 1]) +
+                (LoadLanes(a + 2 * rows) * x[j + 2] + LoadLanes(a + 3 * rows) * x[j + 3]);
+  }
+  for (int k = 0; k < n; k++) StoreLanes(y + from + k * LANES, sum[k]);
+}
+
+KERNEL void Times_code(PetscInt rows, PetscInt columns, const PetscReal *A, const PetscReal *x, PetscReal *y)
+{
+  PetscInt from = 0;
+  for (; from + ROWS_AT_ONCE <= rows; from += ROWS_AT_ONCE) SomeRows(4, from, rows, columns, A, x, y);
+  for (; from + LANES <= rows; from += LANES) SomeRows(1, from, rows, columns, A, x, y);
+  if (from < rows) last_rows(from, rows - from, rows, columns, A, x, y);
+}
+
+VARIANTS(Times, (PetscInt rows, PetscInt columns, const PetscReal *A, const PetscReal *x, PetscReal *y),
+         (rows, columns, A, x, y))
 
 /* Four columns at a time. Every y_i is summed in the order of the columns, whatever the width of vectors, so
    the bits do not depend on the instruction set. */
 void DenseTimes(PetscInt rows, PetscInt columns, const PetscReal *A, const PetscReal *x, PetscReal *y)
 {
-  for (PetscInt from = 0; from < rows; from += ROWS_AT_ONCE)
-    times_some(from, PetscMin(ROWS_AT_ONCE, rows - from), rows, columns, A, x, y);
+  Times(rows, columns, A, x, y);
 }
 
 PetscErrorCode CondensedSolve(const Condensed *c, const PetscInt *at, const PetscReal *r, PetscReal *x)

@@ -10,12 +10,12 @@ FACTOR_CUT = 1e3  # sliding factors beyond: the joint carries no shear
 
 def dynamic_stages(results):
     """Names of the stages in time that have an energy account."""
-    return [s["name"] for s in results.summary["stages"] if "balance" in (s["energy"] or ())]
+    return [s["name"] for s in results.summary["stages"] if "balance" in (s.get("energy") or ())]
 
 
 def is_shaken(facts):
     """Whether supports move in a stage, or waves come in (its part of summary.json)."""
-    return bool(facts.get("motion")) or bool((facts["energy"] or {}).get("incoming"))
+    return bool(facts.get("motion")) or bool((facts.get("energy") or {}).get("incoming"))
 
 
 class Courses:
