@@ -88,7 +88,7 @@ static void check_in_time(const Scene *scene, const Material *m, const char *key
   if (m->velocity[0] != 0. || m->velocity[1] != 0. || m->spin != 0.)
     Complain(message, scene->file, m->line, key, "velocity: a condensed body starts at rest");
   for (stage = scene->stages; stage < scene->stages + scene->n_stages; stage++)
-    if (stage->kind == STAGE_DYNAMIC && (PetscIsNanReal(m->beta) ? stage->beta : m->beta) > 0.)
+    if (stage->kind == STAGE_DYNAMIC && BetaOf(m, stage) > 0.)
       Complain(message, scene->file, m->line, key,
                "beta: condensed, and stage %s is dynamic: condensed bodies have no such damping; expected "
                "beta: 0",

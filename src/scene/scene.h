@@ -92,6 +92,11 @@ static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
     if ((--stage)->kind != STAGE_MODES) return stage;
   return NULL;
 }
+/* [s] Damping by stiffness of a group in a stage in time. */
+static inline PetscReal BetaOf(const Material *material, const Stage *stage)
+{
+  return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
+}
 /* Whether a stage goes to equilibria. */
 static inline PetscBool StageRelaxes(const Stage *stage)
 {

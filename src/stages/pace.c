@@ -56,28 +56,38 @@ static PetscErrorCode warn_models(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether blocks can slide on a joint that has no damping of its own. */
+static PetscBool slides_undamped(const Joint *joint)
+{
+  return (PetscBool)(joint->k_n > 0. && joint->law != LAW_ELASTIC && !(joint->damping > 0.));
+}
+
 /* Blocks that deform and slide on each other can flutter where nothing damps high frequencies: slip has no
    limit then that smaller steps would come near. */
 static PetscErrorCode warn_undamped(const Problem *p)
 {
-  PetscBool damped = PETSC_FALSE, slides = PETSC_FALSE, deforms = PETSC_FALSE;
+  const Contacts *c = p->contacts;
+  const Joint *joints = p->stage->joints;
+  PetscInt first = PETSC_MAX_INT;
+  PetscBool deforms = PETSC_FALSE;
   PetscFunctionBeginUser;
   for (PetscInt g = 0; g < p->scene->n_materials; g++) {
     const Material *material = p->scene->materials + g;
     if (material->rigid) continue;
+    if (BetaOf(material, p->stage) > 0.) PetscFunctionReturn(PETSC_SUCCESS);
     deforms = PETSC_TRUE;
-    if (PetscIsNanReal(material->beta) ? p->stage->beta > 0. : material->beta > 0.) damped = PETSC_TRUE;
   }
-  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
-    slides = (PetscBool)(slides || p->stage->joints[j].law != LAW_ELASTIC);
-    damped = (PetscBool)(damped || p->stage->joints[j].damping > 0.);
-  }
-  if (slides && deforms && !damped)
-    PetscCall(PetscPrintf(
-        p->m->comm,
-        "warning: stage %s: blocks that deform can slide, and nothing damps high frequencies: slip "
-        "can depend on the step then; give the stage a beta, or the joint a damping\n",
-        p->stage->name));
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->owned[i] && slides_undamped(joints + c->joint[i])) first = PetscMin(first, c->joint[i]);
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) // contacts yet to be made
+    if (slides_undamped(joints + j)) first = PetscMin(first, j);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
+  if (deforms && first < PETSC_MAX_INT)
+    PetscCall(PetscPrintf(p->m->comm,
+                          "warning: stage %s: blocks that deform can slide on joint %s, and nothing damps "
+                          "high frequencies: slip "
+                          "can depend on the step then; give the stage a beta, or the joint a damping\n",
+                          p->stage->name, p->scene->joints[first].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -238,8 +238,7 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionBeginUser;
   for (PetscInt g = 0; g < v->m->n_groups; g++) {
     const Material *material = v->scene->materials + g;
-    const PetscReal beta = PetscIsNanReal(material->beta) ? v->stage->beta : material->beta;
-    d->of_group[g] = in_time && !material->rigid ? beta : 0.;
+    d->of_group[g] = in_time && !material->rigid ? BetaOf(material, v->stage) : 0.;
   }
   PetscCall(prepare(v->m, d));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -122,6 +122,15 @@ def cross_panel(axes, mesh, stage, chosen, box):
     axes.set_title(f"Principal directions, longest {largest / 1e6:.2f} MPa")
 
 
+def outline_panels(panels, mesh, box):
+    """Bodies' outlines and the view, in all panels."""
+    outline, _ = drawn_outlines(mesh, mesh.vertices, box, 4.2)
+    for axes in panels:
+        axes.add_collection(LineCollection(outline, colors="black", linewidths=0.6))
+        set_view(axes, box)
+    panels[0].set_ylabel("y [m]")
+
+
 def plot_stress(results, name, path, whole=False):
     mesh, stage = results.mesh, results.stage(name)
     box, groups = view(mesh, whole)
@@ -132,11 +141,7 @@ def plot_stress(results, name, path, whole=False):
     for axes, kind in zip(panels, ("s1", "s2")):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
     cross_panel(panels[2], mesh, stage, chosen, box)
-    outline, _ = drawn_outlines(mesh, mesh.vertices, box, 4.2)
-    for axes in panels:
-        axes.add_collection(LineCollection(outline, colors="black", linewidths=0.6))
-        set_view(axes, box)
-    panels[0].set_ylabel("y [m]")
+    outline_panels(panels, mesh, box)
     figure.suptitle(f"Stage {stage.name} ({stage.verdict}): principal stresses, tension positive")
     save(figure, path)
     return True
@@ -174,11 +179,7 @@ def plot_envelope(results, name, path, whole=False):
     contour_panel(panels[1], mesh, kept.s2_min, chosen, box, "s2")
     if n > 2:
         factor_panel(panels[2], mesh, factor, chosen, box)
-    outline, _ = drawn_outlines(mesh, mesh.vertices, box, 4.2)
-    for axes in panels:
-        axes.add_collection(LineCollection(outline, colors="black", linewidths=0.6))
-        set_view(axes, box)
-    panels[0].set_ylabel("y [m]")
+    outline_panels(panels, mesh, box)
     figure.suptitle(f"Stage {stage.name}: largest s1 and least s2 over time, {kept.samples} looks, one every {kept.every} steps")
     save(figure, path)
     return True
