@@ -19,8 +19,11 @@ enum {
   QUOIN_MEMORY = 11   /* the model needs more memory than there is */
 };
 
-/* All functions are collective on comm. A refusal returns an error after one line on stderr; for bad input
-   the error is PETSC_ERR_USER_INPUT. */
+/* Makes a refusal one line on stderr, in place of PETSc's trace, and a lack of memory too. Call it behind
+   PetscInitialize. */
+PetscErrorCode QuoinErrorHandlerPush(void);
+/* All functions are collective on comm. A refusal returns an error, for bad input
+   PETSC_ERR_USER_INPUT. */
 PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q);
 /* Reads the scene: the YAML file (or NULL), overridden by "-key value" pairs of argv (argv[0] is skipped). */
 PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv);

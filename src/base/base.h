@@ -59,7 +59,6 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
-PetscErrorCode QuoinErrorHandlerPush(void);
 /* Whether all ranks return this error, so that the program can end in order instead of aborting. */
 PetscBool QuoinErrorIsShared(PetscErrorCode error);
 

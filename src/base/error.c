@@ -1,5 +1,6 @@
 /* error.c: how a run fails: a refusal is one line on stderr, a fault of the program keeps PETSc's trace. */
 #include "base/base.h"
+#include "quoin.h"
 
 /* The error with which all ranks have given up together; PETSC_SUCCESS: they have not. */
 static PetscErrorCode refused = PETSC_SUCCESS;

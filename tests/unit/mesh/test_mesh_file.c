@@ -2,6 +2,7 @@
    ranks: 1 2 */
 #include "small_mesh.h"
 #include "check.h"
+#include "quoin.h"
 #include <fcntl.h>
 #include <hdf5.h>
 #include <stdlib.h>
