@@ -5,6 +5,7 @@ Commands, `python -m quoin_tools.NAME --help`; each is a file here of a few line
 results      table of stages, probes, joints and extreme stresses of a run
 whole        are the files of a run what it wrote?
 blockmesh    check a block mesh, or say what is in it
+section      mesh of a dam declared in a YAML file
 dam          mesh of a gravity dam on rock
 voronoi      mesh of a dam of random polygons
 walls        meshes of walls, arches and slopes

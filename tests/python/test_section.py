@@ -1,0 +1,205 @@
+"""Sections declared in YAML: what is meshed against the generator of the same dam and against areas and lengths by hand; every mistake one line."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from quoin_tools.base.results import Results
+from quoin_tools.mesh import blockmesh, section
+from quoin_tools.mesh.blockmesh import areas, check, face_ends, macroblocks, read, write
+from quoin_tools.mesh.dam import dam_mesh
+from quoin_tools.mesh.declared import DeclaredError
+
+pytest.importorskip("gmsh")
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+G1 = ROOT / "examples/guilhofrei/section.yaml"
+
+SMALL = """\
+size: 2
+dam:
+  upstream: [[0, 0], {to: 10, batter: 0.1}]
+  downstream: [[9, 0], {to: 10, batter: 0.5}]
+  galleries: {gallery: {floor: [3, 2], width: 1, height: 2}}
+  lifts: [6]
+rock:
+  upstream: 20
+  downstream: 20
+  depth: 15
+  seams: {seam: {through: [0, -3], dip: 10}}
+points: {probe: [4, 8]}
+"""
+
+
+def declared(folder, text=SMALL):
+    path = folder / "section.yaml"
+    path.write_text(text)
+    return path
+
+
+def meshed(folder, text=SMALL):
+    return section.mesh_of(declared(folder, text))[0]
+
+
+def lengths(mesh):
+    """Of every face set [m]; a joint has both of its sides."""
+    ends = {name: mesh.vertices[face_ends(mesh, rows)] for name, rows in mesh.face_sets.items()}
+    return {name: float(np.hypot(*(xy[:, 1] - xy[:, 0]).T).sum()) for name, xy in ends.items()}
+
+
+def group_areas(mesh):
+    return {name: float(areas(mesh)[mesh.block_group == row].sum()) for row, name in enumerate(mesh.group_names)}
+
+
+def test_guilhofrei_is_the_dam_of_the_generator():
+    """Groups, face sets and points have the names, areas, lengths and places of quoin_tools.dam."""
+    mesh, known = section.mesh_of(G1)[0], dam_mesh(columns=24)
+    assert group_areas(mesh) == pytest.approx(group_areas(known), rel=1e-9)
+    assert lengths(mesh) == pytest.approx(lengths(known), rel=1e-9)
+    places = [{name: tuple(m.vertices[vertex].round(9)) for name, vertex in m.points.items()} for m in (mesh, known)]
+    assert places[0] == places[1]
+    assert len(mesh.face_sets["base"]) == 2 * 24  # columns
+
+
+def test_guilhofrei_moves_as_on_the_mesh_of_the_generator(tmp_path):
+    """Crest displacements within 1.2 % of those of the mesh of twice as many blocks, forces within 1e-4."""
+    found = {}
+    for name, mesh in (("section", section.mesh_of(G1)[0]), ("dam", dam_mesh(columns=24))):
+        write(tmp_path / f"{name}.h5", mesh)
+        run = [QUOIN, "-options_file", ROOT / "examples/guilhofrei/scene.yaml", "-model", tmp_path / f"{name}.h5", "-output", tmp_path / name]
+        subprocess.run(run, check=True, stdout=subprocess.DEVNULL)
+        results = Results(tmp_path / name)
+        found[name] = [results.stage_summary(stage) for stage in ("hp", "sw", "swhp")]
+    for one, other in zip(found["section"], found["dam"]):
+        crest = [stage["probes"]["crest_upstream"]["u_x"] for stage in (one, other)]
+        assert crest[0] == pytest.approx(crest[1], rel=0.012)
+        assert one["joints"]["base"]["N"] == pytest.approx(other["joints"]["base"]["N"], rel=3e-4, abs=1e3)
+
+
+def test_gallery_lift_and_seam(tmp_path):
+    mesh = meshed(tmp_path)
+    check(mesh)
+
+    assert group_areas(mesh) == pytest.approx({"dam": (9 + 3) / 2 * 10 - 2, "rock": 49 * 15}, rel=1e-9)
+    assert macroblocks(mesh).max() + 1 == 4  # the dam below and above its lift, the rock above and below the seam
+    seam = 20 + 29 - (20 - 3 / np.tan(np.radians(10)))  # it begins where it comes up
+    expected = {"gallery": 6, "lift": 10.8, "lift_1": 10.8, "base": 18, "upstream": np.hypot(10, 1), "downstream": np.hypot(10, 5), "crest": 3,
+                "seam": 2 * seam / np.cos(np.radians(10)), "rock_bottom": 49, "rock_sides": 30, "rock_top_upstream": 20, "rock_top_downstream": 20}  # fmt: skip
+    assert lengths(mesh) == pytest.approx(expected, rel=1e-6)
+    assert mesh.vertices[mesh.points["probe"]].tolist() == pytest.approx([4, 8])
+    of_dam = mesh.blocks[mesh.block_group == mesh.group_names.index("dam")]
+    assert mesh.points["heel"] in of_dam and mesh.points["rock_heel"] not in of_dam
+
+
+def test_arched_gallery_and_several_elevations(tmp_path):
+    text = SMALL.replace("height: 2}", "height: 2, arch: true}").replace("lifts: [6]", "lifts: {from: 5, spacing: 2}")
+    mesh = meshed(tmp_path, text)
+    arch = 16 / 2 * 0.25 * np.sin(np.pi / 16)  # 16 chords of a half circle of 0.5 m
+    assert group_areas(mesh)["dam"] == pytest.approx(60 - (1.5 + arch), rel=1e-9)
+    assert sorted(name for name in mesh.face_sets if name.startswith("lift")) == ["lift", "lift_1", "lift_2", "lift_3"]
+    assert lengths(mesh)["lift_2"] == pytest.approx(2 * (9 - 0.6 * 7))
+
+
+def test_joint_that_ends_inside(tmp_path):
+    """A crack from the heel: its end stays closed, so the dam stays one body."""
+    mesh = meshed(tmp_path, SMALL.replace("lifts: [6]", "").replace("points:", "joints: {crack: [[0.5, 5], [4, 5]]}\npoints:"))
+    assert lengths(mesh)["crack"] == pytest.approx(7) and macroblocks(mesh).max() + 1 == 3
+
+
+def test_triangles_table_and_no_rock(tmp_path):
+    """Points in a CSV file; without rock the base is a face set of the outline."""
+    (tmp_path / "down.csv").write_text("x [m], y [m]\n9, 0\n# the break\n4, 8\n3, 10\n")
+    text = "columns: 5\nelements: triangles\ndam: {upstream: [[0, 0], [0, 10]], downstream: down.csv, rigid: true}\n"
+    mesh = meshed(tmp_path, text)
+    assert (mesh.blocks[:, 3] < 0).all() and mesh.group_rigid.tolist() == [1]
+    assert group_areas(mesh) == pytest.approx({"dam": (9 + 4) / 2 * 8 + (4 + 3) / 2 * 2})
+    assert lengths(mesh)["base"] == pytest.approx(9) and len(mesh.face_sets["base"]) == 5
+
+
+def test_base_in_steps_and_ground_that_rises(tmp_path):
+    text = ("size: 1\ndam: {upstream: [[0, 0], [0, 10]], base: [[3, 0], [3, 1]], downstream: [[9, 1], [3, 10]]}\n"
+            "rock: {upstream: 10, downstream: 10, depth: 10, ground_downstream: [[12, 3]]}\n")  # fmt: skip
+    mesh = meshed(tmp_path, text)
+    assert lengths(mesh)["base"] == pytest.approx(2 * 10)
+    assert lengths(mesh)["rock_top_downstream"] == pytest.approx(np.hypot(3, 2) + 7)
+    assert group_areas(mesh)["rock"] == pytest.approx(29 * 10 + 6 + (1 + 3) / 2 * 3 + 7 * 3)
+
+
+def test_the_same_section_gives_the_same_bytes(tmp_path):
+    written = []
+    for i in range(2):
+        assert section.main([str(declared(tmp_path)), "-o", str(tmp_path / f"{i}.h5")]) == 0
+        written.append((tmp_path / f"{i}.h5").read_bytes())
+    assert written[0] == written[1]
+    assert blockmesh.main(["check", str(tmp_path / "0.h5")]) == 0
+    assert read(tmp_path / "0.h5").points
+
+
+BAD = [  # what is put in for what, the place that is named, words of the reason
+    ("size: 2", "size: -2", ":1: size: -2: expected a number [m] above 0"),
+    ("size: 2", "", "expected size or columns"),
+    ("size: 2", "size: 2\ncolumns: 3", ":2: columns: expected only one of size or columns"),
+    ("size: 2", "size: 0.001", "about 6e+07 blocks, expected at most 2e+06"),
+    ("{to: 10, batter: 0.1}", "{to: 10, slope: 0.1}", ":3: dam.upstream.1: {'to': 10, 'slope': 0.1}: expected [x, y], or behind"),
+    ("[[0, 0], {to: 10, batter: 0.1}]", "[[0, 0]]", ":3: dam.upstream: [[0, 0]]: expected a list of at least 2 points"),
+    ("[[0, 0], {to: 10, batter: 0.1}]", "face.csv", ":3: dam.upstream: face.csv: cannot be read (No such file or directory)"),
+    ("  downstream: [[9, 0], {to: 10, batter: 0.5}]\n", "", "dam: 'downstream' is missing, expected a list of at least 2 points"),
+    ("[[9, 0], {to: 10, batter: 0.5}]", "[[-9, 0], [3, 10]]", ":4: dam.downstream: (-9.0, 0.0): begins at the toe: expected right of the heel"),
+    ("[[9, 0], {to: 10, batter: 0.5}]", "[[9, 0], [-1, 5], [4, 10]]", "dam.upstream: upstream, downstream and base cross each other (Self-intersection["),
+    ("width: 1", "width: wide", ":5: dam.galleries.gallery.width: wide: expected a number [m] above 0"),
+    ("width: 1", "width: 1, arched: true", ":5: dam.galleries.gallery.arched: unknown key, expected arch, floor, height, size, width"),
+    ("floor: [3, 2]", "floor: [0.5, 2]", ":5: dam.galleries.gallery: expected inside the dam, clear of its faces"),
+    ("height: 2}", "height: 0.4, arch: true}", "dam.galleries.gallery.height: 0.4: expected at least half the width, 0.5"),
+    ("{gallery:", "{2nd:", "dam.galleries.2nd: 2nd: a name is a letter, then"),
+    ("lifts: [6]", "lifts: [60]", ":6: dam.lifts: 60.0: expected elevations between base and crest, above 0 and below 10"),
+    ("lifts: [6]", "lifts: [6, 6]", ":6: dam.lifts: [6.0, 6.0]: expected at least one elevation, each above the one before"),
+    ("lifts: [6]", "lifts: {from: 2}", ":6: dam.lifts: 'spacing' is missing, expected a number [m] above 0"),
+    ("depth: 15", "depth: deep", ":10: rock.depth: deep: expected a number [m] above 0"),
+    ("depth: 15", "deep: 15", ":10: rock.deep: unknown key"),
+    ("depth: 15", "ground_upstream: [[3, 1]]", ":7: rock: ground and dam overlap at ("),
+    ("depth: 15", "ground_upstream: [[-1, 20], [-20, 0]]", ":10: rock.ground_upstream: (-20.0, 0.0): expected within the rock"),
+    ("through: [0, -3]", "through: [0, -300]", ":11: rock.seams.seam: its line does not meet the rock"),
+    (", dip: 10", ", dip: 100", ":11: rock.seams.seam.dip: 100: expected a number [degree] above -90 and at most 90"),
+    ("{through: [0, -3], dip: 10}", "{points: [[0, -3], [300, -3]]}", ":11: rock.seams.seam.points: expected inside the rock"),
+    ("{seam:", "{base:", None),  # a seam of this name goes with the base
+    ("{seam:", "{upstream:", "'upstream' names two things, each needs a name of its own"),
+    ("probe: [4, 8]", "probe: [40, 8]", ":12: points.probe: [40, 8]: expected inside dam or rock"),
+    ("probe: [4, 8]", "heel: [4, 8]", ":12: points.heel: a point that has this name already is there"),
+    ("probe: [4, 8]", "probe: 4", ":12: points.probe: 4: expected a point [x, y], in m"),
+    ("points:", "faces: {belt: [[4, 0], [4, 3]]}\npoints:", "faces 'belt': from (4, 0) to (4, 3) it runs inside a group"),
+    ("points:", "joints: {crack: [[-9, 5], [-2, 5]]}\npoints:", "joint 'crack': from (-9, 5) to (-2, 5) it lies outside all groups"),
+    ("points:", "joints: {crack: [[0, 0], [1, 10]]}\npoints:", "joint 'crack': lies on the outline, from (0, 0) to (1, 10)"),
+    ("points:", "joints: {crack: [[0.5, 5], [4, 5], [4, 6.0002], [5.9999, 6.0002]]}\npoints:", "a sliver 0.0002 m thick at ("),
+    ("lifts: [6]", "lifts: [6]\n  lifts: [7]", ":7: dam.lifts: given twice"),
+    ("size: 2", "size: 2\nscale: 3", ":2: scale: unknown key, expected columns, dam,"),
+    ("size: 2", "size: [2", "not YAML: "),
+]
+
+
+@pytest.mark.parametrize("old, new, reason", BAD, ids=range(len(BAD)))
+def test_a_mistake_is_one_line(tmp_path, capsys, old, new, reason):
+    assert SMALL.count(old) == 1
+    path = declared(tmp_path, SMALL.replace(old, new))
+    code = section.main([str(path), "-o", str(tmp_path / "no.h5")])
+    said = capsys.readouterr().err.strip()
+    if reason is None:
+        assert code == 0, said
+        return
+    assert code == 2 and not (tmp_path / "no.h5").exists()
+    assert said.count("\n") == 0 and said.startswith(str(path)) and reason in said, said
+
+
+def test_each_mistake_has_its_line(tmp_path):
+    text = SMALL.replace("size: 2", "size: big").replace("width: 1", "width: 0").replace("depth: 15", "depth: -1").replace("probe: [4, 8]", "probe: []")
+    with pytest.raises(DeclaredError) as raised:
+        section.load(declared(tmp_path, text))
+    assert [re.search(r":(\d+): ([\w.]+)", line).groups() for line in raised.value.faults] == [
+        ("1", "size"), ("5", "dam.galleries.gallery.width"), ("10", "rock.depth"), ("12", "points.probe")]  # fmt: skip
+
+
+def test_no_file(tmp_path):
+    with pytest.raises(DeclaredError, match="no.yaml: No such file or directory"):
+        section.load(tmp_path / "no.yaml")

@@ -1,0 +1,328 @@
+"""A section declared in one YAML file: dam, rock, galleries, lifts, seams, joint sets; meshed by gmsh, without any Python of the user's.
+
+    python -m quoin_tools.section dam.yaml -o model.h5
+
+docs/generators.md has the keys. Names are those of quoin_tools.dam: groups dam and rock; joint base; faces upstream, downstream, crest,
+rock_sides, rock_bottom, rock_top_upstream, rock_top_downstream, and those of galleries; points heel, toe, crest_upstream, crest_downstream,
+rock_heel, rock_toe."""
+
+import argparse
+import math
+import sys
+
+import numpy as np
+import shapely
+
+from quoin_tools.mesh import declared, plan
+from quoin_tools.mesh.blockmesh import MeshError, areas, macroblocks, quality, write, xy_text
+from quoin_tools.mesh.declared import DeclaredError
+from quoin_tools.mesh.plan import Line, Plan, Region
+
+ARC = 16  # chords of the half circle over a gallery
+TOP = ("title", "growth", "elements", "size", "columns", "dam", "rock", "joints", "faces", "points")
+DAM = ("upstream", "downstream", "base", "rigid", "galleries", "lifts")
+SHARPEST = 10.0  # degrees: corners of blocks below are told
+
+
+def load(path):
+    """(Plan, list of notes) of a section file; DeclaredError has a line for each of its mistakes."""
+    top = declared.read(path)
+    made = Plan()
+    top.text("title", "")
+    made.growth = top.number("growth", 0.25, least=0.01, most=10, unit="-")
+    made.triangles = top.choice("elements", ("quadrilaterals", "triangles"), "quadrilaterals") == "triangles"
+    size = Size(top)
+    dam = top.below("dam", required=True)
+    outline = Outline(dam) if dam else None
+    if outline and outline.good:
+        size.of(outline)
+        add_dam(made, dam, outline, size)
+        rock = top.below("rock")
+        if rock:
+            add_rock(made, rock, outline, size)
+        add_lines(made, top)
+    for keys, known in ((top, TOP), (dam, DAM)):
+        if keys:
+            keys.done(*known)
+    if not top.faults:
+        check_names(made, top)
+    if top.faults:
+        raise DeclaredError(declared.in_order(top.faults))
+    return made, []
+
+
+def mesh_of(path):
+    """(BlockMesh, Plan, notes) of a section file."""
+    made, notes = load(path)
+    try:
+        return plan.mesh_of(made), made, notes
+    except DeclaredError:
+        raise
+    except MeshError as error:
+        raise DeclaredError([f"{path}: {error}"]) from None
+
+
+class Size:
+    """Size of the blocks of the dam: given, or from how many there are along the base."""
+
+    def __init__(self, top):
+        self.value, self.columns = None, None
+        key = top.one_of("size", "columns")
+        if key == "size":
+            self.value = top.number("size", above=0)
+        elif key:
+            self.columns = top.whole("columns")
+
+    def of(self, outline):
+        length = shapely.LineString(outline.base).length
+        if self.value is None:
+            self.value = length / (self.columns or 10)  # without either a mistake is noted already
+        self.columns = self.columns or max(1, math.ceil(length / self.value - 1e-6))
+
+
+class Outline:
+    """Faces and base of the dam, upwards and from heel to toe."""
+
+    def __init__(self, dam):
+        self.upstream, self.downstream = dam.points("upstream"), dam.points("downstream", leans=-1)
+        between = dam.points("base", [], least=1)
+        self.good = None not in (self.upstream, self.downstream, between)
+        if self.good:
+            self.base = [self.upstream[0], *between, self.downstream[0]]
+            self.good = self.checked(dam)
+
+    def checked(self, dam):
+        heel, toe, left, right = self.base[0], self.base[-1], self.upstream[-1], self.downstream[-1]
+        faults = len(dam.faults)
+        if heel[0] >= toe[0]:
+            dam.fault("downstream", "begins at the toe: expected right of the heel, where upstream begins", toe)
+        if left[0] > right[0] or abs(left[1] - right[1]) > 0.2 * max(abs(left[1] - heel[1]), 1e-9):
+            dam.fault("downstream", f"ends at the crest: expected about level with, and not left of, {list(left)}, where upstream ends", right)
+        if min(left[1], right[1]) <= max(heel[1], toe[1]):
+            dam.fault("upstream", "ends at the crest: expected above heel and toe", left)
+        polygon = self.polygon()
+        if len(dam.faults) == faults and (not polygon.is_valid or polygon.area <= 0 or not polygon.exterior.is_ccw):
+            dam.fault("upstream", f"upstream, downstream and base cross each other ({shapely.is_valid_reason(polygon)})")
+        return len(dam.faults) == faults
+
+    def corners(self):
+        """Counter-clockwise from the heel."""
+        ring = [*self.base, *self.downstream[1:], *self.upstream[:0:-1]]
+        return [p for i, p in enumerate(ring) if p != ring[i - 1]]
+
+    def polygon(self):
+        return shapely.Polygon(self.corners())
+
+    def height(self):
+        return self.upstream[-1][1] - self.base[0][1]
+
+
+# ---- dam -------------------------------------------------------------------------------------------------
+
+def add_dam(made, dam, outline, size):
+    shape, holes = outline.polygon(), galleries(made, dam, outline, size)
+    body = shape.difference(shapely.union_all(holes)) if holes else shape
+    made.regions.append(Region("dam", body, size.value, dam.flag("rigid")))
+    crest = [outline.upstream[-1], outline.downstream[-1]]
+    made.lines += [Line("base", outline.base, count=size.columns), Line("upstream", outline.upstream), Line("downstream", outline.downstream)]
+    if crest[0] != crest[1]:
+        made.lines.append(Line("crest", crest))
+    made.points |= {"heel": (*outline.base[0], ("dam",)), "toe": (*outline.base[-1], ("dam",)),
+                    "crest_upstream": (*crest[0], ("dam",)), "crest_downstream": (*crest[1], ("dam",))}  # fmt: skip
+    for i, level in enumerate(lifts(dam, outline), 1):
+        low, _, high, _ = shape.bounds
+        across = shapely.get_parts(body.intersection(shapely.LineString([(low - 1, level), (high + 1, level)])))
+        for part in across[shapely.length(across) > 0]:
+            made.lines += [Line(name, list(part.coords), joint=True) for name in ("lift", f"lift_{i}")]
+
+
+def galleries(made, dam, outline, size):
+    holes = []
+    for name, keys in dam.named("galleries"):
+        at, width, height = keys.point("floor"), keys.number("width", above=0), keys.number("height", above=0)
+        arch, fine = keys.flag("arch"), keys.number("size", None, above=0)
+        keys.done()
+        if None in (at, width, height, arch):
+            continue
+        if arch and height < width / 2:
+            keys.fault("height", f"expected at least half the width, {width / 2:g}, for the half circle of the arch", height)
+            continue
+        hole = gallery(at, width, height, arch)
+        if not outline.polygon().contains_properly(hole) or any(hole.intersects(other) for other in holes):
+            keys.fault(None, "expected inside the dam, clear of its faces and of other galleries")
+            continue
+        holes.append(hole)
+        made.lines.append(Line(name, list(hole.exterior.coords)))
+        made.fine.append((hole, fine or min(size.value, width / 3)))
+    return holes
+
+
+def gallery(floor, width, height, arch):
+    (x, y), half = floor, width / 2
+    if not arch:
+        return shapely.box(x - half, y, x + half, y + height)
+    angle = np.linspace(0, math.pi, ARC + 1)[1:-1]
+    springing = y + height - half
+    over = np.column_stack([x + half * np.cos(angle), springing + half * np.sin(angle)])
+    return shapely.Polygon([(x - half, y), (x + half, y), (x + half, springing), *over.tolist(), (x - half, springing)])
+
+
+def lifts(dam, outline):
+    """Elevations of the level joints."""
+    low, high = max(outline.base[0][1], outline.base[-1][1], *(y for _, y in outline.base)), min(outline.upstream[-1][1], outline.downstream[-1][1])
+    if "lifts" not in dam:
+        return []
+    if isinstance(dam.values["lifts"], list):
+        levels = dam.numbers("lifts", "a list of elevations [m]") or []
+    else:
+        keys = dam.below("lifts", required=True)
+        if keys is None:
+            return []
+        first, spacing = keys.number("from"), keys.number("spacing", above=0)
+        last = keys.number("to", high)
+        keys.done()
+        if None in (first, spacing, last):
+            return []
+        levels = [first + i * spacing for i in range(min(10_000, math.floor((last - first) / spacing + 1e-9) + 1))]
+        levels = [level for level in levels if level < high - 1e-6 * spacing]
+    for level in levels:
+        if not low < level < high:
+            dam.fault("lifts", f"expected elevations between base and crest, above {low:g} and below {high:g}", level)
+            return []
+    if not levels or sorted(set(levels)) != levels:
+        dam.fault("lifts", "expected at least one elevation, each above the one before", levels)
+        return []
+    return levels
+
+
+# ---- rock ------------------------------------------------------------------------------------------------
+
+def add_rock(made, rock, outline, size):
+    reach = 3 * outline.height()
+    left, right, depth = (rock.number(key, reach, above=0) for key in ("upstream", "downstream", "depth"))
+    ground = {side: rock.points(f"ground_{side}", [], least=1) for side in ("upstream", "downstream")}
+    rigid, coarse = rock.flag("rigid"), rock.number("size", None, above=0)
+    if None in (left, right, depth, *ground.values()):
+        return
+    heel, toe = outline.base[0], outline.base[-1]
+    x0, x1, bottom = heel[0] - left, toe[0] + right, min(y for _, y in outline.base) - depth
+    over = {"upstream": reaching([heel, *ground["upstream"]], x0), "downstream": reaching([toe, *ground["downstream"]], x1)}
+    corners = [(x0, bottom), (x1, bottom), *over["downstream"][::-1], *outline.base[1:-1][::-1], *over["upstream"]]
+    shape = shapely.Polygon(corners)
+    for side, points in over.items():
+        beyond = [p for p in points[1:-1] if not x0 < p[0] < x1 or p[1] <= bottom]
+        if beyond:
+            rock.fault(f"ground_{side}", f"expected within the rock, x {x0:g} to {x1:g}, above {bottom:g}", beyond[0])
+            return
+    if not shape.is_valid:
+        rock.fault(None, f"its outline crosses itself ({shapely.is_valid_reason(shape)})")
+        return
+    common = shape.intersection(outline.polygon())
+    if common.area > 1e-9 * shape.area:
+        at = common.representative_point()
+        rock.fault(None, f"ground and dam overlap at {xy_text((at.x, at.y))}")
+        return
+    made.regions.append(Region("rock", shape, coarse, rigid))
+    next(line for line in made.lines if line.name == "base").joint = True
+    sides = {"rock_bottom": [(x0, bottom), (x1, bottom)], "rock_top_upstream": over["upstream"], "rock_top_downstream": over["downstream"]}
+    made.lines += [Line(name, points) for name, points in sides.items()]
+    made.lines += [Line("rock_sides", [over["upstream"][-1], (x0, bottom)]), Line("rock_sides", [over["downstream"][-1], (x1, bottom)])]
+    made.points |= {"rock_heel": (*heel, ("rock",)), "rock_toe": (*toe, ("rock",))}
+    seams(made, rock, shape)
+    rock.done()
+
+
+def reaching(points, x):
+    """The points, level from the last one on to x."""
+    return [*points, (x, points[-1][1])]
+
+
+def seams(made, rock, shape):
+    for name, keys in rock.named("seams"):
+        if keys.one_of("through", "points") == "points":
+            points = keys.points("points")
+            keys.done()
+            lines = [shapely.LineString(points)] if points else []
+            if lines and not shape.buffer(1e-6).contains(lines[0]):
+                keys.fault("points", "expected inside the rock")
+                continue
+        else:
+            at, dip = keys.point("through", None), keys.number("dip", above=-90, most=90, unit="degree")
+            keys.done()
+            lines = across(shape, at, dip) if at and dip is not None else []
+            if at and dip is not None and not lines:
+                keys.fault(None, "its line does not meet the rock")
+        made.lines += [Line(name, list(line.coords), joint=True) for line in lines]
+
+
+def across(shape, at, dip):
+    """Pieces within the shape of the line through a point. dip: degrees below the horizontal to the right."""
+    angle = math.radians(dip)
+    along, reach = np.array([math.cos(angle), -math.sin(angle)]), 2 * shapely.Point(at).hausdorff_distance(shape)
+    parts = shapely.get_parts(shape.intersection(shapely.LineString([at - reach * along, at + reach * along])))
+    return [part for part in parts if part.length > 1e-6 * reach]
+
+
+# ---- what any section can have ---------------------------------------------------------------------------
+
+def add_lines(made, top):
+    """Points, joints and faces by coordinates."""
+    for joint in (True, False):
+        below = top.below("joints" if joint else "faces")
+        for name in below.values if below else ():
+            points = below.points(name)
+            if points and below.checked_name(name, name):
+                made.lines.append(Line(name, points, joint))
+    below = top.below("points")
+    for name in below.values if below else ():
+        at = below.point(name)
+        if name in made.points:
+            below.fault(name, "a point that has this name already is there")
+        elif at and below.checked_name(name, name):
+            if not any(region.shape.buffer(1e-6).covers(shapely.Point(at)) for region in made.regions):
+                below.fault(name, "expected inside dam or rock", at)
+            made.points[name] = (*at, ())
+
+
+def check_names(made, top):
+    """Groups, joints, faces and points have names of their own."""
+    groups = {region.group for region in made.regions}
+    kinds = {}
+    for line in made.lines:
+        kind = "joint" if line.joint else "faces"
+        if line.name in groups or kinds.setdefault(line.name, kind) != kind:
+            top.fault(None, f"{line.name!r} names two things, each needs a name of its own")
+            return
+
+
+# ---- command line ----------------------------------------------------------------------------------------
+
+def report(mesh):
+    """What has been made, in lines."""
+    area, body = areas(mesh), macroblocks(mesh)
+    lines = [f"{len(mesh.blocks)} blocks, {len(mesh.vertices)} vertices, {body.max() + 1} bodies; smallest angle {quality(mesh)[0]:.1f} degrees"]
+    for row, name in enumerate(mesh.group_names):
+        lines.append(f"group   {name}: {(mesh.block_group == row).sum()} blocks, {area[mesh.block_group == row].sum():.6g} m2")
+    lines += [f"faces   {name}: {len(rows)}" for name, rows in sorted(mesh.face_sets.items())]
+    lines += [f"point   {name}: {xy_text(mesh.vertices[vertex])}" for name, vertex in sorted(mesh.points.items())]
+    return lines
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m quoin_tools.section", description="Mesh of a section declared in a YAML file (docs/generators.md).")
+    parser.add_argument("section", help="YAML file")
+    parser.add_argument("-o", "--output", required=True, help="block mesh to write")
+    options = parser.parse_args(arguments)
+    try:
+        mesh, _, notes = mesh_of(options.section)
+        write(options.output, mesh)
+    except DeclaredError as error:
+        print("\n".join(error.faults), file=sys.stderr)
+        return 2
+    except (MeshError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    print("\n".join([f"wrote {options.output}", *report(mesh), *notes]))
+    if quality(mesh)[0] < SHARPEST:
+        print(f"warning: a block has a corner of {quality(mesh)[0]:.1f} degrees, where lines meet at such an angle or nearly coincide", file=sys.stderr)
+    return 0
