@@ -3,7 +3,9 @@
 # Does only what is missing; details of each step go to build/setup.log. A build/venv that is a link to another checkout's stays as it is.
 #
 #   ./tools/setup.sh             once
-#   source tools/setup.sh        the same, and leaves the environment in this shell: venv, Open MPI, threads
+#   source tools/setup.sh        the same, and leaves the environment in this shell: the command quoin, venv, Open MPI, threads
+#
+# A user to whom the checkout does not belong can source it where its owner has set it up; nothing is made then.
 #
 # QUOIN_PRESET (release, test, ci) chooses the CMake preset; QUOIN_PACKAGES adds Debian packages; QUOIN_PEERS=1 adds the
 # programs that tests/benchmark/peers.py compares with.
@@ -165,30 +167,18 @@ quoin_build() {
 
 # may one process read another's memory? Containers often refuse what Open MPI's shared memory relies on
 quoin_memory_copy_works() {
-  "$QUOIN_ROOT/build/venv/bin/python" - <<'PYTHON'
-import ctypes, os, signal, sys
-class Part(ctypes.Structure):
-    _fields_ = [("base", ctypes.c_void_p), ("size", ctypes.c_size_t)]
-buffer = ctypes.create_string_buffer(8)
-part = ctypes.byref(Part(ctypes.addressof(buffer), 8))
-child = os.fork()
-if child == 0:
-    signal.pause()
-try:
-    copied = ctypes.CDLL(None).process_vm_readv(child, part, 1, part, 1, 0)
-except AttributeError:
-    copied = 8
-os.kill(child, signal.SIGKILL)
-os.waitpid(child, 0)
-sys.exit(copied != 8)
-PYTHON
+  PYTHONPATH=$QUOIN_ROOT/tools "$QUOIN_ROOT/build/venv/bin/python" -c \
+    'import sys; from quoin_tools.base.solver import memory_copy_works; sys.exit(not memory_copy_works())'
 }
 
 quoin_environment() {
   export QUOIN_ROOT
   case ":$PATH:" in
-  *":$QUOIN_ROOT/build/venv/bin:"*) ;;
-  *) export PATH="$QUOIN_ROOT/build/venv/bin:$PATH" ;;
+  *":$QUOIN_ROOT/build/bin:"*) ;;
+  *) export PATH="$QUOIN_ROOT/build/bin:$QUOIN_ROOT/build/venv/bin:$PATH" ;;
+  esac
+  case $- in
+  *i*) . "$QUOIN_ROOT/tools/install/quoin.bash" ;; # completion, in a shell that somebody types into
   esac
   export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 # the ranks are the threads
   export OMPI_MCA_rmaps_base_oversubscribe=1      # more ranks than cores are allowed
@@ -200,7 +190,23 @@ quoin_environment() {
   fi
 }
 
+# a checkout of somebody else is used as it is
+quoin_use() {
+  local name
+  for name in quoin bin/quoin venv/bin/python; do
+    if [ ! -x "$QUOIN_ROOT/build/$name" ]; then
+      echo "setup: build/$name is not there, and $QUOIN_ROOT belongs to another user, who can run tools/setup.sh"
+      return 1
+    fi
+  done
+  quoin_environment
+}
+
 quoin_setup() {
+  if [ ! -w "$QUOIN_ROOT/build" ] && { [ -d "$QUOIN_ROOT/build" ] || [ ! -w "$QUOIN_ROOT" ]; }; then
+    quoin_use
+    return
+  fi
   mkdir -p "$QUOIN_ROOT/build" || return 1
   : >"$QUOIN_ROOT/build/setup.log"
   if command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; then

@@ -5,6 +5,8 @@ import os
 import re
 import shutil
 import subprocess
+import sys
+import sysconfig
 import tempfile
 from pathlib import Path
 
@@ -16,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 VERSION = re.search(r"^project\(quoin VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), flags=re.M)[1]
 NOBODY = 65534
+SOON = ["-relaxation_tolerance", "1e-2", "-relaxation_velocity_tolerance", "1e-2"]  # on a machine with other work two ranks wait for each other
 USERS = [None, pytest.param(NOBODY, marks=pytest.mark.skipif(os.geteuid() != 0, reason="only root can be another user"))]
 
 pytestmark = pytest.mark.skipif(not (QUOIN.exists() and (QUOIN.parent / "CMakeCache.txt").exists()), reason="the program is not built")
@@ -96,7 +99,7 @@ def test_a_program_with_the_library(way, user, scene, place, request):
 def test_the_installed_solver(prefix, scene, place, user):
     folder = folder_of(user, place)
     ranks = ["mpirun", "-n", "2", "--oversubscribe", "--bind-to", "none"]
-    assert "stage swhp" in call([*ranks, prefix / "bin/quoin-solver", "-options_file", scene], user, cwd=folder).stdout
+    assert "stage hp" in call([*ranks, prefix / "bin/quoin-solver", "-options_file", scene, "-stages", "hp", *SOON], user, cwd=folder).stdout
 
 
 def test_another_version_is_not_found(prefix, place):
@@ -112,3 +115,82 @@ def test_no_file_knows_the_checkout(prefix):
     texts = [path for path in prefix.rglob("*") if path.suffix in (".pc", ".cmake", ".h")]
     assert len(texts) == 4
     assert not [path for path in texts if str(ROOT) in path.read_text(encoding="utf-8") or "at first" in path.read_text(encoding="utf-8")]
+
+
+# ---- the command quoin: of the prefix, as a Python package, of the checkout
+
+
+def uses(command, user, scene, place, env):
+    """A new dam, checked and run on two ranks by a user in a folder of his own; nothing is asked of the environment."""
+    folder = folder_of(user, place)
+    options = {"cwd": folder, "env": env | {"HOME": str(folder), "MPLCONFIGDIR": str(folder)}}
+    assert call([*command, "--version"], user, **options).stdout == f"quoin {VERSION}\n"
+    call([*command, "new", "dam", "--columns", "3"], user, **options)
+    options["cwd"] = folder / "dam"
+    call([*command, "check", "scene.yaml"], user, **options)
+    call([*command, "run", "-n", "2", "scene.yaml", "-stages", "empty", *SOON], user, **options)
+    assert "Extreme principal stresses" in call([*command, "show", "out"], user, **options).stdout
+    assert "loads.<name>.level" in call([*command, "help", "loads"], user, **options).stdout
+    assert call([*command, "run", "none.yaml"], user, code=2, **options).stderr.startswith("quoin: error: none.yaml")
+
+
+@pytest.mark.parametrize("user", USERS)
+def test_the_installed_command(prefix, scene, place, user):
+    """By its place, and by a link to it."""
+    link = folder_of(user, place) / "quoin"
+    link.symlink_to(prefix / "bin/quoin")
+    uses([link], user, scene, place, {"QUOIN_PYTHON": sys.executable})
+
+
+@pytest.fixture(scope="module")
+def package(place):
+    """`pip install .` into an environment of its own, of the wheel that pip builds; what it depends on is that of these tests."""
+    pip = [sys.executable, "-m", "pip", "-q", "--disable-pip-version-check"]
+    before = sorted(ROOT.iterdir())
+    call([*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", place / "wheels", ROOT])
+    assert sorted(ROOT.iterdir()) == before and not (ROOT / "build/lib").exists()
+    (wheel,) = (place / "wheels").iterdir()
+    assert wheel.name == f"quoin-{VERSION}-py3-none-any.whl"
+    call([sys.executable, "-m", "venv", "--without-pip", place / "venv"])
+    call([*pip, "--python", place / "venv/bin/python", "install", "--no-deps", "--no-index", wheel])
+    (packages,) = (place / "venv/lib").glob("python*/site-packages")
+    (packages / "theirs.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    return place / "venv/bin"
+
+
+@pytest.mark.parametrize("user", USERS)
+def test_the_python_package(package, prefix, scene, place, user):
+    """With the solver on the PATH; without it, it says what is missing."""
+    uses([package / "quoin"], user, scene, place, {"PATH": f"{prefix / 'bin'}:/usr/bin:/bin"})
+    assert "the solver is not installed" in call([package / "quoin", "run", "scene.yaml"], user, code=2).stderr
+    told = call([package / "python", "-c", "import quoin; print(quoin.__version__, quoin.run.__module__, quoin.__file__)"], user, cwd="/").stdout
+    assert told.startswith(f"{VERSION} quoin_tools.front.python {place / 'venv'}")
+
+
+@pytest.mark.parametrize("user", USERS)
+def test_a_shell_of_the_checkout(scene, place, user):
+    """`source tools/setup.sh` for who owns the checkout (here without its making anything, which other tests do), and for who does not."""
+    checkout = folder_of(None, place)
+    os.chmod(checkout, 0o755)  # noqa: S103
+    shutil.copytree(ROOT / "tools", checkout / "tools", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "docs", checkout / "docs", ignore=shutil.ignore_patterns("img", "data", "generated"))
+    shutil.copy(ROOT / "CMakeLists.txt", checkout)
+    (checkout / "build/bin").mkdir(parents=True)
+    shutil.copy(QUOIN, checkout / "build")
+    (checkout / "build/venv").symlink_to(sys.prefix)
+    launcher = (QUOIN.parent / "bin/quoin").read_text(encoding="utf-8")
+    (checkout / "build/bin/quoin").write_text(launcher.replace(str(QUOIN.parent), str(checkout / "build")).replace(str(ROOT), str(checkout)), encoding="utf-8")
+    (checkout / "build/bin/quoin").chmod(0o755)
+    shell = place / f"shell {user}"
+    if user is None:
+        script = (checkout / "tools/setup.sh").read_text(encoding="utf-8")
+        assert script.count("\nquoin_setup || {") == 1
+        (checkout / "tools/setup.sh").write_text(script.replace("\nquoin_setup || {", "\nquoin_environment || {"), encoding="utf-8")
+    shell.write_text(f'#!/bin/bash\n. "{checkout}/tools/setup.sh" && exec quoin "$@"\n', encoding="utf-8")
+    shell.chmod(0o755)
+    uses([shell], user, scene, place, {})
+    if user is not None:
+        assert not (checkout / "build/setup.log").exists()
+        (checkout / "build/bin/quoin").unlink()
+        said = call([shell, "--version"], user, code=1).stdout
+        assert said == f"setup: build/bin/quoin is not there, and {checkout} belongs to another user, who can run tools/setup.sh\n"

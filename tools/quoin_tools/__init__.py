@@ -1,6 +1,6 @@
-"""Python tools of Quoin; run with PYTHONPATH=tools.
+"""Python tools of Quoin. `quoin -h` has them all; quoin.py runs scenes from Python.
 
-Commands, `python -m quoin_tools.NAME --help`; each is a file here of a few lines that calls the main() of its room:
+Commands, also as `python -m quoin_tools.NAME --help` with PYTHONPATH=tools; each is a file here of a few lines that calls the main() of its room:
 
 results      table of stages, probes, joints and extreme stresses of a run
 whole        are the files of a run what it wrote?
@@ -27,6 +27,24 @@ base         reads scenes and the files of runs, writes files, ends a command
 mesh         makes, reads and checks block meshes
 assess       the gravity method, guidelines and limits beside the block model
 show         pictures, the sheet, CSV, the comparison of runs
+front        the command `quoin`, its Python interface
 """
 
-__version__ = "0.2.0"
+import importlib.metadata
+import re
+from pathlib import Path
+
+
+def version():
+    """As CMakeLists.txt of a checkout has it, or as this package is installed."""
+    project = Path(__file__).resolve().parents[2] / "CMakeLists.txt"
+    found = re.search(r"^project\(quoin VERSION (\S+)", project.read_text(encoding="utf-8"), flags=re.M) if project.is_file() else None
+    if found:
+        return found[1]
+    try:
+        return importlib.metadata.version("quoin")
+    except importlib.metadata.PackageNotFoundError:
+        return "unknown"  # a copy of the folder
+
+
+__version__ = version()

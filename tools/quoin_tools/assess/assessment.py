@@ -1,6 +1,6 @@
 """The gravity method beside the block model: every joint that is a line, and any path, in every stage of a run.
 
-    python -m quoin_tools.assessment FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
+    quoin assessment FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
         [--uplift npb --drain 4.72] ...        tables in the terminal; --help lists all; docs/safety.md explains
 
 Both get the same loads: those of the scene on the mesh of the run.

@@ -5,6 +5,7 @@ import os
 from dataclasses import dataclass, field
 
 from quoin_tools.assess import guidelines, uplift
+from quoin_tools.base.command import Parser
 
 
 @dataclass
@@ -81,7 +82,7 @@ def coefficient(text):
 
 
 def parser(program, description):
-    result = argparse.ArgumentParser(prog=f"python -m quoin_tools.{program}", description=description)
+    result = Parser(prog=f"quoin {program}", description=description)
     add = result.add_argument
     add("folder", help="output folder of a run")
     add("--guideline", metavar="NAME", help="of guidelines.yaml: " + ", ".join(guidelines.read()))

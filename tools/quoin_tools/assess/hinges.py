@@ -1,11 +1,10 @@
 """How a limit moves with k_n: the trials of a scene again with ten times the stiffness of all joints.
 
-    python -m quoin_tools.hinges scene.yaml [--quoin build/quoin] [--part 0.01] [-model model.h5 ...]
+    quoin hinges scene.yaml [--quoin build/quoin] [--part 0.01] [-model model.h5 ...]
 
 Limits of rigid blocks come from below as k_n^(-1/3): two of them give the one of rigid hinges, and the compressed length of the
 hinges the k_n at which it is missed by --part. docs/rigid_blocks.md. Options that it does not know go to quoin."""
 
-import argparse
 import os
 import subprocess
 import sys
@@ -13,6 +12,8 @@ import tempfile
 
 import yaml
 
+from quoin_tools.base import solver
+from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, table
 
 TRIALS = ("strength_reduction", "flood", "load_factor")
@@ -72,15 +73,16 @@ def compared(once, ten, part):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.hinges", description="How limits move with k_n.")
+    parser = Parser(prog="quoin hinges", description="How limits move with k_n.")
     parser.add_argument("scene")
-    parser.add_argument("--quoin", default="build/quoin")
+    parser.add_argument("--quoin", help="the solver (that of the command quoin)")
     parser.add_argument("--part", type=float, default=0.01, help="compressed part of a face that would do (0.01)")
     given, options = parser.parse_known_args(arguments)
     try:
         joints = joints_of(given.scene)
+        program = given.quoin or solver.find()
         with tempfile.TemporaryDirectory() as folder:
-            once, ten = (limits(run(given.quoin, given.scene, [*options, *more], os.path.join(folder, name)))
+            once, ten = (limits(run(program, given.scene, [*options, *more], os.path.join(folder, name)))
                          for name, more in (("once", []), ("ten", stiffer(joints, RATIO))))  # fmt: skip
         if not once:
             raise ResultsError(f"{given.scene}: no stage of trials that has found a stable value")

@@ -1,6 +1,7 @@
 """What every room uses; it imports no other room.
 
 command  how a tool ends: one line for what it cannot do
+solver   where the solver is, how it starts on some ranks
 files    files written whole or not at all
 whole    are the files of a run what it wrote? checksums and headers
 flow     water that flows in joints, of a stage

@@ -1,16 +1,27 @@
 """How a tool ends: what it cannot do is one line on stderr, never a traceback."""
 
+import argparse
 import os
 import sys
 
 CANNOT = 2  # exit code
 
 
+class Parser(argparse.ArgumentParser):
+    """Whose complaint is one line; the options are told by -h."""
+
+    def error(self, message):
+        self.exit(CANNOT, f"{self.prog}: {message}; {self.prog} -h says more\n")
+
+
 def command(main):
-    """Exit code of main(). Errors that speak for themselves (OSError, the tools' own kinds of ValueError) become one line and exit code 2; a
+    """Exit code of main(), also where it has left by sys.exit(). Errors that speak for themselves (OSError, the tools' own kinds of ValueError) become one line and exit code 2; a
     reader that has seen enough (`| head`) ends the tool without a word."""
     try:
-        code = main()
+        try:
+            code = main()
+        except SystemExit as end:
+            code = end.code
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing more is said when Python ends

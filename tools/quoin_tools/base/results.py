@@ -1,6 +1,6 @@
 """Results of a run (docs/results_format.md): the only Python module that knows the files of an output folder.
 
-python -m quoin_tools.results FOLDER    table of stages, probes, joints and extreme stresses
+quoin results FOLDER    table of stages, probes, joints and extreme stresses
 
 results = Results("out")
 results.stages                     # names, in order
@@ -9,7 +9,6 @@ results.frames("quake")            # names of the frames of a dynamic stage: res
 results.summary, results.history   # dict of summary.json; dict of the columns of history.csv
 """
 
-import argparse
 import csv
 import os
 import sys
@@ -19,6 +18,7 @@ from functools import partial
 import numpy as np
 
 from quoin_tools.base import anchors, flow, histories, modes
+from quoin_tools.base.command import Parser
 from quoin_tools.base.files import reading
 from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
 
@@ -486,8 +486,8 @@ def report(summary):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(
-        prog="python -m quoin_tools.results", description="Table of the results of a run."
+    parser = Parser(
+        prog="quoin results", description="Table of the results of a run."
     )
     parser.add_argument("folder", help="output folder of a run")
     options = parser.parse_args(arguments)

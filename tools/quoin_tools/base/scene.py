@@ -37,6 +37,7 @@ class Scene:
     text: str
     title: str = ""
     model: str = ""
+    output: str = "out"
     thickness: float = 1.0
     gravity: float = 9.81
     contact: dict = field(default_factory=dict)
@@ -167,7 +168,7 @@ def parse(text, path):
         if not isinstance(value, (int, float)):
             raise SceneError(f"{path}: {name}: expected a number")
     contact = data.get("contact") if isinstance(data.get("contact"), dict) else {}
-    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), **scalars, contact=contact, **sections)
+    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), str(data.get("output") or "out"), **scalars, contact=contact, **sections)
 
 
 def read(path):

@@ -1,9 +1,8 @@
 """Whether the files of an output folder are what the run has written (docs/results_format.md, "Checksums").
 
-python -m quoin_tools.whole FOLDER [...]    one line a file; exit code 0: all are whole, 2: not
+quoin whole FOLDER [...]    one line a file; exit code 0: all are whole, 2: not
 """
 
-import argparse
 import contextlib
 import csv
 import hashlib
@@ -11,6 +10,8 @@ import json
 import os
 import re
 import zlib
+
+from quoin_tools.base.command import Parser
 
 VERSION = 2  # of results.h5 and summary.json
 HEADER = 512  # bytes of text before the HDF5 data of results.h5
@@ -163,7 +164,7 @@ def check_folder(folder):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.whole", description="Are the files of output folders what was written?")
+    parser = Parser(prog="quoin whole", description="Are the files of output folders what was written?")
     parser.add_argument("folders", nargs="+", metavar="FOLDER")
     for folder in parser.parse_args(arguments).folders:
         print("\n".join(check_folder(folder)))

@@ -1,10 +1,9 @@
 """The block mesh `model.h5` (docs/mesh_format.md): the only Python module that knows the format.
 
-    python -m quoin_tools.blockmesh check FILE    summary, exit 0; or one line on stderr, exit 2
-    python -m quoin_tools.blockmesh info FILE     summary without the checks of the content
+    quoin blockmesh check FILE    summary, exit 0; or one line on stderr, exit 2
+    quoin blockmesh info FILE     summary without the checks of the content
 """
 
-import argparse
 import os
 import re
 import sys
@@ -16,6 +15,7 @@ import shapely
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.whole import UNREADABLE
 
@@ -472,7 +472,7 @@ def summary(mesh):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.blockmesh",
+    parser = Parser(prog="quoin blockmesh",
                                      description="Check a block mesh.")
     parser.add_argument("command", choices=["check", "info"])
     parser.add_argument("file")

@@ -1,7 +1,7 @@
 """A gravity dam on rock with a joint between them; the default is section G1 of the Guilhofrei dam.
 
-    python -m quoin_tools.dam -o model.h5 --columns 24
-    python -m quoin_tools.dam -o model.h5 --section 0,0 60,0 5,55 5,60 0,60 --joint-mesh "finer 4"
+    quoin dam -o model.h5 --columns 24
+    quoin dam -o model.h5 --section 0,0 60,0 5,55 5,60 0,60 --joint-mesh "finer 4"
 
 x runs downstream, y up, the heel of G1 is the origin. Groups dam, rock; face sets base (both sides of the
 joint), upstream, downstream, crest, rock_sides, rock_bottom, rock_top_upstream, rock_top_downstream."""
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quoin_tools.base.command import Parser
 from quoin_tools.mesh.blockmesh import MeshError, areas, check, write
 from quoin_tools.mesh.meshing import face_set_on, graded, join, line, ruled, split_triangles, structured, vertex_at
 
@@ -153,7 +154,7 @@ def check_section(section):
 
 
 def options_of(arguments):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.dam", description=__doc__.splitlines()[0],
+    parser = Parser(prog="quoin dam", description=__doc__.splitlines()[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     add = parser.add_argument
     add("-o", "--output", required=True, help="block mesh to write")

@@ -1,16 +1,16 @@
 """Import a Gmsh mesh (.msh 2.2 or 4.1, ASCII or binary) as a block mesh.
 
-    python -m quoin_tools.gmsh_import model.msh -o model.h5 --interfaces base crack --rigid ground
+    quoin gmsh_import model.msh -o model.h5 --interfaces base crack --rigid ground
 
 Physical surfaces become groups, physical curves face sets, physical points named vertices. The curves named
 as interfaces become joints: the vertices on them are doubled, their face sets hold both sides."""
 
-import argparse
 import sys
 
 import meshio
 import numpy as np
 
+from quoin_tools.base.command import Parser
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, all_faces, areas, check, edge_keys, outer_faces, write, xy_text
 from quoin_tools.mesh.meshing import double_vertices, faces_on_edges
 
@@ -196,7 +196,7 @@ def check_outer(mesh, interfaces):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.gmsh_import",
+    parser = Parser(prog="quoin gmsh_import",
                                      description="Import a Gmsh .msh file (2.2, 4.1) as a block mesh.")
     parser.add_argument("msh")
     parser.add_argument("-o", "--output", required=True, help="block mesh to write")

@@ -1,7 +1,7 @@
 """A dam of random Voronoi polygons between facing courses of quadrilaterals; the default is section G1.
 
-    python -m quoin_tools.voronoi -o model.h5 --seed 1
-    python -m quoin_tools.voronoi -o model.h5 --section 0,0 20,0 5,25 5,30 0,30 --side 1.5 --facing 0 1 --rock 2
+    quoin voronoi -o model.h5 --seed 1
+    quoin voronoi -o model.h5 --section 0,0 20,0 5,25 5,30 0,30 --side 1.5 --facing 0 1 --rock 2
 
 Corners of the section are counter-clockwise from the heel; its first side is the base, level sides at the top are
 the crest, those before it the downstream face, those behind it the upstream face. Every polygon and every
@@ -20,6 +20,7 @@ import numpy as np
 import shapely
 from scipy.spatial import Voronoi
 
+from quoin_tools.base.command import Parser
 from quoin_tools.mesh import polygons
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, quality, write
 from quoin_tools.mesh.dam import G1, corner
@@ -339,7 +340,7 @@ def with_rock(mesh, section, heights):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def options_of(arguments):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.voronoi", description=__doc__.splitlines()[0],
+    parser = Parser(prog="quoin voronoi", description=__doc__.splitlines()[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     add = parser.add_argument
     add("-o", "--output", required=True, help="block mesh to write")

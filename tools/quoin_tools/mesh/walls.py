@@ -1,8 +1,8 @@
 """Walls in running bond, arches of voussoirs, and slopes of stepped blocks.
 
-    python -m quoin_tools.walls wall -o wall.h5 --courses 8 --blocks 6 --opening 4 8 1 4
-    python -m quoin_tools.walls arch -o arch.h5 --voussoirs 21 --radius 10 --thickness 1.5
-    python -m quoin_tools.walls slope -o slope.h5
+    quoin walls wall -o wall.h5 --courses 8 --blocks 6 --opening 4 8 1 4
+    quoin walls arch -o arch.h5 --voussoirs 21 --radius 10 --thickness 1.5
+    quoin walls slope -o slope.h5
 
 Every stone is a macroblock. Groups block, lintel, base, voussoir, abutment; base and abutment are rigid, to be held
 in x and y. Lengths in metres, angles in degrees."""
@@ -12,6 +12,7 @@ import sys
 
 import numpy as np
 
+from quoin_tools.base.command import Parser
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, face_ends, macroblocks, outer_faces, write
 from quoin_tools.mesh.meshing import face_set_on, face_set_where, join, quad_patch, rectangle, renamed, vertex_at
 from quoin_tools.mesh.stacks import CORNERS
@@ -234,7 +235,7 @@ def own_face(mesh, i, a, b):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def options_of(arguments):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.walls", description=__doc__.splitlines()[0])
+    parser = Parser(prog="quoin walls", description=__doc__.splitlines()[0])
     kinds = parser.add_subparsers(dest="kind", required=True)
     def kind(name, what):
         sub = kinds.add_parser(name, help=what, description=what,

@@ -1,6 +1,6 @@
 """Film of a dynamic stage from its frames, or of the mechanism of a stage that fails.
 
-    python -m quoin_tools.animate FOLDER [--stage shake] [--scale 50] [--frames 120] [--speed 0.5] [--mp4]
+    quoin animate FOLDER [--stage shake] [--scale 50] [--frames 120] [--speed 0.5] [--mp4]
 
 writes FOLDER/animation_<stage>.gif (or .mp4, where ffmpeg is installed): the deformed section relative to the ground, joints that slip or are open,
 the water, the motion of the ground and how far joints have slid, with a marker at the time of the picture. A dynamic stage needs
@@ -19,6 +19,7 @@ from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
 from quoin_tools.base import scene
+from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.ground import of_run
 from quoin_tools.base.record import RecordError
@@ -39,7 +40,7 @@ class AnimateError(ValueError):
 
 
 def parser():
-    words = argparse.ArgumentParser(prog="python -m quoin_tools.animate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words = Parser(prog="quoin animate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("folder", help="output folder of a run; the film goes there too")
     words.add_argument("--stage", help="a stage with frames, or one that fails (the last one with frames, else the last that fails)")
     words.add_argument("--scale", type=float, help="factor of the displacements (chosen by their size)")

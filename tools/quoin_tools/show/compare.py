@@ -1,18 +1,18 @@
 """Two runs side by side, stage by stage: what differs, by how much.
 
-    python -m quoin_tools.compare A B [--tolerance 1e-3] [--all]
+    quoin compare A B [--tolerance 1e-3] [--all]
 
 Prints the numbers of summary.json that differ and the fields of results.h5 (--all: every one). Exit code 0: the same stages and verdicts, and
 every number within the tolerance (relative to the largest of its kind in the stage; factors and brackets of trials to themselves; fields by
 their largest difference over their largest value); 1: not; 2: a folder cannot be read.
 """
 
-import argparse
 import re
 import sys
 
 import numpy as np
 
+from quoin_tools.base.command import Parser
 from quoin_tools.base.flow import LITRES
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, table
 
@@ -145,7 +145,7 @@ def text_of(rows, tolerance, everything):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.compare", description="Two runs side by side.")
+    parser = Parser(prog="quoin compare", description="Two runs side by side.")
     parser.add_argument("a", help="output folder of a run")
     parser.add_argument("b", help="output folder of another run")
     parser.add_argument("--tolerance", type=float, default=1e-3, help="relative, %(default)g by default")

@@ -1,6 +1,6 @@
 """Results as CSV for spreadsheets and other programs.
 
-    python -m quoin_tools.export FOLDER [--stage NAME]... [--to FOLDER]
+    quoin export FOLDER [--stage NAME]... [--to FOLDER]
 
 writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows per contact: its ends); of all stages joints.csv, supports.csv,
 and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint). Where water
@@ -9,7 +9,6 @@ with envelopes <stage>_envelope_blocks.csv and <stage>_envelope_contacts.csv; hi
 SI units, signs of docs/results_format.md; the first row names columns with their units.
 """
 
-import argparse
 import csv
 import io
 import os
@@ -17,6 +16,7 @@ import sys
 
 import numpy as np
 
+from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.flow import facts_of
 from quoin_tools.base.results import Results, ResultsError, trials_of
@@ -187,7 +187,7 @@ def export(results, stages=None, folder=None):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.export", description="Results of a run as CSV.")
+    parser = Parser(prog="quoin export", description="Results of a run as CSV.")
     parser.add_argument("folder", help="output folder of a run")
     parser.add_argument("--stage", action="append", metavar="NAME", help="this stage only (again for more); default: all")
     parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the output folder")

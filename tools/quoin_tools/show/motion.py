@@ -1,11 +1,11 @@
 """What is in a record of ground motion: its largest values, how it ends, its response spectrum; Newmark's block on it; and how points of a model move.
 
-    python -m quoin_tools.motion quake.csv [more.AT2 ...]              records of accelerations, as docs/scene.md has them
-    python -m quoin_tools.motion out/dam --points base crest           points of the mesh in a dynamic stage of a run, over the first of them
-    python -m quoin_tools.motion out/dam --record [--points crest]     the record that shook the run; points over it; Newmark's block with the
+    quoin motion quake.csv [more.AT2 ...]              records of accelerations, as docs/scene.md has them
+    quoin motion out/dam --points base crest           points of the mesh in a dynamic stage of a run, over the first of them
+    quoin motion out/dam --record [--points crest]     the record that shook the run; points over it; Newmark's block with the
                                                                        yield coefficient of the run, beside the slip of its joint
-    python -m quoin_tools.motion quake.csv --ky 0.2 [0.4]              a block that slides: yield coefficients each way
-    python -m quoin_tools.motion quake.csv --friction 25 --slope 10    or on a plane that falls to +x
+    quoin motion quake.csv --ky 0.2 [0.4]              a block that slides: yield coefficients each way
+    quoin motion quake.csv --friction 25 --slope 10    or on a plane that falls to +x
 
 prints a table and writes NAME_motion.png, NAME_spectrum.csv and, of a block, NAME_slip.csv into --to. Accelerations of points are second
 differences of history.csv: relaxation.history_every must leave twenty rows and more in the shortest period looked at.
@@ -21,6 +21,7 @@ from matplotlib import pyplot
 from quoin_tools.assess import newmark, spectrum
 from quoin_tools.assess.shaken import block_of
 from quoin_tools.base import ground, record, scene
+from quoin_tools.base.command import Parser
 from quoin_tools.base.courses import Courses, dynamic_stages
 from quoin_tools.base.files import save_figure
 from quoin_tools.base.record import RecordError
@@ -43,7 +44,7 @@ def number_or_folder(text):
 
 
 def parser():
-    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words = Parser(prog="quoin motion", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("sources", nargs="+", metavar="FILE|FOLDER", help="records, or one output folder")
     words.add_argument("--direction", choices=("x", "y"), default="x", help="component of tables that have two, and of points (x)")
     words.add_argument("--scale", type=float, default=1.0, help="factor on records (1)")
@@ -279,8 +280,8 @@ def draw_spectra(axes, records, spectra, damping):
     axes.legend()
 
 
-def main():
-    options = parser().parse_args()
+def main(arguments=None):
+    options = parser().parse_args(arguments)
     block = block_asked(options)
     records, own, beside = records_of(options)
     spectra = [spectrum.of(r, periods_of(records, options), options.damping) for r in records]

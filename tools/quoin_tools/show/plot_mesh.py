@@ -1,15 +1,15 @@
 """Picture of a block mesh: groups in colours, joints in bold, other face sets in colours, named points.
 
-    python -m quoin_tools.plot_mesh model.h5 -o model.png --zoom -10 40 -10 40
+    quoin plot_mesh model.h5 -o model.png --zoom -10 40 -10 40
 """
 
-import argparse
 import sys
 
 import matplotlib
 import numpy as np
 import shapely
 
+from quoin_tools.base.command import Parser
 from quoin_tools.base.files import save_figure
 from quoin_tools.mesh.blockmesh import TOLERANCE, MeshError, check_blocks, closed_rings, face_ends, read
 
@@ -137,7 +137,7 @@ def plot(mesh, path, zoom=None, title=None, names=True):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.plot_mesh",
+    parser = Parser(prog="quoin plot_mesh",
                                      description="Picture of a block mesh.")
     parser.add_argument("file")
     parser.add_argument("-o", "--output", required=True, help="picture to write (.png, .pdf, .svg)")

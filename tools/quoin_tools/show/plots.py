@@ -1,6 +1,6 @@
 """Pictures of the results of a run, written into its output folder.
 
-    python -m quoin_tools.plots FOLDER [--whole]
+    quoin plots FOLDER [--whole]
 
 mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
 stress_<stage>.png          principal stresses as contours, and as crosses
@@ -20,7 +20,6 @@ Where one group is much larger than the rest (the rock under a dam), pictures sh
 --whole shows all.
 """
 
-import argparse
 import os
 import sys
 
@@ -30,6 +29,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, sliding
 from quoin_tools.show import modes, seepage, shaking, ties
 from quoin_tools.show.plot_mesh import outline_width
@@ -317,8 +317,8 @@ def plot_all(results, whole=False, shaken=None):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(
-        prog="python -m quoin_tools.plots", description="Pictures of the results of a run."
+    parser = Parser(
+        prog="quoin plots", description="Pictures of the results of a run."
     )
     parser.add_argument("folder", help="output folder of a run; pictures go there too")
     parser.add_argument(

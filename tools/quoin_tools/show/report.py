@@ -1,6 +1,6 @@
 """The sheet: one self-contained HTML page (and PDF) about a run, with the gravity method and a guideline's limits.
 
-    python -m quoin_tools.report FOLDER [--guideline usace] [--uplift npb --drain 4.72] [--pdf] ...
+    quoin report FOLDER [--guideline usace] [--uplift npb --drain 4.72] [--pdf] ...
 
 writes FOLDER/report.html; --help lists all options, docs/safety.md explains them. Everything taken from files is escaped, and nothing
 is loaded from elsewhere.

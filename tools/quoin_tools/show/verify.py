@@ -1,17 +1,17 @@
 """Whether a sheet is as it was written, and about these files: its SHA-256 are held against them.
 
-    python -m quoin_tools.verify out/report.html out [--program build/quoin]
+    quoin verify out/report.html out [--program build/quoin]
 
 One line for each file. Exit code 0: all are those of the sheet; 1: one is not, or is missing; 2: the sheet or the folder cannot be read.
 """
 
-import argparse
 import hashlib
 import os
 import re
 
 from quoin_tools.assess import guidelines
 from quoin_tools.base import scene
+from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError
 from quoin_tools.base.whole import crc32, sheet_is_whole
 
@@ -68,7 +68,7 @@ def verify(sheet, folder, program=None):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.verify", description="Is a sheet as it was written, and about these files?")
+    parser = Parser(prog="quoin verify", description="Is a sheet as it was written, and about these files?")
     parser.add_argument("sheet", help="report.html")
     parser.add_argument("folder", help="output folder of the run")
     parser.add_argument("--program", help="the solver, to be held against the one that ran")

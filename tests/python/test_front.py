@@ -1,0 +1,312 @@
+"""The command `quoin` and `import quoin`: from an empty folder to a sheet; what they refuse, in one line; help in 80 columns.
+ranks: 1 2"""
+
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import quoin
+import yaml
+from quoin_tools.front import main as front
+from quoin_tools.front import topics
+
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+COMMAND = [sys.executable, ROOT / "tools/quoin.py"]
+SHORT = ["-stages", "empty,full"]
+SOON = ["-relaxation_tolerance", "1e-2", "-relaxation_velocity_tolerance", "1e-2"]  # on a machine with other work two ranks wait for each other
+
+pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the program is not built")
+
+
+@pytest.fixture(autouse=True)
+def environment(monkeypatch):
+    monkeypatch.setenv("QUOIN_SOLVER", str(QUOIN))
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+
+
+def call(*words, folder=None, code=0, before=()):
+    done = subprocess.run([*before, *COMMAND, *words], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stdout + done.stderr
+    return done
+
+
+def refused(*words, folder=None, code=2):
+    """The one line with which it is refused."""
+    done = call(*words, folder=folder, code=code)
+    assert done.stdout == "" and done.stderr.count("\n") == 1 and "Traceback" not in done.stderr, done.stdout + done.stderr
+    return done.stderr.rstrip("\n")
+
+
+@pytest.fixture(scope="module")
+def dam(tmp_path_factory):
+    """A folder that `quoin new` has made, of few blocks; the tests change no file in it."""
+    folder = tmp_path_factory.mktemp("front") / "my dam: 1"
+    said = call("new", folder, "--height", "30", "--columns", "3")
+    assert "reservoir up to 30 m" in said.stdout
+    return folder
+
+
+@pytest.fixture(scope="module")
+def whole_run(dam):
+    """The scene as it was made."""
+    os.environ["QUOIN_SOLVER"] = str(QUOIN)
+    call("run", "scene.yaml", folder=dam)
+    return quoin.Results(dam / "out")
+
+
+def verdicts(results):
+    return [stage["verdict"] for stage in results.summary["stages"]]
+
+
+# ---- the way from an empty folder to a sheet
+
+
+def test_the_way(dam, whole_run):
+    assert whole_run.title == "my dam: 1"
+    assert whole_run.stages == ["empty", "full", "sliding"] and set(verdicts(whole_run)) == {"converged"}
+    found = whole_run.stage_summary("sliding")["strength_reduction"]
+    needed = whole_run.stage_summary("full")["joints"]["base"]["friction_needed"]
+    assert found["failing"] - 0.5 < needed < found["stable"] + 0.5  # what statics asks for is where the dam slides
+    assert "Trials to failure" in call("show", "out", folder=dam).stdout
+    assert call("whole", "out", folder=dam).stdout.count("whole") >= 4
+    call("export", "out", "--to", "csv", folder=dam)
+    assert (dam / "csv").is_dir()
+    call("report", "out", folder=dam)
+    assert "my dam: 1" in (dam / "out/report.html").read_text(encoding="utf-8")
+    assert call("compare", "out", "out", folder=dam).returncode == 0
+    call("show", "model.h5", folder=dam)
+    assert (dam / "model.png").stat().st_size > 1000
+
+
+def test_new_keeps_what_is_there(dam):
+    before = (dam / "scene.yaml").read_bytes()
+    assert refused("new", dam).endswith("scene.yaml: is there already, and stays as it is")
+    assert (dam / "scene.yaml").read_bytes() == before
+
+
+def test_ranks_and_the_solver_itself(dam, tmp_path):
+    """`run` gives what the solver gives, which also answers behind mpirun by the name of the command."""
+    call("run", dam / "scene.yaml", *SHORT, *SOON, "-output", tmp_path / "run")
+    call("run", "-n", "2", dam / "scene.yaml", *SHORT, *SOON, "-output", tmp_path / "two")
+    ranks = ("mpirun", "-n", "2", "--oversubscribe", "--bind-to", "none")
+    call("-options_file", dam / "scene.yaml", *SHORT, *SOON, "-output", tmp_path / "ranks", before=ranks)
+    subprocess.run([QUOIN, "-options_file", dam / "scene.yaml", *SHORT, *SOON, "-output", tmp_path / "solver"], check=True, capture_output=True)
+    found = [quoin.Results(tmp_path / name).summary for name in ("run", "two", "ranks", "solver")]
+    assert len({tuple(stage["checksum"] for stage in summary["stages"]) for summary in found}) == 1
+    assert [summary["ranks"] for summary in found] == [1, 2, 2, 1]
+    assert call("-help").stdout == subprocess.run([QUOIN, "-help"], capture_output=True, text=True, check=True).stdout
+
+
+def test_exit_codes_are_passed_on(dam, tmp_path):
+    weak = ["scene.yaml", *SHORT, "-joints_base_friction", "20", "-output", str(tmp_path)]
+    assert "collapsed" in call("run", *weak, folder=dam, code=6).stdout
+    for ranks in ([], ["-n", "2"]):
+        done = call("run", *ranks, *weak, "-relaxation_max_cycles", "100", folder=dam, code=4)
+        assert "undecided" in done.stdout and "mpirun" not in done.stderr
+        assert refused("run", *ranks, "scene.yaml", "-modl", "x", folder=dam) == "quoin: error: command line: -modl: unknown option; did you mean -model?"
+
+
+def test_check_runs_nothing(dam):
+    before = sorted(dam.iterdir())
+    said = call("check", "scene.yaml", "-output", "never", folder=dam).stdout.splitlines()
+    assert said[-1] == "scene.yaml: nothing is wrong with it, and nothing was run" and "contacts" in said[-2]
+    assert sorted(dam.iterdir()) == before
+    done = call("check", "scene.yaml", "-loads_water_faces", "upstrm", folder=dam, code=2)
+    assert re.fullmatch(r"quoin: error: .*the mesh has no face set 'upstrm'.*\n", done.stderr)
+
+
+def test_advise(dam):
+    before = sorted(dam.iterdir())
+    assert "within 1 %" in call("advise", "scene.yaml", *SHORT, folder=dam).stdout
+    assert sorted(dam.iterdir()) == before
+
+
+def test_study(dam, tmp_path):
+    said = call("study", "scene.yaml", "joints.base.friction=20,50", "loads.water.level=20,30", *SHORT, "-o", tmp_path / "study", folder=dam).stdout
+    with open(tmp_path / "study/study.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    ends = {(row["joints.base.friction"], row["loads.water.level"]): row["verdict"] for row in rows if row["stage"] == "full"}
+    assert ends == {("20", "20"): "converged", ("20", "30"): "collapsed", ("50", "20"): "converged", ("50", "30"): "converged"}
+    factors = {row["loads.water.level"]: float(row["sliding factor"]) for row in rows if row["joints.base.friction"] == "50" and row["stage"] == "full"}
+    full = quoin.Results(tmp_path / "study/4").stage_summary("full")["joints"]["base"]
+    assert factors["30"] == round(full["sliding_factor_peak"], 3) < factors["20"]
+    assert "collapsed" in said and "stage full" in (tmp_path / "study/1/log.txt").read_text(encoding="utf-8")
+    wrong = refused("study", "scene.yaml", "joints.base.frict=20,50", "-o", tmp_path / "wrong", folder=dam)
+    assert wrong.startswith("joints.base.frict=20: quoin: error: command line: -joints_base_frict: unknown option")
+
+
+# ---- refusals, and what prints no traceback
+
+
+@pytest.mark.parametrize("words, said", [
+    (["nwe"], "quoin nwe: no command 'nwe'; did you mean new?"),
+    (["run"], "quoin run: no scene is given: expected a file such as scene.yaml"),
+    (["run", "-n", "two", "scene.yaml"], "quoin run: -n two: expected a number of ranks"),
+    (["run", "a.yaml", "b.yaml"], "quoin run: b.yaml: a second scene; one is run at a time"),
+    (["study", "scene.yaml"], "quoin study: nothing varies: expected a key and values, such as joints.base.friction=35,40,45"),
+    (["help", "laods"], "quoin help: no topic 'laods'; did you mean 'loads'?"),
+    (["report"], "quoin report: the following arguments are required: folder; quoin report -h says more"),
+    (["show", "nowhere"], "results: nowhere: no results.h5 (a run writes it at the end of its first stage)"),
+    (["new", "/proc/none"], "None"),
+])  # fmt: skip
+def test_refusals(words, said, tmp_path):
+    found = refused(*words, folder=tmp_path)
+    assert found == said or (said == "None" and "/proc/none" in found)
+
+
+@pytest.mark.parametrize("name", [name for name in front.WAY | front.TOOLS if name not in ("help", "run", "check", "advise", "study", "new", "show")])
+def test_options_that_are_not_there(name, tmp_path):
+    assert re.fullmatch(r"quoin \w+: .*; quoin \w+ -h says more", refused(name, "--no-such-option", folder=tmp_path))
+
+
+def test_without_the_solver(monkeypatch, tmp_path):
+    monkeypatch.setenv("QUOIN_SOLVER", "/nowhere/quoin")
+    assert refused("run", "scene.yaml", folder=tmp_path) == "quoin run: QUOIN_SOLVER: /nowhere/quoin: no program there"
+    monkeypatch.delenv("QUOIN_SOLVER")
+    shutil.copytree(ROOT / "tools", tmp_path / "tools", ignore=shutil.ignore_patterns("__pycache__"))  # a package without a checkout around it
+    done = subprocess.run([sys.executable, tmp_path / "tools/quoin.py", "run", "scene.yaml"], capture_output=True, text=True, check=False,
+                          env=dict(os.environ, PATH="/nowhere"))  # fmt: skip
+    assert done.returncode == 2 and re.fullmatch(r"quoin run: the solver is not installed: .*\n", done.stderr), done.stderr
+
+
+def test_without_a_launcher(monkeypatch, tmp_path):
+    monkeypatch.setenv("QUOIN_MPIRUN", "no-such-launcher --quiet")
+    assert refused("run", "-n", "2", "scene.yaml", folder=tmp_path) == "quoin run: no-such-launcher --quiet: no such program, and 2 ranks need it"
+
+
+def test_a_package_that_is_not_there(tmp_path):
+    """One line names it; what needs none works."""
+    code = f"import sys; sys.path.insert(0, {str(ROOT / 'tools')!r}); sys.modules['yaml'] = sys.modules['numpy'] = None; import quoin; sys.exit(quoin.main(sys.argv[1:]))"
+    for words, end in ((["show", "out"], 2), (["help", "loads"], 0), (["--version"], 0)):
+        done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+        assert done.returncode == end, done.stderr
+        assert not end or re.fullmatch(r"quoin show: needs the Python package numpy, which \S+ lacks: pip install numpy\n", done.stderr)
+
+
+def test_faults_are_one_line(monkeypatch, capsys):
+    def broken():
+        raise KeyError("inside")
+
+    assert front.ended("run", broken) == 7
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"quoin run: a fault of the program: KeyError: 'inside' \(test_front.py, line \d+; QUOIN_TRACE=1 prints the whole trace\)\n", said)
+    monkeypatch.setenv("QUOIN_TRACE", "1")
+    with pytest.raises(KeyError):
+        front.ended("run", broken)
+
+
+@pytest.mark.parametrize("words", [["help", "theory"], ["-h"], ["help", "report"], ["show", "out"], ["-help"], ["run", "-h"]], ids=" ".join)
+def test_a_reader_that_has_seen_enough(words, dam, whole_run):
+    """As `| head`: not a word, whether the pipe is gone before the first line or after it."""
+    for lines in (0, 1):
+        with subprocess.Popen([*COMMAND, *words], cwd=dam, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            for _ in range(lines):
+                assert process.stdout.readline()
+            process.stdout.close()
+            assert process.stderr.read() == "" and process.wait() == 0
+
+
+# ---- help
+
+
+def test_help_in_80_columns(capsys):
+    """Every topic, document and chapter: no line is longer, code included."""
+    wanted = [*topics.sections(), *topics.DOCUMENTS, *(heading.lower() for _, heading, _ in topics.chapters())]
+    assert {"loads", "stages", "anchors", "a dynamic stage"} <= set(wanted)
+    for text in [topics.overview(), front.usage(), *(topics.topic(name) for name in wanted)]:
+        assert not [line for line in text.splitlines() if len(line) > 80]
+    for module in ("running", "new", "show", "study", "topics"):
+        lines = __import__(f"quoin_tools.front.{module}", fromlist="x").__doc__.splitlines()
+        assert not [line for line in lines if len(line) > 80], module
+
+
+def test_help_has_every_key():
+    """As the solver prints them; nothing of a row is lost in its layout."""
+    table = subprocess.run([QUOIN, "-help"], capture_output=True, text=True, check=True).stdout
+    keys = re.findall(r"^\| `([^`]+)`", table, flags=re.M)
+    assert keys == [row[0] for row in topics.key_rows()] and len(keys) > 150
+    words = topics.topic("loads").split()
+    for key, *facts in topics.key_rows():
+        if key.startswith("loads."):
+            assert key in words and not [word for fact in facts if fact != "-" for word in fact.split() if word.strip(",") not in " ".join(words)]
+
+
+def test_help_of_chapters_and_commands():
+    assert "raises: [ice]" in topics.topic("stages of trials")
+    assert "[scene]" not in topics.topic("safety") and "**" not in topics.topic("modes")
+    assert call("help", "study").stdout == call("study", "-h").stdout
+    assert "materials.<name>.density" in topics.topic("density")
+
+
+# ---- completion, package
+
+
+def test_completion(dam):
+    """The words of the file are those of the table; files, topics, keys and options are found where they are asked for."""
+    script = ROOT / "tools/install/quoin.bash"
+    listed = re.search(r'^_quoin_commands="([^"]*)"', script.read_text(encoding="utf-8"), flags=re.M)[1].split()
+    assert listed == list(front.WAY | front.TOOLS)
+
+    def completed(*words):
+        code = f'source "{script}"; quoin() {{ "{sys.executable}" "{ROOT}/tools/quoin.py" "$@"; }}; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _quoin; printf "%s\\n" "${{COMPREPLY[@]}}"'
+        return subprocess.run(["bash", "-c", code, "bash", "quoin", *words], cwd=dam, capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
+
+    assert completed("re") == ["report", "results"]
+    assert "scene.yaml" in completed("run", "") and "model.h5" not in completed("run", "")
+    assert completed("run", "scene.yaml", "-relaxation_eff") == ["-relaxation_effort"]
+    assert completed("report", "out", "--guid") == ["--guideline"]
+    assert completed("help", "supp") == ["supports"]
+
+
+def test_the_package_has_every_room():
+    with open(ROOT / "pyproject.toml", "rb") as file:
+        project = tomllib.load(file)
+    rooms = {f"quoin_tools.{path.parent.name}" for path in ROOT.glob("tools/quoin_tools/*/__init__.py")}
+    assert set(project["tool"]["setuptools"]["packages"]) == rooms | {"quoin_tools", "quoin_tools.docs"}
+    kinds = {path.suffix for path in ROOT.glob("tools/quoin_tools/*/*") if path.is_file()}
+    assert kinds == {".py", ".yaml"}  # package-data and tools/install/CMakeLists.txt name these
+
+
+def test_one_version():
+    version = re.search(r"VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8").split("project(quoin")[1])[1]
+    assert call("--version").stdout == f"quoin {version}\n" and quoin.__version__ == version
+    assert not [path for path in ROOT.glob("tools/**/*.py") if f'"{version}"' in path.read_text(encoding="utf-8")]
+
+
+# ---- Python
+
+
+def test_python_by_file_and_dictionary(dam, tmp_path, monkeypatch):
+    monkeypatch.chdir(dam)
+    loose = {"tolerance": 1e-2, "velocity_tolerance": 1e-2}
+    keys = {"stages": ["empty", "full"], "loads.water.level": 25.0} | {f"relaxation.{key}": value for key, value in loose.items()}
+    results = quoin.run("scene.yaml", keys=keys, output=tmp_path / "file")
+    stage = results.stage("full")
+    assert stage.displacement.shape == results.mesh.vertices.shape and stage.contacts.sigma.shape == (3, 2)
+    scene = yaml.safe_load((dam / "scene.yaml").read_text(encoding="utf-8"))
+    scene["loads"]["water"]["level"] = 25.0
+    scene["stages"] = scene["stages"][:2]
+    scene["relaxation"] |= loose
+    again = quoin.run(scene | {"output": str(tmp_path / "dictionary")}, ranks=2)
+    assert np.array_equal(again.stage("full").displacement, stage.displacement)
+    assert json.loads((tmp_path / "dictionary/summary.json").read_text())["ranks"] == 2
+
+
+def test_python_verdicts_and_refusals(dam, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(dam)
+    weak = quoin.run("scene.yaml", keys={"stages": ["empty", "full"], "joints.base.friction": 20}, output=tmp_path)
+    assert verdicts(weak) == ["converged", "collapsed"]
+    with pytest.raises(quoin.RunError, match="no load named 'watr'") as caught:
+        quoin.run({**yaml.safe_load((dam / "scene.yaml").read_text(encoding="utf-8")), "stages": [{"full": {"loads": ["watr"]}}]}, output=tmp_path / "no")
+    assert caught.value.code == 2 and capfd.readouterr() == ("", "")
+    with pytest.raises(AttributeError, match="no attribute 'rnu'"):
+        quoin.rnu  # noqa: B018

@@ -1,0 +1,27 @@
+"""Quoin from Python, and the command `quoin` (quoin_tools.front).
+
+import quoin
+
+results = quoin.run("scene.yaml", ranks=2)      # or quoin.run({"model": "model.h5", ...}); keys={"joints.base.friction": 40}
+results.stage("full").displacement              # arrays: docs/results_format.md; results = quoin.Results("out") reads an older run
+"""
+
+import sys
+
+from quoin_tools import __version__ as __version__
+from quoin_tools.front.main import main
+
+LATER = ("Results", "RunError", "run")
+
+
+def __getattr__(name):
+    """What needs numpy comes when it is asked for, so that the command starts without it."""
+    if name not in LATER:
+        raise AttributeError(f"module 'quoin' has no attribute '{name}'")
+    from quoin_tools.front import python
+
+    return getattr(python, name)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

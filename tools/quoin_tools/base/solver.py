@@ -1,0 +1,85 @@
+"""The solver: where it is, and how it starts on some ranks."""
+
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[3]
+
+
+class SolverError(ValueError):
+    """Why the solver cannot be started, in one line."""
+
+
+def find():
+    """The solver: as QUOIN_SOLVER says, of the checkout that this file is in, or on the PATH as `quoin-solver`."""
+    named = os.environ.get("QUOIN_SOLVER")
+    if named:
+        if not os.access(named, os.X_OK):
+            raise SolverError(f"QUOIN_SOLVER: {named}: no program there")
+        return os.path.abspath(named)
+    built = CHECKOUT / "build/quoin"
+    found = str(built) if os.access(built, os.X_OK) else shutil.which("quoin-solver")
+    if found is None:
+        raise SolverError("the solver is not installed: build it and run `cmake --install build`, which makes quoin-solver, or let QUOIN_SOLVER name it")
+    return found
+
+
+def command(words, ranks=1):
+    """Solver with its options on some ranks; QUOIN_MPIRUN: another launcher, such as srun."""
+    if ranks == 1:
+        return [find(), *words]
+    launcher = shlex.split(os.environ.get("QUOIN_MPIRUN", "mpirun"))
+    if not launcher or shutil.which(launcher[0]) is None:
+        raise SolverError(f"{' '.join(launcher) or 'QUOIN_MPIRUN'}: no such program, and {ranks} ranks need it")
+    quiet = ["-q"] if is_open_mpi(launcher) else []  # the solver says why it ends; Open MPI would add a dozen lines
+    return [*launcher, *quiet, "-n", str(ranks), find(), *words]
+
+
+def is_open_mpi(launcher):
+    said = subprocess.run([*launcher, "--version"], capture_output=True, text=True, check=False).stdout
+    return "Open MPI" in said or "OpenRTE" in said
+
+
+def environment(ranks=1):
+    """Variables of the solver's processes. What the user has set stays."""
+    wanted = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # the ranks are the threads
+    if ranks > 1:
+        wanted["OMPI_MCA_rmaps_base_oversubscribe"] = "1"  # more ranks than cores are allowed
+        if os.geteuid() == 0:
+            wanted |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        if not memory_copy_works():
+            wanted["OMPI_MCA_btl_vader_single_copy_mechanism"] = "none"
+    return wanted | os.environ
+
+
+def memory_copy_works():
+    """May one process read another's memory? Containers often refuse what Open MPI's shared memory relies on."""
+    import ctypes
+
+    class Part(ctypes.Structure):
+        _fields_ = (("base", ctypes.c_void_p), ("size", ctypes.c_size_t))
+
+    buffer = ctypes.create_string_buffer(8)
+    part = ctypes.byref(Part(ctypes.addressof(buffer), 8))
+    child = os.fork()
+    if child == 0:
+        signal.pause()
+    try:
+        copied = ctypes.CDLL(None).process_vm_readv(child, part, 1, part, 1, 0)
+    except AttributeError:
+        copied = 8
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return copied == 8
+
+
+def become(words, ranks=1):
+    """This process turns into the solver: output, signals and exit code are its own."""
+    started = command(words, ranks)
+    sys.stdout.flush()
+    os.execvpe(started[0], started, environment(ranks))  # noqa: S606

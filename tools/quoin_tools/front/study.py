@@ -1,0 +1,108 @@
+"""A scene over values of its keys: one run for each combination, and a table.
+
+    quoin study scene.yaml joints.base.friction=35,40,45
+                [loads.water.level=30,33] [-n RANKS] [-o FOLDER]
+                [-key value ...]
+
+Runs go into FOLDER/1, FOLDER/2, ... (out/study), with what the solver said in
+log.txt; the table is printed and is FOLDER/study.csv. A run that collapses or
+stays undecided is a row of it; a scene that the solver refuses ends the
+study."""
+
+import csv
+import io
+import itertools
+import os
+import subprocess
+import sys
+
+from quoin_tools.base import solver
+from quoin_tools.front.running import UsageError, split
+
+REFUSED = (2, 7, 8, 9, 10, 11)  # exit codes of runs that say nothing about the structure
+
+
+def main(words):
+    if not words or words[0] in ("-h", "--help"):
+        print(__doc__.strip())
+        return 0 if words else 2
+    folder, varied, rest = sorted_out(words)
+    scene, ranks, keys = split(rest, with_ranks=True)
+    names = list(varied)
+    rows = []
+    combinations = list(itertools.product(*varied.values()))
+    for number, values in enumerate(combinations, 1):
+        output = os.path.join(folder, str(number))
+        what = ", ".join(f"{name}={value}" for name, value in zip(names, values))
+        told = sys.stderr.isatty()
+        if told:
+            print(f"{number}/{len(combinations)}  {what} ... ", end="", file=sys.stderr, flush=True)
+        given = [word for name, value in zip(names, values) for word in ("-" + name.replace(".", "_"), value)]
+        code, said = one(["-options_file", scene, *keys, *given, "-output", output], ranks, output)
+        if told:
+            print(f"exit code {code}", file=sys.stderr)
+        if code in REFUSED or code < 0:
+            print(f"{what}: {said}", file=sys.stderr)
+            return code if code > 0 else 128 - code
+        rows += rows_of(number, values, output, code)
+    write(folder, names, rows)
+    return 0
+
+
+def sorted_out(words):
+    """Folder, values of each key that varies, and the words that are left."""
+    folder, varied, rest, words = os.path.join("out", "study"), {}, [], list(words)
+    while words:
+        word = words.pop(0)
+        name, equals, values = word.partition("=")
+        if word in ("-o", "--output") and words:
+            folder = words.pop(0)
+        elif word.startswith("-") or not equals or not rest:
+            rest.append(word)
+            if word.startswith("-") and words and not words[0].startswith("-") and "=" not in words[0]:
+                rest.append(words.pop(0))
+        elif not name or not all(values.split(",")):
+            raise UsageError(f"{word}: expected a key and values, such as joints.base.friction=35,40,45")
+        else:
+            varied[name] = values.split(",")
+    if not varied:
+        raise UsageError("nothing varies: expected a key and values, such as joints.base.friction=35,40,45")
+    return folder, varied, rest
+
+
+def one(words, ranks, output):
+    """Exit code and last line of a run; all it said is in log.txt of its folder."""
+    done = subprocess.run(solver.command(words, ranks), env=solver.environment(ranks), check=False, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+    os.makedirs(output, exist_ok=True)
+    with open(os.path.join(output, "log.txt"), "w", encoding="utf-8") as file:
+        file.write(done.stdout)
+    lines = [line for line in done.stdout.splitlines() if line.strip()]
+    return done.returncode, lines[-1] if lines else "the solver said nothing"
+
+
+def rows_of(number, values, output, code):
+    """Of each stage of a run: verdict, limits of its trials, the joint nearest to sliding."""
+    from quoin_tools.base.results import Results, fixed, sliding, trials_of
+
+    rows = []
+    for stage in Results(output).summary["stages"]:
+        found = trials_of(stage) or {}
+        factors = {name: joint["sliding_factor_peak"] for name, joint in stage["joints"].items() if joint["sliding_factor_peak"] is not None}
+        least = min(factors, key=factors.get, default=None)
+        rows.append((number, *values, stage["name"], stage["verdict"], fixed(found.get("stable"), digits=4), fixed(found.get("failing"), digits=4),
+                     least or "-", sliding(factors.get(least))))  # fmt: skip
+    return rows
+
+
+def write(folder, names, rows):
+    from quoin_tools.base.files import write_file
+    from quoin_tools.base.results import table
+
+    header = ("run", *names, "stage", "verdict", "stable", "failing", "joint", "sliding factor")
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([header, *rows])
+    path = os.path.join(folder, "study.csv")
+    write_file(path, text.getvalue())
+    print("\n".join(table(header, rows)))
+    print(f"wrote {path}")

@@ -1,0 +1,189 @@
+"""Help about keys of the scene and about chapters of the documents, in 80 columns.
+
+    quoin help                     topics
+    quoin help loads               keys of a section of the scene
+    quoin help level               keys of this name, wherever they are
+    quoin help safety              a document: what it has
+    quoin help "a dynamic stage"   a chapter, by (a part of) its heading
+"""
+
+import difflib
+import re
+import textwrap
+from pathlib import Path
+
+import quoin_tools
+from quoin_tools.base.solver import CHECKOUT
+
+WIDTH = 80
+DOCUMENTS = ("scene", "mesh_format", "results_format", "generators", "safety", "rigid_blocks", "performance", "reliability", "versions",
+             "theory", "verification", "glossary")  # those of users first  # fmt: skip
+
+
+class TopicError(ValueError):
+    """No such topic, in one line."""
+
+
+def folder():
+    """Documents of an installed package, or of the checkout."""
+    installed = Path(quoin_tools.__file__).parent / "docs"
+    return installed if installed.is_dir() else CHECKOUT / "docs"
+
+
+def read(name):
+    return (folder() / f"{name}.md").read_text(encoding="utf-8")
+
+
+def main(words):
+    if words[:1] in (["-h"], ["--help"]):
+        print(__doc__.strip())
+    elif not words:
+        print(overview())
+    else:
+        print(topic(" ".join(words)))
+    return 0
+
+
+# ---- what there is
+
+
+def key_rows():
+    """Rows of the table of keys: key, default, unit, value, meaning."""
+    rows = [line for line in read("scene").splitlines() if line.startswith("| `")]
+    return [tuple(plain(cell.strip()) for cell in row.strip().strip("|").split("|")) for row in rows]
+
+
+def chapters():
+    """(document, heading, text) of every chapter, in the order of DOCUMENTS; code is no heading."""
+    found = []
+    for document in DOCUMENTS:
+        heading, lines, code = document, [], False
+        for line in read(document).splitlines():
+            code ^= line.startswith("```")
+            if line.startswith("## ") and not code:
+                found.append((document, heading, "\n".join(lines)))
+                heading, lines = line[3:], []
+            else:
+                lines.append(line)
+        found.append((document, heading, "\n".join(lines)))
+    return found
+
+
+def sections():
+    """First words of the keys: materials, joints, ..."""
+    return list(dict.fromkeys(row[0].split(".")[0] for row in key_rows() if "." in row[0]))
+
+
+def overview():
+    single = [row[0] for row in key_rows() if "." not in row[0]]
+    parts = [("Sections of the scene", sections()), ("Single keys", single), ("Documents", DOCUMENTS)]
+    lines = ["quoin help TOPIC", ""]
+    for title, names in parts:
+        lines += [title, *textwrap.wrap(", ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False), ""]
+    lines += ["Chapters, whole or by a part of their heading:"]
+    lines += [f"  {heading}" for document, heading, _ in chapters() if document in ("scene", "safety", "generators") and heading != document]
+    return "\n".join(lines)
+
+
+# ---- one topic
+
+
+def topic(name):
+    wanted = name.lower().strip()
+    if wanted in DOCUMENTS:
+        return document(wanted)
+    rows = [row for row in key_rows() if wanted in (row[0].split(".")[0], row[0], row[0].split(".")[-1])]
+    exact = [chapter for chapter in chapters() if chapter[1].lower() == wanted]
+    near = exact or [chapter for chapter in chapters() if re.search(rf"\b{re.escape(wanted)}\b", plain(chapter[1]).lower())]
+    if not rows and not near:
+        raise TopicError(unknown(wanted))
+    parts = [key_text(rows)] if rows else []
+    if near and (len(near) == 1 or not rows):
+        parts += [chapter_text(chapter) for chapter in near[:1]]
+        near = near[1:]
+    if near:
+        parts.append("\n".join(["More:", *(f'  quoin help "{heading.lower()}"    ({document}.md)' for document, heading, _ in near)]))
+    return "\n\n".join(parts)
+
+
+def unknown(wanted):
+    names = [*sections(), *DOCUMENTS, *(row[0].split(".")[-1] for row in key_rows()), *(heading.lower() for _, heading, _ in chapters())]
+    close = difflib.get_close_matches(wanted, names, 1)
+    return f"no topic '{wanted}'" + (f"; did you mean '{close[0]}'?" if close else "; `quoin help` lists them")
+
+
+def key_text(rows):
+    lines = []
+    for key, default, unit, value, meaning in rows:
+        facts = "; ".join(filter(None, [value, unit and unit != "-" and f"[{unit}]", f"default: {default}" if default != "required" else "required"]))
+        lines += [key, *indented(facts), *indented(meaning), ""]
+    return "\n".join(lines).rstrip()
+
+
+def indented(text):
+    return textwrap.wrap(text, WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+
+
+def document(name):
+    own = [chapter for chapter in chapters() if chapter[0] == name]
+    head = chapter_text((name, "", own[0][2]))
+    headings = [f'  quoin help "{heading.lower()}"' for _, heading, _ in own[1:]]
+    return "\n".join([head, "", "Chapters:", *headings] if headings else [head])
+
+
+def chapter_text(chapter):
+    document, heading, text = chapter
+    lines = [f"{heading} ({document}.md)", ""] if heading else []
+    return "\n".join([*lines, *laid_out(text.strip())]).strip()
+
+
+def laid_out(text):
+    """Markdown in 80 columns: paragraphs and lists are filled, code stays as it is, rows of tables are paragraphs, pictures are left out."""
+    lines, block, code = [], [], False
+
+    def flush():
+        if block:
+            first = re.match(r"(\s*(?:[-*]|\d+\.)\s+)?", block[0])[0]
+            filled = plain(" ".join(line.strip() for line in block))
+            start = len(first.strip()) + 1 if first else 0
+            lines.extend(textwrap.wrap(filled, WIDTH, subsequent_indent=" " * start, break_on_hyphens=False, break_long_words=False))
+            block.clear()
+
+    for line in text.splitlines():
+        if line.startswith("```"):
+            flush()
+            code = not code
+        elif code:
+            lines.extend(code_line(line))
+        elif line.startswith("|"):
+            flush()
+            cells = [plain(cell.strip()) for cell in line.strip().strip("|").split("|")]
+            if any(set(cell) - set("-: ") for cell in cells):
+                lines.extend(textwrap.wrap(" | ".join(cells), WIDTH, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False))
+        elif not line.strip():
+            flush()
+            lines.append("")
+        elif not line.startswith("!["):
+            if re.match(r"\s*([-*]|\d+\.)\s", line) or line.startswith("#"):
+                flush()
+            block.append(line.lstrip("#").lstrip() if line.startswith("#") else line)
+    flush()
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).split("\n")
+
+
+def code_line(line):
+    """Code is not filled: only a comment behind it moves above it where the line is too long."""
+    indent = "    "
+    if len(indent + line) <= WIDTH:
+        return [indent + line]
+    found = re.match(r"(\s*)(.*\S)\s+#\s(.*)$", line)
+    if found and len(indent + found[1] + found[2]) <= WIDTH:
+        comment = textwrap.wrap(found[3], WIDTH, initial_indent=indent + found[1] + "# ", subsequent_indent=indent + found[1] + "# ")
+        return [*comment, indent + found[1] + found[2]]
+    return textwrap.wrap(line, WIDTH, initial_indent=indent, subsequent_indent=indent + "        ", break_on_hyphens=False, drop_whitespace=False)
+
+
+def plain(text):
+    """Without the marks of Markdown: links, emphasis, code."""
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    return text.replace("**", "").replace("`", "")
