@@ -10,7 +10,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
+from quoin_tools.mesh import polygons
 from quoin_tools.mesh.blockmesh import MeshError, check, xy_text
 from quoin_tools.mesh.gmsh_import import import_msh
 from quoin_tools.mesh.meshing import vertex_at
@@ -18,6 +22,10 @@ from quoin_tools.mesh.meshing import vertex_at
 FINE = 1e-9  # grid of coordinates over the power of ten of the model's size
 THIN = 1e-3  # a region thinner than this part of the size of blocks is no region
 MOST_BLOCKS = 2_000_000
+FEW = 10  # nodes round a face: up to as many it is cut by diagonals
+# Ways of gmsh: its algorithm, and whether triangles are joined. In rare shapes one gives blocks on top of each other, and the next is tried.
+QUADRILATERALS = ((8, True), (6, True), (5, False))
+TRIANGLES = ((5, False),)
 
 
 @dataclass
@@ -48,12 +56,16 @@ class Plan:
     lines: list = field(default_factory=list)
     points: dict = field(default_factory=dict)
     fine: list = field(default_factory=list)
-    growth: float = 0.25
+    growth: float = 0.15
     triangles: bool = False
+    rough: float = 0.0  # by how much lines that are meant to meet may miss each other
 
     def grid(self):
         low, high = shapely.total_bounds([region.shape for region in self.regions]).reshape(2, 2)
         return FINE * 10.0 ** np.floor(np.log10((high - low).max()))
+
+    def near(self):
+        return max(3 * self.grid(), self.rough)
 
     def least(self):
         return min(size for _, size in self.sources())
@@ -79,20 +91,27 @@ def mesh_of(plan):
     cut = arranged(plan)
     names = named_edges(plan, cut)
     joints = sorted({line.name for line in plan.lines if line.joint and line.name in names})
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "plan.msh")
-        fill(plan, cut, names, path)
-        mesh = import_msh(path, joints, sorted({region.group for region in plan.regions if region.rigid}))
-    mesh.points = {name: named_vertex(mesh, name, place, plan.grid()) for name, place in plan.points.items()}
-    check(mesh)
+    rigid = sorted({region.group for region in plan.regions if region.rigid})
+    for attempt, way in enumerate(TRIANGLES if plan.triangles else QUADRILATERALS, 1):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "plan.msh")
+            fill(plan, cut, names, way, path)
+            mesh = import_msh(path, joints, rigid)
+        mesh.points = {name: named_vertex(mesh, name, place, plan.near()) for name, place in plan.points.items()}
+        try:
+            check(mesh)
+            break
+        except MeshError:
+            if attempt == len(QUADRILATERALS) or plan.triangles:
+                raise
     return mesh
 
 
-def named_vertex(mesh, name, place, grid):
+def named_vertex(mesh, name, place, near):
     x, y, groups = place
     for group in [g for g in groups if g in mesh.group_names] or [None]:
         with contextlib.suppress(MeshError):
-            return vertex_at(mesh, x, y, group, max(1e-6, 3 * grid))
+            return vertex_at(mesh, x, y, group, max(1e-6, near))
     raise MeshError(f"point {name!r}: ({x:g}, {y:g}) is not in a body" + (f" of {' or '.join(groups)}" if groups else ""))
 
 
@@ -111,29 +130,44 @@ def arranged(plan):
     wanted = shapely.multipoints([place[:2] for place in plan.points.values()])
     lines = [region.shape.boundary for region in plan.regions] + [shapely.LineString(line.points) for line in plan.lines]
     whole = shapely.union_all(shapely.snap(lines, wanted, 2 * grid), grid_size=grid)
-    parts = shapely.get_parts(whole)
-    parts = parts[shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING]
-    coords, owner = shapely.get_coordinates(parts, return_index=True)
-    _, first, number = np.unique(np.round(coords / grid).astype(np.int64), axis=0, return_index=True, return_inverse=True)
-    nodes, number = coords[first], number.ravel()
-    key = {tuple(place): i for i, place in enumerate(np.round(nodes / grid).astype(np.int64).tolist())}
-    together = owner[:-1] == owner[1:]
-    edges = sorted({(min(a, b), max(a, b)) for a, b in zip(number[:-1][together].tolist(), number[1:][together].tolist()) if a != b})
+    nodes, edges = joined(whole, plan.near())
+    key = {tuple(xy): i for i, xy in enumerate(nodes.tolist())}
     faces, shapes, uses = [], [], Counter()
     tree = shapely.STRtree([region.shape for region in plan.regions])
-    for shape in shapely.polygonize(parts).geoms:
+    for shape in shapely.polygonize(shapely.linestrings(nodes[np.array(edges)])).geoms:
         inside = tree.query(shape.representative_point(), predicate="within")
         if len(inside) == 0:
             continue
         check_thin(plan, plan.regions[inside[0]], shape)
         rings = []
         for ring in (shape.exterior, *shape.interiors):
-            places = np.round(np.array(ring.coords)[:-1] / grid).astype(np.int64).tolist()
-            rings.append([key[tuple(place)] for place in places])
+            rings.append([key[xy] for xy in ring.coords[:-1]])
             uses.update((min(a, b), max(a, b)) for a, b in zip(rings[-1], rings[-1][1:] + rings[-1][:1]))
         faces.append((int(inside[0]), rings))
         shapes.append(shape)
     return Cut(nodes, edges, faces, uses, shapes)
+
+
+def joined(whole, near):
+    """Nodes and edges of lines that are cut where they cross. Nodes nearer than `near` are one, and one so near to an edge cuts it: a line that two
+    parts of a drawing share has the nodes of both."""
+    coords, owner = shapely.get_coordinates(shapely.get_parts(whole), return_index=True)
+    pairs = cKDTree(coords).query_pairs(near, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(coords), len(coords)))
+    label = connected_components(graph, directed=False)[1]
+    _, first, number = np.unique(label, return_index=True, return_inverse=True)
+    nodes, together = coords[first], owner[:-1] == owner[1:]
+    edges = np.unique(np.sort(np.column_stack([number[:-1], number[1:]])[together], axis=1), axis=0)
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    tree = shapely.STRtree(shapely.linestrings(nodes[edges]))
+    node, edge = tree.query(shapely.points(nodes), predicate="dwithin", distance=near)
+    between = (edges[edge] != node[:, None]).all(axis=1)
+    along = ((nodes[node] - nodes[edges[edge, 0]]) * (nodes[edges[edge, 1]] - nodes[edges[edge, 0]])).sum(axis=1)
+    inside = defaultdict(list)
+    for k, _, at in sorted(zip(edge[between].tolist(), along[between].tolist(), node[between].tolist())):
+        inside[k].append(at)
+    chains = [[a, *inside.get(k, ()), b] for k, (a, b) in enumerate(edges.tolist())]
+    return nodes, sorted({(min(a, b), max(a, b)) for chain in chains for a, b in zip(chain[:-1], chain[1:])})
 
 
 def check_regions(plan, grid):
@@ -159,13 +193,13 @@ def check_thin(plan, region, shape):
 
 def named_edges(plan, cut):
     """Name to its edges. An edge of a joint has blocks on both sides, one of faces is on the outline or on a joint."""
-    grid, found, opened = plan.grid(), defaultdict(set), set()
+    near, found, opened = plan.near(), defaultdict(set), set()
     edges = np.array(cut.edges)
     ends = cut.nodes[edges]
     tree = shapely.STRtree(shapely.points(ends.mean(axis=1)))
     for line in sorted(plan.lines, key=lambda line: not line.joint):
         drawn = shapely.LineString(line.points)
-        mine = [tuple(edge) for edge in edges[np.sort(tree.query(drawn, predicate="dwithin", distance=3 * grid))].tolist()]
+        mine = [tuple(edge) for edge in edges[np.sort(tree.query(drawn, predicate="dwithin", distance=2 * near))].tolist()]
         check_line(line, cut, mine, opened)
         chosen = [edge for edge in mine if cut.uses[edge] == 2 or (line.joint and inner(cut, edge)) or (not line.joint and cut.uses[edge] == 1)]
         if line.joint:
@@ -211,14 +245,13 @@ def session():
         gmsh.initialize(interruptible=False)
     before = None if mine else gmsh.model.getCurrent()
     gmsh.model.add("plan")
-    settings = {"General.Terminal": 0, "General.NumThreads": 1, "Mesh.MeshSizeFromPoints": 0, "Mesh.MeshSizeExtendFromBoundary": 0,
+    settings = {"General.Terminal": 0, "General.NumThreads": 1, "Mesh.MeshSizeFromPoints": 0, "Mesh.MeshSizeExtendFromBoundary": 1,
                 "Mesh.Algorithm": 8, "Mesh.RecombineAll": 0, "Mesh.MshFileVersion": 4.1, "Mesh.Binary": 1, "Mesh.ElementOrder": 1}  # fmt: skip
     for name, value in settings.items():
         gmsh.option.setNumber(name, value)
     try:
         yield gmsh
     finally:
-        gmsh.model.mesh.removeSizeCallback()
         gmsh.model.remove()
         if mine:
             gmsh.finalize()
@@ -226,36 +259,42 @@ def session():
             gmsh.model.setCurrent(before)
 
 
-def fill(plan, cut, names, path):
+def fill(plan, cut, names, way, path):
     """Meshes the faces and writes the .msh file."""
+    nodes, chains = divided(plan, cut, names)
+    algorithm, joined_up = way
+    pieces, nodes = cut_faces(plan, cut, nodes, chains)
     with session() as gmsh:
-        geo, counts = gmsh.model.geo, edge_counts(plan, cut, names)
-        for tag, (x, y) in enumerate(cut.nodes.tolist(), 1):
+        gmsh.option.setNumber("Mesh.Algorithm", algorithm)
+        geo, lines, surfaces = gmsh.model.geo, {}, defaultdict(list)
+        for tag, (x, y) in enumerate(nodes.tolist(), 1):
             geo.addPoint(x, y, 0.0, 0.0, tag)
-        tags = {}
-        for tag, (a, b) in enumerate(cut.edges, 1):
-            tags[a, b], tags[b, a] = tag, -tag
-            geo.addLine(a + 1, b + 1, tag)
-        surfaces = defaultdict(list)
+        for (a, b), chain in chains.items():
+            lines[a, b] = [geo.addLine(i + 1, j + 1) for i, j in zip(chain[:-1], chain[1:])]
+            lines[b, a] = [-tag for tag in lines[a, b][::-1]]
+            for i, j, tag in zip(chain[:-1], chain[1:], list(lines[a, b])):
+                lines[i, j], lines[j, i] = [tag], [-tag]
         for tag, (region, rings) in enumerate(cut.faces, 1):
-            loops = [geo.addCurveLoop([tags[a, b] for a, b in zip(ring, ring[1:] + ring[:1])]) for ring in rings]
+            if tag - 1 in pieces:
+                surfaces[plan.regions[region].group] += add_pieces(gmsh, lines, pieces[tag - 1], plan.triangles, len(cut.faces))
+                continue
+            loops = [geo.addCurveLoop([line for edge in zip(ring, ring[1:] + ring[:1]) for line in lines[edge]]) for ring in rings]
             geo.addPlaneSurface(loops, tag)
             surfaces[plan.regions[region].group].append(tag)
         geo.synchronize()
-        for edge in cut.edges:
-            if edge in counts:
-                gmsh.model.mesh.setTransfiniteCurve(tags[edge], counts[edge] + 1)
-            elif inner(cut, edge):
-                gmsh.model.mesh.embed(1, [tags[edge]], 2, 1 + face_at(cut, cut.nodes[list(edge)].mean(axis=0)))
-        embed_points(gmsh, plan, cut)
+        for _, line in gmsh.model.getEntities(1):
+            gmsh.model.mesh.setTransfiniteCurve(line, 2)
+        for edge in chains:
+            if inner(cut, edge):
+                gmsh.model.mesh.embed(1, lines[edge], 2, 1 + face_at(cut, cut.nodes[list(edge)].mean(axis=0)))
+        embed_points(gmsh, plan, cut, len(nodes))
         for name, found in surfaces.items():
             gmsh.model.addPhysicalGroup(2, found, name=name)
         for name, found in names.items():
-            gmsh.model.addPhysicalGroup(1, [tags[edge] for edge in found], name=name)
-        if not plan.triangles:
-            for tag in range(1, len(cut.faces) + 1):
+            gmsh.model.addPhysicalGroup(1, [line for edge in found for line in lines[edge]], name=name)
+        for _, tag in gmsh.model.getEntities(2) if joined_up else ():
+            if tag <= len(cut.faces):
                 gmsh.model.mesh.setRecombine(2, tag)
-        gmsh.model.mesh.setSizeCallback(size_function(plan))
         try:
             gmsh.model.mesh.generate(2)
         except Exception as error:  # noqa: BLE001 (gmsh raises this kind only)
@@ -263,35 +302,84 @@ def fill(plan, cut, names, path):
         gmsh.write(path)
 
 
-def embed_points(gmsh, plan, cut):
-    """Named points inside a face become vertices."""
-    tag = len(cut.nodes)
+def cut_faces(plan, cut, nodes, chains):
+    """Of faces with few nodes and nothing inside: their blocks, as rings of nodes, the best cut there is; and the nodes with centres of fans.
+    gmsh, with little room for vertices inside, gives such faces bad corners."""
+    kept = {face_at(cut, cut.nodes[list(edge)].mean(axis=0)) for edge in chains if inner(cut, edge)}
+    kept.update(face_at(cut, place[:2]) for place in plan.points.values())
+    nodes, pieces = nodes.tolist(), {}
+    for i, (_, rings) in enumerate(cut.faces):
+        chain = [node for a, b in zip(rings[0], rings[0][1:] + rings[0][:1]) for node in (chains[a, b] if a < b else chains[b, a][::-1])[:-1]]
+        if len(rings) > 1 or len(chain) > FEW or i in kept:
+            continue
+        if not cut.shapes[i].exterior.is_ccw:
+            chain.reverse()
+        found, centre = polygons.cut(np.array([nodes[node] for node in chain]))
+        if centre is not None:
+            chain.append(len(nodes))
+            nodes.append(list(centre))
+        pieces[i] = [[chain[k] for k in piece] for piece in found]
+    return pieces, np.array(nodes)
+
+
+def add_pieces(gmsh, lines, pieces, triangles, first):
+    """Surfaces of one block each; their tags, which begin behind those of faces."""
+    geo, found = gmsh.model.geo, []
+    for ring in pieces:
+        edges = list(zip(ring, ring[1:] + ring[:1]))
+        for a, b in edges:
+            if (a, b) not in lines:
+                tag = geo.addLine(a + 1, b + 1)
+                lines[a, b], lines[b, a] = [tag], [-tag]
+        tag = max(first, geo.getMaxTag(2)) + 1
+        geo.addPlaneSurface([geo.addCurveLoop([lines[edge][0] for edge in edges])], tag)
+        geo.mesh.setTransfiniteSurface(tag)
+        if not triangles and len(ring) == 4:
+            geo.mesh.setRecombine(2, tag)
+        found.append(tag)
+    return found
+
+
+def embed_points(gmsh, plan, cut, tag):
+    """Named points inside a face become vertices; tag: of the last point."""
     for x, y, _ in plan.points.values():
         face = face_at(cut, (x, y))
-        if face is not None and np.hypot(*(cut.nodes - [x, y]).T).min() > 3 * plan.grid():
+        if face is not None and np.hypot(*(cut.nodes - [x, y]).T).min() > plan.near():
             tag += 1
             gmsh.model.geo.addPoint(x, y, 0.0, 0.0, tag)
             gmsh.model.geo.synchronize()
             gmsh.model.mesh.embed(0, [tag], 2, face + 1)
 
 
-def edge_counts(plan, cut, names):
-    """Blocks along the edges of lines that say how many they have."""
+def divided(plan, cut, names):
+    """Nodes, and the chain of them along each edge: as far apart as blocks are large there. gmsh keeps them, and sizes inside follow from them."""
     counts = {}
     for line in plan.lines:
-        length = shapely.LineString(line.points).length
-        for a, b in names.get(line.name, ()) if line.count else ():
-            counts[a, b] = max(1, round(line.count * np.hypot(*(cut.nodes[b] - cut.nodes[a])) / length))
-    return counts
+        for edge in names.get(line.name, ()) if line.count else ():
+            counts[edge] = line.count / shapely.LineString(line.points).length
+    nodes, chains = cut.nodes.tolist(), {}
+    used = [edge for edge in cut.edges if cut.uses[edge] or inner(cut, edge)]
+    ends = cut.nodes[np.array(used)]
+    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    long = length > 8 * plan.least()
+    for mine, samples in ((~long, 17), (long, 257)):
+        at = np.linspace(0, 1, samples)
+        points = ends[mine][:, :1] * (1 - at)[:, None] + ends[mine][:, 1:] * at[:, None]
+        density = 1 / size_at(plan, points)
+        steps = 0.5 * (density[:, 1:] + density[:, :-1]) * length[mine][:, None] / (samples - 1)
+        total = np.concatenate([np.zeros((len(steps), 1)), np.cumsum(steps, axis=1)], axis=1)
+        for k, row in zip(np.flatnonzero(mine).tolist(), total):
+            a, b = used[k]
+            if used[k] in counts:
+                row = at * counts[used[k]] * length[k]
+            n = max(1, round(row[-1]))
+            inside = np.interp(np.arange(1, n) / n * row[-1], row, at)
+            chains[a, b] = [a, *range(len(nodes), len(nodes) + n - 1), b]
+            nodes += (cut.nodes[a] * (1 - inside)[:, None] + cut.nodes[b] * inside[:, None]).tolist()
+    return np.array(nodes), {edge: chains[edge] for edge in used}
 
 
-def size_function(plan):
-    sources, growth = plan.sources(), plan.growth
-    for shape, _ in sources:
-        shapely.prepare(shape)
-    shapes, sizes = np.array([shape for shape, _ in sources]), np.array([size for _, size in sources])
-
-    def size(_dimension, _tag, x, y, _z, _given):
-        return float((sizes + growth * shapely.distance(shapes, shapely.Point(x, y))).min())
-
-    return size
+def size_at(plan, points):
+    """Size of blocks at points (..., 2)."""
+    geometry = shapely.points(points)
+    return np.min([size + plan.growth * shapely.distance(shape, geometry) for shape, size in plan.sources()], axis=0)

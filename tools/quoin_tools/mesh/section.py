@@ -13,14 +13,16 @@ import sys
 import numpy as np
 import shapely
 
-from quoin_tools.mesh import declared, plan
+from quoin_tools.mesh import declared, patterns, plan
 from quoin_tools.mesh.blockmesh import MeshError, areas, macroblocks, quality, write, xy_text
 from quoin_tools.mesh.declared import DeclaredError
 from quoin_tools.mesh.plan import Line, Plan, Region
+from quoin_tools.mesh.rock import JointSet
 
 ARC = 16  # chords of the half circle over a gallery
 TOP = ("title", "growth", "elements", "size", "columns", "dam", "rock", "joints", "faces", "points")
-DAM = ("upstream", "downstream", "base", "rigid", "galleries", "lifts")
+DAM = ("upstream", "downstream", "base", "rigid", "galleries", "lifts", "pattern")
+ROCK = ("upstream", "downstream", "depth", "ground_upstream", "ground_downstream", "rigid", "size", "seams", "joints")
 SHARPEST = 10.0  # degrees: corners of blocks below are told
 
 
@@ -29,19 +31,21 @@ def load(path):
     top = declared.read(path)
     made = Plan()
     top.text("title", "")
-    made.growth = top.number("growth", 0.25, least=0.01, most=10, unit="-")
+    made.growth = top.number("growth", 0.15, least=0.01, most=10, unit="-")
     made.triangles = top.choice("elements", ("quadrilaterals", "triangles"), "quadrilaterals") == "triangles"
     size = Size(top)
-    dam = top.below("dam", required=True)
+    dam, rock = top.below("dam", required=True), top.below("rock")
     outline = Outline(dam) if dam else None
     if outline and outline.good:
         size.of(outline)
         add_dam(made, dam, outline, size)
-        rock = top.below("rock")
         if rock:
             add_rock(made, rock, outline, size)
         add_lines(made, top)
-    for keys, known in ((top, TOP), (dam, DAM)):
+        lay_stones(made, dam, outline)
+        if rock:
+            lay_joint_sets(made, rock)
+    for keys, known in ((top, TOP), (dam, DAM), (rock, ROCK)):
         if keys:
             keys.done(*known)
     if not top.faults:
@@ -127,8 +131,8 @@ def add_dam(made, dam, outline, size):
     made.lines += [Line("base", outline.base, count=size.columns), Line("upstream", outline.upstream), Line("downstream", outline.downstream)]
     if crest[0] != crest[1]:
         made.lines.append(Line("crest", crest))
-    made.points |= {"heel": (*outline.base[0], ("dam",)), "toe": (*outline.base[-1], ("dam",)),
-                    "crest_upstream": (*crest[0], ("dam",)), "crest_downstream": (*crest[1], ("dam",))}  # fmt: skip
+    made.points |= {"heel": (*outline.base[0], ("dam", "facing")), "toe": (*outline.base[-1], ("dam", "facing")),
+                    "crest_upstream": (*crest[0], ("dam", "facing")), "crest_downstream": (*crest[1], ("dam", "facing"))}  # fmt: skip
     for i, level in enumerate(lifts(dam, outline), 1):
         low, _, high, _ = shape.bounds
         across = shapely.get_parts(body.intersection(shapely.LineString([(low - 1, level), (high + 1, level)])))
@@ -229,7 +233,6 @@ def add_rock(made, rock, outline, size):
     made.lines += [Line("rock_sides", [over["upstream"][-1], (x0, bottom)]), Line("rock_sides", [over["downstream"][-1], (x1, bottom)])]
     made.points |= {"rock_heel": (*heel, ("rock",)), "rock_toe": (*toe, ("rock",))}
     seams(made, rock, shape)
-    rock.done()
 
 
 def reaching(points, x):
@@ -261,6 +264,56 @@ def across(shape, at, dip):
     along, reach = np.array([math.cos(angle), -math.sin(angle)]), 2 * shapely.Point(at).hausdorff_distance(shape)
     parts = shapely.get_parts(shape.intersection(shapely.LineString([at - reach * along, at + reach * along])))
     return [part for part in parts if part.length > 1e-6 * reach]
+
+
+# ---- stones ----------------------------------------------------------------------------------------------
+
+def lay_stones(made, dam, outline):
+    """The pattern of the dam, whose joints are those of its stones."""
+    keys = dam.below("pattern")
+    if keys is None:
+        return
+    if "lifts" in dam:
+        dam.fault("lifts", "expected lifts or a pattern: beds of courses are its lifts")
+        return
+    found = patterns.read(keys, outline.corners(), len(outline.base) - 1)
+    if found and not dam.faults:
+        lay(made, [region for region in made.regions if region.group == "dam"], found, keys)
+
+
+def lay_joint_sets(made, rock):
+    """Joint sets between the seams, which stay straight."""
+    found = []
+    for name, keys in rock.named("joints"):
+        values = keys.number("dip", above=-90, most=90, unit="degree"), keys.number("spacing", above=0), keys.point("through", [0.0, 0.0])
+        keys.done()
+        if None not in values:
+            found.append(JointSet(name, values[0], values[1], tuple(values[2])))
+    if not found or rock.faults:
+        return
+    region = next(region for region in made.regions if region.group == "rock")
+    seams = [shapely.LineString(line.points) for line in made.lines if line.joint and line.name in (rock.values.get("seams") or {})]
+    cuts = shapely.union_all([region.shape.boundary, *seams], grid_size=1e-3 * made.grid())
+    parts = [part for part in shapely.polygonize([cuts]).geoms if region.shape.contains(part.representative_point())]
+    made.regions.remove(region)
+    pieces = [Region("rock", part, region.size, region.rigid) for part in sorted(parts, key=lambda part: part.bounds)]
+    made.regions += pieces
+    lay(made, pieces, patterns.Joints(found), rock)
+
+
+def lay(made, regions, pattern, keys):
+    for region in regions:
+        wrong = patterns.too_many(pattern, region.shape)
+        if wrong:
+            keys.fault(None, wrong)
+            return
+        try:
+            patterns.lay(made, region, pattern)
+        except DeclaredError:
+            raise
+        except MeshError as error:
+            keys.fault(None, str(error))
+            return
 
 
 # ---- what any section can have ---------------------------------------------------------------------------

@@ -49,7 +49,7 @@ class Options:
     facing: thickness upstream and downstream (0: none); course: height of a course; square: joints between courses
     square to the face, not turning from the base to the next side; lloyd: steps towards even polygons; refine: times
     every block is cut in quadrilaterals; rock: heights of the dam to each side and below (0: no rock); joints: False
-    welds all polygons (the continuum of the same blocks)."""
+    welds all polygons (the continuum of the same blocks); base: how many sides of the section, the first ones, are its base."""
 
     side: float = 2.0
     seed: int = 1
@@ -61,6 +61,7 @@ class Options:
     refine: int = 0
     rock: float = 0.0
     joints: bool = True
+    base: int = 1
 
     def least(self):
         return 0.25 * self.side if self.shortest is None else self.shortest
@@ -95,13 +96,13 @@ def checked_section(section, options):
     return section
 
 
-def face_names(section):
-    """Name of each side of the section."""
+def face_names(section, base=1):
+    """Name of each side of the section, of which the first `base` are its base."""
     high = section[:, 1] > section[:, 1].max() - 1e-9
     level = high & np.roll(high, -1)
     top = np.flatnonzero(high)
     names = ["crest" if level[k] else "downstream" if k < top[0] else "upstream" for k in range(len(section))]
-    return ["base"] + names[1:]
+    return ["base"] * base + names[base:]
 
 
 def inner_section(section, thickness):
@@ -122,7 +123,7 @@ def inner_section(section, thickness):
 def facing_courses(section, options):
     """Quadrilaterals on the faces, and the inner section with the nodes that they have on it."""
     width = {"upstream": options.facing[0], "downstream": options.facing[1]}
-    thickness = np.array([width.get(name, 0.0) for name in face_names(section)])
+    thickness = np.array([width.get(name, 0.0) for name in face_names(section, options.base)])
     inner = inner_section(section, thickness)
     quads, anchors = [], [inner]
     for k in np.flatnonzero(thickness):
