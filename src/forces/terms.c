@@ -18,6 +18,7 @@ static const TermKind *const Terms[] = {
     &Anchors_term,
     &Condensed_term,
     &Block_damping_term,
+    &Laws_term,
     &Blocks_term,
 };
 // clang-format on

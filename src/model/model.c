@@ -212,16 +212,19 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-typedef enum { KIND_DEFORMABLE, KIND_RIGID, KIND_CONDENSED } BlockKind; /* as Model.elements has them */
+/* As Model.elements has them: a deformable block is of the kind of its law. */
+enum { KIND_RIGID = MATERIAL_LAWS, KIND_CONDENSED };
 
-static BlockKind block_kind(const PointRecord *r)
+static int block_kind(const Scene *scene, const PointRecord *r)
 {
-  return r->rigid >= 0 ? KIND_RIGID : r->condensed >= 0 ? KIND_CONDENSED : KIND_DEFORMABLE;
+  return r->rigid >= 0       ? KIND_RIGID
+         : r->condensed >= 0 ? KIND_CONDENSED
+                             : (int)scene->materials[r->group].law;
 }
 
 /* Fills one list of elements of one kind; n_nodes is 3 or 4. */
-static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_nodes, BlockKind kind,
-                                    Elements *e)
+static PetscErrorCode fill_elements(const Builder *b, const Scene *scene, const Model *m, int n_nodes,
+                                    int kind, Elements *e)
 {
   const PointRecord *record = b->d.record;
   const PetscInt *v;
@@ -230,9 +233,10 @@ static PetscErrorCode fill_elements(const Builder *b, const Model *m, int n_node
   PetscCall(PetscMalloc1(b->d.n_blocks, &point));
   for (PetscInt c = 0; c < b->d.n_blocks; c++) {
     PetscCall(block_vertices(b, c, &v, &n_vertices));
-    if (n_vertices == n_nodes && block_kind(record + c) == kind) point[n++] = c;
+    if (n_vertices == n_nodes && block_kind(scene, record + c) == kind) point[n++] = c;
   }
   e->n = n, e->n_nodes = n_nodes;
+  e->law = kind < KIND_RIGID ? (MaterialLaw)kind : MATERIAL_ELASTIC;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
   e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
@@ -370,7 +374,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, c
   PetscCall(fill_vertices(&b, m));
   PetscCall(fill_points(mesh, m));
   for (int l = 0; l < ELEMENT_LISTS; l++)
-    PetscCall(fill_elements(&b, m, l % 2 ? 3 : 4, (BlockKind)(l / 2), m->elements + l));
+    PetscCall(fill_elements(&b, scene, m, l % 2 ? 3 : 4, l / 2, m->elements + l));
   PetscCall(DMDestroy(&b.d.dm));
   PetscCall(PetscSFDestroy(&b.d.migration));
   PetscCall(PetscFree(b.d.record));

@@ -33,15 +33,17 @@ typedef struct {
 enum { DUMMY_VERTICES = 4 };
 
 typedef struct {
-  PetscInt n;           /* elements of this shape that touch an owned vertex */
-  int n_nodes;          /* 3 or 4 */
-  PetscInt n_padded;    /* n rounded up to a whole batch */
-  StrainMeasure strain; /* as in the scene; small for condensed blocks */
-  PetscInt *vertex;     /* (n_padded / BATCH, n_nodes, BATCH) local vertices: VertexOf */
-  PetscInt *group;      /* (n_padded,) */
-  PetscInt *gid;        /* (n,) gid of the block, ascending */
-  PetscInt *file;       /* (n,) file id */
-  bool *owned;          /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
+  PetscInt n;                    /* elements of this shape that touch an owned vertex */
+  int n_nodes;                   /* 3 or 4 */
+  PetscInt n_padded;             /* n rounded up to a whole batch */
+  StrainMeasure strain;          /* as in the scene; small for condensed blocks */
+  PetscInt *vertex;              /* (n_padded / BATCH, n_nodes, BATCH) local vertices: VertexOf */
+  PetscInt *group;               /* (n_padded,) */
+  PetscInt *gid;                 /* (n,) gid of the block, ascending */
+  PetscInt *file;                /* (n,) file id */
+  bool *owned;                   /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
+  MaterialLaw law;               /* of all of them */
+  struct _p_LawHistory *history; /* NULL: the law is elastic, and has none; laws.c */
 } Elements;
 
 /* Local vertex k of element e, and where it stands in elements->vertex. Kernels, which take whole batches,
@@ -55,9 +57,14 @@ static inline PetscInt VertexOf(const Elements *elements, PetscInt e, PetscInt k
   return elements->vertex[VertexPlace(elements, e, k)];
 }
 
-/* The lists of Model.elements: those whose vertices move by themselves, those of rigid bodies, those of
-   condensed ones; of each kind quadrilaterals, then triangles. */
-enum { DEFORMABLE_LISTS = 2, MOVING_LISTS = 4, ELEMENT_LISTS = 6 };
+/* The lists of Model.elements: those whose vertices move by themselves, law by law, those of rigid bodies,
+   those of condensed ones; of each kind quadrilaterals, then triangles. */
+enum {
+  ELASTIC_LISTS = 2,
+  DEFORMABLE_LISTS = 2 * MATERIAL_LAWS,
+  MOVING_LISTS = DEFORMABLE_LISTS + 2,
+  ELEMENT_LISTS = MOVING_LISTS + 2
+};
 
 typedef struct {
   PetscInt n;        /* outer faces known here: of local blocks, then remote ones near them */
@@ -115,9 +122,10 @@ typedef struct {
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all enter */
 
   union {
-    Elements elements[ELEMENT_LISTS]; /* the six below by number */
+    Elements elements[ELEMENT_LISTS]; /* those below by number */
     struct {
-      Elements q4, t3;
+      Elements q4, t3;                                    /* elastic */
+      Elements of_laws[DEFORMABLE_LISTS - ELASTIC_LISTS]; /* those that yield or crack */
       Elements rigid_q4, rigid_t3;         /* rigid blocks: for masses, loads and output only; no forces */
       Elements condensed_q4, condensed_t3; /* for set-up, loads and output; they give no force in a cycle */
     };

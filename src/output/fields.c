@@ -177,6 +177,8 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   }
   PetscCall(element_rows(model, &model->t3, 3, u, &n, place, rows));
   PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
+  for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
+    PetscCall(element_rows(model, e, e->n_nodes, u, &n, place, rows));
   PetscCall(element_rows(model, &model->condensed_t3, 3, u, &n, place, rows));
   PetscCall(element_rows(model, &model->condensed_q4, 4, u, &n, place, rows));
   rigid_rows(model, state, &model->rigid_t3, body_of, &n, place, rows);

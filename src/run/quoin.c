@@ -111,6 +111,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscCall(StateDestroy(&q->state));
   PetscCall(ContactsDestroy(&q->contacts));
   PetscCall(CondensedDestroy(&q->model));
+  PetscCall(LawsDestroy(&q->model));
   PetscCall(ModelDestroy(&q->model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,6 +15,27 @@ PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A block that yields is of one point, unless the scene asks for another: one of four locks. */
+static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "element", &given));
+  if (!given) m->element = ELEMENT_BENDING;
+  PetscCall(IsGiven(r, path, "dilation", &given));
+  if (given && m->dilation > m->friction)
+    COMPLAIN(r, "larger than friction, %g degree: such a flow would make energy", (double)m->friction);
+  PetscCall(IsGiven(r, path, "tension", &given));
+  const double apex = m->cohesion / tan(m->friction * PETSC_PI / 180.);
+  if (given && m->friction > 0. && m->tension > apex * (1. + 1e-12))
+    COMPLAIN(r, "beyond the apex of the shear strength, cohesion / tan(friction) = %.6g Pa", apex);
+  PetscCall(IsGiven(r, path, "law", &given));
+  if (isnan(m->cohesion)) COMPLAIN(r, "mohr_coulomb needs cohesion [Pa] and friction [degree]");
+  if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "only elastic blocks are known in plane: stress");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
 {
   PetscBool given = PETSC_FALSE;
@@ -24,6 +45,10 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
   if (given && isnan(m->friction)) COMPLAIN(r, "the shear strength needs friction [degree] too");
   PetscCall(IsGiven(r, path, "friction", &given));
   if (given && isnan(m->cohesion)) COMPLAIN(r, "the shear strength needs cohesion [Pa] too");
+  PetscCall(IsGiven(r, path, "dilation", &given));
+  if (m->dilation > 0. && m->law != MATERIAL_MOHR_COULOMB)
+    COMPLAIN(r, "it is for a law that yields: law: mohr_coulomb");
+  if (m->law != MATERIAL_ELASTIC) PetscCall(complete_law(r, path, m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,8 @@
 /* keys_blocks.h: what a scene says of groups of blocks: section materials. */
 #ifdef KEY_STRUCTS
 typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
+/* Of deformable blocks; the place is that of the row in laws.c. */
+typedef enum { MATERIAL_ELASTIC, MATERIAL_MOHR_COULOMB, MATERIAL_LAWS } MaterialLaw;
 
 typedef struct {
   char name[NAME_LENGTH];   /* name of a group of the mesh */
@@ -18,12 +20,16 @@ typedef struct {
   PetscBool upgradeable;       /* its contacts are verified and searched for under variable connectivity */
   PetscBool output;            /* its blocks are written into results.h5 */
   PetscReal tension, compression, cohesion, friction; /* [Pa], [Pa], [Pa], [degree] strengths for the local
-                                                         failure factors (39)-(41); NaN: not given */
-  int line; /* line in the scene file, for messages, here and below; 0: command line */
+                                                         failure factors (39)-(41), and those of the law; NaN:
+                                                         not given */
+  MaterialLaw law;
+  PetscReal dilation; /* [degree] MATERIAL_MOHR_COULOMB */
+  int line;           /* line in the scene file, for messages, here and below; 0: command line */
 } Material;
 #endif
 #ifdef KEY_WORDS
 static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
+static const char *const MaterialLaws[] = {"elastic", "mohr_coulomb", "MaterialLaw", "MATERIAL_", NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -32,7 +38,7 @@ static const char *const Formulations[] = {"full", "bending", "reduced", "Formul
       "modulus of elasticity"),
   KEY(MATERIALS, "poisson", REAL, Material, poisson, "= required unless rigid", "> -1, < 0.5", "-",
       "Poisson's ratio"),
-  KEY(MATERIALS, "element", CHOICE, Material, element, "full", NULL, "",
+  KEY(MATERIALS, "element", CHOICE, Material, element, "= full; bending where law is not elastic", NULL, "",
       "blocks of 4 vertices: 2x2 points; one point and exact bending of rectangles; one point and hourglass control",
       .choices = Formulations),
   KEY(MATERIALS, "hourglass", REAL, Material, hourglass, "0.1", "> 0, <= 1", "-",
@@ -52,6 +58,10 @@ static const char *const Formulations[] = {"full", "bending", "reduced", "Formul
   KEY(MATERIALS, "cohesion", REAL, Material, cohesion, "= none", ">= 0", "Pa", "c, for (41), with friction"),
   KEY(MATERIALS, "friction", REAL, Material, friction, "= none", ">= 0, < 90", "degree",
       "angle of friction, for (41), with cohesion"),
+  KEY(MATERIALS, "law", CHOICE, Material, law, "elastic", NULL, "",
+      "of its blocks: linear elastic; yields at cohesion, friction and tension", .choices = MaterialLaws),
+  KEY(MATERIALS, "dilation", REAL, Material, dilation, "0", ">= 0, < 90", "degree",
+      "law: mohr_coulomb: angle of the plastic flow, at most friction"),
 
   KEY(MATERIALS, "beta", REAL, Material, beta, "= that of the stage", ">= 0", "s",
       "dynamic stages: stiffness-proportional damping of its blocks"),

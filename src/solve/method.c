@@ -6,6 +6,14 @@
    fewer, explicit cycles are as good, and their bits do not depend on the number of ranks. */
 enum { MANY_DOFS = 8000 };
 
+/* Whether a block of this rank can yield. */
+static PetscBool any_can_yield(const Model *m)
+{
+  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+    if (e->n) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Whether a contact of this rank can slip or open. It can where its joint has a strength, and where it met in
    motion, so that it never held together. */
 static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
@@ -21,7 +29,7 @@ static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
 PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
                            MethodKind *method)
 {
-  PetscInt64 sum[2] = {m->n_dof, any_can_fail(contacts, stage->joints)};
+  PetscInt64 sum[2] = {m->n_dof, any_can_yield(m) || any_can_fail(contacts, stage->joints)};
   PetscFunctionBeginUser;
   *method = stage->variable ? METHOD_EXPLICIT : scene->method;
   if (*method != METHOD_AUTO) PetscFunctionReturn(PETSC_SUCCESS);

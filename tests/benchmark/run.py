@@ -37,7 +37,8 @@ LIMITS = HERE / "limits.json"
 SHAKE = 2e-6  # m
 # counts that the parts of bench_cycle are of
 PARTS = {"textbook": "n_elements", "update": "n_elements", "elements": "n_elements", "plain": "n_contacts", "contacts": "n_contacts",
-         "motion": "n_vertices", "rigid": "n_bodies", "condensed": "n_entries", "cycle": "n_elements"}  # fmt: skip
+         "motion": "n_vertices", "rigid": "n_bodies", "condensed": "n_entries", "laws": "n_elements",
+         "cycle": "n_elements"}  # fmt: skip
 
 
 def block(side):
@@ -69,6 +70,7 @@ def uneven(side):
 ELASTIC = {"cohesion": 1e9, "tension": 1e9}  # without tensile strength a sixth is open at side 32
 SLIDES = {"friction": 1}
 DYNAMIC = {"stages": [{"all": {"type": "dynamic", "loads": ["weight"]}}]}
+STRONG = {"law": "mohr_coulomb", "cohesion": 1e9, "friction": 45, "tension": 1e8}  # nothing of it yields
 SCENES = {  # mesh; keys of materials, joints and the scene that differ
     "block": (block, {}, {}, {}),
     "block small": (block, {}, {}, {"strain": "small"}),
@@ -76,6 +78,9 @@ SCENES = {  # mesh; keys of materials, joints and the scene that differ
     "bending small": (block, {"element": "bending"}, {}, {"strain": "small"}),
     "reduced": (block, {"element": "reduced"}, {}, {}),
     "triangles": (triangles, {}, {}, {}),
+    "strong": (block, STRONG, {}, {}),
+    "yields": (block, STRONG | {"cohesion": 0, "friction": 1, "dilation": 0, "tension": 0}, {}, {}),
+    "strong triangles": (triangles, STRONG, {}, {}),
     "triangles small": (triangles, {}, {}, {"strain": "small"}),
     "rigid": (single, {"rigid": True}, ELASTIC, {}),
     "condensed": (halves, {"condensed": True}, ELASTIC, {}),

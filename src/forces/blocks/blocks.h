@@ -61,6 +61,15 @@ void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *an
 void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
                    PetscReal centroid[2], PetscReal *polar);
 
+/* ---- laws.c: material laws that have a history, laws.h */
+/* Collective. Their history, in the lists of the model; refuses groups that never deform by themselves. */
+PetscErrorCode LawsCreate(const Scene *scene, Model *model);
+PetscErrorCode LawsDestroy(Model *model);
+
+/* ---- laws_term.c */
+/* Their blocks as a force term; what blocks of all laws have alike is that of Blocks_term. */
+extern const TermKind Laws_term;
+
 /* ---- blocks_term.c */
 /* Deformable blocks as a force term. */
 extern const TermKind Blocks_term;

@@ -74,7 +74,7 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   const PetscReal *u = turns && m->strain == STRAIN_LARGE ? at->u : NULL;
   PetscFunctionBeginUser;
   (void)memory;
-  for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
+  for (const Elements *list = m->elements; list < m->elements + ELASTIC_LISTS; list++) {
     if (kind == TANGENT_PATTERN)
       PetscCall(couplings(list, add, context));
     else

@@ -2,7 +2,7 @@
    what that returns. Quadrilaterals come first, then triangles, each in ascending order, and within an
    element vertex 0 to the last. So every vertex sums in the same order on any number of ranks. */
 #include "forces/blocks/blocks.h"
-#include "forces/blocks/element_kernels.h"
+#include "forces/blocks/law_point.h"
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
@@ -177,8 +177,7 @@ static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, P
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
 {
   PetscFunctionBeginUser;
-  stiffness_loop(model, &model->q4, 4, k);
-  stiffness_loop(model, &model->t3, 3, k);
+  for (int l = 0; l < DEFORMABLE_LISTS; l++) stiffness_loop(model, model->elements + l, l % 2 ? 3 : 4, k);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -200,8 +199,7 @@ static void mass_loop(const Model *model, const Elements *e, int n_nodes, PetscR
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 {
   PetscFunctionBeginUser;
-  mass_loop(model, &model->q4, 4, m);
-  mass_loop(model, &model->t3, 3, m);
+  for (int l = 0; l < DEFORMABLE_LISTS; l++) mass_loop(model, model->elements + l, l % 2 ? 3 : 4, m);
   mass_loop(model, &model->condensed_q4, 4, m);
   mass_loop(model, &model->condensed_t3, 3, m);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -221,6 +219,16 @@ static void gather_modes(const Model *model, const Elements *e, int n_nodes, con
   *uM = ElementModes(n_nodes, U);
 }
 
+/* S at a point, which is one of those where a block with a history has it. */
+static LanesTensor stress_at(const Elements *e, PetscInt first, int point, const LanesMaterial *m,
+                             const LanesTensor *E)
+{
+  LanesTensor S;
+  if (!e->history) return BlockStress(m, E);
+  LawPointStress(e, first, point, E, &S);
+  return S;
+}
+
 /* stress: (n, n_points, 3) Cauchy stress at points of each element. */
 static void stress_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
                         const PetscReal points[][2], PetscReal *stress)
@@ -235,11 +243,11 @@ static void stress_loop(const Model *model, const Elements *e, int n_nodes, cons
       LanesGradient G;
       LanesTensor E;
       PointStrain(&X, &U, points[p][0], points[p][1], large, &J, &G, &E);
-      const LanesTensor S = BlockStress(&material, &E);
+      const LanesTensor S = stress_at(e, first, p, &material, &E);
       LanesTensor sigma = CauchyStress(&G, &S, large);
       if (Any(material.one_point)) { // a block of one point has the stress of its centre everywhere
         PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
-        const LanesTensor S_c = BlockStress(&material, &E), centre = CauchyStress(&G, &S_c, large);
+        const LanesTensor S_c = stress_at(e, first, 0, &material, &E), centre = CauchyStress(&G, &S_c, large);
         sigma = (LanesTensor){Select(material.one_point, centre.xx, sigma.xx),
                               Select(material.one_point, centre.yy, sigma.yy),
                               Select(material.one_point, centre.xy, sigma.xy)};
@@ -252,6 +260,22 @@ static void stress_loop(const Model *model, const Elements *e, int n_nodes, cons
   }
 }
 
+/* Blocks with a history know the stress at its points: the one of the centre is their mean. */
+static PetscErrorCode mean_stress(const Model *model, const Elements *e, const PetscReal *u,
+                                  PetscReal *stress)
+{
+  PetscReal *points;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(12 * e->n, &points));
+  stress_loop(model, e, 4, u, 4, Q4_POINTS, points);
+  for (PetscInt i = 0; i < 3 * e->n; i++) {
+    const PetscReal *s = points + 12 * (i / 3) + i % 3;
+    stress[i] = 0.25 * ((s[0] + s[3]) + (s[6] + s[9]));
+  }
+  PetscCall(PetscFree(points));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                              PetscReal *stress)
 {
@@ -259,7 +283,10 @@ PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes,
   static const PetscReal centre[1][2] = {{0.0, 0.0}};
 
   PetscFunctionBeginUser;
-  stress_loop(model, e, n_nodes, u, 1, centre, stress);
+  if (e->history && n_nodes == 4)
+    PetscCall(mean_stress(model, e, u, stress));
+  else
+    stress_loop(model, e, n_nodes, u, 1, centre, stress);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -285,7 +312,10 @@ PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes,
     LanesTensor E;
     gather_modes(model, e, n_nodes, u, first, &X, &U);
     PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
-    sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
+    if (e->history)
+      LawEnergy(e, first, &X, &U, &sum);
+    else
+      sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
     sum *= model->thickness;
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* else another rank counts it */

@@ -1,0 +1,133 @@
+/* law_kernels.h: the forces of blocks with a material law that has a history. The law is a constant where
+   these kernels are used, so each law has loops of its own; the branches below are gone in them. */
+#pragma once
+#include "forces/blocks/mohr_coulomb.h"
+
+/* S at a point, from the strain E and the history `from`. to: the history after it; NULL: nobody asks. whole:
+   [-] what is left of the stiffness against bending of a block of one point. */
+KERNEL LanesStress LawStress(int law, const LanesLaw *c, const LanesTensor *E, const Lanes *from, Lanes *to,
+                             Lanes *whole)
+{
+  if (law == MATERIAL_MOHR_COULOMB) return McStress(c, E, from, to, whole);
+  __builtin_unreachable();
+}
+
+/* [J/m3] What is stored at a point whose history is `from`. */
+KERNEL Lanes LawStored(int law, const LanesLaw *c, const LanesTensor *E, const Lanes *from)
+{
+  if (law == MATERIAL_MOHR_COULOMB) return McStored(c, E, from);
+  __builtin_unreachable();
+}
+
+KERNEL int LawWidth(int law)
+{
+  if (law == MATERIAL_MOHR_COULOMB) return MC_WIDTH;
+  __builtin_unreachable();
+}
+
+/* The history of LANES blocks at one point. here: the lanes that have this point. */
+typedef struct {
+  const PetscReal *from;
+  PetscReal *to; /* NULL: nobody asks */
+  Mask here;
+} LanesHistory;
+
+/* Natural stress J g_a . S g_b at a point, with the tangents of the reference state dual to g1 and g2. */
+KERNEL LanesTensor LawNatural(int law, const LanesLaw *c, Lanes J, LanesVector g1, LanesVector g2,
+                              const LanesGradient *G, int large, const LanesHistory *history, Lanes *whole)
+{
+  const LanesTensor E = BlockStrain(G, large);
+  const int width = LawWidth(law);
+  Lanes from[HISTORY_MOST], to[HISTORY_MOST];
+  for (int i = 0; i < width; i++) from[i] = LoadLanes(history->from + LANES * i);
+  const LanesStress S = LawStress(law, c, &E, from, history->to ? to : NULL, whole);
+  for (int i = 0; i < width && history->to; i++)
+    StoreLanes(history->to + LANES * i, Select(history->here, to[i], LoadLanes(history->to + LANES * i)));
+  const LanesVector S1 = {S.xx * g1.x + S.xy * g1.y, S.xy * g1.x + S.yy * g1.y},
+                    S2 = {S.xx * g2.x + S.xy * g2.y, S.xy * g2.x + S.yy * g2.y};
+  return (LanesTensor){J * VectorDot(g1, S1), J * VectorDot(g2, S2), J * VectorDot(g1, S2)};
+}
+
+/* The same from the tangents. */
+KERNEL LanesTensor LawPoint(int law, const LanesLaw *c, LanesVector X1, LanesVector X2, LanesVector u1,
+                            LanesVector u2, int large, const LanesHistory *history)
+{
+  LanesVector g1, g2;
+  Lanes whole;
+  const Lanes J = DualBasis(X1, X2, &g1, &g2);
+  const LanesGradient G = DisplacementGradient(u1, u2, g1, g2);
+  return LawNatural(law, c, J, g1, g2, &G, large, history, &whole);
+}
+
+KERNEL LanesHistory HistoryOfPoint(const LanesHistory *block, int point, int width)
+{
+  return (LanesHistory){block->from + LANES * width * point,
+                        block->to ? block->to + LANES * width * point : NULL, block->here};
+}
+
+KERNEL void LawT3(int law, const LanesLaw *c, const LanesVector *X, const LanesVector *u, PetscReal thickness,
+                  int large, const LanesHistory *history, LanesVector *f)
+{
+  const LanesModes XM = T3Modes(X), uM = T3Modes(u);
+  const LanesVector x1 = large ? VectorAdd(XM.a, uM.a) : XM.a, x2 = large ? VectorAdd(XM.b, uM.b) : XM.b;
+  const LanesTensor T = LawPoint(law, c, XM.a, XM.b, uM.a, uM.b, large, history);
+  T3Sum(&T, x1, x2, thickness, f);
+}
+
+KERNEL void LawOnePoint(int law, const LanesLaw *c, const LanesMaterial *m, const LanesVector *X,
+                        const LanesVector *u, PetscReal thickness, int large, const LanesHistory *history,
+                        LanesVector *f)
+{
+  const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
+  const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
+  LanesHourglass o = Hourglass(&XM, &uM, &x, m);
+  Lanes whole;
+  const LanesTensor T = LawNatural(law, c, o.J, o.g1, o.g2, &o.G, large, history, &whole);
+  o.c = (LanesVector){whole * o.c.x, whole * o.c.y};
+  Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
+}
+
+/* As Q4Force: a, b, h are four times the modes, and the factor of it all is in T. */
+KERNEL void LawFull(int law, const LanesLaw *c, const LanesVector *X, const LanesVector *u,
+                    PetscReal thickness, int large, const LanesHistory *history, LanesVector *f)
+{
+  const LanesModes XM = Q4FourModes(X), uM = Q4FourModes(u);
+  const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
+  const PetscReal w = 0.0625 * thickness;
+  LanesTensor T[4];
+#pragma GCC unroll 1
+  for (int p = 0; p < 4; p++) {
+    const PetscReal xi = p == 0 || p == 3 ? -GAUSS : GAUSS, eta = p < 2 ? -GAUSS : GAUSS;
+    const LanesHistory at = HistoryOfPoint(history, p, LawWidth(law));
+    const LanesTensor t = LawPoint(law, c, TangentXi(&XM, eta), TangentEta(&XM, xi), TangentXi(&uM, eta),
+                                   TangentEta(&uM, xi), large, &at);
+    T[p] = (LanesTensor){w * t.xx, w * t.yy, w * t.xy};
+  }
+  Q4Sum(T, x.a, x.b, VectorScale(GAUSS, x.h), f);
+}
+
+/* Forces of LANES blocks; in a batch with both formulations each lane keeps the history of its own. */
+KERNEL void LawBlock(int law, int n_nodes, const LanesLaw *c, const LanesMaterial *m, const LanesVector *X,
+                     const LanesVector *u, PetscReal thickness, int large, LanesHistory *history,
+                     LanesVector *f)
+{
+  history->here = ~(Mask){0};
+  if (n_nodes == 3) {
+    LawT3(law, c, X, u, thickness, large, history, f);
+    return;
+  }
+  if (!Any(m->one_point)) {
+    LawFull(law, c, X, u, thickness, large, history, f);
+    return;
+  }
+  const int both = Any(~m->one_point);
+  LanesVector full[4];
+  if (both) {
+    history->here = ~m->one_point;
+    LawFull(law, c, X, u, thickness, large, history, full);
+    history->here = m->one_point;
+  }
+  LawOnePoint(law, c, m, X, u, thickness, large, history, f);
+  for (int i = 0; i < 4 && both; i++)
+    f[i] = (LanesVector){Select(m->one_point, f[i].x, full[i].x), Select(m->one_point, f[i].y, full[i].y)};
+}

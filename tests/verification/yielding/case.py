@@ -1,0 +1,158 @@
+"""Blocks that yield at the Mohr-Coulomb strength: closed forms of one block (M02), loading in steps, unloading, ranks, restart.
+
+The return of a point is tested by itself, in tests/unit/forces/blocks/test_laws.c, against an oracle and published numbers (M01)."""
+
+import numpy as np
+from driver import changed, checksums
+from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
+from quoin_tools.mesh.stacks import quad_patch
+
+WHAT = "blocks that yield: held and free block (M02), history over stages, unloading, energy, ranks, restarts"
+SOURCE = "Mohr-Coulomb with tension cut-off in plane strain: 2 c cos/(1 - sin), edge return by hand, numbers of another program"
+
+E, NU = 20e9, 0.2
+HELD = {"young": E, "poisson": NU, "density": 0, "law": "mohr_coulomb", "cohesion": 0.2e6, "friction": 30, "tension": 0}
+FREE = {"young": E, "poisson": NU, "density": 24, "law": "mohr_coulomb", "cohesion": 1e6, "friction": 45, "dilation": 15, "tension": 0.5e6}
+ELEMENTS = ("bending", "full", "reduced", "triangles")
+
+
+def block(element, n=2):
+    """A unit square; its inner vertex is off the centre, so that blocks are distorted."""
+    mesh = rectangle(0, 0, 1, 1, n, n, group="block")
+    inner = np.all((mesh.vertices > 1e-9) & (mesh.vertices < 1 - 1e-9), axis=1)
+    mesh.vertices[inner] += (0.06, -0.04)
+    return split_triangles(mesh) if element == "triangles" else mesh
+
+
+def of(material, element):
+    return {"block": material if element in ("bending", "triangles") else material | {"element": element}}
+
+
+def run(case):
+    held(case)
+    free(case)
+    collapses(case)
+    ranks_and_restart(case)
+    refused(case)
+
+
+# ---- sides held: the load decides
+
+
+def compressed(material, element, pressures, **more):
+    loads = {f"p{i}": {"type": "traction", "faces": "top", "value": [0, -p]} for i, p in enumerate(pressures)}
+    return {"strain": "small", "relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9, "ramp": 100}, "materials": of(material, element),
+            "supports": {"bottom": {"fix": "y"}, "left": {"fix": "x"}, "right": {"fix": "x"}}, "loads": loads,
+            "stages": [{f"s{i}": {"loads": [f"p{i}"] if p else []}} for i, p in enumerate(pressures)]} | more  # fmt: skip
+
+
+def along_y(stage):
+    return stage.displacement[:, 1].min()
+
+
+def held(case):
+    """M02: below yield; on the edge; unloaded, which is elastic, from a plastic strain that stays; twice as far."""
+    M, side = E * (1 - NU) / (1 + NU) / (1 - 2 * NU), NU / (1 - NU)
+    steps = [2.77e6, 10.27713e6, 1e6, 20.27713e6]
+    back = -5e-4 + (steps[1] - steps[2]) / M, -3.19477e6 + side * (steps[1] - steps[2])
+    along = [-2.77e6 / M, -5e-4, back[0], -1e-3]
+    for element in ELEMENTS:
+        result = case.run(block(element), compressed(HELD, element, steps))
+        stages = [result.stage(f"s{i}") for i in range(4)]
+        case.check(f"sides held, {element}: e_y below yield, on the edge, unloaded, farther",
+                   [along_y(s) for s in stages], along, relative=1e-4)
+        for i, (sx, name) in enumerate(((-side * 2.77e6, "below yield"), (-3.19477e6, "on the edge"), (back[1], "unloaded"), (-6.52810e6, "farther"))):
+            points = stages[i].gauss_stress.reshape(-1, 3)
+            points = points[~np.isnan(points[:, 0])]
+            case.check(f"... {name}: s_x, s_y at all points [Pa]", points[:, :2], [[sx, -steps[i]]], absolute=100)
+    turned = case.run(block("bending"), changed(compressed(HELD, "bending", steps[1:2]), ("strain", "large")))
+    case.check("sides held, large strain: e_y", along_y(turned.stage("s0")), -5e-4, relative=1e-3)
+    newton = case.run(block("bending"), compressed(HELD, "bending", steps, relaxation={"tolerance": 1e-9, "velocity_tolerance": 1e-9, "method": "preconditioned"}))
+    case.check("... by Newton's method: e_y", [along_y(newton.stage(f"s{i}")) for i in range(4)], along, relative=1e-4)
+    case.check("... all of it", [s["method"] for s in newton.summary["stages"]], ["preconditioned"] * 4)
+
+
+# ---- sides free: the top moves
+
+
+def pressed(case, element, strain="small", ranks=1):
+    """Top pressed down to e_y = -6e-4 in 0.1 s, which is slow: 1500 times the time a wave takes."""
+    scene = {"strain": strain, "materials": of(FREE, element), "stages": [{"press": {"type": "dynamic", "loads": [], "duration": 0.1, "alpha": 1000}}],
+             "supports": {"bottom": {"fix": "y"}, "left": {"fix": "x"}, "top": {"fix": "y", "motion": "way.csv", "quantity": "velocity"}},
+             "relaxation": {"history_every": 20}}  # fmt: skip
+    folder = case.prepare(block(element), scene)
+    (folder / "way.csv").write_text("0, 0, 0\n0.02, 0, -6.6666666666666667e-3\n0.1, 0, -6.6666666666666667e-3\n")
+    return case.again(folder, ranks=ranks)
+
+
+def free(case):
+    """M02: 2 c cos/(1 - sin) along y, whatever the dilation; e_x by it. The energy account closes."""
+    for element in ELEMENTS:
+        result = pressed(case, element)
+        stage = result.stage("press")
+        points = stage.gauss_stress.reshape(-1, 3)
+        case.check(f"sides free, {element}: s_y [Pa]", points[~np.isnan(points[:, 0]), 1], -4.82843e6, relative=5e-4)
+        ey, ex = result.history["top_right_uy_m"], result.history["top_right_ux_m"]
+        case.check("... e_x at e_y = -3e-4, -6e-4", np.interp([3e-4, 6e-4], -ey, ex), [1.73832e-4, 6.83351e-4], relative=1e-3)
+        energy = result.stage_summary("press")["energy"]
+        case.check("... balance of the account over the work of the support", energy["balance"] / energy["supports"], 0, absolute=1e-5)
+    large = pressed(case, "bending", "large").stage("press")
+    case.check("sides free, large strain: s_y [Pa]", large.gauss_stress[..., 1], -4.82843e6, relative=3e-3)
+
+
+def collapses(case):
+    """A free block bears 2 c cos/(1 - sin) and no more."""
+    strength = 4.82843e6
+    for part, verdict in ((0.999, "converged"), (1.001, None)):
+        scene = compressed(FREE, "bending", [part * strength], supports={"bottom": {"fix": "y"}, "left": {"fix": "x"}})
+        result = case.run(block("bending"), scene, "-relaxation_max_cycles", "20000")
+        found = result.stage_summary("s0")["verdict"]
+        if verdict:
+            case.check(f"sides free under {part} of the strength", found, verdict)
+        else:
+            case.check(f"... under {part} of it: no equilibrium", found in ("collapsed", "undecided", "diverged"), True)
+
+
+# ---- ranks, restart
+
+
+def wall():
+    """A wall on its ground, all of it yielding: static stages, by trials, in time."""
+    mesh = join([renamed(rectangle(-2, -2, 8, 2, 8, 3, group="ground"), {"bottom": "bottom"}),
+                 renamed(quad_patch((0, 0), (4, 0), (3, 5), (0, 5), 6, 6, group="block"), {"upstream": "left"}, {})])  # fmt: skip
+    weak = {"density": 2400, "young": 1e9, "poisson": 0.2, "law": "mohr_coulomb", "cohesion": 2.5e4, "friction": 35, "tension": 1e4}
+    return mesh, {
+        "strain": "large", "materials": {"ground": weak | {"element": "full", "dilation": 35}, "block": weak},
+        "joints": {"default": {"k_n": 2e9, "k_s": 1e9, "friction": 50, "cohesion": 1e5, "tension": 1e5}},
+        "supports": {"bottom": {"fix": "xy"}}, "relaxation": {"max_cycles": 20000},
+        "loads": {"weight": {"type": "self_weight"}, "water": {"type": "reservoir", "faces": "upstream", "level": 3.8}},
+        "stages": [{"own": {"loads": ["weight"]}}, {"full": {"loads": ["weight", "water"]}}, {"empty": {"loads": ["weight"]}},
+                   {"shaken": {"type": "dynamic", "loads": ["weight", "water"], "duration": 0.05}}, {"after": {"loads": ["weight"]}}]}  # fmt: skip
+
+
+def ranks_and_restart(case):
+    """The same bits on 1 to 4 ranks, and from checkpoints within stages that yield."""
+    mesh, scene = wall()
+    folder = case.prepare(mesh, changed(scene, ("checkpoint", {"every": 300, "keep": 1000})))
+    first = case.again(folder)
+    case.check("all stages end well", [s["verdict"] for s in first.summary["stages"]], ["converged"] * 3 + ["completed", "converged"])
+    elastic = case.run(mesh, changed(scene, ("materials.ground", {"density": 2400, "young": 1e9, "poisson": 0.2}),
+                                     ("materials.block", {"density": 2400, "young": 1e9, "poisson": 0.2, "element": "bending"})))  # fmt: skip
+    gone, all_back = (np.abs(r.stage("empty").displacement - r.stage("own").displacement).max() for r in (first, elastic))
+    case.check("it has yielded: emptied, more is left of what the water has moved than of elastic blocks", bool(gone > 5 * all_back), True)
+    case.again(folder, "-output", "kept")
+    for ranks in (2, 3, 4):
+        case.check(f"checksums on {ranks} ranks", checksums(case.run(mesh, scene, ranks=ranks)), checksums(first))
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
+        again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
+        case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
+
+
+def refused(case):
+    """Bodies that never deform by themselves have no use for a law."""
+    for keys in ({"rigid": True}, {"condensed": True}):
+        scene = changed(compressed(HELD, "bending", [1e6]), ("materials.block", HELD | {"tension": 1e4} | keys))
+        result = case.run(block("bending"), scene)
+        line = f"materials.block.law: mohr_coulomb is for blocks that deform by themselves, and these are {next(iter(keys))}: expected elastic"
+        case.check(f"{next(iter(keys))} blocks with a law: refused in one line", [result.exit_code, result.stderr.count("\n"), line in result.stderr], [2, 1, True])
