@@ -166,7 +166,7 @@ BAD = [  # what is put in for what, the place that is named, words of the reason
     ("{through: [0, -3], dip: 10}", "{points: [[0, -3], [300, -3]]}", ":11: rock.seams.seam.points: expected inside the rock"),
     ("{seam:", "{base:", None),  # a seam of this name goes with the base
     ("{seam:", "{upstream:", "'upstream' names two things, each needs a name of its own"),
-    ("probe: [4, 8]", "probe: [40, 8]", ":12: points.probe: [40, 8]: expected inside dam or rock"),
+    ("probe: [4, 8]", "probe: [40, 8]", ":12: points.probe: [40, 8]: expected inside a group"),
     ("probe: [4, 8]", "heel: [4, 8]", ":12: points.heel: a point that has this name already is there"),
     ("probe: [4, 8]", "probe: 4", ":12: points.probe: 4: expected a point [x, y], in m"),
     ("points:", "faces: {belt: [[4, 0], [4, 3]]}\npoints:", "faces 'belt': from (4, 0) to (4, 3) it runs inside a group"),
@@ -174,7 +174,7 @@ BAD = [  # what is put in for what, the place that is named, words of the reason
     ("points:", "joints: {crack: [[0, 0], [1, 10]]}\npoints:", "joint 'crack': lies on the outline, from (0, 0) to (1, 10)"),
     ("points:", "joints: {crack: [[0.5, 5], [4, 5], [4, 6.0002], [5.9999, 6.0002]]}\npoints:", "a sliver 0.0002 m thick at ("),
     ("lifts: [6]", "lifts: [6]\n  lifts: [7]", ":7: dam.lifts: given twice"),
-    ("size: 2", "size: 2\nscale: 3", ":2: scale: unknown key, expected columns, dam,"),
+    ("size: 2", "size: 2\nscale: 3", ":2: scale: unknown key, expected columns, dam, drains,"),
     ("size: 2", "size: [2", "not YAML: "),
 ]
 

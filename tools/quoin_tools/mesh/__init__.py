@@ -11,6 +11,8 @@ rock         rock that sets of parallel joints cut into blocks
 declared     a YAML file of the user's, read key by key, with a line for each mistake
 plan         regions, joints and named lines, meshed by gmsh
 patterns     stones of a shape: courses with a bond, Voronoi polygons, joint sets
+drawing      a DXF drawing as a plan: layers become groups, joints, faces, drains, anchors
+draft        a first scene with the names of a section
 section      a dam declared in one YAML file
 walls        walls in running bond, arches of voussoirs, slopes of stepped blocks
 gmsh_import  Gmsh .msh 2.2 and 4.1 to a block mesh, joints at named curves

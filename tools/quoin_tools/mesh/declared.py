@@ -145,12 +145,12 @@ class Keys:
             return self.fault(key, "expected keys behind it", value)
         return Keys(self.path, (*self.place, key), value, self.lines, self.faults)
 
-    def named(self, key):
-        """(name, Keys) of every name under a key."""
+    def named(self, key, free=False):
+        """(name, Keys) of every name under a key; free: names may be anything."""
         below = self.below(key)
         rows = []
         for name in below.values if below else ():
-            good, found = below.checked_name(name, str(name)), below.below(name, required=True)
+            good, found = name if free else below.checked_name(name, str(name)), below.below(name, required=True)
             if good and found is not None:
                 rows.append((good, found))
         return rows

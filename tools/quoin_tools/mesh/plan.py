@@ -52,12 +52,16 @@ class Line:
 class Plan:
     """points: name to (x, y, groups), one of which has the vertex; none: any. fine: (shape, size) of places with smaller blocks."""
 
+    title: str = ""
     regions: list = field(default_factory=list)
     lines: list = field(default_factory=list)
     points: dict = field(default_factory=dict)
     fine: list = field(default_factory=list)
     growth: float = 0.15
     triangles: bool = False
+    drains: dict = field(default_factory=dict)  # name to two ends
+    anchors: dict = field(default_factory=dict)  # name to head and root
+    patterns: list = field(default_factory=list)  # (region, pattern, keys) of stones to be laid
     rough: float = 0.0  # by how much lines that are meant to meet may miss each other
 
     def grid(self):
@@ -178,7 +182,7 @@ def check_regions(plan, grid):
     for i, j in sorted(shapely.STRtree(shapes).query(shapes, predicate="intersects").T.tolist()):
         if i < j:
             common = shapely.intersection(shapes[i], shapes[j])
-            if common.area > (1e3 * grid) ** 2 and common.area > 1e-6 * min(shapes[i].area, shapes[j].area):
+            if common.area > (1e3 * grid) ** 2 and 2 * common.area > max(plan.near(), 1e-6) * common.length:
                 at = common.representative_point()
                 raise MeshError(f"group {plan.regions[i].group!r} and group {plan.regions[j].group!r}: overlap by {common.area:.4g} m2 at {xy_text((at.x, at.y))}")
 

@@ -8,19 +8,22 @@ rock_heel, rock_toe."""
 
 import argparse
 import math
+import os
 import sys
 
 import numpy as np
 import shapely
 
-from quoin_tools.mesh import declared, patterns, plan
+from quoin_tools.base.files import write_file
+from quoin_tools.mesh import declared, drawing, patterns, plan
 from quoin_tools.mesh.blockmesh import MeshError, areas, macroblocks, quality, write, xy_text
 from quoin_tools.mesh.declared import DeclaredError
+from quoin_tools.mesh.draft import draft
 from quoin_tools.mesh.plan import Line, Plan, Region
 from quoin_tools.mesh.rock import JointSet
 
 ARC = 16  # chords of the half circle over a gallery
-TOP = ("title", "growth", "elements", "size", "columns", "dam", "rock", "joints", "faces", "points")
+ANY = ("title", "growth", "elements", "size", "joints", "faces", "points", "drains")
 DAM = ("upstream", "downstream", "base", "rigid", "galleries", "lifts", "pattern")
 ROCK = ("upstream", "downstream", "depth", "ground_upstream", "ground_downstream", "rigid", "size", "seams", "joints")
 SHARPEST = 10.0  # degrees: corners of blocks below are told
@@ -29,30 +32,43 @@ SHARPEST = 10.0  # degrees: corners of blocks below are told
 def load(path):
     """(Plan, list of notes) of a section file; DeclaredError has a line for each of its mistakes."""
     top = declared.read(path)
-    made = Plan()
-    top.text("title", "")
+    made, notes = Plan(), []
+    made.title = top.text("title", "") or ""
     made.growth = top.number("growth", 0.15, least=0.01, most=10, unit="-")
     made.triangles = top.choice("elements", ("quadrilaterals", "triangles"), "quadrilaterals") == "triangles"
-    size = Size(top)
-    dam, rock = top.below("dam", required=True), top.below("rock")
+    if "drawing" in top:
+        size = top.number("size", above=0)
+        notes = drawing.add(made, top, size) if size else []
+        top.done(*ANY, "drawing", "layers")
+    else:
+        add_section(made, top)
+        top.done(*ANY, "dam", "rock", "columns")
+    if made.regions:
+        add_lines(made, top)
+    for region, pattern, keys in made.patterns if not top.faults else ():
+        lay(made, region, pattern, keys)
+    if not top.faults:
+        check_names(made, top)
+    if top.faults:
+        raise DeclaredError(declared.in_order(top.faults))
+    return made, notes
+
+
+def add_section(made, top):
+    """Dam and rock by their keys."""
+    size, dam, rock = Size(top), top.below("dam", required=True), top.below("rock")
     outline = Outline(dam) if dam else None
     if outline and outline.good:
         size.of(outline)
         add_dam(made, dam, outline, size)
         if rock:
             add_rock(made, rock, outline, size)
-        add_lines(made, top)
         lay_stones(made, dam, outline)
         if rock:
             lay_joint_sets(made, rock)
-    for keys, known in ((top, TOP), (dam, DAM), (rock, ROCK)):
+    for keys, known in ((dam, DAM), (rock, ROCK)):
         if keys:
             keys.done(*known)
-    if not top.faults:
-        check_names(made, top)
-    if top.faults:
-        raise DeclaredError(declared.in_order(top.faults))
-    return made, []
 
 
 def mesh_of(path):
@@ -277,8 +293,8 @@ def lay_stones(made, dam, outline):
         dam.fault("lifts", "expected lifts or a pattern: beds of courses are its lifts")
         return
     found = patterns.read(keys, outline.corners(), len(outline.base) - 1)
-    if found and not dam.faults:
-        lay(made, [region for region in made.regions if region.group == "dam"], found, keys)
+    if found:
+        made.patterns += [(region, found, keys) for region in made.regions if region.group == "dam"]
 
 
 def lay_joint_sets(made, rock):
@@ -298,22 +314,18 @@ def lay_joint_sets(made, rock):
     made.regions.remove(region)
     pieces = [Region("rock", part, region.size, region.rigid) for part in sorted(parts, key=lambda part: part.bounds)]
     made.regions += pieces
-    lay(made, pieces, patterns.Joints(found), rock)
+    made.patterns += [(piece, patterns.Joints(found), rock) for piece in pieces]
 
 
-def lay(made, regions, pattern, keys):
-    for region in regions:
-        wrong = patterns.too_many(pattern, region.shape)
-        if wrong:
-            keys.fault(None, wrong)
-            return
-        try:
-            patterns.lay(made, region, pattern)
-        except DeclaredError:
-            raise
-        except MeshError as error:
-            keys.fault(None, str(error))
-            return
+def lay(made, region, pattern, keys):
+    wrong = patterns.too_many(pattern, region.shape)
+    if wrong:
+        keys.fault(None, wrong)
+        return
+    try:
+        patterns.lay(made, region, pattern)
+    except MeshError as error:
+        keys.fault(None, str(error))
 
 
 # ---- what any section can have ---------------------------------------------------------------------------
@@ -326,6 +338,11 @@ def add_lines(made, top):
             points = below.points(name)
             if points and below.checked_name(name, name):
                 made.lines.append(Line(name, points, joint))
+    below = top.below("drains")
+    for name in below.values if below else ():
+        points = below.points(name)
+        if points and below.checked_name(name, name):
+            made.drains[name] = [points[0], points[-1]]
     below = top.below("points")
     for name in below.values if below else ():
         at = below.point(name)
@@ -333,7 +350,7 @@ def add_lines(made, top):
             below.fault(name, "a point that has this name already is there")
         elif at and below.checked_name(name, name):
             if not any(region.shape.buffer(1e-6).covers(shapely.Point(at)) for region in made.regions):
-                below.fault(name, "expected inside dam or rock", at)
+                below.fault(name, "expected inside a group", at)
             made.points[name] = (*at, ())
 
 
@@ -361,14 +378,25 @@ def report(mesh):
     return lines
 
 
+def write_new(path, text):
+    """A file that is not there yet: what someone has written by hand stays."""
+    if os.path.exists(path):
+        raise MeshError(f"{path}: is there already, expected a new file for the draft")
+    write_file(path, text)
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python -m quoin_tools.section", description="Mesh of a section declared in a YAML file (docs/generators.md).")
     parser.add_argument("section", help="YAML file")
     parser.add_argument("-o", "--output", required=True, help="block mesh to write")
+    parser.add_argument("--scene", help="a first scene to write, with the names of the mesh")
     options = parser.parse_args(arguments)
     try:
-        mesh, _, notes = mesh_of(options.section)
+        mesh, made, notes = mesh_of(options.section)
         write(options.output, mesh)
+        if options.scene:
+            beside = os.path.dirname(options.scene) == os.path.dirname(options.output)
+            write_new(options.scene, draft(made, mesh, os.path.basename(options.output) if beside else options.output, made.title))
     except DeclaredError as error:
         print("\n".join(error.faults), file=sys.stderr)
         return 2
