@@ -74,6 +74,9 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
   PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
   PetscCall(add_pull(scene, m, stage, state, &pulls, f + at));
   PetscCall(CondensedLoads(m, f + at));
+  PetscCall(PetscArrayzero(state->applied.share[SHARE_TARGET], state->applied.n_loads));
+  for (PetscInt l = 0; l < stage->n_loads && state->applied.n_loads; l++)
+    state->applied.share[SHARE_TARGET][stage->loads[l]] = scene->loads[stage->loads[l]].heat.factor;
   state->applied.turn = LoadsTurn(m, state->u, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -98,11 +101,23 @@ PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode LoadsFromNow(const Model *m, State *state)
+{
+  PetscReal *const *share = state->applied.share;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(m)));
+  PetscCall(PetscArraycpy(share[SHARE_START], share[SHARE_NOW], state->applied.n_loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 void LoadsApply(const Model *m, State *state, PetscReal ramp)
 {
+  PetscReal *const *share = state->applied.share;
   state->applied.ramp = ramp;
   for (PetscInt d = 0; d < ModelApplied(m); d++)
     state->f_ext[d] = (1. - ramp) * state->applied.start[d] + ramp * state->applied.target[d];
+  for (PetscInt l = 0; l < state->applied.n_loads; l++)
+    share[SHARE_NOW][l] = (1. - ramp) * share[SHARE_START][l] + ramp * share[SHARE_TARGET][l];
 }
 
 PetscErrorCode LoadsRenew(const Scene *scene, const Model *m, const Stage *stage, State *state)

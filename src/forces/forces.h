@@ -54,6 +54,8 @@ PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell);
 PetscErrorCode TermsHistory(const TermView *view, TermHistory what);
 PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
 PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
+/* Corrects what is said of the blocks of a list. */
+PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers);
 /* Rank 0. The tables of all terms that have one. */
 PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables);
 PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables);
@@ -64,6 +66,8 @@ void TermsSummary(FILE *f, const TermView *view);
 /* Sets state->applied.target from the stage's loads in the present position. It must be called again after
    blocks have moved, because water pressure stays normal to its face. */
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
+/* The loads that act now are those from which a ramp starts. */
+PetscErrorCode LoadsFromNow(const Model *model, State *state);
 /* Whether water acts that follows the faces it presses on. */
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
 /* Whether applied forces change with the displacements: because of such water, or because the lever arms of

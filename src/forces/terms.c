@@ -10,6 +10,7 @@ static const TermKind *const Terms[] = {
     &Quiet_term,
     &Free_field_term,
     &Loads_term,
+    &Temperature_term,
     &Reservoir_term,
     &Pseudo_static_term,
     &Added_mass_term,
@@ -201,7 +202,8 @@ static int term_of(LoadKind kind)
 PetscBool TermPresses(const Scene *scene, const Load *load)
 {
   const int t = term_of(load->kind);
-  return (PetscBool)(t >= 0 && Terms[t]->presses && load->target[0] && scene->strain == STRAIN_LARGE);
+  const PetscBool acts = (PetscBool)(load->target[0] || load->kind == LOAD_TEMPERATURE);
+  return (PetscBool)(t >= 0 && Terms[t]->presses && acts && scene->strain == STRAIN_LARGE);
 }
 
 PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stage, const State *state,
@@ -302,6 +304,13 @@ PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum)
 }
 
 /* ---- memory and answers */
+
+PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers)
+{
+  PetscFunctionBeginUser;
+  EACH(of_blocks, &of, list, answers);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode TermsArchive(Archive *a, const TermView *view)
 {

@@ -203,13 +203,38 @@ static PetscBool acts_on_none(const BlockMesh *mesh, const Load *load)
                      !strcmp(load->groups[0], "none") && find_group(mesh, "none") < 0);
 }
 
+// A temperature must find blocks that expand; where it names a group, that must be able to.
+static void check_temperature(const Scene *scene, const BlockMesh *mesh, const Load *load, const char *key,
+                              char *message)
+{
+  PetscBool any = PETSC_FALSE;
+
+  for (PetscInt g = 0; g < mesh->n_groups; g++) {
+    const Material *m = scene->materials + g;
+    const PetscBool named = find_name(m->name, load->n_groups, (const NameText *)load->groups) >= 0;
+    any = (PetscBool)(any || (!m->rigid && m->expansion > 0.));
+    if (named && m->rigid)
+      Complain(message, scene->file, load->line, key, "the group %s is rigid: it cannot expand", m->name);
+    else if (!m->rigid && m->expansion > 0. && m->law != MATERIAL_ELASTIC && (named || !load->n_groups))
+      Complain(message, scene->file, load->line, key,
+               "the group %s is not elastic: its law does not know of temperature; leave it out of groups",
+               m->name);
+    else if (named && !(m->expansion > 0.))
+      Complain(message, scene->file, load->line, key, "materials.%s.expansion is missing [1/K]", m->name);
+  }
+  if (!any)
+    Complain(message, scene->file, load->line, key,
+             "nothing expands: expected materials.<group>.expansion [1/K] of a group that is not rigid");
+}
+
 static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   // what a load of each kind has as its target, none: it acts on groups alone; TermKind.loads has room for 32
   static const int kinds[32] = {
-      [LOAD_RESERVOIR] = FACE_SETS, [LOAD_TRACTION] = FACE_SETS,      [LOAD_POINT_FORCE] = POINTS,
-      [LOAD_UPLIFT] = FACE_SETS,    [LOAD_HEAD] = FACE_SETS,          [LOAD_DRAIN] = FACE_SETS,
-      [LOAD_INFLOW] = FACE_SETS,    [LOAD_PSEUDO_STATIC] = FACE_SETS, [LOAD_ADDED_MASS] = FACE_SETS};
+      [LOAD_RESERVOIR] = FACE_SETS,  [LOAD_TRACTION] = FACE_SETS,      [LOAD_POINT_FORCE] = POINTS,
+      [LOAD_UPLIFT] = FACE_SETS,     [LOAD_HEAD] = FACE_SETS,          [LOAD_DRAIN] = FACE_SETS,
+      [LOAD_INFLOW] = FACE_SETS,     [LOAD_PSEUDO_STATIC] = FACE_SETS, [LOAD_ADDED_MASS] = FACE_SETS,
+      [LOAD_TEMPERATURE] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
@@ -218,6 +243,7 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
       check_target(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
     if (kinds[load->kind] && load->target[0])
       check_target(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
+    if (load->kind == LOAD_TEMPERATURE) check_temperature(scene, mesh, load, key, message);
   }
 }
 

@@ -185,13 +185,18 @@ typedef struct {
    and StateTake afterwards. That tells PETSc that the numbers may have changed, so it drops the norms that it
    has kept. */
 
+enum { SHARE_START, SHARE_TARGET, SHARE_NOW, SHARES };
 /* The loads of a stage: f_ext = (1 - ramp) start + ramp target; applied.c. */
 typedef struct {
   PetscReal *start, *target; /* [N, N m] applied force at the start of the ramp and at its end. target has the
                                 forces at vertices of rigid bodies behind its dofs. In a dynamic stage with
                                 water on faces start has the loads that keep their direction */
   PetscReal ramp;            /* [-] 0..1 */
-  PetscBool turn;            /* a rigid body has loads whose moment changes as it turns */
+  PetscInt n_loads;          /* of the scene where one is a temperature, else 0 */
+  PetscReal
+      *share[SHARES]; /* [-] (n_loads,) what part of each load acts at the start of the ramp, at its end,
+                                and now: blocks that expand need it beside their forces */
+  PetscBool turn;     /* a rigid body has loads whose moment changes as it turns */
 } Applied;
 
 /* What a state has of each mode inside a condensed body, whose modal mass is 1 kg. */

@@ -115,6 +115,8 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
   if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
   if (m->n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &s->inertial));
   for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->n_modes, &s->modes[i]));
+  if (SceneHasHeat(scene)) s->applied.n_loads = scene->n_loads;
+  for (int i = 0; i < SHARES; i++) PetscCall(PetscCalloc1(s->applied.n_loads, &s->applied.share[i]));
   s->dt = s->caution = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -129,6 +131,7 @@ PetscErrorCode StateDestroy(State *s)
   for (int i = 0; i < STATE_VECS; i++) PetscCall(VecDestroy(vec[i]));
   PetscCall(PetscFree(s->applied.start));
   PetscCall(PetscFree(s->applied.target));
+  for (int i = 0; i < SHARES; i++) PetscCall(PetscFree(s->applied.share[i]));
   PetscCall(PetscFree(s->m_inv));
   PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));

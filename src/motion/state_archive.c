@@ -68,6 +68,9 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(StateTake(s));
   PetscCall(ArchiveApplied(a, m, "f_start", s->applied.start));
   PetscCall(ArchiveApplied(a, m, "f_target", s->applied.target));
+  static const char *const shares[] = {"share_start", "share_target", "share_now"};
+  for (int i = 0; i < SHARES && s->applied.n_loads; i++)
+    PetscCall(ArchiveReals(a, shares[i], s->applied.n_loads, s->applied.share[i]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turn, 1, MPIU_INT, MPI_MAX, m->comm));
   PetscCall(ArchiveInts(a, "loads_turn", 1, &turn));
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));

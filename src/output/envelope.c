@@ -163,12 +163,14 @@ static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
 {
   const Model *m = p->m;
   const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  const TermView view = {.m = m, .state = p->state};
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
     PetscReal *stress;
     PetscCall(PetscMalloc1(3 * list->n_padded, &stress));
     PetscCall(ElementStress(m, list, list->n_nodes, u, stress));
+    PetscCall(TermsOfBlocks(&view, list, &(BlockAnswers){.centre = stress}));
     for (PetscInt i = 0; i < list->n; i++)
       if (list->owned[i])
         take_block(p->scene->materials + list->group[i], stress + 3 * i, p->state->time,

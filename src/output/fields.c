@@ -121,16 +121,20 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
 }
 
 /* Stress and energy of one list of deformable elements. */
-static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
+static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const State *state,
                                    PetscInt *n, PetscInt *place, PetscReal *rows)
 {
+  const TermView view = {.m = model, .state = state};
+  const PetscReal *u = state->u + 3 * model->n_bodies;
   const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
-  PetscReal *centre, *gauss, *energy;
+  PetscReal *centre, *gauss, *energy, *change, *across;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc3(3 * e->n_padded, &centre, 3 * n_gauss * e->n_padded, &gauss, e->n_padded, &energy));
+  PetscCall(PetscCalloc2(e->n_padded, &change, e->n_padded, &across));
   PetscCall(ElementStress(model, e, n_nodes, u, centre));
   PetscCall(ElementStressGauss(model, e, n_nodes, u, gauss));
   PetscCall(ElementEnergy(model, e, n_nodes, u, energy));
+  PetscCall(TermsOfBlocks(&view, e, &(BlockAnswers){centre, gauss, energy, change, across}));
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
     PetscReal *row = rows + BLOCK_WIDTH * *n;
@@ -140,8 +144,14 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
     row[6] = energy[i];
     row[7] = NAN;
     for (int k = 0; k < 12; k++) row[8 + k] = k < 3 * n_gauss ? gauss[3 * n_gauss * i + k] : NAN;
+    const Lame *lame = model->lame + e->group[i];
+    row[20] = change[i];
+    row[21] = e->law != MATERIAL_ELASTIC
+                  ? NAN
+                  : 0.5 * lame->lambda / (lame->lambda + lame->mu) * (row[0] + row[1]) + across[i];
   }
   PetscCall(PetscFree3(centre, gauss, energy));
+  PetscCall(PetscFree2(change, across));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,7 +173,6 @@ static void rigid_rows(const Model *model, const State *state, const Elements *e
 
 static PetscErrorCode gather_blocks(const Model *model, const State *state, StageFields *s)
 {
-  const PetscReal *u = state->u + 3 * model->n_bodies;
   PetscInt n = 0, most = 1, *place, *body_of;
   PetscReal *rows;
   PetscFunctionBeginUser;
@@ -175,12 +184,12 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
     for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++)
       body_of[v - model->n_deformable] = i;
   }
-  PetscCall(element_rows(model, &model->t3, 3, u, &n, place, rows));
-  PetscCall(element_rows(model, &model->q4, 4, u, &n, place, rows));
+  PetscCall(element_rows(model, &model->t3, 3, state, &n, place, rows));
+  PetscCall(element_rows(model, &model->q4, 4, state, &n, place, rows));
   for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
-    PetscCall(element_rows(model, e, e->n_nodes, u, &n, place, rows));
-  PetscCall(element_rows(model, &model->condensed_t3, 3, u, &n, place, rows));
-  PetscCall(element_rows(model, &model->condensed_q4, 4, u, &n, place, rows));
+    PetscCall(element_rows(model, e, e->n_nodes, state, &n, place, rows));
+  PetscCall(element_rows(model, &model->condensed_t3, 3, state, &n, place, rows));
+  PetscCall(element_rows(model, &model->condensed_q4, 4, state, &n, place, rows));
   rigid_rows(model, state, &model->rigid_t3, body_of, &n, place, rows);
   rigid_rows(model, state, &model->rigid_q4, body_of, &n, place, rows);
   PetscCall(PetscFree(body_of));

@@ -82,7 +82,8 @@ static int write_stage_attributes(hid_t group, PetscInt stage, PetscInt frame, P
          Hdf5WriteCount(group, "cycles", result->cycles) || Hdf5WriteNumber(group, "ratio", result->ratio);
 }
 
-static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFields *fields)
+static int write_body_fields(hid_t group, const Scene *scene, const MeshFields *mesh,
+                             const StageFields *fields)
 {
   const hsize_t nv = mesh->n_vertices, nb = mesh->n_blocks;
   const hsize_t plane[2] = {nv, 2}, tensor[2] = {nb, 3}, gauss[3] = {nb, 4, 3};
@@ -94,6 +95,9 @@ static int write_body_fields(hid_t group, const MeshFields *mesh, const StageFie
          write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
          write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
          write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
+         (SceneHasHeat(scene) && write_columns(group, "temperature", 1, &nb, block, BLOCK_WIDTH, 20)) ||
+         (SceneHasHeat(scene) && scene->plane == PLANE_STRAIN &&
+          write_columns(group, "stress_z", 1, &nb, block, BLOCK_WIDTH, 21)) ||
          (fields->safety && (Hdf5WriteReals(group, "safety_factor", 1, &nb, fields->safety) ||
                              Hdf5WriteInts(group, "safety_mode", nb, 0, fields->safety_mode))) ||
          (fields->mechanism && Hdf5WriteReals(group, "mechanism", 2, plane, fields->mechanism));
@@ -421,7 +425,8 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
   group_name(results, stage, frame, name);
   const hid_t group = stages < 0 ? -1 : H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
-           write_body_fields(group, &results->written.mesh, &some) || write_contacts(group, &some) ||
+           write_body_fields(group, results->scene, &results->written.mesh, &some) ||
+           write_contacts(group, &some) ||
            ResultsTablesWrite(group, results->written.mesh.n_vertices, &some) ||
            ResultsEnvelopeWrite(group, results->written.mesh.n_blocks, &some) ||
            XdmfAddStage(results, stage, name, &some);

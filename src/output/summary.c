@@ -69,6 +69,20 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
   JsonNumber(f, "kinetic", result->kinetic, "},\n");
 }
 
+/* Writes by how much the blocks are colder and warmer than without stress, if a load has changed it. */
+static void put_temperature(FILE *f, const MeshFields *mesh, const StageFields *s)
+{
+  PetscReal range[2] = {INFINITY, -INFINITY};
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscReal change = s->block[BLOCK_WIDTH * b + 20];
+    if (isnan(change)) continue; // rigid
+    range[0] = PetscMin(range[0], change), range[1] = PetscMax(range[1], change);
+  }
+  fprintf(f, "      \"temperature\": {");
+  JsonNumber(f, "min", range[0], ", ");
+  JsonNumber(f, "max", range[1], "},\n");
+}
+
 /* Writes the account of a dynamic stage. */
 static void put_account(FILE *f, const Energies *e)
 {
@@ -228,6 +242,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
     SummaryBodies(f, p->m, &p->output->bodies), SummaryPeaks(f, p), put_account(f, &result->energy);
   else
     put_energies(f, mesh, fields, result);
+  if (SceneHasHeat(scene)) put_temperature(f, mesh, fields);
   put_extremes(f, p->m, mesh, fields);
   SummarySafety(f, scene, mesh, fields);
   if (p->output->trials.n) SummaryTrials(f, scene, p->stage, &p->output->trials);

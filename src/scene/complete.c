@@ -182,6 +182,36 @@ PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* One of three ways to say where it is how much warmer; keys of the yearly wave belong to that. Defaults
+   are no fault without it. */
+PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
+{
+  static const char *const ways[] = {"change", "points", "amplitude"};
+  static const char *const keys[] = {"faces", "mean", "day", "diffusivity"};
+  const HeatKeys *heat = &load->heat;
+  const PetscBool same[] = {PETSC_FALSE, (PetscBool)(heat->mean == 0.), (PetscBool)(heat->day == 0.),
+                            (PetscBool)(heat->diffusivity == 1.1e-6)};
+  PetscBool given = PETSC_FALSE;
+  int n = 0;
+
+  PetscFunctionBeginUser;
+  for (int k = 2; k >= 0; k--) {
+    PetscCall(IsGiven(r, path, ways[k], &given));
+    n += given;
+  }
+  if (!n)
+    COMPLAIN_MISSING(r, "a temperature needs change [K], points (a file) or amplitude [K], one of them");
+  if (n > 1) COMPLAIN(r, "change, points and amplitude: a temperature has one of them");
+  for (int k = 0; k < 4 && n == 1; k++) {
+    PetscCall(IsGiven(r, path, keys[k], &given));
+    if (isnan(heat->amplitude) && given && !same[k])
+      COMPLAIN(r, "there is no yearly wave: give loads.%s.amplitude [K]", load->name);
+    if (!k && !isnan(heat->amplitude) && !given)
+      COMPLAIN_MISSING(r, "missing: the face set from which the yearly wave comes in");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Conditions of water that flows in joints. */
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
 {

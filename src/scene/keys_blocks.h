@@ -8,6 +8,7 @@ typedef struct {
   char name[NAME_LENGTH];   /* name of a group of the mesh */
   PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
+  PetscReal expansion;      /* [1/K] of a change of temperature */
   Formulation element;      /* see element_kernels.h */
   PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
@@ -38,6 +39,8 @@ static const char *const MaterialLaws[] = {"elastic", "mohr_coulomb", "MaterialL
       "modulus of elasticity"),
   KEY(MATERIALS, "poisson", REAL, Material, poisson, "= required unless rigid", "> -1, < 0.5", "-",
       "Poisson's ratio"),
+  KEY(MATERIALS, "expansion", REAL, Material, expansion, "0", ">= 0", "1/K",
+      "strain of a free block by a change of temperature of 1 K"),
   KEY(MATERIALS, "element", CHOICE, Material, element, "= full; bending where law is not elastic", NULL, "",
       "blocks of 4 vertices: 2x2 points; one point and exact bending of rectangles; one point and hourglass control",
       .choices = Formulations),

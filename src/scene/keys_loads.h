@@ -1,6 +1,7 @@
 /* keys_loads.h: what a scene says of loads: section loads. Water in joints has a file of its own. */
 #ifdef KEY_STRUCTS
 #include "scene/keys_seismic.h"
+#include "scene/keys_temperature.h"
 #include "scene/keys_water.h"
 typedef enum {
   LOAD_SELF_WEIGHT,
@@ -13,19 +14,21 @@ typedef enum {
   LOAD_CURTAIN,
   LOAD_INFLOW,
   LOAD_PSEUDO_STATIC,
-  LOAD_ADDED_MASS
+  LOAD_ADDED_MASS,
+  LOAD_TEMPERATURE
 } LoadKind;
 
 typedef struct {
   char name[NAME_LENGTH];
   LoadKind kind;
-  PetscInt n_groups; /* self_weight, pseudo_static: number of groups it acts on; 0: all */
+  PetscInt n_groups; /* self_weight, pseudo_static, temperature: number of groups it acts on; 0: all */
   char (*groups)[NAME_LENGTH];
-  char target[NAME_LENGTH];        /* reservoir, traction: face set; point_force: point */
+  char target[NAME_LENGTH];        /* reservoir, traction, temperature: face set; point_force: point */
   PetscReal level;                 /* [m] reservoir: elevation of the water surface */
   PetscReal density;               /* [kg/m3] reservoir: density of the water */
   PetscReal coefficient[2];        /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
   HydroKeys hydro;                 /* pseudo_static, added_mass: the water's inertia */
+  HeatKeys heat;                   /* temperature */
   PetscReal traction[2];           /* [Pa] traction x, y; point_force: [N/m of thickness] */
   UpliftKeys uplift;               /* of an uplift; target, level and density as of a reservoir */
   char levels[PETSC_MAX_PATH_LEN]; /* head, reservoir: CSV file of t [s], level [m]; "": none */
@@ -39,16 +42,17 @@ typedef struct {
 #include "scene/keys_seismic.h"
 #include "scene/keys_water.h"
 static const char *const LoadTypes[] = {
-    "self_weight", "reservoir", "traction",      "point_force", "uplift",   "head",  "drain",
-    "curtain",     "inflow",    "pseudo_static", "added_mass",  "LoadKind", "LOAD_", NULL};
+    "self_weight", "reservoir",     "traction",   "point_force", "uplift",   "head",  "drain", "curtain",
+    "inflow",      "pseudo_static", "added_mass", "temperature", "LoadKind", "LOAD_", NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
   KEY(LOADS, "type", CHOICE, Load, kind, NULL, NULL, "", "what it is; decides which keys follow",
       .choices = LoadTypes),
   KEY(LOADS, "groups", NAMES, Load, groups, "= all", NULL, "",
-      "self_weight: groups that get their weight; pseudo_static: on whose mass it acts, none: on the water only",
-      .count = offsetof(Load, n_groups), .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC)),
+      "self_weight: groups that get their weight; pseudo_static: on whose mass it acts, none: on the water only; temperature: groups that expand",
+      .count = offsetof(Load, n_groups),
+      .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_TEMPERATURE)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
       "reservoir, added_mass, traction: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) |
@@ -65,6 +69,7 @@ static const char *const LoadTypes[] = {
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS)),
 #include "scene/keys_water.h"
 #include "scene/keys_seismic.h"
+#include "scene/keys_temperature.h"
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
       .loads = BIT(LOAD_POINT_FORCE)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa or N/m",

@@ -1,5 +1,5 @@
-/* motion_file.c: files of motions and of levels of water: read on rank 0, there scaled and their baseline
-   corrected, so that all ranks have the same bits. */
+/* motion_file.c: files of motions, of levels of water and of temperatures: read on rank 0, there scaled
+   and their baseline corrected, so that all ranks have the same bits. */
 #include "scene/record.h"
 #include <inttypes.h>
 #include <sys/stat.h>
@@ -71,7 +71,8 @@ PetscBool MotionIsChanged(const GroundMotion *m)
 /* Rank 0. */
 static PetscErrorCode read_motion(GroundMotion *m, PetscBool named, char message[MESSAGE_LENGTH])
 {
-  static const RecordShape shape = {2, 3, "t, x, y, or t and one component"}, unnamed = {2, 3, "t, x, y"};
+  static const RecordShape shape = {2, 3, "t, x, y, or t and one component", PETSC_FALSE},
+                           unnamed = {2, 3, "t, x, y", PETSC_FALSE};
   MotionQuantity quantity = m->quantity;
   const char *fault = NULL;
   PetscFunctionBeginUser;
@@ -163,24 +164,38 @@ PetscErrorCode MotionsDestroy(Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene)
+/* Collective. The file of a key of a load. */
+static PetscErrorCode read_load_file(MPI_Comm comm, const Scene *scene, const Load *load, const char *key,
+                                     const char *path, const RecordShape *shape, Record *record)
 {
-  static const RecordShape shape = {2, 2, "t, level"};
-  char key[LABEL_LENGTH];
+  char label[LABEL_LENGTH], message[MESSAGE_LENGTH] = "";
+  MotionQuantity none;
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(PetscSNPrintf(label, sizeof(label), "loads.%s.%s", load->name, key));
+  if (!rank) PetscCall(RecordRead(path, shape, record, &none, message));
+  if (!rank) PetscCall(place_fault(scene, label, path, message));
+  if (message[0]) PetscCall(RecordDestroy(record));
+  PetscCall(share(comm, record, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene)
+{
+  static const RecordShape levels = {2, 2, "t, level", PETSC_FALSE},
+                           points = {3, 3, "x, y, change", PETSC_TRUE};
+  PetscFunctionBeginUser;
   for (Load *l = scene->loads; l < scene->loads + scene->n_loads; l++) {
-    char message[MESSAGE_LENGTH] = "";
-    MotionQuantity none;
     Record record = {0};
-    if (!l->levels[0]) continue;
-    PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.levels", l->name));
-    if (!rank) PetscCall(RecordRead(l->levels, &shape, &record, &none, message));
-    if (!rank) PetscCall(place_fault(scene, key, l->levels, message));
-    if (message[0]) PetscCall(RecordDestroy(&record));
-    PetscCall(share(comm, &record, message));
-    l->n_levels = record.n, l->t = record.t, l->levels_at = record.x;
+    if (l->levels[0]) {
+      PetscCall(read_load_file(comm, scene, l, "levels", l->levels, &levels, &record));
+      l->n_levels = record.n, l->t = record.t, l->levels_at = record.x;
+    }
+    if (l->heat.points[0]) {
+      PetscCall(read_load_file(comm, scene, l, "points", l->heat.points, &points, &record));
+      l->heat.n_points = record.n, l->heat.x = record.t, l->heat.at = record.x;
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -195,8 +210,8 @@ static void note_file(FILE *f, const char *section, const char *name, const char
   fprintf(f, "%s_%s_%s_checksum %08" PRIx64 "\n", section, name, key, sum);
 }
 
-/* Adds a line with the checksum of each file of motion or levels to the options, so that a restart tells when
-   a file has changed. */
+/* Adds a line with the checksum of each file of motion, levels or temperatures to the options, so that a
+   restart tells when a file has changed. */
 PetscErrorCode SceneNoteFiles(Scene *scene)
 {
   char *text = NULL;
@@ -211,7 +226,8 @@ PetscErrorCode SceneNoteFiles(Scene *scene)
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
     note_file(f, "supports", s->name, "motion", s->own.file);
   for (const Load *l = scene->loads; l < scene->loads + scene->n_loads; l++)
-    note_file(f, "loads", l->name, "levels", l->levels);
+    note_file(f, "loads", l->name, "levels", l->levels),
+        note_file(f, "loads", l->name, "points", l->heat.points);
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
   free(scene->options);
   scene->options = text;

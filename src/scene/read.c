@@ -120,12 +120,14 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     load->uplift.drain = load->uplift.gallery = load->uplift.tailwater = load->uplift.efficiency = NAN;
     load->flow.from[0] = load->flow.from[1] = load->flow.to[0] = load->flow.to[1] = NAN;
     load->flow.distance = load->flow.factor = load->flow.aperture = load->hydro.bottom = NAN;
+    load->heat.change = load->heat.amplitude = NAN, load->heat.factor = 1.;
     load->coefficient[1] = -1.; // of self_weight, which has no such key
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
     if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
     if (load->kind == LOAD_PSEUDO_STATIC) PetscCall(CompletePseudoStatic(r, path, load));
+    if (load->kind == LOAD_TEMPERATURE) PetscCall(CompleteTemperature(r, path, load));
     PetscCall(CompleteFlow(r, path, load));
   }
   PetscCall(PetscFree(names));
@@ -431,6 +433,8 @@ PetscErrorCode SceneDestroy(Scene *scene)
   for (PetscInt i = 0; scene->loads && i < scene->n_loads; i++) {
     PetscCall(PetscFree(scene->loads[i].t));
     PetscCall(PetscFree(scene->loads[i].levels_at));
+    PetscCall(PetscFree(scene->loads[i].heat.x));
+    PetscCall(PetscFree(scene->loads[i].heat.at));
   }
   PetscCall(PetscFree(scene->loads));
   PetscCall(PetscFree(scene->stages));

@@ -111,6 +111,7 @@ PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *m
 PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
+PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);

@@ -1,4 +1,4 @@
-/* record.h: files of numbers in time. */
+/* record.h: files of numbers in time, and of numbers at places. */
 #pragma once
 #include "scene/scene.h"
 
@@ -6,6 +6,7 @@
 typedef struct {
   int least, most;   /* numbers in a row, with the time; most: at most RECORD_WIDEST */
   const char *names; /* of the columns, for messages */
+  PetscBool places;  /* rows are places, in any order; else the first number of each is its time */
 } RecordShape;
 enum { RECORD_WIDEST = 3 };
 

@@ -119,12 +119,14 @@ static PetscErrorCode read_table(Lines *l, const RecordShape *shape, Record *rec
     if (n != record->width + 1)
       fault(l, "%d numbers, those before it %" PetscInt_FMT ": expected %s", n, record->width + 1,
             shape->names);
-    if (!l->message[0] && !may_follow(record, row[0]))
+    if (!l->message[0] && !shape->places && !may_follow(record, row[0]))
       fault(l, "t = %.10g after %.10g: expected times that ascend, or twice the same for a step", row[0],
             (double)record->t[record->n - 1]);
     if (!l->message[0]) PetscCall(add_row(record, row[0], row + 1));
   }
-  if (!l->message[0] && (record->n < 2 || record->t[record->n - 1] <= record->t[0]))
+  if (!l->message[0] && shape->places && !record->n)
+    fault(l, "the end, and no row: expected %s", shape->names);
+  if (!l->message[0] && !shape->places && (record->n < 2 || record->t[record->n - 1] <= record->t[0]))
     fault(l, "the end after %" PetscInt_FMT " row%s: expected %s at two times or more", record->n,
           Plural(record->n), shape->names);
   PetscFunctionReturn(PETSC_SUCCESS);

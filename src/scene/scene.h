@@ -138,10 +138,18 @@ PetscErrorCode SceneReadMotions(MPI_Comm comm, Scene *scene);
 PetscErrorCode MotionsDestroy(Scene *scene);
 /* Whether the record is not that of its file: it is scaled, or its baseline corrected. */
 PetscBool MotionIsChanged(const GroundMotion *motion);
-/* Collective. The rows of files of levels, into scene->loads; refuses a file that is none. */
+/* Collective. The rows of files of levels and of temperatures, into scene->loads; refuses a file that is
+   none. */
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
+/* Whether a load of the scene is a temperature. */
+static inline PetscBool SceneHasHeat(const Scene *scene)
+{
+  for (PetscInt l = 0; l < scene->n_loads; l++)
+    if (scene->loads[l].kind == LOAD_TEMPERATURE) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
 /* Whether a stage of the scene runs in time. */
 static inline PetscBool SceneInTime(const Scene *scene)
 {

@@ -74,7 +74,7 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
                         result, &again, &commit));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
   if (commit && rests && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
-  PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
+  PetscCall(LoadsFromNow(p->m, state));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   if (!commit) PetscCall(ConfirmRound(p));
   PetscCall(EnergyAccountOpen(p));
@@ -141,7 +141,7 @@ static PetscErrorCode prepare(const Problem *p)
   State *state = p->state;
   PetscBool slips;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
+  PetscCall(LoadsFromNow(p->m, state));
   PetscCall(TermsBegin(&view));
   PetscCall(LoadsTarget(scene, p->m, p->stage, state));
   // the velocities of a dynamic stage mean nothing in fictitious time
@@ -172,7 +172,7 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
   if (p->result->verdict == VERDICT_NONE) {
     p->relax->effort.explicit = PETSC_TRUE;
-    PetscCall(PetscArraycpy(state->applied.start, state->f_ext, ModelApplied(p->m)));
+    PetscCall(LoadsFromNow(p->m, state));
     *ramp_start = p->result->cycles;
     state->applied.ramp = 0.;
     // the first cycle counts the change of forces from these

@@ -11,7 +11,7 @@
 
 /* What a trial starts from. */
 typedef struct {
-  PetscReal *u, *u_verified, *f_ext;
+  PetscReal *u, *u_verified, *f_ext, *share;
   PetscReal alpha, q_ray, contact_depth;
 } Snapshot;
 
@@ -39,7 +39,8 @@ static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
 {
   const Model *m = p->m;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc3(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext));
+  PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
+                         p->state->applied.n_loads, &s->share));
   PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -47,7 +48,7 @@ static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
 static PetscErrorCode snapshot_destroy(Snapshot *s)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree3(s->u, s->u_verified, s->f_ext));
+  PetscCall(PetscFree4(s->u, s->u_verified, s->f_ext, s->share));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,6 +60,7 @@ static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
   s->contact_depth = p->m->contact_depth;
   if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
   PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
+  PetscCall(PetscArraycpy(s->share, p->state->applied.share[SHARE_NOW], p->state->applied.n_loads));
   PetscCall(TermsHistory(&view, KEEP_STABLE));
   s->alpha = p->state->alpha, s->q_ray = p->relax->damping.q_ray;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -77,6 +79,7 @@ static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
   PetscCall(PetscArraycpy(u, s->u, ModelApplied(p->m)));
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
   PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
+  PetscCall(PetscArraycpy(p->state->applied.share[SHARE_NOW], s->share, p->state->applied.n_loads));
   PetscCall(TermsHistory(&view, BACK_TO_STABLE));
   p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
   PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
@@ -140,6 +143,7 @@ static void multiply_loads(const Scene *scene, const Stage *stage, PetscReal fac
     Load *raised = loads + stage->rises[i];
     for (int x = 0; x < 2; x++) raised->coefficient[x] = factor * load->coefficient[x];
     for (int x = 0; x < 2; x++) raised->traction[x] = factor * load->traction[x];
+    raised->heat.factor = factor;
     if (load->kind != LOAD_PSEUDO_STATIC) raised->density = factor * load->density; // of water at rest
   }
 }
@@ -358,6 +362,7 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
   PetscCall(ArchiveDofs(a, d->p.m, "u_verified", s->u_verified));
   PetscCall(ArchiveApplied(a, d->p.m, "f_ext", s->f_ext));
+  if (d->p.state->applied.n_loads) PetscCall(ArchiveReals(a, "share", d->p.state->applied.n_loads, s->share));
   const PetscBool moves = (PetscBool)(a->reading && d->p.state->u_verified);
   if (a->reading) RigidMotion(d->p.m, s->u);
   if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, s->u_verified));

@@ -70,6 +70,23 @@ PetscErrorCode LawsDestroy(Model *model);
 /* Their blocks as a force term; what blocks of all laws have alike is that of Blocks_term. */
 extern const TermKind Laws_term;
 
+/* ---- thermal.c
+   Blocks that have become warmer, by an isotropic stress s = s_1 change that they lack. s_1: [Pa/K] by group;
+   change: [K] at the vertices of the list's blocks, in the lanes of Elements.vertex. */
+/* Adds factor times the forces at owned vertices that expand the blocks: part of the applied ones, because
+   their mechanical strain is what is left of the total one. u, f: vertex arrays. */
+void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *change,
+                   PetscReal factor, const PetscReal *u, PetscReal *f);
+/* Takes s from stresses as ElementStress (n_points 1) and ElementStressGauss have found them. */
+void ThermalStress(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *change,
+                   const PetscReal *u, int n_points, PetscReal *stress);
+/* Makes of the energies of ElementEnergy those of the mechanical strain. own_1: [1/K] by group, what s does
+   work along when the change comes: three times the expansion, in plane stress twice. */
+void ThermalEnergy(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *own_1,
+                   const PetscReal *change, const PetscReal *u, PetscReal *energy);
+/* The mean change of each block at its centre. */
+void ThermalMean(const Elements *e, const PetscReal *change, PetscReal *mean);
+
 /* ---- blocks_term.c */
 /* Deformable blocks as a force term. */
 extern const TermKind Blocks_term;

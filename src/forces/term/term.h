@@ -95,6 +95,15 @@ typedef struct {
   TermColumn columns[TERM_COLUMNS];
 } TermTable;
 
+/* What results say of the blocks of a list, by their total strain until terms have corrected it. NULL: not
+   asked for. */
+typedef struct {
+  PetscReal *centre, *gauss; /* [Pa] (n, 3), (n, 1 or 4, 3) Cauchy stress, as ElementStress and -Gauss */
+  PetscReal *energy;         /* [J] (n,) */
+  PetscReal *change;         /* [K] (n,) mean change of temperature */
+  PetscReal *across;         /* [Pa] (n,) what that adds to the stress across the plane, at the centre */
+} BlockAnswers;
+
 typedef struct {
   const char *name;
   TermPhase phase;
@@ -156,6 +165,7 @@ typedef struct {
   PetscErrorCode (*history)(const TermView *v, TermHistory what); /* not collective */
 
   /* memory and answers */
+  PetscErrorCode (*of_blocks)(const TermView *v, const Elements *list, BlockAnswers *answers);
   PetscErrorCode (*archive)(Archive *archive, const TermView *v);
   PetscErrorCode (*archive_stable)(Archive *archive, const TermView *v); /* what KEEP_STABLE has kept */
   PetscErrorCode (*table)(const TermView *v, TermTable *table);          /* rank 0; no rows: there is none */

@@ -214,11 +214,11 @@ KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point
 def stage_forces(mesh, scene, stage, part=WHOLE):
     """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know.
 
-    Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest."""
+    Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest, and a temperature none on a part as a whole."""
     forces, left_out = {}, []
     for name, load in scene.stage_loads(stage).items():
         kind = KINDS.get(load.get("type"))
-        if load.get("type") in IN_JOINTS or load.get("type") == "added_mass":
+        if load.get("type") in IN_JOINTS or load.get("type") in ("added_mass", "temperature"):
             continue
         if kind is None:
             left_out.append(f"{name} ({load.get('type')})")

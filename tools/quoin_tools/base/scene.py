@@ -101,6 +101,8 @@ def factored(load, factor):
     """A load whose force a load factor has multiplied."""
     if load.get("type") == "self_weight":
         return load | {"coefficient": [0.0, -factor]}
+    if load.get("type") == "temperature":
+        return load | {key: factor * float(load[key]) for key in ("change", "mean", "amplitude") if key in load}
     pairs = {key: [factor * value for value in load[key]] for key in ("coefficient", "value") if key in load}
     return load | (pairs or {"density": factor * float(load.get("density", 1000.0))})
 
