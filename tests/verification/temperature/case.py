@@ -153,10 +153,9 @@ def fields(case):
     for day in (0.0, 35.0, 182.625):
         one = changed(scene(), ("supports", supports), ("loads.warm", {"type": "temperature", "amplitude": 8.0, "mean": -3.0, "day": day, "faces": "top"}), ("relaxation.tolerance", 1e-6))
         found = case.run(mesh, one).stage("winter").temperature
-        def wave(y):
-            return -3 + 8 * np.exp(y / DEPTH) * np.cos(2 * np.pi * day / 365.25 + y / DEPTH)
-        rows = mesh.vertices[mesh.blocks][:, :, 1]
-        case.check(f"wave, day {day:g}: change of each block [K]", found, wave(rows).mean(axis=1), relative=1e-12)
+        y = mesh.vertices[mesh.blocks][:, :, 1]
+        wave = -3 + 8 * np.exp(y / DEPTH) * np.cos(2 * np.pi * day / 365.25 + y / DEPTH)
+        case.check(f"wave, day {day:g}: change of each block [K]", found, wave.mean(axis=1), relative=1e-12)
     depths = np.array([2.0, 5.0, 10.0])
     case.check("... depth it reaches [m], what is left, days late at 2, 5, 10 m", [DEPTH, *np.exp(-depths / DEPTH), *depths / DEPTH * 365.25 / 2 / np.pi], [3.3241, 0.5479, 0.2222, 0.0494, 35.0, 87.4, 174.9], relative=1e-3)
     rng = np.random.default_rng(3)
@@ -247,7 +246,7 @@ def ranks_and_restart(case):
         def answers(result):
             return [[stage["checksum"], stage["temperature"]] for stage in result.summary["stages"]] + [result.stage(name).gauss_stress[:, :1].tobytes() for name in result.stages]
         case.check(f"{measure} strain: all stages run", [stage["verdict"] for stage in first.summary["stages"]], ["converged"] * 4 + ["completed"])
-        for ranks in (2, 3, 4):
+        for ranks in (2, 3, 4) if measure == "small" else (2,):
             case.check(f"... the same on {ranks} ranks", answers(case.run(mesh, one, ranks=ranks)) == answers(first), True)
         kept = sorted((folder / "kept" / "checkpoints").iterdir())
         for i, at in enumerate((len(kept) // 6, len(kept) // 3, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
