@@ -203,3 +203,10 @@ def test_each_mistake_has_its_line(tmp_path):
 def test_no_file(tmp_path):
     with pytest.raises(DeclaredError, match="no.yaml: No such file or directory"):
         section.load(tmp_path / "no.yaml")
+
+
+def test_import_takes_sections_and_meshes_of_gmsh(tmp_path, capsys):
+    """What `quoin import` calls."""
+    assert section.imported([str(declared(tmp_path)), "-o", str(tmp_path / "m.h5")]) == 0 and read(tmp_path / "m.h5").points
+    assert section.imported([str(tmp_path / "no.msh"), "-o", str(tmp_path / "n.h5")]) == 2
+    assert "no.msh: No such file" in capsys.readouterr().err

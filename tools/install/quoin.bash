@@ -1,6 +1,6 @@
 # Completion of the command quoin in bash. `source tools/setup.sh` reads it; `cmake --install` puts it where bash-completion looks.
 
-_quoin_commands="new import check advise run show report study compare export help dam voronoi walls blockmesh plot_mesh gmsh_import results plots animate assessment hinges motion whole verify"
+_quoin_commands="new import check advise run show report study compare export help dam voronoi walls blockmesh plot_mesh section gmsh_import results plots animate assessment hinges motion whole verify"
 _quoin_topics=""  # asked for once
 _quoin_keys=""
 
@@ -22,7 +22,8 @@ _quoin() {
       mapfile -t COMPREPLY < <(compgen -W "$_quoin_topics" -- "$word")
       return ;;
     run | check | advise | study) files='!*.@(yaml|yml)' ;;
-    import | gmsh_import) files='!*.msh' ;;
+    import | section) files='!*.@(yaml|yml|msh)' ;;
+    gmsh_import) files='!*.msh' ;;
     plot_mesh | blockmesh) files='!*.h5' ;;
   esac
   if [[ $word == -* ]]; then

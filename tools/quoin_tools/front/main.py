@@ -13,7 +13,7 @@ from quoin_tools.base.command import command, said
 # what calls what: module and function, in a line what it does
 WAY = {
     "new": ("front.new:main", "a folder with a scene and a block mesh to begin with"),
-    "import": ("mesh.gmsh_import:main", "block mesh from a Gmsh file"),
+    "import": ("mesh.section:imported", "block mesh of a section, a drawing (DXF), a Gmsh file"),
     "check": ("front.running:check", "are scene and mesh right? nothing is run"),
     "advise": ("front.running:advise", "what will a run cost, what can be left out?"),
     "run": ("front.running:run", "runs a scene, with -n on several ranks"),
@@ -21,7 +21,7 @@ WAY = {
     "report": ("show.report:main", "the sheet of a run, HTML and PDF"),
     "study": ("front.study:main", "a scene over values of its keys: a table"),
     "compare": ("show.compare:main", "two runs: what differs, by how much"),
-    "export": ("show.export:main", "a run as CSV"),
+    "export": ("show.export:main", "a run as CSV; --dxf: as drawings"),
     "help": ("front.topics:main", "keys of the scene and documents: quoin help loads"),
 }
 TOOLS = {
@@ -30,7 +30,8 @@ TOOLS = {
     "walls": ("mesh.walls:main", "block meshes of walls, arches and slopes"),
     "blockmesh": ("mesh.blockmesh:main", "checks a block mesh, or says what is in it"),
     "plot_mesh": ("show.plot_mesh:main", "picture of a block mesh"),
-    "gmsh_import": ("mesh.gmsh_import:main", "as import"),
+    "section": ("mesh.section:main", "as import"),
+    "gmsh_import": ("mesh.gmsh_import:main", "block mesh from a Gmsh file"),
     "results": ("base.results:main", "numbers of a run"),
     "plots": ("show.plots:main", "pictures of a run"),
     "animate": ("show.animate:main", "film of a stage in time, or of how a stage fails"),

@@ -131,7 +131,7 @@ def expected_size(plan):
 def arranged(plan):
     grid = plan.grid()
     check_regions(plan, grid)
-    wanted = shapely.multipoints([place[:2] for place in plan.points.values()])
+    wanted = shapely.multipoints(np.array([place[:2] for place in plan.points.values()]).reshape(-1, 2))
     lines = [region.shape.boundary for region in plan.regions] + [shapely.LineString(line.points) for line in plan.lines]
     whole = shapely.union_all(shapely.snap(lines, wanted, 2 * grid), grid_size=grid)
     nodes, edges = joined(whole, plan.near())

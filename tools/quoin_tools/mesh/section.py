@@ -6,7 +6,6 @@ docs/generators.md has the keys. Names are those of quoin_tools.dam: groups dam 
 rock_sides, rock_bottom, rock_top_upstream, rock_top_downstream, and those of galleries; points heel, toe, crest_upstream, crest_downstream,
 rock_heel, rock_toe."""
 
-import argparse
 import math
 import os
 import sys
@@ -14,8 +13,9 @@ import sys
 import numpy as np
 import shapely
 
+from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
-from quoin_tools.mesh import declared, drawing, patterns, plan
+from quoin_tools.mesh import declared, drawing, gmsh_import, patterns, plan
 from quoin_tools.mesh.blockmesh import MeshError, areas, macroblocks, quality, write, xy_text
 from quoin_tools.mesh.declared import DeclaredError
 from quoin_tools.mesh.draft import draft
@@ -385,8 +385,14 @@ def write_new(path, text):
     write_file(path, text)
 
 
+def imported(arguments):
+    """`quoin import`: a mesh of Gmsh by its own reader, else a section or a drawing with its table."""
+    return (gmsh_import.main if any(word.lower().endswith(".msh") for word in arguments) else main)(arguments)
+
+
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m quoin_tools.section", description="Mesh of a section declared in a YAML file (docs/generators.md).")
+    parser = Parser(prog="quoin import", description="Mesh of a section declared in a YAML file, or of a drawing (DXF) with its table of layers "
+                                                     "(docs/generators.md); of a mesh of Gmsh: quoin gmsh_import -h.")
     parser.add_argument("section", help="YAML file")
     parser.add_argument("-o", "--output", required=True, help="block mesh to write")
     parser.add_argument("--scene", help="a first scene to write, with the names of the mesh")

@@ -19,5 +19,6 @@ shaken_part  the part of the sheet about earthquakes in time
 report     the sheet: HTML and PDF
 verify     a sheet held against the files it is about
 export     a run as CSV
+dxf        a stage of a run as a drawing
 compare    two runs side by side
 """
