@@ -11,6 +11,7 @@ from quoin_tools.base.results import SLIPPING, Results
 from quoin_tools.mesh import section
 from quoin_tools.mesh.blockmesh import write
 from quoin_tools.show import dxf, export
+from quoin_tools.show.style import view
 from test_section import SMALL, declared, group_areas, lengths, meshed
 
 pytest.importorskip("gmsh")
@@ -88,13 +89,16 @@ def test_displacements_and_mechanism(run):
         here = np.concatenate(rings(folder, stage, "GROUP_dam") + rings(folder, stage, "GROUP_rock"))
         there = np.concatenate(rings(folder, stage, layer))
         at = {tuple(np.round(xy, 6)) for xy in here}
-        text = [t.dxf.text for t in ezdxf.readfile(folder / f"{stage}.dxf").modelspace().query('TEXT[layer=="NOTES"]')][0]
-        factor = float(text.split("displacements ")[1].split()[0]) if stage == "full" else dxf.SHARE * np.ptp(mesh.vertices, axis=0).max()
+        text = "; ".join(t.dxf.text for t in ezdxf.readfile(folder / f"{stage}.dxf").modelspace().query('TEXT[layer=="NOTES"]'))
+        box, _ = view(mesh)
+        size = max(box[1] - box[0], box[3] - box[2])
+        factor = float(text.split("displacements ")[1].split()[0]) if stage == "full" else dxf.SHARE * size
         moved = {tuple(np.round(xy, 6)) for xy in (mesh.vertices + factor * motion)[mesh.outline().ravel()]}
         assert {tuple(np.round(xy, 6)) for xy in there} == moved and len(at) > 50
-        far = np.hypot(*motion.T).max() * factor / np.ptp(mesh.vertices, axis=0).max()
+        far = np.hypot(*motion.T).max() * factor / size
         assert 0.02 < far <= 0.05 + 1e-9
-        assert f"stage {stage}" in text and "lengths in m" in text
+        crest = results.stage_summary(stage)["probes"]["crest_upstream"]["u_x"]
+        assert f"stage {stage}" in text and "lengths in m" in text and f"crest_upstream: u = ({1e3 * crest:.4g}," in text
 
 
 def test_a_drawing_that_is_written_is_read(run, tmp_path):

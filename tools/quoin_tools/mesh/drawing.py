@@ -75,7 +75,8 @@ def read(keys):
     except (OSError, ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
         keys.fault("file", f"no drawing that can be read ({getattr(error, 'strerror', None) or ' '.join(str(error).split()) or type(error).__name__})", name)
         return None, 0.0, []
-    own, notes = INSUNITS.get(document.units), []
+    # files older than AC1015 (R2000) have no units; ezdxf gives them its own default
+    own, notes = INSUNITS.get(document.units) if getattr(document, "_loaded_dxfversion", document.dxfversion) >= "AC1015" else None, []
     if unit is None and own is None:
         keys.fault(None, f"the drawing does not say its units, expected units: {' or '.join(UNITS)}")
         return None, 0.0, []
@@ -84,8 +85,11 @@ def read(keys):
     sheet = collected(document, UNITS[unit or own] * scale, np.array(origin), chord)
     every = [xy for rows in sheet.curves.values() for xy in rows]
     extent = np.ptp(np.concatenate(every), axis=0).max() if every else 0.0
+    if not every:
+        keys.fault("file", "a drawing without lines", name)
+    elif not SMALLEST <= extent <= LARGEST:
+        keys.fault("units" if unit else None, f"the drawing would be {extent:g} m across: wrong units or scale", unit)
     if not SMALLEST <= extent <= LARGEST:
-        keys.fault("units" if unit else None, f"the drawing would be {extent:g} m across: wrong units or scale" if every else "the drawing has no lines", unit)
         return None, 0.0, []
     return sheet, gap, notes
 

@@ -1,17 +1,19 @@
 """A stage of a run as a drawing (DXF): bodies, joints by what they do, anchors, the displaced section or the failure mechanism, each on a layer.
 
 Lengths are in m, as the head of the drawing says. Layers: GROUP_<name>, JOINT_<name>, OPEN, SLIPPING, CRUSHED, ANCHORS, POINTS, DISPLACED or MECHANISM,
-and NOTES with a line on what is drawn and how much larger displacements are."""
+and NOTES: what is drawn, how much larger displacements are, those of the points."""
 
 import io
 import math
+from collections import Counter
 
 import numpy as np
 
 from quoin_tools.base.anchors import facts_of
 from quoin_tools.base.results import CRUSHING, OPEN, SLIPPING, VERTEX_FACE
+from quoin_tools.show.style import view
 
-SHARE = 0.05  # of the section's size: how far the fastest vertex of a mechanism is drawn
+SHARE = 0.05  # of the section that pictures show: how far the fastest vertex of a mechanism is drawn
 COLOURS = {"OPEN": 1, "SLIPPING": 30, "CRUSHED": 6, "ANCHORS": 210, "POINTS": 3, "DISPLACED": 5, "MECHANISM": 1, "NOTES": 7}
 
 
@@ -27,22 +29,25 @@ def drawing(results, stage):
     for group, ring in rings_of(mesh):
         space.add_lwpolyline(mesh.vertices[ring].tolist(), close=True, dxfattribs={"layer": f"GROUP_{mesh.group_names[group]}"})
     draw_contacts(space, mesh, found.contacts)
-    draw_anchors(space, results, found)
-    draw_points(space, results.stage_summary(stage), 0.008 * np.ptp(mesh.vertices, axis=0).max())
-    layer, factor, moved, words = motion_of(mesh, found)
+    box, _ = view(mesh)
+    size = max(box[1] - box[0], box[3] - box[2])
+    draw_anchors(space, results, found, 0.01 * size)
+    layer, factor, moved, words = motion_of(mesh, found, size)
     for _, ring in rings_of(mesh):
         space.add_lwpolyline((mesh.vertices[ring] + factor * moved[ring]).tolist(), close=True, dxfattribs={"layer": layer})
-    low, size = mesh.vertices.min(axis=0), np.ptp(mesh.vertices, axis=0).max()
-    notes = f"{results.title}; stage {stage}: {found.verdict}; lengths in m; {words}"
-    space.add_text(notes, height=0.02 * size, dxfattribs={"layer": "NOTES"}).set_placement((low[0], low[1] - 0.05 * size))
+    probes = results.stage_summary(stage).get("probes", {})
+    notes = [results.title, f"stage {stage}: {found.verdict}; lengths in m", words]
+    notes += [f"{name}: u = ({1e3 * probe['u_x']:.4g}, {1e3 * probe['u_y']:.4g}) mm" for name, probe in probes.items()]
+    draw_points(space, probes, 0.008 * size)
+    for row, note in enumerate(notes):
+        space.add_text(note, height=0.015 * size, dxfattribs={"layer": "NOTES"}).set_placement((box[1] + 0.05 * size, box[3] - (0.02 + 0.025 * row) * size))
     text = io.StringIO()
     document.write(text)
     return text.getvalue()
 
 
-def motion_of(mesh, stage):
-    """(layer, factor, motion of the vertices, words) of the mechanism, or of the displacements where no trial failed."""
-    size = np.ptp(mesh.vertices, axis=0).max()
+def motion_of(mesh, stage, size):
+    """(layer, factor, motion of the vertices, words) of the mechanism, or of the displacements where no trial failed; size: of what is looked at."""
     if stage.mechanism is not None:
         return "MECHANISM", SHARE * size, stage.mechanism, f"MECHANISM: velocities of the failing trial, the fastest drawn as {SHARE * size:.3g} m"
     largest = np.hypot(*stage.displacement.T).max()
@@ -94,18 +99,21 @@ def draw_contacts(space, mesh, contacts):
             space.add_line(a, b, dxfattribs={"layer": layer})
 
 
-def draw_anchors(space, results, stage):
+def draw_anchors(space, results, stage, height):
     table = stage.anchors
     if table is None:
         return
-    size = np.ptp(results.mesh.vertices, axis=0).max()
     for name, head, root, force in zip(facts_of(results.stage_summary(stage.name)), table.head.tolist(), table.root.tolist(), table.force, strict=True):
         space.add_line(head, root, dxfattribs={"layer": "ANCHORS"})
-        space.add_text(f"{name} {force / 1e3:.4g} kN", height=0.01 * size, dxfattribs={"layer": "ANCHORS"}).set_placement(head)
+        space.add_text(f"{name} {force / 1e3:.4g} kN", height=height, dxfattribs={"layer": "ANCHORS"}).set_placement(head)
 
 
-def draw_points(space, summary, height):
-    for name, probe in summary.get("probes", {}).items():
-        space.add_point((probe["x"], probe["y"]), dxfattribs={"layer": "POINTS"})
-        words = f"{name} u = ({1e3 * probe['u_x']:.4g}, {1e3 * probe['u_y']:.4g}) mm"
-        space.add_text(words, height=height, dxfattribs={"layer": "POINTS"}).set_placement((probe["x"], probe["y"]))
+def draw_points(space, probes, height):
+    """Points with names, one above the other where they share a place."""
+    taken = Counter()
+    for name, probe in probes.items():
+        place = (probe["x"], probe["y"])
+        space.add_point(place, dxfattribs={"layer": "POINTS"})
+        label = (place[0] + height, place[1] + (0.5 + 1.5 * taken[place]) * height)
+        space.add_text(name, height=height, dxfattribs={"layer": "POINTS"}).set_placement(label)
+        taken[place] += 1
