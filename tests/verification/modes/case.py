@@ -18,6 +18,7 @@ def run(case):
     in_time(case)
     shear_column(case)
     stones(case)
+    anchored(case)
     floating(case)
     open_base(case)
     leaning(case)
@@ -134,6 +135,34 @@ def stones(case):
         first = expected.ravel()[np.argmax(abs(expected.ravel()) > (1 - 1e-6) * largest)]
         worst = max(worst, abs(result.stage("all").modes[mode] - expected / first).max())
     case.check("... shapes, the largest displacement 1 and positive", worst, 0.0, absolute=1e-6)
+
+
+def anchored(case):
+    """A rigid stone on its joint with bars to the base: an anchor is a spring along its line, at its head."""
+    width, height, k_n, k_s = 2.0, 1.5, 10e9, 3e9
+    m = 2400 * width * height
+    joint = np.diag([k_s * width, k_n * width, k_n * width**3 / 12])
+    below = np.array([[1, 0, height / 2], [0, 1, 0], [0, 0, 1]])  # sliding, opening, turning of the joint, of the centre's motion
+    mass = np.diag([m, m, m * (width**2 + height**2) / 12])
+    steel = {"area": 0.05, "young": 200e9, "compression": True}
+    upright, leaning = ({"head": [x, 1.0], "root": [1.0, -0.5]} for x in (1.0, 1.7))
+    for what, ends in (("none", []), ("one in the middle", [upright]), ("one that leans", [leaning]), ("both", [upright, leaning])):
+        K = below.T @ joint @ below
+        for end in ends:
+            head, root = (np.array(end[name]) for name in ("head", "root"))
+            along = (head - root) / np.linalg.norm(head - root)
+            arm = head - [width / 2, height / 2]
+            pull = np.array([*along, arm[0] * along[1] - arm[1] * along[0]])
+            K += steel["area"] * steel["young"] / np.linalg.norm(head - root) * np.outer(pull, pull)
+        f, _ = by_hand(mass, K)
+        for strain in ("small", "large"):
+            scene = changed(RIGID, ("strain", strain), ("loads", {"weight": {"type": "self_weight"}}),
+                            ("stages", [{"under": {"loads": ["weight"]}}, {"rest": {"loads": []}}, {"all": {"type": "modes", "count": 3}}]),
+                            ("anchors", {f"a{i}": steel | end for i, end in enumerate(ends)}))
+            result = case.run(wall(1), scene)
+            case.check(f"rigid stone, {strain} strain, anchors: {what}: three frequencies [Hz]", hertz(result, "all"), f, relative=1e-8)
+    two = case.run(wall(1), scene, ranks=2)
+    case.check("... on 2 ranks", hertz(two, "all"), hertz(result, "all"), relative=1e-12)
 
 
 # ---- in closed form
