@@ -44,7 +44,7 @@ for name in ${@:-format tidy cppcheck ruff mypy}; do
     format) format || failed+=" $name" ;;
     tidy) tidy || failed+=" $name" ;;
     cppcheck) cppcheck_c || failed+=" $name" ;;
-    ruff) "$checkers/ruff" check --quiet tools tests examples || failed+=" $name" ;;
+    ruff) "$checkers/ruff" check --quiet tools tests examples setup.py || failed+=" $name" ;;
     mypy) "$checkers/mypy" --python-executable build/venv/bin/python --no-error-summary tools/quoin_tools || failed+=" $name" ;;
     *) echo "tools/check.sh: no checker named $name" >&2 && exit 2 ;;
   esac

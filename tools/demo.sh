@@ -24,3 +24,6 @@ echo "Files written in $PWD/$out:"
 find "$out" -type f -newer "$start" -printf '%s %P\n' | sort -k 2 | while read -r size name; do
   printf '  %8s  %s\n' "$(numfmt --to=iec --suffix=B "$size")" "$name"
 done
+
+echo
+echo "Your own dam: source tools/setup.sh; quoin new dam"

@@ -51,7 +51,7 @@ def dam(tmp_path_factory):
     """A folder that `quoin new` has made, of few blocks; the tests change no file in it."""
     folder = tmp_path_factory.mktemp("front") / "my dam: 1"
     said = call("new", folder, "--height", "30", "--columns", "3")
-    assert "reservoir up to 30 m" in said.stdout
+    assert f"next: cd '{folder}'; quoin run" in said.stdout
     return folder
 
 
@@ -89,7 +89,7 @@ def test_the_way(dam, whole_run):
 
 def test_new_keeps_what_is_there(dam):
     before = (dam / "scene.yaml").read_bytes()
-    assert refused("new", dam).endswith("scene.yaml: is there already, and stays as it is")
+    assert refused("new", dam).endswith("section.yaml: is there already, and stays as it is")
     assert (dam / "scene.yaml").read_bytes() == before
 
 
@@ -156,11 +156,11 @@ def test_study(dam, tmp_path):
     (["help", "laods"], "quoin help: no topic 'laods'; did you mean 'loads'?"),
     (["report"], "quoin report: the following arguments are required: folder; quoin report -h says more"),
     (["show", "nowhere"], "results: nowhere: no results.h5 (a run writes it at the end of its first stage)"),
-    (["new", "/proc/none"], "None"),
+    (["new", "/proc/none"], "quoin new: /proc/none/section.yaml: No such file or directory"),
+    (["new", "dam", "--slope", "-1"], "quoin new: expected a height, a crest and columns above zero, and faces that do not overhang"),
 ])  # fmt: skip
 def test_refusals(words, said, tmp_path):
-    found = refused(*words, folder=tmp_path)
-    assert found == said or (said == "None" and "/proc/none" in found)
+    assert refused(*words, folder=tmp_path) == said
 
 
 @pytest.mark.parametrize("name", [name for name in front.WAY | front.TOOLS if name not in ("help", "run", "check", "advise", "study", "new", "show")])
@@ -224,7 +224,7 @@ def test_help_in_80_columns(capsys):
     assert {"loads", "stages", "anchors", "a dynamic stage"} <= set(wanted)
     for text in [topics.overview(), front.usage(), *(topics.topic(name) for name in wanted)]:
         assert not [line for line in text.splitlines() if len(line) > 80]
-    for module in ("running", "new", "show", "study", "topics"):
+    for module in ("running", "show", "study", "topics"):
         lines = __import__(f"quoin_tools.front.{module}", fromlist="x").__doc__.splitlines()
         assert not [line for line in lines if len(line) > 80], module
 
@@ -272,8 +272,14 @@ def test_the_package_has_every_room():
         project = tomllib.load(file)
     rooms = {f"quoin_tools.{path.parent.name}" for path in ROOT.glob("tools/quoin_tools/*/__init__.py")}
     assert set(project["tool"]["setuptools"]["packages"]) == rooms | {"quoin_tools", "quoin_tools.docs"}
+    pins = re.findall(r"^(\w+)==", (ROOT / "tools/requirements.txt").read_text(encoding="utf-8"), flags=re.M)
+    assert set(project["project"]["dependencies"]) == set(pins) - {"hypothesis", "pytest", "setuptools", "vtk"}  # those are for tests
     kinds = {path.suffix for path in ROOT.glob("tools/quoin_tools/*/*") if path.is_file()}
     assert kinds == {".py", ".yaml"}  # package-data and tools/install/CMakeLists.txt name these
+
+
+def test_every_tool_is_a_command():
+    assert {path.stem for path in ROOT.glob("tools/quoin_tools/*.py")} - {"__init__"} <= set(front.WAY | front.TOOLS)
 
 
 def test_one_version():
@@ -310,3 +316,23 @@ def test_python_verdicts_and_refusals(dam, tmp_path, monkeypatch, capfd):
     assert caught.value.code == 2 and capfd.readouterr() == ("", "")
     with pytest.raises(AttributeError, match="no attribute 'rnu'"):
         quoin.rnu  # noqa: B018
+
+
+def test_the_notebook(tmp_path):
+    """examples/dam.ipynb prints what it has stored, and has pictures; a cell that prints something else is told."""
+    script, source = ROOT / "examples/notebook.py", ROOT / "examples/dam.ipynb"
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
+
+    def run(path):
+        return subprocess.run([sys.executable, script, path], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+
+    done = run(source)
+    assert done.returncode == 0, done.stderr
+    text = source.read_text(encoding="utf-8")
+    cells = json.loads(text)["cells"]
+    kinds = [output["output_type"] for cell in cells for output in cell.get("outputs", [])]
+    assert kinds.count("display_data") == 2 and kinds.count("stream") >= 5
+    short = {"cells": [cells[1] | {"source": ["print('collapsed')\n"]}, *cells[:2]]}
+    (tmp_path / "other.ipynb").write_text(json.dumps(short), encoding="utf-8")
+    done = run(tmp_path / "other.ipynb")
+    assert done.returncode == 1 and "-- now:\ncollapsed" in done.stderr

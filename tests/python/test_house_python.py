@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from quoin_tools.front import main
 
 ROOT = Path(__file__).resolve().parents[2]
 HOUSE = ROOT / "tools" / "quoin_tools"
@@ -106,5 +107,8 @@ def test_commands_only_call_their_room(command):
 
 def test_commands_of_the_documents_exist():
     texts = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("tools/*.sh"), *ROOT.glob("src/**/*.c")]
-    named = {name for path in texts for name in re.findall(r"-m\s+quoin_tools\.(\w+)", path.read_text(encoding="utf-8"))}
-    assert len(named) > 9 and named <= set(COMMANDS)
+    texts = {path: path.read_text(encoding="utf-8") for path in texts}
+    modules = {name for text in texts.values() for name in re.findall(r"-m\s+quoin_tools\.(\w+)", text)}
+    assert modules <= set(COMMANDS)
+    named = {(path.name, name) for path, text in texts.items() for name in re.findall(r"(?:^ *|`|; )quoin ([a-z_]+)\b", text, flags=re.M)}
+    assert len({name for _, name in named}) > 15 and not [pair for pair in named if pair[1] not in main.WAY | main.TOOLS]

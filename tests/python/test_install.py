@@ -19,7 +19,17 @@ QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 VERSION = re.search(r"^project\(quoin VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), flags=re.M)[1]
 NOBODY = 65534
 SOON = ["-relaxation_tolerance", "1e-2", "-relaxation_velocity_tolerance", "1e-2"]  # on a machine with other work two ranks wait for each other
-USERS = [None, pytest.param(NOBODY, marks=pytest.mark.skipif(os.geteuid() != 0, reason="only root can be another user"))]
+
+
+def is_possible():
+    """Whether this process can be another user, who reaches the Python of these tests."""
+    try:
+        return subprocess.run([sys.executable, "-c", ""], user=NOBODY, group=NOBODY, extra_groups=[], check=False, capture_output=True).returncode == 0
+    except OSError:
+        return False
+
+
+USERS = [None, pytest.param(NOBODY, marks=pytest.mark.skipif(not is_possible(), reason="needs root, and a Python that others may run"))]
 
 pytestmark = pytest.mark.skipif(not (QUOIN.exists() and (QUOIN.parent / "CMakeCache.txt").exists()), reason="the program is not built")
 
@@ -49,7 +59,7 @@ def scene(place):
 
 def call(words, user=None, code=0, **options):
     """Runs a command in an environment that knows nothing of this checkout."""
-    kept = {key: value for key, value in os.environ.items() if key.startswith(("OMPI_", "OMP_", "OPENBLAS_"))}
+    kept = {key: value for key, value in os.environ.items() if key.startswith(("OMPI_", "OMP_", "OPENBLAS_", "LD_LIBRARY_PATH", "PKG_CONFIG_PATH"))}
     who = {} if user is None else {"user": user, "group": user, "extra_groups": []}
     environment = kept | {"PATH": "/usr/local/bin:/usr/bin:/bin"} | options.pop("env", {})
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False, env=environment, **who, **options)
@@ -66,7 +76,7 @@ def folder_of(user, place):
 
 
 def flags(prefix, *words):
-    return call(["pkg-config", *words, "quoin"], env={"PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}).stdout.split()
+    return call(["pkg-config", *words, "quoin"], env={"PKG_CONFIG_PATH": f"{prefix / 'lib/pkgconfig'}:{os.environ.get('PKG_CONFIG_PATH', '')}"}).stdout.split()
 
 
 @pytest.fixture(scope="module")

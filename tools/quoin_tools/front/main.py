@@ -12,7 +12,7 @@ from quoin_tools.base.command import command, said
 
 # what calls what: module and function, in a line what it does
 WAY = {
-    "new": ("front.new:main", "a folder with a scene and a block mesh to begin with"),
+    "new": ("front.new:main", "a folder with a section and a scene to begin with"),
     "import": ("mesh.section:imported", "block mesh of a section, a drawing (DXF), a Gmsh file"),
     "check": ("front.running:check", "are scene and mesh right? nothing is run"),
     "advise": ("front.running:advise", "what will a run cost, what can be left out?"),

@@ -1,43 +1,71 @@
-"""A folder to begin with: scene.yaml and model.h5 of a gravity dam on rock.
+"""A folder to begin with: section.yaml, scene.yaml and model.h5 of a gravity dam on rock.
 
-    quoin new FOLDER [--height 38] [--crest-width 4] [--downstream-slope 0.8]
-                     [--columns 24] ...
-
-Options are those of `quoin dam`, which makes the block mesh; without any it is
-section G1 of the Guilhofrei dam. The reservoir of the scene is full. For a mesh
-of your own (`quoin import` makes it of a Gmsh file) put its names into the
-scene."""
+Change the section, and mesh it anew by `quoin import section.yaml -o model.h5`;
+change the scene: its reservoir is full. For a mesh of your own (`quoin import`
+makes it of a Gmsh file) put its names into the scene."""
 
 import errno
 import os
 import shlex
 from pathlib import Path
 
-TEMPLATE = Path(__file__).with_name("dam.yaml")
+from quoin_tools.base.command import Parser
+
+TEMPLATES = Path(__file__).parent
+CREST_FACE = 0.15  # of the height is the vertical face below the crest
+
+
+class NewError(ValueError):
+    """Why there is no such dam, in one line."""
 
 
 def main(words):
-    if not words or words[0] in ("-h", "--help"):
-        print(__doc__.strip())
-        return 0 if words else 2
+    options = parser().parse_args(words)
     from quoin_tools.base.files import write_file
-    from quoin_tools.mesh import blockmesh, dam
+    from quoin_tools.mesh import section
 
-    folder = Path(words[0])
-    scene, model = folder / "scene.yaml", folder / "model.h5"
-    for path in (scene, model):
-        if os.path.lexists(path):
-            raise OSError(errno.EEXIST, "is there already, and stays as it is", str(path))
-    code = dam.main(["-o", str(model), *words[1:]])
-    if code:
-        return code
-    mesh = blockmesh.read(str(model))
-    level = mesh.vertices[mesh.points["crest_upstream"], 1]
-    text = TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", quoted(folder.resolve().name)).replace("@LEVEL@", f"{level:g}")
-    write_file(scene, text)
-    print(f"wrote {scene}: self-weight, reservoir up to {level:g} m, uplift, friction of the base reduced until the dam slides\n"
-          f"next: cd {shlex.quote(str(folder))}; quoin run -n 2 scene.yaml; quoin show out")  # fmt: skip
-    return 0
+    numbers = numbers_of(options)
+    folder = Path(options.folder)
+    for name in ("section.yaml", "scene.yaml", "model.h5"):
+        if os.path.lexists(folder / name):
+            raise OSError(errno.EEXIST, "is there already, and stays as it is", str(folder / name))
+    title = {"TITLE": quoted(folder.resolve().name)}
+    for name in ("section.yaml", "scene.yaml"):
+        write_file(folder / name, filled((TEMPLATES / name).read_text(encoding="utf-8"), numbers | title))
+    code = section.main([str(folder / "section.yaml"), "-o", str(folder / "model.h5")])
+    if code == 0:
+        print(f"wrote {folder / 'section.yaml'}, {folder / 'scene.yaml'}: self-weight, full reservoir with uplift, sliding\n"
+              f"next: cd {shlex.quote(str(folder))}; quoin run -n 2 scene.yaml; quoin show out")  # fmt: skip
+    return code
+
+
+def parser():
+    words = Parser(prog="quoin new", description=__doc__.splitlines()[0], epilog=" ".join(__doc__.splitlines()[2:]))
+    words.add_argument("folder")
+    words.add_argument("--height", type=float, default=33.0, help="crest above the base [m] (33)")
+    words.add_argument("--crest-width", type=float, default=5.0, help="[m] (5)")
+    words.add_argument("--batter", type=float, default=0.05, help="upstream face, horizontal per vertical (0.05)")
+    words.add_argument("--slope", type=float, default=0.7, help="downstream face, horizontal per vertical (0.7)")
+    words.add_argument("--columns", type=int, default=16, help="blocks along the base (16)")
+    return words
+
+
+def numbers_of(options):
+    """What stands in the templates."""
+    height, slope = options.height, options.slope
+    if not (0 < height < 1e4 and 0 < options.crest_width < 1e4 and 0 <= options.batter < 10 and 0 <= slope < 10 and options.columns >= 1):
+        raise NewError("expected a height, a crest and columns above zero, and faces that do not overhang")
+    upper = round((1 - CREST_FACE) * height, 2)
+    toe = options.batter * height + options.crest_width + slope * upper
+    values = {"HEIGHT": height, "BREAK": upper, "TOE": round(toe, 2), "BATTER": options.batter, "SLOPE": slope, "COLUMNS": options.columns,
+              "ROCK": round(3 * height, 1)}  # fmt: skip
+    return {name: f"{value:g}" for name, value in values.items()}
+
+
+def filled(text, values):
+    for name, value in values.items():
+        text = text.replace(f"@{name}@", value)
+    return text
 
 
 def quoted(text):

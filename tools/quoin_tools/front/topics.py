@@ -16,7 +16,7 @@ import quoin_tools
 from quoin_tools.base.solver import CHECKOUT
 
 WIDTH = 80
-DOCUMENTS = ("scene", "mesh_format", "results_format", "generators", "safety", "rigid_blocks", "performance", "reliability", "versions",
+DOCUMENTS = ("install", "scene", "mesh_format", "results_format", "generators", "safety", "rigid_blocks", "performance", "reliability", "versions",
              "theory", "verification", "glossary")  # those of users first  # fmt: skip
 
 
@@ -81,7 +81,7 @@ def overview():
     for title, names in parts:
         lines += [title, *textwrap.wrap(", ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False), ""]
     lines += ["Chapters, whole or by a part of their heading:"]
-    lines += [f"  {heading}" for document, heading, _ in chapters() if document in ("scene", "safety", "generators") and heading != document]
+    lines += [f"  {heading}" for document, heading, _ in chapters() if document in ("install", "scene", "safety", "generators") and heading != document]
     return "\n".join(lines)
 
 

@@ -1,6 +1,6 @@
 """A section declared in one YAML file: dam, rock, galleries, lifts, seams, joint sets; meshed by gmsh, without any Python of the user's.
 
-    python -m quoin_tools.section dam.yaml -o model.h5
+    quoin section dam.yaml -o model.h5
 
 docs/generators.md has the keys. Names are those of quoin_tools.dam: groups dam and rock; joint base; faces upstream, downstream, crest,
 rock_sides, rock_bottom, rock_top_upstream, rock_top_downstream, and those of galleries; points heel, toe, crest_upstream, crest_downstream,
