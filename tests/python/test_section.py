@@ -103,6 +103,12 @@ def test_arched_gallery_and_several_elevations(tmp_path):
     assert lengths(mesh)["lift_2"] == pytest.approx(2 * (9 - 0.6 * 7))
 
 
+@pytest.mark.parametrize("level, length", [(2, 9 - 0.6 * 2 - 1), (3, 9 - 0.6 * 3 - 1), (4, 9 - 0.6 * 4 - 1)])
+def test_lift_at_the_floor_the_middle_and_the_roof_of_a_gallery(tmp_path, level, length):
+    mesh = meshed(tmp_path, SMALL.replace("lifts: [6]", f"lifts: [{level}]"))
+    assert lengths(mesh)["lift"] == pytest.approx(2 * length) and macroblocks(mesh).max() + 1 == 4
+
+
 def test_joint_that_ends_inside(tmp_path):
     """A crack from the heel: its end stays closed, so the dam stays one body."""
     mesh = meshed(tmp_path, SMALL.replace("lifts: [6]", "").replace("points:", "joints: {crack: [[0.5, 5], [4, 5]]}\npoints:"))
@@ -172,7 +178,9 @@ BAD = [  # what is put in for what, the place that is named, words of the reason
     ("points:", "faces: {belt: [[4, 0], [4, 3]]}\npoints:", "faces 'belt': from (4, 0) to (4, 3) it runs inside a group"),
     ("points:", "joints: {crack: [[-9, 5], [-2, 5]]}\npoints:", "joint 'crack': from (-9, 5) to (-2, 5) it lies outside all groups"),
     ("points:", "joints: {crack: [[0, 0], [1, 10]]}\npoints:", "joint 'crack': lies on the outline, from (0, 0) to (1, 10)"),
-    ("points:", "joints: {crack: [[0.5, 5], [4, 5], [4, 6.0002], [5.9999, 6.0002]]}\npoints:", "a sliver 0.0002 m thick at ("),
+    ("points:", "joints: {crack: [[0.5, 5], [4, 5], [4, 6.0002], [5.9999, 6.0002]]}\npoints:", "lines nearly meet at ("),
+    ("lifts: [6]", "lifts: [4.0001]", "lines nearly meet at ("),
+    ("probe: [4, 8]", "probe: [1.5, 9.9999]", "point 'probe': (1.5, 9.9999) is 0.0001 m from a line, expected on it or at least"),
     ("lifts: [6]", "lifts: [6]\n  lifts: [7]", ":7: dam.lifts: given twice"),
     ("size: 2", "size: 2\nscale: 3", ":2: scale: unknown key, expected columns, dam, drains,"),
     ("size: 2", "size: [2", "not YAML: "),

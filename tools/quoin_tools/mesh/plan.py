@@ -135,6 +135,7 @@ def arranged(plan):
     lines = [region.shape.boundary for region in plan.regions] + [shapely.LineString(line.points) for line in plan.lines]
     whole = shapely.union_all(shapely.snap(lines, wanted, 2 * grid), grid_size=grid)
     nodes, edges = joined(whole, plan.near())
+    check_close(plan, nodes, np.array(edges))
     key = {tuple(xy): i for i, xy in enumerate(nodes.tolist())}
     faces, shapes, uses = [], [], Counter()
     tree = shapely.STRtree([region.shape for region in plan.regions])
@@ -185,6 +186,23 @@ def check_regions(plan, grid):
             if common.area > (1e3 * grid) ** 2 and 2 * common.area > max(plan.near(), 1e-6) * common.length:
                 at = common.representative_point()
                 raise MeshError(f"group {plan.regions[i].group!r} and group {plan.regions[j].group!r}: overlap by {common.area:.4g} m2 at {xy_text((at.x, at.y))}")
+
+
+def check_close(plan, nodes, edges):
+    """Lines that all but meet are meant to meet, or leave blocks with corners of no angle; so does a point beside a line."""
+    least, lines = THIN * plan.least(), shapely.linestrings(nodes[edges])
+    tree = shapely.STRtree(lines)
+    node, edge = tree.query(shapely.points(nodes), predicate="dwithin", distance=least)
+    apart = (edges[edge] != node[:, None]).all(axis=1)
+    node, edge = node[apart], edge[apart]
+    distance = shapely.distance(shapely.points(nodes[node]), lines[edge])
+    bad = np.flatnonzero(distance < THIN * shapely.length(lines[edge]))
+    if len(bad):
+        raise MeshError(f"lines nearly meet at {xy_text(nodes[node[bad[0]]])}, where another one is {distance[bad[0]]:.2g} m away: expected none nearer than {least:.2g} m")
+    for name, (x, y, _) in plan.points.items():
+        distance = shapely.distance(shapely.Point(x, y), lines[tree.nearest(shapely.Point(x, y))])
+        if plan.near() < distance < least:
+            raise MeshError(f"point {name!r}: ({x:g}, {y:g}) is {distance:.2g} m from a line, expected on it or at least {least:.2g} m away")
 
 
 def check_thin(plan, region, shape):

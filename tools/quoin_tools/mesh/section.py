@@ -152,7 +152,8 @@ def add_dam(made, dam, outline, size):
     for i, level in enumerate(lifts(dam, outline), 1):
         low, _, high, _ = shape.bounds
         across = shapely.get_parts(body.intersection(shapely.LineString([(low - 1, level), (high + 1, level)])))
-        for part in across[shapely.length(across) > 0]:
+        inside = (shapely.length(across) > 0) & ~shapely.covers(body.boundary.buffer(1e-6), across)  # not on the floor of a gallery
+        for part in across[inside]:
             made.lines += [Line(name, list(part.coords), joint=True) for name in ("lift", f"lift_{i}")]
 
 
