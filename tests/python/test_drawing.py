@@ -155,11 +155,26 @@ def test_what_is_broken_is_named_with_its_place(tmp_path, change, reason):
 
 
 def test_a_gap_that_is_allowed_is_closed(tmp_path):
-    """1 mm in the outline of the dam, and a rock that misses the dam by 1 mm."""
+    """1 mm in the outline of the dam."""
     drawn(tmp_path, moved("DAM", 1, "end", (4, 9.999)))
     mesh, made, _ = section.mesh_of(table(tmp_path, TABLE.replace("units: m", "units: m, gap: 0.002")))
     assert group_areas(mesh)["dam"] == pytest.approx(60 - 1.5 - math.pi / 8, abs=0.03)
     assert lengths(mesh)["base"] == pytest.approx(18, abs=0.01)
+
+
+@pytest.mark.parametrize("top", [-0.001, 0.001])
+def test_a_rock_that_misses_the_dam(tmp_path, top):
+    """Its top, without corners at heel and toe, is 1 mm too low or too high: named, or with a gap the dam stands on it."""
+    def change(space, polyline, _):
+        remove("ROCK", 0)(space)
+        polyline("ROCK", [(-20, -15), (29, -15), (29, top), (3, top), (-20, top)], True)
+
+    drawn(tmp_path, change)
+    assert "by 0.001 m: draw it there, or give the drawing a gap above 0.001" in fault(tmp_path)
+    mesh, _, _ = section.mesh_of(table(tmp_path, TABLE.replace("units: m", "units: m, gap: 0.002")))
+    assert lengths(mesh)["base"] == pytest.approx(18, abs=0.01) and macroblocks(mesh).max() + 1 == 3
+    base = mesh.face_sets["base"]
+    assert sorted(mesh.block_group[base[:, 0]].tolist()) == [0] * (len(base) // 2) + [1] * (len(base) // 2)
 
 
 def test_lines_drawn_twice(tmp_path):
