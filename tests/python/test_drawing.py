@@ -177,6 +177,44 @@ def test_a_rock_that_misses_the_dam(tmp_path, top):
     assert sorted(mesh.block_group[base[:, 0]].tolist()) == [0] * (len(base) // 2) + [1] * (len(base) // 2)
 
 
+ALONE = """\
+drawing: {file: dam.dxf}
+size: 2
+layers:
+  DAM: {group: dam}
+  GALLERY: {hole: gallery}
+  SEAM: {joint: seam}
+rock: {heel: [0, 0], toe: [9, 0], upstream: 20, downstream: 20, depth: 15}
+"""
+
+
+def test_rock_below_a_drawn_dam(tmp_path):
+    """The outline alone: base, faces, crest and points get the names of a section, rock and supports too."""
+    drawn(tmp_path)
+    mesh, made, _ = section.mesh_of(table(tmp_path, ALONE))
+    check(mesh)
+    expected = {"base": 18, "upstream": math.hypot(1, 10), "downstream": math.hypot(5, 10), "crest": 3, "rock_sides": 30, "rock_bottom": 49,
+                "seam": 2 * 49 * math.hypot(70, 5) / 70, "rock_top_upstream": 20, "rock_top_downstream": 20}  # fmt: skip
+    found = lengths(mesh)
+    assert found.pop("gallery") > 0 and found == pytest.approx(expected)
+    assert {name: tuple(mesh.vertices[vertex]) for name, vertex in mesh.points.items()} == {
+        "heel": (0, 0), "toe": (9, 0), "crest_upstream": (1, 10), "crest_downstream": (4, 10), "rock_heel": (0, 0), "rock_toe": (9, 0)}  # fmt: skip
+    assert group_areas(mesh)["rock"] == pytest.approx(49 * 15)
+
+
+@pytest.mark.parametrize("old, new, reason", [
+    ("heel: [0, 0]", "heel: [0, 1]", ":7: rock.heel: [0, 1]: expected a corner of the dam, the nearest is (0, 0)"),
+    ("heel: [0, 0], toe: [9, 0]", "heel: [9, 0], toe: [0, 0]", ":7: rock.toe: [0, 0]: expected right of the heel, both below the crest"),
+    ("toe: [9, 0]", "toe: [1, 10]", ":7: rock.toe: [1, 10]: expected right of the heel, both below the crest"),
+    ("heel: [0, 0], ", "", ":7: rock: 'heel' is missing, expected a point [x, y]"),
+    ("depth: 15", "deep: 15", ":7: rock.deep: unknown key"),
+    ("  DAM", "  ROCK: {group: ground}\n  DAM", ":8: rock: its outline crosses itself"),
+])  # fmt: skip
+def test_rock_that_cannot_be(tmp_path, old, new, reason):
+    drawn(tmp_path)
+    assert reason in fault(tmp_path, ALONE.replace(old, new))
+
+
 def test_lines_drawn_twice(tmp_path):
     def change(space, polyline, xy):
         space.add_line(*xy(DAM[1], DAM[0]), dxfattribs={"layer": "DAM"})

@@ -53,10 +53,14 @@ def add(made, top, size):
         for row in rows if role == "group" or not top.faults else ():
             if row.role == role:
                 getattr(row, role)(made, size)
-    if not top.faults:
+    return notes
+
+
+def finish(made, top):
+    """Once all groups are there."""
+    if made.regions and not top.faults:
         check_misses(made, top)
         clip_joints(made)
-    return notes
 
 
 def read(keys):

@@ -39,7 +39,10 @@ def load(path):
     if "drawing" in top:
         size = top.number("size", above=0)
         notes = drawing.add(made, top, size) if size else []
-        top.done(*ANY, "drawing", "layers")
+        if "rock" in top and made.regions and not top.faults:
+            add_rock_below(made, top.below("rock", required=True), size)
+        drawing.finish(made, top)
+        top.done(*ANY, "drawing", "layers", "rock")
     else:
         add_section(made, top)
         top.done(*ANY, "dam", "rock", "columns")
@@ -62,7 +65,7 @@ def add_section(made, top):
         size.of(outline)
         add_dam(made, dam, outline, size)
         if rock:
-            add_rock(made, rock, outline, size)
+            add_rock(made, rock, outline)
         lay_stones(made, dam, outline)
         if rock:
             lay_joint_sets(made, rock)
@@ -137,24 +140,58 @@ class Outline:
         return self.upstream[-1][1] - self.base[0][1]
 
 
+class DrawnOutline(Outline):
+    """That of a drawn dam between the corners that the keys of its rock name heel and toe."""
+
+    def __init__(self, made, rock):
+        heel, toe = rock.point("heel"), rock.point("toe")
+        whole = shapely.union_all([region.shape for region in made.regions])
+        self.good = heel is not None and toe is not None and self.found(whole, {"heel": heel, "toe": toe}, rock)
+
+    def found(self, whole, corners, rock):
+        if whole.geom_type != "Polygon":
+            rock.fault(None, "expected one drawn dam: its groups do not touch each other")
+            return False
+        ring = [tuple(xy) for xy in shapely.geometry.polygon.orient(whole).exterior.coords[:-1]]
+        at = {}
+        for key, xy in corners.items():
+            at[key] = min(range(len(ring)), key=lambda i, xy=xy: math.dist(ring[i], xy))
+            if math.dist(ring[at[key]], xy) > 1e-3:
+                rock.fault(key, f"expected a corner of the dam, the nearest is {xy_text(ring[at[key]])}", xy)
+                return False
+        ring = ring[at["heel"]:] + ring[:at["heel"]]
+        toe = (at["toe"] - at["heel"]) % len(ring)
+        high = [i for i in range(toe, len(ring)) if ring[i][1] > max(y for _, y in ring) - 1e-6]
+        if not 0 < toe < len(ring) - 1 or not high or ring[toe][0] <= ring[0][0]:
+            rock.fault("toe", "expected right of the heel, both below the crest", corners["toe"])
+            return False
+        self.base, self.downstream, self.upstream = ring[:toe + 1], ring[toe:high[0] + 1], [ring[0], *ring[:high[-1] - 1:-1]]
+        return True
+
+
 # ---- dam -------------------------------------------------------------------------------------------------
 
 def add_dam(made, dam, outline, size):
     shape, holes = outline.polygon(), galleries(made, dam, outline, size)
     body = shape.difference(shapely.union_all(holes)) if holes else shape
     made.regions.append(Region("dam", body, size.value, dam.flag("rigid")))
-    crest = [outline.upstream[-1], outline.downstream[-1]]
-    made.lines += [Line("base", outline.base, count=size.columns), Line("upstream", outline.upstream), Line("downstream", outline.downstream)]
-    if crest[0] != crest[1]:
-        made.lines.append(Line("crest", crest))
-    made.points |= {"heel": (*outline.base[0], ("dam", "facing")), "toe": (*outline.base[-1], ("dam", "facing")),
-                    "crest_upstream": (*crest[0], ("dam", "facing")), "crest_downstream": (*crest[1], ("dam", "facing"))}  # fmt: skip
+    name_dam(made, outline, size.columns, ("dam", "facing"))
     for i, level in enumerate(lifts(dam, outline), 1):
         low, _, high, _ = shape.bounds
         across = shapely.get_parts(body.intersection(shapely.LineString([(low - 1, level), (high + 1, level)])))
         inside = (shapely.length(across) > 0) & ~shapely.covers(body.boundary.buffer(1e-6), across)  # not on the floor of a gallery
         for part in across[inside]:
             made.lines += [Line(name, list(part.coords), joint=True) for name in ("lift", f"lift_{i}")]
+
+
+def name_dam(made, outline, columns, groups):
+    """Base, faces, crest and their ends; groups: those of the dam."""
+    crest = [outline.upstream[-1], outline.downstream[-1]]
+    made.lines += [Line("base", outline.base, count=columns), Line("upstream", outline.upstream), Line("downstream", outline.downstream)]
+    if crest[0] != crest[1]:
+        made.lines.append(Line("crest", crest))
+    ends = {"heel": outline.base[0], "toe": outline.base[-1], "crest_upstream": crest[0], "crest_downstream": crest[1]}
+    made.points |= {name: (*xy, groups) for name, xy in ends.items()}
 
 
 def galleries(made, dam, outline, size):
@@ -218,7 +255,7 @@ def lifts(dam, outline):
 
 # ---- rock ------------------------------------------------------------------------------------------------
 
-def add_rock(made, rock, outline, size):
+def add_rock(made, rock, outline):
     reach = 3 * outline.height()
     left, right, depth = (rock.number(key, reach, above=0) for key in ("upstream", "downstream", "depth"))
     ground = {side: rock.points(f"ground_{side}", [], least=1) for side in ("upstream", "downstream")}
@@ -250,6 +287,17 @@ def add_rock(made, rock, outline, size):
     made.lines += [Line("rock_sides", [over["upstream"][-1], (x0, bottom)]), Line("rock_sides", [over["downstream"][-1], (x1, bottom)])]
     made.points |= {"rock_heel": (*heel, ("rock",)), "rock_toe": (*toe, ("rock",))}
     seams(made, rock, shape)
+
+
+def add_rock_below(made, rock, size):
+    """A box of rock below a drawn dam, whose faces get the names of a section's."""
+    outline = DrawnOutline(made, rock)
+    if outline.good:
+        groups = tuple(dict.fromkeys(region.group for region in made.regions))
+        name_dam(made, outline, max(1, math.ceil(shapely.LineString(outline.base).length / size - 1e-6)), groups)
+        add_rock(made, rock, outline)
+        lay_joint_sets(made, rock)
+    rock.done(*ROCK, "heel", "toe")
 
 
 def reaching(points, x):
