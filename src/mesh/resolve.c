@@ -247,6 +247,17 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
   }
 }
 
+static void check_build(const Scene *scene, const BlockMesh *mesh, char *message)
+{
+  char key[LABEL_LENGTH];
+
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    for (PetscInt i = 0; i < s->n_build; i++) {
+      snprintf(key, sizeof key, "stages.%s.build", s->name);
+      check_target(scene, mesh, GROUPS, s->build[i], s->line, key, message);
+    }
+}
+
 // Refuses a stage that is named <stage>_<k>, because the results of frames have such names.
 static void check_frames(const Scene *scene, char *message)
 {
@@ -285,6 +296,7 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
   check_loads(scene, mesh, message);
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
     check_target(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
+  check_build(scene, mesh, message);
   check_frames(scene, message);
   for (PetscInt i = 0; i < scene->n_supports; i++) scene->supports[i].row = i;
   for (PetscInt i = 0; i < scene->n_stages && !message[0]; i++)

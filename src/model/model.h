@@ -33,16 +33,18 @@ typedef struct {
 enum { DUMMY_VERTICES = 4 };
 
 typedef struct {
-  PetscInt n;                    /* elements of this shape that touch an owned vertex */
-  int n_nodes;                   /* 3 or 4 */
-  PetscInt n_padded;             /* n rounded up to a whole batch */
-  StrainMeasure strain;          /* as in the scene; small for condensed blocks */
-  PetscInt *vertex;              /* (n_padded / BATCH, n_nodes, BATCH) local vertices: VertexOf */
-  PetscInt *group;               /* (n_padded,) */
-  PetscInt *gid;                 /* (n,) gid of the block, ascending */
-  PetscInt *file;                /* (n,) file id */
-  bool *owned;                   /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
-  MaterialLaw law;               /* of all of them */
+  PetscInt n;           /* elements of this shape that touch an owned vertex */
+  int n_nodes;          /* 3 or 4 */
+  PetscInt n_padded;    /* n rounded up to a whole batch */
+  StrainMeasure strain; /* as in the scene; small for condensed blocks */
+  PetscInt *vertex;     /* (n_padded / BATCH, n_nodes, BATCH) local vertices: VertexOf */
+  PetscInt *group;      /* (n_padded,) */
+  PetscInt *gid;        /* (n,) gid of the block, ascending */
+  PetscInt *file;       /* (n,) file id */
+  bool *owned;          /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
+  PetscReal *placed;    /* [m] (2, n_padded / BATCH, n_nodes, BATCH) x, y: displacements from which strain
+                           counts; NULL: the scene builds nothing; lifts.c */
+  MaterialLaw law;      /* of all of them */
   struct _p_LawHistory *history; /* NULL: the law is elastic, and has none; laws.c */
 } Elements;
 
@@ -162,7 +164,9 @@ typedef struct {
       *later_joint; /* (n_groups, n_groups) row of joints for contacts that come later, in place of default;
                        NULL: default; joint_rows.c */
   PetscBool *group_upgradeable;
-  PetscReal thickness; /* [m] */
+  bool *absent;           /* (n_groups,) not built yet; NULL: the scene builds nothing; lifts.c */
+  struct _p_Lifts *lifts; /* what is built when; NULL likewise */
+  PetscReal thickness;    /* [m] */
   StrainMeasure strain;
 
   /* named sets, local part */
@@ -228,6 +232,9 @@ typedef struct {
   PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
   PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, when they
                             were last recovered; not in f. NULL: no condensed bodies; condense.c */
+  PetscInt lifts_stage;  /* the stage that has begun: its groups are placed; lifts.c */
+  PetscReal *reset;      /* [m, rad] as u: displacements that are written count from these; NULL: from 0;
+                            lifts.c */
   PetscReal caution;     /* [-] times by which the step of a static stage is shorter; guard.c */
   PetscInt64 cycle;      /* cycles since the start of the run */
   PetscReal time;        /* [s] since the start of the first dynamic stage */
@@ -373,6 +380,22 @@ PetscErrorCode StateResize(const Model *model, State *state);
 static inline PetscBool Held(const Model *m, PetscInt d)
 {
   return (PetscBool)(m->support[d] >= 0);
+}
+/* Row of the support that holds d, -1: none; vertices that are not built yet are held by none. */
+enum { NOT_BUILT = INT16_MAX };
+static inline PetscInt SupportRow(const Model *m, PetscInt d)
+{
+  return m->support[d] == NOT_BUILT ? -1 : m->support[d];
+}
+/* Whether blocks of a face are not built yet. */
+static inline PetscBool FaceAbsent(const Model *m, PetscInt face)
+{
+  return (PetscBool)(m->absent && m->absent[m->faces.group[face]]);
+}
+/* [m, rad] The displacement that is written. */
+static inline PetscReal Shown(const State *state, PetscInt d)
+{
+  return state->reset ? state->u[d] - state->reset[d] : state->u[d];
 }
 /* Macroblock, and true mass [kg, kg m2], of a degree of freedom < n_dof. */
 static inline PetscInt DofBody(const Model *m, PetscInt d)

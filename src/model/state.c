@@ -135,6 +135,7 @@ PetscErrorCode StateDestroy(State *s)
   PetscCall(PetscFree(s->m_inv));
   PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));
+  PetscCall(PetscFree(s->reset));
   PetscCall(PetscFree(s->inertial));
   for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscFree(s->modes[i]));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -83,13 +83,13 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
     place[i] = model->vertex_file[i];
     for (int x = 0; x < 2; x++) {
       const PetscInt dof = first + 2 * i + x;
-      rows[VERTEX_WIDTH * i + x] = state->u[dof];
+      rows[VERTEX_WIDTH * i + x] = Shown(state, dof);
       rows[VERTEX_WIDTH * i + 6 + x] = -1.;
       if (i >= model->n_deformable && i < model->n_moving) continue;
       if (Held(model, dof)) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
       if (Held(model, dof) && state->inertial && dof < model->n_dof)
         rows[VERTEX_WIDTH * i + 2 + x] += state->inertial[dof];
-      rows[VERTEX_WIDTH * i + 6 + x] = model->support[dof];
+      rows[VERTEX_WIDTH * i + 6 + x] = (PetscReal)SupportRow(model, dof);
       rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
@@ -109,9 +109,9 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
     place[i] = model->body_gid[i];
     for (int x = 0; x < 3; x++) {
       const PetscInt dof = 3 * i + x;
-      rows[BODY_WIDTH * i + x] = state->u[dof];
+      rows[BODY_WIDTH * i + x] = Shown(state, dof);
       if (Held(model, dof)) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
-      if (x < 2) rows[BODY_WIDTH * i + 9 + x] = model->support[dof];
+      if (x < 2) rows[BODY_WIDTH * i + 9 + x] = (PetscReal)SupportRow(model, dof);
       rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
@@ -146,9 +146,11 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
     for (int k = 0; k < 12; k++) row[8 + k] = k < 3 * n_gauss ? gauss[3 * n_gauss * i + k] : NAN;
     const Lame *lame = model->lame + e->group[i];
     row[20] = change[i];
+    row[22] = !(model->absent && model->absent[e->group[i]]);
     row[21] = e->law != MATERIAL_ELASTIC
                   ? NAN
                   : 0.5 * lame->lambda / (lame->lambda + lame->mu) * (row[0] + row[1]) + across[i];
+    for (int k = 0; k < 22 && !(row[22] > 0.); k++) row[k] = k == 6 ? 0. : NAN;
   }
   PetscCall(PetscFree3(centre, gauss, energy));
   PetscCall(PetscFree2(change, across));
@@ -166,7 +168,7 @@ static void rigid_rows(const Model *model, const State *state, const Elements *e
     const PetscInt vertex = VertexOf(e, i, 0);
     place[(*n)++] = e->file[i];
     for (int k = 0; k < BLOCK_WIDTH; k++) row[k] = NAN;
-    row[6] = 0;
+    row[6] = 0, row[22] = 1.;
     row[7] = state->u[3 * body_of[vertex - model->n_deformable] + 2];
   }
 }
@@ -375,21 +377,47 @@ static int compare_contacts(const void *a, const void *b)
   return 0;
 }
 
+/* Collective. What displacements of all vertices count from, NULL: 0. */
+static PetscErrorCode reset_of_vertices(const Model *m, const State *state, PetscReal **reset)
+{
+  PetscFunctionBeginUser;
+  *reset = NULL;
+  if (!state->reset) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), reset));
+  PetscCall(PetscArraycpy(*reset, state->reset + 3 * m->n_bodies, 2 * m->n_owned));
+  PetscCall(GhostBegin(m, *reset));
+  PetscCall(GhostEnd(m, *reset));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void count_from(const Contacts *c, PetscInt i, const PetscReal *reset, ContactRow *row)
+{
+  for (int k = 0; k < 2 && reset; k++) {
+    PetscInt v[3];
+    ContactEndVertices(c, i, row->klass == VERTEX_FACE ? 0 : k, v);
+    for (int x = 0; x < 2; x++) row->end[k].displacement[x] -= reset[2 * v[0] + x];
+  }
+}
+
 PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *c, const Stage *stage,
                               const MeshFields *mesh, StageFields *s)
 {
   PetscInt n = 0;
   ContactRow *rows;
+  PetscReal *reset;
   PetscFunctionBeginUser;
+  PetscCall(reset_of_vertices(model, state, &reset));
   PetscCall(PetscCalloc1(PetscMax(1, c->n), &rows));
   for (int kind = 0; kind < STRESS_MODELS; kind++) {
     for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++) {
       if (c->key[2 * i] < 0 || !c->owned[i]) continue;
-      contact_row(model, state, c, i, (StressModelKind)kind, stage->joints, &rows[n++]);
+      contact_row(model, state, c, i, (StressModelKind)kind, stage->joints, &rows[n]);
+      count_from(c, i, reset, &rows[n++]);
     }
   }
   PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
   PetscCall(PetscFree(rows));
+  PetscCall(PetscFree(reset));
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     s->contact[i].gathered = i;
     for (int k = 0; k < 2; k++) {

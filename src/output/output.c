@@ -23,7 +23,6 @@ static void write_echo(const char *folder, const Scene *scene, char message[MESS
 static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
 {
   const Model *model = p->m;
-  const PetscReal *u = p->state->u + 3 * model->n_bodies;
   const PetscInt n = 4 * model->n_points;
   PetscReal *all;
   PetscFunctionBeginUser;
@@ -34,12 +33,13 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
     if (v < 0 || v >= model->n_owned) continue;
     for (int x = 0; x < 2; x++) {
       all[4 * i + x] = model->X[2 * v + x];
-      all[4 * i + 2 + x] = u[2 * v + x];
+      all[4 * i + 2 + x] = Shown(p->state, 3 * model->n_bodies + 2 * v + x);
     }
   }
   all[n] = 0;
   for (PetscInt i = 0; i < model->n_owned; i++) {
-    const PetscReal square = u[2 * i] * u[2 * i] + u[2 * i + 1] * u[2 * i + 1];
+    const PetscInt d = 3 * model->n_bodies + 2 * i;
+    const PetscReal square = PetscSqr(Shown(p->state, d)) + PetscSqr(Shown(p->state, d + 1));
     if (!(square <= all[n])) all[n] = square; // the condition lets NaN through
   }
   // a point has one owner, so the largest value is that of the owner

@@ -95,6 +95,7 @@ static int write_body_fields(hid_t group, const Scene *scene, const MeshFields *
          write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
          write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
          write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
+         (SceneBuilds(scene) && write_columns(group, "built", 1, &nb, block, BLOCK_WIDTH, 22)) ||
          (SceneHasHeat(scene) && write_columns(group, "temperature", 1, &nb, block, BLOCK_WIDTH, 20)) ||
          (SceneHasHeat(scene) && scene->plane == PLANE_STRAIN &&
           write_columns(group, "stress_z", 1, &nb, block, BLOCK_WIDTH, 21)) ||

@@ -48,7 +48,7 @@ static PetscInt support_at(const Problem *p, PetscInt d)
   const Model *m = p->m;
   const PetscInt v = (d - 3 * m->n_bodies) / 2;
   if (d < 3 * m->n_bodies ? d % 3 == 2 : v >= m->n_deformable && v < m->n_moving) return -1;
-  if (Held(m, d)) return m->support[d];
+  if (Held(m, d)) return SupportRow(m, d);
   return d < m->n_dof ? p->output->histories.lets_through[d] : -1;
 }
 

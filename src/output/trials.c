@@ -23,7 +23,7 @@ static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < 2 * m->n_points; i++) {
     const PetscInt v = m->point_vertex[i / 2];
-    probes[i] = v >= 0 && v < m->n_owned ? state->u[3 * m->n_bodies + 2 * v + i % 2] : PETSC_NINFINITY;
+    probes[i] = v >= 0 && v < m->n_owned ? Shown(state, 3 * m->n_bodies + 2 * v + i % 2) : PETSC_NINFINITY;
   }
   PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, probes, (PetscMPIInt)(2 * m->n_points), MPIU_REAL, MPI_MAX, m->comm));

@@ -90,6 +90,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(BlocksCreate(&q->scene, &q->model));
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, PETSC_FALSE, &q->model));
+  PetscCall(LiftsCreate(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
@@ -112,6 +113,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscCall(ContactsDestroy(&q->contacts));
   PetscCall(CondensedDestroy(&q->model));
   PetscCall(LawsDestroy(&q->model));
+  PetscCall(LiftsDestroy(&q->model));
   PetscCall(ModelDestroy(&q->model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -233,6 +235,7 @@ static PetscErrorCode archive_state(Archive *a, void *context)
   Quoin q = context;
   PetscFunctionBeginUser;
   PetscCall(StateArchive(a, &q->scene, &q->model, &q->state, &q->contacts));
+  PetscCall(LiftsArchive(a, &q->scene, &q->model, &q->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

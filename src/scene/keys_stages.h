@@ -11,12 +11,16 @@ typedef enum {
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 
+typedef enum { DISPLACEMENTS_KEEP, DISPLACEMENTS_RESET } DisplacementsKind;
 typedef enum { FRAME_GROUND, FRAME_ABSOLUTE } FrameKind; /* as Frames */
 typedef struct {
   char name[NAME_LENGTH];
   StageKind kind;
-  PetscInt n_loads;    /* loads that act at its end; a load of the stage before that is not among them goes */
-  PetscInt *loads;     /* (n_loads,) rows of Scene.loads */
+  PetscInt n_loads; /* loads that act at its end; a load of the stage before that is not among them goes */
+  PetscInt *loads;  /* (n_loads,) rows of Scene.loads */
+  PetscInt n_build; /* groups that are placed as it begins; a group that no stage builds is always there */
+  char (*build)[NAME_LENGTH];
+  DisplacementsKind displacements; /* what is written of them, from here on */
   PetscInt ramp;       /* [cycles] over which loads change linearly from the last stage's to this one's */
   PetscInt max_cycles; /* [cycles] after which the verdict is "undecided" */
   PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
@@ -59,6 +63,7 @@ static const char *const StageTypes[] = {
     "static",      "dynamic", "strength_reduction", "flood",  "transient",
     "load_factor", "modes",   "StageKind",          "STAGE_", NULL};
 #define TRIALS (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR))
+static const char *const Displacements[] = {"keep", "reset", "DisplacementsKind", "DISPLACEMENTS_", NULL};
 static const char *const Frames[] = {"ground", "absolute", "FrameKind", "FRAME_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 #endif
@@ -73,6 +78,12 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "loads", LOADS, Stage, loads, "= none", NULL, "",
       "modes: loads of type added_mass; all other loads stay what they are", .count = offsetof(Stage, n_loads),
       .stages = BIT(STAGE_MODES)),
+  KEY(STAGES, "build", NAMES, Stage, build, "= none", NULL, "",
+      "static: groups that are placed as it begins, without stress, on what has settled so far; before, they are not there",
+      .count = offsetof(Stage, n_build), .stages = BIT(STAGE_STATIC)),
+  KEY(STAGES, "displacements", CHOICE, Stage, displacements, "keep", NULL, "",
+      "reset: displacements that are written count from the start of this stage on; stresses stay",
+      .choices = Displacements),
   KEY(STAGES, "ramp", INT, Stage, ramp, "= relaxation.ramp", ">= 0", "cycles",
       "over which the loads change from those of the stage before to those of this stage"),
   KEY(STAGES, "max_cycles", INT, Stage, max_cycles, "= relaxation.max_cycles", ">= 1", "cycles",

@@ -416,6 +416,7 @@ PetscErrorCode SceneDestroy(Scene *scene)
     PetscCall(PetscFree(scene->stages[i].loads));
     PetscCall(PetscFree(scene->stages[i].joints));
     PetscCall(PetscFree(scene->stages[i].reduce));
+    PetscCall(PetscFree(scene->stages[i].build));
     PetscCall(PetscFree(scene->stages[i].rises));
     PetscCall(PetscFree2(scene->stages[i].level_rises, scene->stages[i].tail_rises));
   }

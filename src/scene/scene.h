@@ -143,6 +143,13 @@ PetscBool MotionIsChanged(const GroundMotion *motion);
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
+/* Whether a stage builds groups. */
+static inline PetscBool SceneBuilds(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].n_build) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
 /* Whether a load of the scene is a temperature. */
 static inline PetscBool SceneHasHeat(const Scene *scene)
 {

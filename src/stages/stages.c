@@ -44,6 +44,7 @@ PetscErrorCode StageRun(const Problem *p)
   const PetscBool in_time = (PetscBool)(kinds[p->stage->kind].does == IN_TIME),
                   looks = (PetscBool)(kinds[p->stage->kind].does == LOOKS);
   PetscFunctionBeginUser;
+  PetscCall(LiftsPlace(p));
   PetscCall(in_time || looks ? kinds[p->stage->kind].run(p) : run_relaxing(p));
   PetscCall(StageReport(p));
   if (looks) PetscFunctionReturn(PETSC_SUCCESS);

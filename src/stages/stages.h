@@ -65,6 +65,17 @@ PetscErrorCode ModesRun(const Problem *p);
 /* Collective. Runs a stage of any kind to its verdict, and reports the verdict. */
 PetscErrorCode StageRun(const Problem *p);
 
+/* ---- lifts.c */
+/* Collective. After ModelCreate and BlocksCreate: what is there in the first stage. Refuses groups that
+   hang in the air, and what lifts cannot be together with. */
+PetscErrorCode LiftsCreate(const Scene *scene, Model *model);
+PetscErrorCode LiftsDestroy(Model *model);
+/* Collective. At the start of a stage, unless a checkpoint has brought it back: places its groups, and
+   resets the displacements that are written. */
+PetscErrorCode LiftsPlace(const Problem *p);
+/* Collective, see archive.h. */
+PetscErrorCode LiftsArchive(Archive *archive, const Scene *scene, Model *model, State *state);
+
 /* ---- static.c */
 /* Collective. Relaxes a static stage, or one trial of another stage, under its loads and joints. The caller
    reports the verdict. */

@@ -42,16 +42,20 @@ KERNEL void Fetch(const Ahead *ahead, PetscInt block)
 }
 
 KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elements *e, int n_nodes,
-                      int large, PetscInt from, PetscInt to, const Ahead *ahead, const PetscReal *restrict u,
-                      PetscReal *restrict f)
+                      int large, int placed, PetscInt from, PetscInt to, const Ahead *ahead,
+                      const PetscReal *restrict u, PetscReal *restrict f)
 {
   for (PetscInt first = from; first < PetscMin(to, e->n_padded); first += LANES) {
     if (ahead) Fetch(ahead, first - from);
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
     const LanesMaterial material = LoadMaterialOf(model, hourglass, e->group + first);
     LanesVector X[4], U[4], F[4];
-    Gather(n_nodes, model->X, vertex, X);
-    Gather(n_nodes, u, vertex, U);
+    if (placed) {
+      GatherBlocks(model, e, n_nodes, first, large, u, X, U);
+    } else {
+      Gather(n_nodes, model->X, vertex, X);
+      Gather(n_nodes, u, vertex, U);
+    }
     ElementForce(n_nodes, X, U, &material, model->thickness, large, F);
     ScatterAdd(n_nodes, F, vertex, f);
   }
@@ -62,16 +66,20 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
 KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                              PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
-  if (n_nodes == 4 && model->hourglass)
-    ForceLoop(model, model->hourglass, e, 4, large, from, to, ahead, u, f);
+  if (n_nodes == 4 && e->placed)
+    ForceLoop(model, model->hourglass, e, 4, large, 1, from, to, ahead, u, f);
+  else if (e->placed)
+    ForceLoop(model, NULL, e, 3, large, 1, from, to, ahead, u, f);
+  else if (n_nodes == 4 && model->hourglass)
+    ForceLoop(model, model->hourglass, e, 4, large, 0, from, to, ahead, u, f);
   else if (n_nodes == 4 && large)
-    ForceLoop(model, NULL, e, 4, 1, from, to, ahead, u, f);
+    ForceLoop(model, NULL, e, 4, 1, 0, from, to, ahead, u, f);
   else if (n_nodes == 4)
-    ForceLoop(model, NULL, e, 4, 0, from, to, ahead, u, f);
+    ForceLoop(model, NULL, e, 4, 0, 0, from, to, ahead, u, f);
   else if (large)
-    ForceLoop(model, NULL, e, 3, 1, from, to, ahead, u, f);
+    ForceLoop(model, NULL, e, 3, 1, 0, from, to, ahead, u, f);
   else
-    ForceLoop(model, NULL, e, 3, 0, from, to, ahead, u, f);
+    ForceLoop(model, NULL, e, 3, 0, 0, from, to, ahead, u, f);
 }
 
 VARIANTS(RangeForces,
@@ -131,8 +139,10 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
   const PetscInt *vertex = LaneVertices(e, n_nodes, first);
   const LanesMaterial material = LoadMaterial(model, e->group + first);
   LanesVector X[4], U[4] = {{{0}, {0}}, {{0}, {0}}, {{0}, {0}}, {{0}, {0}}}, F[2][4] = {{{{0}, {0}}}};
-  Gather(n_nodes, model->X, vertex, X);
-  if (u) Gather(n_nodes, u, vertex, U);
+  if (u)
+    GatherBlocks(model, e, n_nodes, first, 1, u, X, U);
+  else
+    Gather(n_nodes, model->X, vertex, X);
   const LanesVector side = VectorSubtract(X[1], X[0]);
   const Lanes h = u ? STEP * SquareRoot(VectorDot(side, side)) : LanesOf(1.), width = u ? h + h : h;
   for (int column = 0; column < 2 * n_nodes; column++) {
@@ -211,10 +221,8 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 static void gather_modes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                          PetscInt first, LanesModes *XM, LanesModes *uM)
 {
-  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
   LanesVector X[4], U[4];
-  Gather(n_nodes, model->X, vertex, X);
-  Gather(n_nodes, u, vertex, U);
+  GatherBlocks(model, e, n_nodes, first, e->strain == STRAIN_LARGE, u, X, U);
   *XM = ElementModes(n_nodes, X);
   *uM = ElementModes(n_nodes, U);
 }

@@ -440,3 +440,21 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
   const size_t i = (size_t)first;
   return e->vertex + (i / BATCH) * n_nodes * BATCH + i % BATCH;
 }
+
+/* Where the strain of LANES blocks comes from. That of blocks which were placed on others counts from the
+   displacements of their vertices then: u - u_0, in large strain from the places X + u_0, so F is F
+   F_0^-1. */
+KERNEL void GatherBlocks(const Model *model, const Elements *e, int n_nodes, PetscInt first, int large,
+                         const PetscReal *u, LanesVector *X, LanesVector *U)
+{
+  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+  Gather(n_nodes, model->X, vertex, X);
+  Gather(n_nodes, u, vertex, U);
+  if (!e->placed) return;
+  const PetscReal *x = e->placed + (vertex - e->vertex), *y = x + (size_t)n_nodes * e->n_padded;
+  for (int i = 0; i < n_nodes; i++) {
+    const LanesVector u_0 = {LoadLanes(x + i * BATCH), LoadLanes(y + i * BATCH)};
+    U[i] = VectorSubtract(U[i], u_0);
+    if (large) X[i] = VectorAdd(X[i], u_0);
+  }
+}

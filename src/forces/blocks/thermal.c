@@ -108,8 +108,7 @@ void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, 
     const LanesMaterial material = LoadMaterial(model, e->group + first);
     const LanesScalar s = scalar_of(n_nodes, s_1, e->group + first, change + (vertex - e->vertex));
     LanesVector X[4], U[4], F[4];
-    Gather(n_nodes, model->X, vertex, X);
-    Gather(n_nodes, u, vertex, U);
+    GatherBlocks(model, e, n_nodes, first, large, u, X, U);
     force(n_nodes, X, U, &s, &material, factor * model->thickness, large, F);
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       for (int i = 0; i < n_nodes; i++) {
@@ -125,12 +124,10 @@ void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, 
 static void modes_of(const Model *model, const Elements *e, const PetscReal *u, PetscInt first, LanesModes *X,
                      LanesModes *U)
 {
-  const PetscInt *vertex = LaneVertices(e, e->n_nodes, first);
-  LanesVector x[4];
-  Gather(e->n_nodes, model->X, vertex, x);
+  LanesVector x[4], v[4];
+  GatherBlocks(model, e, e->n_nodes, first, e->strain == STRAIN_LARGE, u, x, v);
   *X = ElementModes(e->n_nodes, x);
-  Gather(e->n_nodes, u, vertex, x);
-  *U = ElementModes(e->n_nodes, x);
+  *U = ElementModes(e->n_nodes, v);
 }
 
 void ThermalStress(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *change,

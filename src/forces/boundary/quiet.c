@@ -162,7 +162,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   PetscCall(PetscCalloc1(v->m->n_dof, &q->reaction));
   PetscCall(PetscMalloc1(v->m->n_dof, &q->held));
   for (PetscInt d = 0; d < v->m->n_dof; d++)
-    q->held[d] = (PetscBool)(Held(v->m, d) && lets_go(scene->supports + v->m->support[d]));
+    q->held[d] = (PetscBool)(SupportRow(v->m, d) >= 0 && lets_go(scene->supports + v->m->support[d]));
   *memory = q;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -156,7 +156,8 @@ static PetscErrorCode inertia(const TermView *v, TermInertia add, void *context)
   PetscCall(PetscMalloc1(m->n_dof, &motions->moved));
   motions->n_moved = 0;
   for (PetscInt d = 0; d < m->n_dof; d++)
-    if (Held(m, d) && MotionMoves(&motions->of[m->support[d]].motion)) motions->moved[motions->n_moved++] = d;
+    if (SupportRow(m, d) >= 0 && MotionMoves(&motions->of[m->support[d]].motion))
+      motions->moved[motions->n_moved++] = d;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -68,12 +68,28 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Vertices without a block that is there stay where they are. */
+static PetscErrorCode hold_absent(Model *m)
+{
+  bool *there;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &there));
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt k = 0; k < list->n_nodes && !m->absent[list->group[e]]; k++)
+        there[VertexOf(list, e, k)] = true;
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++)
+    if (!there[d / 2]) m->support[3 * m->n_bodies + d] = NOT_BUILT;
+  PetscCall(PetscFree(there));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
 {
   const PetscInt n_held = 3 * m->n_bodies + 2 * m->n_owned;
   BodyHold *body;
   PetscFunctionBeginUser;
-  PetscCheck(scene->n_supports <= INT16_MAX, m->comm, PETSC_ERR_SUP, "more than %d supports", INT16_MAX);
+  PetscCheck(scene->n_supports < NOT_BUILT, m->comm, PETSC_ERR_SUP, "more than %d supports", NOT_BUILT - 1);
   PetscCall(PetscMalloc1(m->n_bodies, &body));
   for (PetscInt d = 0; d < n_held; d++) m->support[d] = -1;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
@@ -83,5 +99,6 @@ PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
     PetscCall(hold_bodies(scene, scene->supports + i, m, body));
   }
   PetscCall(PetscFree(body));
+  if (m->absent) PetscCall(hold_absent(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

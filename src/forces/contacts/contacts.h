@@ -167,6 +167,13 @@ int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_
    reference state (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
+/* ---- place.c */
+/* Collective. New faces are there: finds contacts anew in the reference state. Those that were there keep all they
+   have; new ones start closed, without slip and stress. joints: the stage's table; u: vertex array. */
+PetscErrorCode ContactsPlace(const Scene *scene, const Model *model, const Joint *joints, const PetscReal *u,
+                             Contacts *contacts);
+
+/* ---- store.c */
 /* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 

@@ -19,6 +19,7 @@ static PetscBool may_touch(PetscInt f, PetscInt g, const void *context)
   const Faces *faces = &c->m->faces;
   const PetscInt *vf = faces->vertex + 2 * f, *vg = faces->vertex + 2 * g, n_owned = c->m->n_owned;
   if (faces->gid[f] / 4 == faces->gid[g] / 4) return PETSC_FALSE;
+  if (FaceAbsent(c->m, f) || FaceAbsent(c->m, g)) return PETSC_FALSE;
   if (faces->rigid[f] >= 0 && faces->rigid[f] == faces->rigid[g]) return PETSC_FALSE;
   if (c->verifying && !c->m->group_upgradeable[faces->group[f]] && !c->m->group_upgradeable[faces->group[g]])
     return PETSC_FALSE;

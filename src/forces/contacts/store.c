@@ -190,7 +190,7 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
   PetscReal *hold;
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  if (scene->allow_floating) PetscFunctionReturn(PETSC_SUCCESS);
+  if (scene->allow_floating || m->lifts) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc3(n, &parent, n, &all, HOLDS * n, &hold));
   for (PetscInt b = 0; b < n; b++) parent[b] = b;
   for (PetscInt i = 0; i < c->n_padded; i++) {

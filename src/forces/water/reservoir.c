@@ -46,6 +46,7 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
     const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
+    if (FaceAbsent(m, m->face_set_faces[i])) continue; // no water stands at what is not built
     const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
     const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
     PetscReal x[4], f[4];

@@ -1,0 +1,330 @@
+/* lifts.c: construction in stages. A group that a stage builds is absent before: its blocks have no
+   stiffness, mass or strength of the model's own (its row of the materials is 0), its vertices are held where
+   the mesh has them, and the finder of contacts passes over its faces. As it is placed, the strain of its
+   blocks counts from the displacements that their vertices have then: those shared with blocks that stand. */
+#include "stages/stages.h"
+#include <stdarg.h>
+
+/* What is absent, in a model with lifts. */
+struct _p_Lifts {
+  PetscInt stage;     /* of the groups that are there */
+  PetscInt *built_in; /* (n_groups,) stage that builds the group, -1: it is there from the start */
+  Lame *lame;         /* of all groups, when they are there */
+  PetscReal *density, *hourglass;
+  PetscInt n_stages;
+  PetscReal **at; /* (n_stages,) [m] vertex arrays: displacements as a stage placed its groups; NULL: it
+                          placed none, or none yet */
+};
+
+/* ---- what is there */
+
+/* Collective. Sets what is there in a stage. */
+static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
+{
+  struct _p_Lifts *l = m->lifts;
+  PetscReal *mass;
+  PetscFunctionBeginUser;
+  l->stage = stage;
+  for (PetscInt g = 0; g < m->n_groups; g++) {
+    m->absent[g] = l->built_in[g] > stage;
+    m->lame[g] = m->absent[g] ? (Lame){0., 0.} : l->lame[g];
+    m->density[g] = m->absent[g] ? 0. : l->density[g];
+    for (int i = 0; i < 3 && m->hourglass; i++)
+      m->hourglass[3 * g + i] = m->absent[g] ? 0. : l->hourglass[3 * g + i];
+  }
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
+  PetscCall(ElementMasses(m, mass));
+  PetscCall(PetscArraycpy(m->vertex_mass, mass, m->n_owned));
+  PetscCall(PetscFree(mass));
+  PetscCall(SupportsApply(scene, PETSC_FALSE, m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives the blocks that have been placed the displacements from which their strain counts. */
+static PetscErrorCode count_strain(Model *m)
+{
+  const struct _p_Lifts *l = m->lifts;
+  PetscFunctionBeginUser;
+  for (int list = 0; list < ELASTIC_LISTS; list++) {
+    Elements *e = m->elements + list;
+    const size_t n = (size_t)e->n_nodes * (size_t)e->n_padded;
+    if (!e->placed) PetscCall(PetscMalloc1(2 * n, &e->placed));
+    PetscCall(PetscArrayzero(e->placed, 2 * n));
+    for (PetscInt i = 0; i < e->n; i++) {
+      const PetscInt stage = l->built_in[e->group[i]];
+      const PetscReal *u = stage >= 0 && stage <= l->stage ? l->at[stage] : NULL;
+      for (int k = 0; k < e->n_nodes && u; k++)
+        for (int x = 0; x < 2; x++)
+          e->placed[(size_t)x * n + (size_t)VertexPlace(e, i, k)] = u[2 * VertexOf(e, i, k) + x];
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- set-up */
+
+/* The first fault stays in message. */
+static void refuse(const Scene *scene, const Stage *stage, char message[MESSAGE_LENGTH], const char *format,
+                   ...) PETSC_ATTRIBUTE_FORMAT(4, 5);
+static void refuse(const Scene *scene, const Stage *stage, char message[MESSAGE_LENGTH], const char *format,
+                   ...)
+{
+  char key[LABEL_LENGTH], text[MESSAGE_LENGTH];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  snprintf(key, sizeof key, "stages.%s", stage->name);
+  Complain(message, scene->file, stage->line, key, "%s", text);
+}
+
+/* Roots of vertices (by gid) that hold together: through blocks that are there, and through contacts. */
+static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
+{
+  const PetscInt n = m->n_vertices_global;
+  PetscInt *all, changed = 1;
+  PetscFunctionBeginUser;
+#define JOIN(v, w)                                                                                           \
+  do {                                                                                                       \
+    const PetscInt p = UnionRoot(parent, v), q = UnionRoot(parent, w);                                       \
+    parent[PetscMax(p, q)] = PetscMin(p, q);                                                                 \
+  } while (0)
+  for (PetscInt v = 0; v < n; v++) parent[v] = v;
+  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS; e++)
+    for (PetscInt i = 0; i < e->n; i++)
+      for (int k = 1; k < e->n_nodes && !m->absent[e->group[i]]; k++)
+        JOIN(m->vertex_gid[VertexOf(e, i, 0)], m->vertex_gid[VertexOf(e, i, k)]);
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0)
+      JOIN(m->vertex_gid[c->vertex[CONTACT_ROW(i, ROW_P)]], m->vertex_gid[c->vertex[CONTACT_ROW(i, ROW_A)]]);
+  PetscCall(PetscMalloc1(n, &all));
+  while (changed) { // as ContactsCheckSupport: until no rank knows of another link
+    for (PetscInt v = 0; v < n; v++) all[v] = UnionRoot(parent, v);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n, MPIU_INT, MPI_MIN, m->comm));
+    changed = 0;
+    for (PetscInt v = 0; v < n; v++) {
+      const PetscInt p = UnionRoot(parent, v), q = UnionRoot(parent, all[v]);
+      if (p != q) parent[PetscMax(p, q)] = PetscMin(p, q), changed = 1;
+    }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, m->comm));
+  }
+#undef JOIN
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Refuses a stage in which something that stands is not linked to a vertex held in x and to
+   one held in y. */
+static PetscErrorCode check_hanging(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c)
+{
+  const PetscInt n = m->n_vertices_global, at = 3 * m->n_bodies;
+  PetscInt *parent;
+  int *held;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &parent));
+  PetscCall(PetscCalloc1(2 * n, &held));
+  PetscCall(join(m, c, parent));
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) {
+    const PetscInt v = d / 2;
+    const PetscBool rigid = (PetscBool)(v >= m->n_deformable && v < m->n_moving);
+    const PetscInt dof = rigid ? 3 * RigidOfVertex(m, v) + d % 2 : at + d;
+    if (SupportRow(m, dof) >= 0) held[2 * UnionRoot(parent, m->vertex_gid[v]) + d % 2] = 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, (PetscMPIInt)(2 * n), MPI_INT, MPI_MAX, m->comm));
+  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS && !message[0]; e++)
+    for (PetscInt i = 0; i < e->n && !message[0]; i++) {
+      const PetscInt v = VertexOf(e, i, 0), root = UnionRoot(parent, m->vertex_gid[v]);
+      if (m->absent[e->group[i]] || (held[2 * root] && held[2 * root + 1])) continue;
+      refuse(
+          scene, stage, message,
+          "group %s hangs in the air (block %d at x = %.6g m, y = %.6g m): it shares no vertex and no joint "
+          "with what a support holds (groups that no stage builds are there from the start)",
+          m->group_names[e->group[i]], (int)e->file[i], (double)m->X[2 * v], (double)m->X[2 * v + 1]);
+    }
+  PetscCall(PetscFree(parent));
+  PetscCall(PetscFree(held));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether faces of a set, or blocks at a point, are absent. all: whether all are. Alike on all ranks. */
+static PetscErrorCode is_absent(const Model *m, const char *name, PetscBool *any, PetscBool *all)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name),
+                 point = NameRow(m->n_points, m->point_names, name);
+  PetscInt n[2] = {0, 0}; // there, absent
+  PetscFunctionBeginUser;
+  for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++)
+    n[m->absent[m->faces.group[m->face_set_faces[i]]]]++;
+  const PetscInt v = set < 0 && point >= 0 ? m->point_vertex[point] : -1;
+  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS && v >= 0; e++)
+    for (PetscInt i = 0; i < e->n; i++)
+      for (int k = 0; k < e->n_nodes; k++)
+        if (VertexOf(e, i, k) == v) n[m->absent[e->group[i]]]++;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, m->comm));
+  *all = (PetscBool)(n[1] && !n[0]);
+  *any = set < 0 && point >= 0 ? *all : (PetscBool)(n[1] > 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Refuses loads that act on what is not built yet. Water at rest stands at what is there. */
+static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const Load *load = scene->loads + stage->loads[i];
+    PetscBool any = PETSC_FALSE, all = PETSC_FALSE;
+    if (load->kind == LOAD_DRAIN || load->kind == LOAD_CURTAIN || load->kind == LOAD_HEAD ||
+        load->kind == LOAD_INFLOW)
+      any = all = PETSC_TRUE; // joints of the network are not there
+    else if (load->target[0] && load->kind != LOAD_TEMPERATURE)
+      PetscCall(is_absent(m, load->target, &any, &all));
+    if (!(load->kind == LOAD_RESERVOIR ? all : any) || message[0]) continue;
+    refuse(scene, stage, message, "loads.%s acts where groups are not built yet", load->name);
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses what lifts cannot be together with; alike on all ranks. */
+static PetscErrorCode check_scene(const Scene *scene, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt last = 0, n_anchors;
+  PetscFunctionBeginUser;
+  (void)SceneEntries(scene, "anchors", &n_anchors);
+  for (PetscInt g = 0; g < m->n_groups; g++) last = PetscMax(last, m->lifts->built_in[g]);
+  for (PetscInt s = 0; s < scene->n_stages; s++) {
+    const Stage *stage = scene->stages + s;
+    for (PetscInt i = 0; i < stage->n_build; i++) {
+      const PetscInt g = NameRow(m->n_groups, m->group_names, stage->build[i]);
+      const char *why = scene->materials[g].condensed
+                            ? "is condensed: its factor is made once, with all that holds it"
+                        : scene->materials[g].rigid ? "is rigid: only blocks that deform are placed"
+                        : scene->materials[g].law != MATERIAL_ELASTIC
+                            ? "has a law that is not elastic: its history would begin before it is there"
+                        : m->lifts->built_in[g] != s ? "is built twice"
+                                                     : NULL;
+      if (why) refuse(scene, stage, message, "build: the group %s %s", stage->build[i], why);
+    }
+    if (stage->variable)
+      refuse(scene, stage, message,
+             "connectivity is variable, and groups are built: expected fixed contacts");
+    if (s < last && (stage->kind == STAGE_DYNAMIC || stage->kind == STAGE_MODES))
+      refuse(scene, stage, message, "groups are not built yet: expected a static stage, or one of trials");
+  }
+  if (n_anchors)
+    refuse(scene, scene->stages, message,
+           "anchors, and groups are built in stages: that is not possible together");
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LiftsCreate(const Scene *scene, Model *m)
+{
+  PetscInt n_build = 0;
+  struct _p_Lifts *l;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < scene->n_stages; s++) n_build += scene->stages[s].n_build;
+  if (!n_build) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&l));
+  m->lifts = l;
+  l->n_stages = scene->n_stages;
+  PetscCall(PetscMalloc4(m->n_groups, &l->built_in, m->n_groups, &l->lame, m->n_groups, &l->density,
+                         3 * m->n_groups, &l->hourglass));
+  PetscCall(PetscCalloc2(m->n_groups, &m->absent, l->n_stages, &l->at));
+  PetscCall(PetscArraycpy(l->lame, m->lame, m->n_groups));
+  PetscCall(PetscArraycpy(l->density, m->density, m->n_groups));
+  if (m->hourglass) PetscCall(PetscArraycpy(l->hourglass, m->hourglass, 3 * m->n_groups));
+  for (PetscInt g = 0; g < m->n_groups; g++) {
+    l->built_in[g] = -1;
+    for (PetscInt s = 0; s < scene->n_stages; s++)
+      if (NameRow(scene->stages[s].n_build, scene->stages[s].build, m->group_names[g]) >= 0)
+        l->built_in[g] = s;
+  }
+  PetscCall(check_scene(scene, m));
+  for (PetscInt s = scene->n_stages - 1; s >= 0; s--) { // ends in the first one
+    Contacts contacts;
+    PetscCall(be_in(scene, s, m));
+    PetscCall(check_loads(scene, scene->stages + s, m));
+    if (s && !scene->stages[s].n_build) continue;
+    PetscCall(ContactsCreate(scene, m, &contacts));
+    PetscCall(check_hanging(scene, scene->stages + s, m, &contacts));
+    PetscCall(ContactsDestroy(&contacts));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LiftsDestroy(Model *m)
+{
+  struct _p_Lifts *l = m->lifts;
+  PetscFunctionBeginUser;
+  if (!l) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt s = 0; s < l->n_stages; s++) PetscCall(PetscFree(l->at[s]));
+  PetscCall(PetscFree4(l->built_in, l->lame, l->density, l->hourglass));
+  PetscCall(PetscFree2(m->absent, l->at));
+  for (int list = 0; list < ELASTIC_LISTS; list++) PetscCall(PetscFree(m->elements[list].placed));
+  PetscCall(PetscFree(m->lifts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- on the way */
+
+/* Displacements that are written count from now on. Vertices that are not built yet have none. */
+static PetscErrorCode reset(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  if (p->stage->displacements != DISPLACEMENTS_RESET) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!p->state->reset) PetscCall(PetscMalloc1(ModelApplied(p->m), &p->state->reset));
+  PetscCall(PetscArraycpy(p->state->reset, p->state->u, ModelApplied(p->m)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LiftsPlace(const Problem *p)
+{
+  Model *m = p->m;
+  struct _p_Lifts *l = m->lifts;
+  const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscFunctionBeginUser;
+  if (p->state->lifts_stage >= p->number) PetscFunctionReturn(PETSC_SUCCESS);
+  p->state->lifts_stage = p->number;
+  PetscCall(reset(p));
+  if (!l || !p->stage->n_build) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(n, &l->at[p->number]));
+  PetscCall(PetscArraycpy(l->at[p->number], u, n));
+  PetscCall(be_in(p->scene, p->number, m));
+  PetscCall(count_strain(m));
+  PetscCall(ContactsPlace(p->scene, m, p->stage->joints, u, p->contacts));
+  PetscCall(CondensedCheckContacts(p->scene, m, p->contacts));
+  PetscCall(NewtonDestroy(&p->relax->newton)); // its factor and pattern are those of what was there
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LiftsArchive(Archive *a, const Scene *scene, Model *m, State *state)
+{
+  struct _p_Lifts *l = m->lifts;
+  PetscInt stage = state->lifts_stage, has = state->reset != NULL;
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveInts(a, "begun", 1, &stage));
+  PetscCall(ArchiveInts(a, "reset", 1, &has));
+  stage = state->lifts_stage = (PetscInt)ArchiveWithin(a, "begun", stage, 0, scene->n_stages - 1);
+  if (has && !state->reset) PetscCall(PetscCalloc1(ModelApplied(m), &state->reset));
+  if (has) PetscCall(ArchiveApplied(a, m, "written_from", state->reset));
+  for (PetscInt s = 1; s <= stage && l; s++) {
+    char name[NAME_LENGTH];
+    if (!scene->stages[s].n_build) continue;
+    if (!l->at[s]) PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &l->at[s]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "placed_%" PetscInt_FMT, s));
+    PetscCall(ArchiveVertices(a, m, name, l->at[s]));
+    if (!a->reading) continue;
+    PetscCall(GhostBegin(m, l->at[s]));
+    PetscCall(GhostEnd(m, l->at[s]));
+  }
+  if (!a->reading || !l) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(be_in(scene, stage, m));
+  PetscCall(count_strain(m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
