@@ -168,8 +168,9 @@ int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* ---- place.c */
-/* Collective. New faces are there: finds contacts anew in the reference state. Those that were there keep all they
-   have; new ones start closed, without slip and stress. joints: the stage's table; u: vertex array. */
+/* Collective. New faces are there: finds contacts anew in the reference state. Those that were there keep
+   all they have; new ones start closed, without slip and stress. joints: the stage's table; u: vertex
+   array. */
 PetscErrorCode ContactsPlace(const Scene *scene, const Model *model, const Joint *joints, const PetscReal *u,
                              Contacts *contacts);
 
