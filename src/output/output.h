@@ -19,8 +19,8 @@ enum {
   BODY_WIDTH = 11, /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise; rows of the
                       supports of x, y */
   BLOCK_WIDTH = 23 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
-                      (4,3) [Pa], change of temperature [K], stress across the plane [Pa], 1: it is built; NaN where the kind
-                      of block has none */
+                      (4,3) [Pa], change of temperature [K], stress across the plane [Pa], 1: it is built; NaN
+                      where the kind of block has none */
 };
 typedef struct {
   PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
