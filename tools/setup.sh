@@ -177,6 +177,10 @@ quoin_environment() {
   *":$QUOIN_ROOT/build/bin:"*) ;;
   *) export PATH="$QUOIN_ROOT/build/bin:$QUOIN_ROOT/build/venv/bin:$PATH" ;;
   esac
+  case ":${PYTHONPATH:-}:" in
+  *":$QUOIN_ROOT/tools:"*) ;;
+  *) export PYTHONPATH="$QUOIN_ROOT/tools${PYTHONPATH:+:$PYTHONPATH}" ;; # for import quoin
+  esac
   case $- in
   *i*) . "$QUOIN_ROOT/tools/install/quoin.bash" ;; # completion, in a shell that somebody types into
   esac

@@ -124,6 +124,16 @@ def test_check_runs_nothing(dam):
     assert re.fullmatch(r"quoin: error: .*the mesh has no face set 'upstrm'.*\n", done.stderr)
 
 
+def test_check_ends_the_solver(tmp_path, monkeypatch):
+    """Where it would begin to run stages."""
+    solver = tmp_path / "solver"
+    solver.write_text('#!/bin/sh\necho "3 blocks"\necho "memory [MB]"\nsleep 1\ntouch went_on\n', encoding="utf-8")
+    solver.chmod(0o755)
+    monkeypatch.setenv("QUOIN_SOLVER", str(solver))
+    assert call("check", "scene.yaml", folder=tmp_path).stdout == "3 blocks\nscene.yaml: nothing is wrong with it, and nothing was run\n"
+    assert not (tmp_path / "went_on").exists()
+
+
 def test_advise(dam):
     before = sorted(dam.iterdir())
     assert "within 1 %" in call("advise", "scene.yaml", *SHORT, folder=dam).stdout

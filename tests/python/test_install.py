@@ -196,9 +196,11 @@ def test_a_shell_of_the_checkout(scene, place, user):
         script = (checkout / "tools/setup.sh").read_text(encoding="utf-8")
         assert script.count("\nquoin_setup || {") == 1
         (checkout / "tools/setup.sh").write_text(script.replace("\nquoin_setup || {", "\nquoin_environment || {"), encoding="utf-8")
-    shell.write_text(f'#!/bin/bash\n. "{checkout}/tools/setup.sh" && exec quoin "$@"\n', encoding="utf-8")
+    shell.write_text(f'#!/bin/bash\n. "{checkout}/tools/setup.sh" && exec "${{WHAT:-quoin}}" "$@"\n', encoding="utf-8")
     shell.chmod(0o755)
     uses([shell], user, scene, place, {})
+    told = call([shell, "-c", "import quoin; print(quoin.__file__)"], user, env={"WHAT": "python"}, cwd="/").stdout
+    assert told == f"{checkout / 'tools/quoin.py'}\n"
     if user is not None:
         assert not (checkout / "build/setup.log").exists()
         (checkout / "build/bin/quoin").unlink()
