@@ -39,6 +39,12 @@ def test_beds_that_dip(tmp_path):
     assert group_areas(mesh)["dam"] == pytest.approx(72)
 
 
+@pytest.mark.parametrize("pattern, stones", [("{courses: 100, stones: 100}", 1), ("{courses: 1, stones: 1e5}", 6), ("{voronoi: 100}", 1)])
+def test_stones_larger_than_the_dam(tmp_path, pattern, stones):
+    mesh = meshed(tmp_path, WALL.replace("{courses: 1, stones: 2}", pattern))
+    assert bodies(mesh) == stones and group_areas(mesh)["dam"] == pytest.approx(72)
+
+
 def test_voronoi_is_that_of_the_generator(tmp_path):
     corners = [list(map(float, xy)) for xy in G1.corners()]
     text = (f"size: 50\ndam: {{upstream: {[corners[0], corners[4]]}, downstream: {[corners[1], corners[2], corners[3]]}, "

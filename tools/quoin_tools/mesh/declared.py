@@ -12,6 +12,7 @@ from quoin_tools.mesh.blockmesh import NAME, MeshError
 
 REQUIRED = object()
 MOST = 100_000  # keys and values
+FAR, NEAR = 1e6, 1e-4  # m: no section is larger, no part of one smaller
 
 
 class DeclaredError(MeshError):
@@ -57,6 +58,8 @@ class Keys:
             return value
         if not is_number(value) or not (value > above and least <= value <= most):
             return self.fault(key, f"expected {expected}", value)
+        if unit == "m" and (abs(value) > FAR or (above == 0 and value < NEAR)):
+            return self.fault(key, f"expected {expected}, of the size of a dam or a stone", value)
         return float(value)
 
     def whole(self, key, default=REQUIRED, least=1):
@@ -90,9 +93,9 @@ class Keys:
             return self.fault(key, "a name is a letter, then letters, digits, _ or -, at most 63 characters", value)
         return value
 
-    def point(self, key, default=REQUIRED):
+    def point(self, key, default=REQUIRED, far=FAR):
         value = self.get(key, default, "a point [x, y]")
-        return value if value is None or is_point(value) else self.fault(key, "expected a point [x, y], in m", value)
+        return value if value is None or is_point(value, far) else self.fault(key, "expected a point [x, y], in m", value)
 
     def numbers(self, key, expected="a list of numbers"):
         value = self.get(key, REQUIRED, expected)
@@ -114,7 +117,7 @@ class Keys:
         for i, row in enumerate(value):
             if is_point(row):
                 found.append((float(row[0]), float(row[1])))
-            elif isinstance(row, dict) and set(row) == {"to", "batter"} and all(map(is_number, row.values())) and found:
+            elif isinstance(row, dict) and set(row) == {"to", "batter"} and is_point([*row.values()]) and found:
                 found.append((found[-1][0] + leans * row["batter"] * (row["to"] - found[-1][1]), float(row["to"])))
             else:
                 return self.fault((key, i), "expected [x, y], or behind a point {to: elevation, batter: horizontal per vertical}", row)
@@ -176,8 +179,8 @@ def is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def is_point(value):
-    return isinstance(value, (list, tuple)) and len(value) == 2 and all(map(is_number, value))
+def is_point(value, far=FAR):
+    return isinstance(value, (list, tuple)) and len(value) == 2 and all(is_number(v) and abs(v) <= far for v in value)
 
 
 def shown(value):

@@ -67,7 +67,7 @@ def read(keys):
     """(Sheet, gap, notes) of the file that the keys name; (None, 0, []) where it cannot be read."""
     name, unit = keys.text("file"), keys.choice("units", tuple(UNITS), None)
     scale, chord, gap = keys.number("scale", 1.0, above=0, unit="-"), keys.number("chord", 0.02, above=0), keys.number("gap", 0.0, least=0, most=0.5)
-    origin = keys.point("origin", [0.0, 0.0])
+    origin = keys.point("origin", [0.0, 0.0], far=1e12)
     keys.done()
     if None in (name, scale, chord, gap, origin):
         return None, 0.0, []

@@ -14,6 +14,7 @@ from quoin_tools.mesh.plan import Line, Region
 from quoin_tools.mesh.rock import JointSet
 
 MOST = 100_000  # stones
+LARGE = 0.2  # of a shape: larger stones are no measure of what is small
 
 
 @dataclass
@@ -44,8 +45,9 @@ class Courses:
             rings += list(low + (at * [self.length, self.height]) @ frame)
         return rings, np.zeros(len(rings), dtype=bool)
 
-    def tidied(self, tess):
-        return polygons.tidy(tess, 0.25 * min(self.height, self.length), 0.2 * self.stone(), 0)
+    def tidied(self, tess, most):
+        side = min(self.height, self.length, most)
+        return polygons.tidy(tess, 0.25 * side, 0.2 * side * min(max(self.height, self.length), 4 * side), 0)
 
     def names(self):
         return [JointSet("joint_bed", self.dip, 1.0), JointSet("joint_head", self.dip - 90 if self.dip > 0 else self.dip + 90, 1.0)]
@@ -66,7 +68,7 @@ class Polygons:
         tess, facing = voronoi.tessellate(ring, self.options)
         return tess.polygons(), facing
 
-    def tidied(self, tess):
+    def tidied(self, tess, _most):
         """Only what a gallery has cut: stones and facing are tidy."""
         facing = [thickness for thickness in self.options.facing if thickness]
         side = min([self.options.least(), *(0.4 * size for size in (*facing, *([self.options.course] if facing else [])))])
@@ -91,8 +93,8 @@ class Joints:
         rings = [voronoi.ring_of(part) for part in found]
         return sorted(rings, key=lambda ring: tuple(ring.mean(axis=0).round(6))), np.zeros(len(rings), dtype=bool)
 
-    def tidied(self, tess):
-        least = min(s.spacing for s in self.sets)
+    def tidied(self, tess, most):
+        least = min([s.spacing for s in self.sets] + [most])
         return polygons.tidy(tess, 0.2 * least, 0.1 * least**2, 0)
 
     def names(self):
@@ -132,7 +134,7 @@ def too_many(pattern, shape):
 def lay(plan, region, pattern):
     """Cuts a region of a plan in stones: its joints become lines, its facing a group of its own."""
     rings, facing = pattern.cells(region.shape)
-    near = 1e-6 * math.sqrt(pattern.stone())
+    near = 1e-6 * math.sqrt(min(pattern.stone(), region.shape.area))
     plan.rough = max(plan.rough, 3 * near)
     tess, outside = clipped(rings, facing, region.shape, fixed_nodes(plan, region.shape, near), pattern, near)
     edges = polygons.inner_edges(tess.rings)
@@ -165,7 +167,7 @@ def clipped(rings, facing, shape, fixed, pattern, tolerance):
             outside.append(out)
     tess = polygons.tessellation(parts, fixed, tolerance)
     if shape.interiors or not isinstance(pattern, Polygons):
-        tess = pattern.tidied(tess)
+        tess = pattern.tidied(tess, LARGE * math.sqrt(shape.area))
     if not any(outside):
         return tess, np.zeros(len(tess.rings), dtype=bool)
     whole = shapely.union_all([shapely.Polygon(ring) for ring, out in zip(parts, outside) if out])

@@ -268,7 +268,7 @@ def session():
     before = None if mine else gmsh.model.getCurrent()
     gmsh.model.add("plan")
     settings = {"General.Terminal": 0, "General.NumThreads": 1, "Mesh.MeshSizeFromPoints": 0, "Mesh.MeshSizeExtendFromBoundary": 1,
-                "Mesh.Algorithm": 8, "Mesh.RecombineAll": 0, "Mesh.MshFileVersion": 4.1, "Mesh.Binary": 1, "Mesh.ElementOrder": 1}  # fmt: skip
+                "Mesh.Algorithm": 8, "Mesh.RecombineAll": 0, "Mesh.MshFileVersion": 2.2, "Mesh.Binary": 1, "Mesh.ElementOrder": 1}  # fmt: skip
     for name, value in settings.items():
         gmsh.option.setNumber(name, value)
     try:

@@ -39,8 +39,9 @@ def load(path):
     if "drawing" in top:
         size = top.number("size", above=0)
         notes = drawing.add(made, top, size) if size else []
-        if "rock" in top and made.regions and not top.faults:
-            add_rock_below(made, top.below("rock", required=True), size)
+        rock = top.below("rock")
+        if rock and made.regions and not top.faults:
+            add_rock_below(made, rock, size)
         drawing.finish(made, top)
         top.done(*ANY, "drawing", "layers", "rock")
     else:
@@ -119,12 +120,14 @@ class Outline:
         faults = len(dam.faults)
         if heel[0] >= toe[0]:
             dam.fault("downstream", "begins at the toe: expected right of the heel, where upstream begins", toe)
-        if left[0] > right[0] or abs(left[1] - right[1]) > 0.2 * max(abs(left[1] - heel[1]), 1e-9):
-            dam.fault("downstream", f"ends at the crest: expected about level with, and not left of, {list(left)}, where upstream ends", right)
         if min(left[1], right[1]) <= max(heel[1], toe[1]):
             dam.fault("upstream", "ends at the crest: expected above heel and toe", left)
-        polygon = self.polygon()
-        if len(dam.faults) == faults and (not polygon.is_valid or polygon.area <= 0 or not polygon.exterior.is_ccw):
+        elif left[0] > right[0] or abs(left[1] - right[1]) > 0.2 * abs(left[1] - heel[1]):
+            dam.fault("downstream", f"ends at the crest: expected about level with, and not left of, {list(left)}, where upstream ends", right)
+        if len(dam.faults) > faults:
+            return False
+        polygon = self.polygon() if len(self.corners()) >= 3 else shapely.Polygon()
+        if polygon.is_empty or not polygon.is_valid or not polygon.exterior.is_ccw:
             dam.fault("upstream", f"upstream, downstream and base cross each other ({shapely.is_valid_reason(polygon)})")
         return len(dam.faults) == faults
 
