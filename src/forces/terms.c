@@ -330,15 +330,15 @@ PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables
 {
   PetscFunctionBeginUser;
   *n = 0;
-  PetscCall(PetscCalloc1(TERMS, tables));
+  PetscCall(PetscCalloc1(TERMS * TERM_TABLES, tables));
   for (int t = 0; t < TERMS; t++) {
     TermView of = *view;
-    TermTable *table = *tables + *n;
     of.memory = view->state->terms[t];
-    if (!Terms[t]->table) continue;
-    table->name = Terms[t]->name;
-    PetscCall(Terms[t]->table(&of, table));
-    if (table->n_rows) ++*n;
+    for (PetscInt which = 0; Terms[t]->table && which < TERM_TABLES; which++) {
+      TermTable *table = *tables + *n;
+      PetscCall(Terms[t]->table(&of, which, table));
+      if (table->n_rows) ++*n;
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

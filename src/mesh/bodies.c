@@ -83,16 +83,23 @@ static PetscErrorCode keep_joints(const Scene *scene, const BlockMesh *mesh, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps the vertices of the blocks that hold an end of an anchor. */
-static void keep_anchors(const Scene *scene, const BlockMesh *mesh, PetscBool *inner)
+static PetscErrorCode keep_block(const BlockMesh *mesh, PetscInt b, void *context)
+{
+  PetscBool *inner = context;
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < BlockCorners(mesh->blocks + 4 * b); k++)
+    inner[mesh->blocks[4 * b + k]] = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps the vertices of the blocks on which anchors act. */
+static PetscErrorCode keep_anchors(const Scene *scene, const BlockMesh *mesh, PetscBool *inner)
 {
   PetscInt n;
   const Anchor *anchors = SceneEntries(scene, "anchors", &n);
-  for (PetscInt i = 0; i < 2 * n; i++) {
-    const PetscInt b = LocateBlock(mesh, i % 2 ? anchors[i / 2].root : anchors[i / 2].head);
-    for (PetscInt k = 0; b >= 0 && k < BlockCorners(mesh->blocks + 4 * b); k++)
-      inner[mesh->blocks[4 * b + k]] = PETSC_FALSE;
-  }
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) PetscCall(LocateAnchor(mesh, anchors + i, keep_block, inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static void keep_set(const BlockMesh *mesh, const char *name, PetscBool *inner)
@@ -127,7 +134,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
       if (mesh->blocks[i] >= 0 && (bodies->condensed[i / 4] < 0) == pass)
         inner[mesh->blocks[i]] = (PetscBool)!pass;
   if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
-  if (bodies->n_condensed) keep_anchors(scene, mesh, inner);
+  if (bodies->n_condensed) PetscCall(keep_anchors(scene, mesh, inner));
   if (bodies->n_condensed && SceneInTime(scene)) keep_in_time(scene, mesh, inner);
   for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
   bodies->inner = inner;

@@ -1,4 +1,4 @@
-/* locate.c: which block holds a point, and the shape functions there. */
+/* locate.c: which block holds a point, and the shape functions there; which part of a line is in a block. */
 #include "mesh/mesh.h"
 
 static const PetscReal OUTSIDE = 1e-9; /* of the diameter of the mesh: a point on a face is in the block */
@@ -75,4 +75,48 @@ PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2])
     if (LocateInBlock(n, x, point, LocateTolerance(diameter), weight)) return b;
   }
   return -1;
+}
+
+PetscBool LocateLine(PetscInt n, const PetscReal *x, const PetscReal a[2], const PetscReal b[2],
+                     PetscReal tolerance, PetscReal t[2], PetscInt *leaves)
+{
+  const PetscReal length = PetscHypotReal(b[0] - a[0], b[1] - a[1]);
+  t[0] = 0., t[1] = 1., *leaves = -1;
+  for (PetscInt k = 0; k < n; k++) { // the part to the left of each face
+    const PetscReal *p = x + 2 * k, *q = x + 2 * ((k + 1) % n);
+    const PetscReal dx = q[0] - p[0], dy = q[1] - p[1], face = PetscHypotReal(dx, dy),
+                    from = (dx * (a[1] - p[1]) - dy * (a[0] - p[0])) / face,
+                    to = (dx * (b[1] - p[1]) - dy * (b[0] - p[0])) / face;
+    if (PetscAbsReal(to - from) <= tolerance) { // along the face
+      if (from < -tolerance) return PETSC_FALSE;
+    } else if (to > from) {
+      t[0] = PetscMax(t[0], -from / (to - from));
+    } else if (from / (from - to) < t[1]) {
+      t[1] = from / (from - to), *leaves = k;
+    }
+  }
+  return (PetscBool)((t[1] - t[0]) * length > tolerance);
+}
+
+PetscErrorCode LocateAnchor(const BlockMesh *mesh, const Anchor *anchor,
+                            PetscErrorCode (*take)(const BlockMesh *mesh, PetscInt block, void *context),
+                            void *context)
+{
+  const PetscReal *ends[2] = {anchor->head, anchor->root};
+  PetscReal longest, diameter, x[8], t[2];
+  PetscInt leaves;
+  PetscFunctionBeginUser;
+  for (int end = 0; end < 2; end++) {
+    const PetscInt b = LocateBlock(mesh, ends[end]);
+    if (b >= 0) PetscCall(take(mesh, b, context));
+  }
+  if (!(anchor->bond_stiffness > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
+  MeshMeasures(mesh, &longest, &diameter);
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt *ring = mesh->blocks + 4 * b, n = BlockCorners(ring);
+    for (PetscInt k = 0; k < 2 * n; k++) x[k] = mesh->X[2 * ring[k / 2] + k % 2];
+    if (LocateLine(n, x, ends[0], ends[1], 0.1 * LocateTolerance(diameter), t, &leaves))
+      PetscCall(take(mesh, b, context));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -97,8 +97,17 @@ PetscReal LocateTolerance(PetscReal diameter);
    there, 0 for the fourth corner of a triangle. */
 PetscBool LocateInBlock(PetscInt n, const PetscReal *x, const PetscReal point[2], PetscReal tolerance,
                         PetscReal weight[4]);
+/* Whether more than a point of the line from a to b is in a block. t: from where to where, 0 at a, 1 at b;
+   leaves: face behind which it goes out, -1: it ends within. */
+PetscBool LocateLine(PetscInt n, const PetscReal *x, const PetscReal a[2], const PetscReal b[2],
+                     PetscReal tolerance, PetscReal t[2], PetscInt *leaves);
 /* Rank 0. The first block that holds the point, -1: none does. */
 PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2]);
+/* Rank 0. Calls `take` for each block that an anchor acts on: those at its ends, or all that a bonded one
+   runs through. */
+PetscErrorCode LocateAnchor(const BlockMesh *mesh, const Anchor *anchor,
+                            PetscErrorCode (*take)(const BlockMesh *mesh, PetscInt block, void *context),
+                            void *context);
 
 /* ---- grid.c */
 /* Box of the face from a to b, grown by margin on all sides. */

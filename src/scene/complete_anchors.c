@@ -19,7 +19,7 @@ static PetscInt stage_of(const Scene *scene, const char *name)
 
 static void check_shape(Reader *r, const Anchor *a)
 {
-  const PetscReal length = PetscHypotReal(a->head[0] - a->root[0], a->head[1] - a->root[1]);
+  const PetscReal length = AnchorLength(a);
   if (!(length > 0.))
     COMPLAIN_OF(r, a, "head and root are the same point");
   else if (a->free_length > length * (1. + 1e-9))
@@ -32,12 +32,46 @@ static void check_shape(Reader *r, const Anchor *a)
                 (double)a->breaking_force, (double)(a->yield * a->area));
 }
 
+static void check_bond(Reader *r, const Anchor *a)
+{
+  PetscReal stiffness, strength;
+  AnchorDowel(a, &stiffness, &strength);
+  if (a->bond_stiffness > 0.) {
+    if (a->free_length >= AnchorLength(a) * (1. - 1e-9))
+      COMPLAIN_OF(r, a, "free_length %g leaves nothing of the %g m from head to root to bond",
+                  (double)a->free_length, (double)AnchorLength(a));
+    if (a->plate && a->free_length > 0.)
+      COMPLAIN_OF(r, a, "plate is for a bar that is bonded from its head on: free_length has one");
+    for (PetscInt i = 0; i < a->n_forces; i++)
+      if (a->prestress[i] >= a->bond_strength * (AnchorLength(a) - a->free_length))
+        COMPLAIN_OF(r, a, "prestress %g is not below the %g N that the bond holds", (double)a->prestress[i],
+                    (double)(a->bond_strength * (AnchorLength(a) - a->free_length)));
+    if (a->strain_limit < PETSC_INFINITY)
+      COMPLAIN_OF(r, a, "strain_limit is for a free length: expected breaking_force for a bonded bar");
+    if (AnchorLength(a) > 10000. * AnchorSegment(a))
+      COMPLAIN_OF(r, a, "segment: pieces of %g m are more than 10000", (double)AnchorSegment(a));
+  } else if (a->bond_strength < PETSC_INFINITY || a->segment > 0. || a->plate) {
+    COMPLAIN_OF(r, a, "bond_stiffness is missing: %s is for a bonded bar",
+                a->bond_strength < PETSC_INFINITY ? "bond_strength"
+                : a->segment > 0.                 ? "segment"
+                                                  : "plate");
+  } else if (stiffness > 0. || strength < PETSC_INFINITY) {
+    COMPLAIN_OF(r, a, "bond_stiffness is missing: a dowel is a bonded bar");
+  }
+  if (strength < PETSC_INFINITY && !(stiffness > 0.))
+    COMPLAIN_OF(r, a, "dowel_strength needs dowel_stiffness or dowel_foundation");
+  if (a->dowel_stiffness > 0. && a->dowel_foundation > 0.)
+    COMPLAIN_OF(r, a, "expected dowel_stiffness or dowel_foundation, not both");
+}
+
 static void check_prestress(Reader *r, const Anchor *a)
 {
-  const PetscReal length = PetscHypotReal(a->head[0] - a->root[0], a->head[1] - a->root[1]),
-                  stiffness = a->young * a->area / (a->free_length > 0. ? a->free_length : length),
-                  most = PetscMin(PetscMin(a->yield * a->area, a->breaking_force),
-                                  a->strain_limit * a->young * a->area);
+  if (a->bond_stiffness > 0. && a->n_forces && !(a->free_length > 0.)) {
+    COMPLAIN_OF(r, a, "prestress needs a free_length: this bar is bonded from its head on");
+    return;
+  }
+  const PetscReal stiffness = a->young * a->area / PetscMax(AnchorFree(a), 1e-9 * AnchorLength(a)),
+                  most = AnchorStrength(a);
   for (PetscInt i = 0; i < a->n_forces; i++) {
     if (a->prestress[i] >= most)
       COMPLAIN_OF(r, a, "prestress %g is not below the %g N at which it yields or breaks",
@@ -86,6 +120,7 @@ PetscErrorCode CompleteAnchors(Reader *r)
   PetscFunctionBeginUser;
   for (const Anchor *a = anchors; a < anchors + n && !r->message[0]; a++) {
     check_shape(r, a);
+    check_bond(r, a);
     check_prestress(r, a);
     check_stages(r, a);
   }

@@ -17,6 +17,13 @@ typedef struct {
   char (*lock)[NAME_LENGTH];  /* (n_locks,) stages in which it is stressed, and at whose end it is locked */
   PetscReal draw_in;          /* [m] by which the head slips as it is locked */
   char from[NAME_LENGTH];     /* stage from which a passive one is there; "": from the first */
+  PetscReal bond_stiffness;   /* [N/m2] of the grout around it, 0: it is held at its ends alone */
+  PetscReal bond_strength;    /* [N/m] */
+  PetscReal segment;          /* [m] longest bonded piece; 0: by the bond, see AnchorSegment */
+  PetscBool plate;            /* a grouted bar without free_length is held at its head too */
+  PetscReal dowel_stiffness;  /* [N/m] across its line, where it crosses a joint; 0: by dowel_foundation */
+  PetscReal dowel_strength;   /* [N] */
+  PetscReal dowel_foundation; /* [Pa] modulus of what the bar is bedded in; 0: none */
 } Anchor;
 #endif
 // clang-format off
@@ -44,5 +51,19 @@ typedef struct {
   KEY(ANCHORS, "draw_in", REAL, Anchor, draw_in, "0", ">= 0", "m", "by which its head slips back as it is locked"),
   KEY(ANCHORS, "from", NAME, Anchor, from, "= the first stage", NULL, "",
       "stage from whose start a passive one is there, without force"),
+  KEY(ANCHORS, "bond_stiffness", REAL, Anchor, bond_stiffness, "= none: ends alone hold it", "> 0", "N/m2",
+      "of the grout, per metre of bar: it is bonded from the end of free_length, 0 then if not given, to its root"),
+  KEY(ANCHORS, "bond_strength", LIMIT, Anchor, bond_strength, "inf", "> 0", "N/m",
+      "per metre of bar, beyond which it slips in the grout"),
+  KEY(ANCHORS, "segment", REAL, Anchor, segment, "= 0.2 sqrt(young area/bond_stiffness)", "> 0", "m",
+      "longest piece of the bonded length"),
+  KEY(ANCHORS, "plate", BOOL, Anchor, plate, "false", NULL, "",
+      "true: a bonded bar without free_length is held at its head too"),
+  KEY(ANCHORS, "dowel_stiffness", REAL, Anchor, dowel_stiffness, "= by dowel_foundation", "> 0", "N/m",
+      "of a bonded bar against slip of the joints that it crosses"),
+  KEY(ANCHORS, "dowel_strength", LIMIT, Anchor, dowel_strength, "inf", "> 0", "N",
+      "of the same; where inf: with dowel_foundation as its outer fibre yields"),
+  KEY(ANCHORS, "dowel_foundation", REAL, Anchor, dowel_foundation, "= no dowel", "> 0", "Pa",
+      "modulus of what beds the bar, a round one of this area: gives stiffness and strength of the dowel"),
 #endif
     // clang-format on

@@ -169,6 +169,20 @@ static inline PetscBool SceneInTime(const Scene *scene)
 /* The entries of a section that a force term has of its own, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 
+/* ---- anchor_shape.c: numbers that follow from keys */
+/* [m] from head to root */
+PetscReal AnchorLength(const Anchor *anchor);
+/* [m] over which it stretches freely */
+PetscReal AnchorFree(const Anchor *anchor);
+/* [m] longest bonded piece */
+PetscReal AnchorSegment(const Anchor *anchor);
+/* Whether a bar that is bonded is held by a plate at its head. */
+PetscBool AnchorHasHead(const Anchor *anchor);
+/* [N] at which it yields or breaks, infinite: it does not */
+PetscReal AnchorStrength(const Anchor *anchor);
+/* [N/m], [N] of the dowel that it is where it crosses a joint; 0: none. */
+void AnchorDowel(const Anchor *anchor, PetscReal *stiffness, PetscReal *strength);
+
 /* ---- joint_table.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,
                                             "StressModelKind", "STRESS_" , NULL */

@@ -6,20 +6,37 @@ static const PetscReal *end_of(const Anchor *anchors, PetscInt i)
   return i % 2 ? anchors[i / 2].root : anchors[i / 2].head;
 }
 
+/* Vertices of the blocks of one anchor. */
+typedef struct {
+  PetscInt n, room, *gids;
+} Coupled;
+
+static PetscErrorCode couple_block(const BlockMesh *mesh, PetscInt b, void *context)
+{
+  Coupled *to = context;
+  PetscFunctionBeginUser;
+  if (to->n + 4 > to->room) {
+    to->room = 2 * to->room + 8;
+    PetscCall(PetscRealloc(to->room * sizeof *to->gids, &to->gids));
+  }
+  for (PetscInt k = 0; k < BlockCorners(mesh->blocks + 4 * b); k++)
+    to->gids[to->n++] = mesh->blocks[4 * b + k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context)
 {
+  Coupled all = {0, 0, NULL};
   PetscInt n;
   const Anchor *anchors = SceneEntries(scene, "anchors", &n);
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < n; i++) {
-    PetscInt gids[LINE_VERTICES], found = 0;
-    for (PetscInt end = 0; end < 2; end++) {
-      const PetscInt b = LocateBlock(mesh, end_of(anchors, 2 * i + end));
-      for (PetscInt k = 0; b >= 0 && k < BlockCorners(mesh->blocks + 4 * b); k++)
-        gids[found++] = mesh->blocks[4 * b + k];
-    }
-    PetscCall(couple(found, gids, context)); // AnchorsCreate refuses an end that no block holds
+  for (PetscInt i = 0; i < n; i++) { // AnchorsCreate refuses an end that no block holds
+    all.n = 0;
+    PetscCall(LocateAnchor(mesh, anchors + i, couple_block, &all));
+    if (all.n) PetscCall(PetscSortRemoveDupsInt(&all.n, all.gids));
+    PetscCall(couple(all.n, all.gids, context));
   }
+  PetscCall(PetscFree(all.gids));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,17 +102,19 @@ static void check_ends(const Scene *scene, PetscInt n, const Anchor *anchors, co
 {
   for (PetscInt i = 0; i < 2 * n; i++) {
     const Anchor *of = anchors + i / 2;
+    const PetscBool bonded = (PetscBool)(of->bond_stiffness > 0.),
+                    held = (PetscBool)(!bonded || (i % 2 == 0 && AnchorHasHead(of)));
     const PetscReal *point = end_of(anchors, i);
     char key[LABEL_LENGTH];
     snprintf(key, sizeof(key), "anchors.%s.%s", of->entry.name, i % 2 ? "root" : "head");
     if (ends[i].block == PETSC_MAX_INT)
       Complain(message, scene->file, of->entry.line, key, "(%g, %g) lies in no block of the mesh",
                (double)point[0], (double)point[1]);
-    else if (ends[i].body != ends[i].other_body)
+    else if (held && ends[i].body != ends[i].other_body)
       Complain(message, scene->file, of->entry.line, key,
                "(%g, %g) lies between two bodies: move it into the one that holds it", (double)point[0],
                (double)point[1]);
-    else if (i % 2 && ends[i].block == ends[i - 1].block)
+    else if (!bonded && i % 2 && ends[i].block == ends[i - 1].block)
       Complain(message, scene->file, of->entry.line, key, "head and root lie in one block");
   }
 }
@@ -115,28 +134,64 @@ static PetscErrorCode local_vertices(const Model *m, PetscInt n, const PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode line_create(const Model *m, const Anchor *of, const End ends[2], PetscInt n_gids,
-                                  const PetscInt *gids, const PetscInt *local, Line *line)
+/* Between its two ends. */
+static PetscErrorCode tie_ends(const End ends[2], PetscInt n_gids, const PetscInt *gids,
+                               const PetscInt *local, Line *line)
 {
-  PetscBool all = PETSC_TRUE, any = PETSC_FALSE;
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(line, sizeof(*line)));
-  line->of = of;
   for (int e = 0; e < 2; e++)
     for (int k = 0; k < 4 && ends[e].gid[k] >= 0; k++) {
       PetscInt at;
       PetscCall(PetscFindInt(ends[e].gid[k], n_gids, gids, &at));
-      const PetscInt v = local[at];
-      all = (PetscBool)(all && v >= 0), any = (PetscBool)(any || (v >= 0 && v < m->n_owned));
-      line->vertex[line->n] = v, line->weight[line->n++] = e ? -ends[e].weight[k] : ends[e].weight[k];
+      line->vertex[line->n] = local[at], line->weight[line->n++] = e ? -ends[e].weight[k] : ends[e].weight[k];
     }
-  PetscCheck(all || !any, PETSC_COMM_SELF, PETSC_ERR_PLIB, "anchor %s: a vertex of it is not known here",
-             of->entry.name);
-  line->here = any;
-  line->mine = (PetscBool)(line->vertex[0] >= 0 && line->vertex[0] < m->n_owned);
-  for (int x = 0; x < 2; x++) line->reference[x] = of->head[x] - of->root[x];
+  for (int x = 0; x < 2; x++) line->reference[x] = line->of->head[x] - line->of->root[x];
   line->length = PetscHypotReal(line->reference[0], line->reference[1]);
-  line->stiffness = of->young * of->area / (of->free_length > 0. ? of->free_length : line->length);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Between the head and the place where the free length ends. */
+static void tie_chain(const Chain *c, Line *line)
+{
+  for (int e = 0; e < 2; e++) {
+    const Place *place = c->place + e;
+    for (PetscInt k = 0; k < place->n; k++) {
+      line->vertex[line->n] = place->vertex[k];
+      line->weight[line->n++] = e ? -place->weight[k] : place->weight[k];
+    }
+  }
+  line->length = c->length[0];
+  for (int x = 0; x < 2; x++) line->reference[x] = -c->length[0] * c->towards[x];
+}
+
+/* Whether this rank has vertices of it; then it must know all. */
+static PetscErrorCode find_here(const Model *m, Line *line)
+{
+  const PetscInt n = line->chain ? line->chain->n_vertices : line->n,
+                 *vertex = line->chain ? line->chain->vertex : line->vertex;
+  PetscBool all = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) {
+    all = (PetscBool)(all && vertex[i] >= 0);
+    line->here = (PetscBool)(line->here || (vertex[i] >= 0 && vertex[i] < m->n_owned));
+  }
+  PetscCheck(all || !line->here, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+             "anchor %s: a vertex of it is not known here", line->of->entry.name);
+  line->mine = (PetscBool)(vertex[0] >= 0 && vertex[0] < m->n_owned);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode line_create(const Model *m, const Anchor *of, const End ends[2], PetscInt n_gids,
+                                  const PetscInt *gids, const PetscInt *local, Line *line)
+{
+  PetscFunctionBeginUser;
+  line->of = of;
+  if (line->chain)
+    tie_chain(line->chain, line);
+  else
+    PetscCall(tie_ends(ends, n_gids, gids, local, line));
+  PetscCall(find_here(m, line));
+  line->stiffness = line->chain ? line->chain->k[0] : of->young * of->area / AnchorFree(of);
   line->T_y = of->yield * of->area;
   line->per_slice = m->thickness / of->spacing;
   line->span = line->length;
@@ -160,26 +215,49 @@ static PetscErrorCode lines_create(const Model *m, const Anchor *anchors, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What a run has made of the keys of bonded bars. */
+static PetscErrorCode tell_chains(const Model *m, const Anchors *all)
+{
+  PetscFunctionBeginUser;
+  for (const Line *line = all->line; line < all->line + all->n; line++) {
+    const Chain *c = line->chain;
+    char dowels[160] = "";
+    if (!c) continue;
+    if (c->n_dowels)
+      snprintf(dowels, sizeof dowels, ", a dowel across %d joints: %.4g MN/m, %.4g kN", (int)c->n_dowels,
+               1e-6 * (double)c->dowel[0].K, 1e-3 * (double)c->dowel[0].V_y);
+    PetscCall(PetscPrintf(m->comm, "anchor %-12s bonded in %d pieces of at most %.3g m%s\n",
+                          line->of->entry.name, (int)(c->n - c->head), (double)AnchorSegment(line->of),
+                          dowels));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscInt n;
   const Anchor *anchors = SceneEntries(v->scene, "anchors", &n);
   Anchors *all;
+  Chain **chains;
   End *ends;
   PetscFunctionBeginUser;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(2 * n, &ends));
+  PetscCall(PetscMalloc2(2 * n, &ends, n, &chains));
   PetscCall(find_ends(v->m, n, anchors, ends));
   check_ends(v->scene, n, anchors, ends, message);
-  if (message[0]) PetscCall(PetscFree(ends));
+  PetscCall(ChainsCreate(v->scene, v->m, n, anchors, chains, message));
+  for (PetscInt i = 0; i < n && message[0]; i++) PetscCall(ChainDestroy(chains + i));
+  if (message[0]) PetscCall(PetscFree2(ends, chains));
   PetscCall(CheckMessage(v->m->comm, message));
   PetscCall(PetscNew(&all));
   all->n = n;
-  PetscCall(PetscMalloc1(n, &all->line));
+  PetscCall(PetscCalloc1(n, &all->line));
+  for (PetscInt i = 0; i < n; i++) all->line[i].chain = chains[i];
   PetscCall(lines_create(v->m, anchors, ends, all));
-  PetscCall(PetscFree(ends));
+  PetscCall(PetscFree2(ends, chains));
   *memory = all;
+  if (!v->state->cycle) PetscCall(tell_chains(v->m, all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,6 +267,7 @@ PetscErrorCode AnchorsDestroy(const Scene *scene, void **memory)
   PetscFunctionBeginUser;
   (void)scene;
   if (all) {
+    for (PetscInt i = 0; i < all->n; i++) PetscCall(ChainDestroy(&all->line[i].chain));
     PetscCall(PetscFree(all->line));
     PetscCall(PetscFree(all->told));
   }

@@ -4,18 +4,16 @@
 #include "forces/anchors/line.h"
 #include "forces/blocks/blocks.h"
 
-/* The force of a jack on an anchor that is stressed. */
-static PetscReal jack_force(const Line *line)
-{
-  return line->of->prestress[line->now.stressings - 1];
-}
-
-/* Adds the tension T to the applied forces, and to those that a ramp starts from. f: room, a dof array with
-   the vertex array behind it. */
-static void apply(const Model *m, const State *state, const Line *line, PetscReal T, PetscReal *f)
+/* Adds the tension T to the applied forces, and to those that a ramp starts from; `all`: all forces of the
+   anchor instead. f: room, a dof array with the vertex array behind it. */
+static void apply(const Model *m, const State *state, const Line *line, PetscReal T, PetscBool all,
+                  PetscReal *f)
 {
   memset(f, 0, (3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES)) * sizeof *f);
-  LinePull(line, -T, f + 3 * m->n_bodies);
+  if (all)
+    LineResist(line, -1., f + 3 * m->n_bodies);
+  else
+    LinePull(line, -T, f + 3 * m->n_bodies);
   RigidForces(m, state->u, f);
   for (PetscInt d = 0; d < ModelApplied(m); d++) state->applied.start[d] += f[d], state->f_ext[d] += f[d];
 }
@@ -28,6 +26,19 @@ static PetscInt stressing_of(const Anchor *a, const Stage *stage)
   return -1;
 }
 
+/* Locks it: it carries T, less what its head slips back by. */
+static void lock_at(Line *line, PetscReal T)
+{
+  LineHistory *h = &line->now;
+  const PetscReal k = line->stiffness,
+                  plastic = line->chain ? line->chain->memory[CHAIN_NOW].plastic[0] : h->plastic;
+  h->natural = line->s - T / k - plastic + line->of->draw_in;
+  line->T = T - k * line->of->draw_in;
+  if (!line->chain) return;
+  line->chain->memory[CHAIN_NOW].natural[0] = h->natural;
+  line->chain->N[0] = line->T;
+}
+
 static void begin_line(const TermView *v, Line *line, PetscReal *f)
 {
   const Anchor *of = line->of;
@@ -35,20 +46,24 @@ static void begin_line(const TermView *v, Line *line, PetscReal *f)
   const PetscInt stressing = stressing_of(of, v->stage);
   const PetscBool comes = (PetscBool)(!of->n_locks && (!of->from[0] || !strcmp(of->from, v->stage->name)));
   if (h->phase == LINE_STRESSED && stressing < h->stressings - 1) {
-    const PetscReal T = jack_force(line);
-    apply(v->m, v->state, line, -T, f);
+    const PetscReal T = h->pulls;
+    apply(v->m, v->state, line, -T, PETSC_FALSE, f);
     h->phase = LINE_HELD;
-    h->natural = line->s - T / line->stiffness - h->plastic + of->draw_in;
     h->jack += T * (h->since - line->s);
-    line->T = T - line->stiffness * of->draw_in;
+    lock_at(line, T);
   }
   if (stressing >= h->stressings && h->phase != LINE_BROKEN) {
-    if (h->phase == LINE_HELD) apply(v->m, v->state, line, line->T, f);
+    if (h->phase == LINE_HELD) apply(v->m, v->state, line, line->T, PETSC_FALSE, f);
+    if (h->phase == LINE_ABSENT && line->chain) ChainComes(line->chain);
     h->phase = LINE_STRESSED, h->stressings = stressing + 1, h->since = line->s;
+    h->pulls = of->prestress[stressing];
     line->T = 0.;
   }
-  if (h->phase == LINE_ABSENT && comes) h->phase = LINE_HELD, h->natural = line->s;
-  line->held = *h;
+  if (h->phase == LINE_ABSENT && comes) {
+    if (line->chain) ChainComes(line->chain);
+    h->phase = LINE_HELD, h->natural = line->s;
+  }
+  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
 }
 
 PetscErrorCode AnchorsBegin(const TermView *v)
@@ -79,7 +94,7 @@ PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
     if (stressing_of(line->of, v->stage) >= 0) *any = PETSC_TRUE;
     if (!f || !line->here || line->now.phase != LINE_STRESSED) continue;
     LinePlace(line, v->m, v->state->u + 3 * v->m->n_bodies);
-    LinePull(line, -jack_force(line), f);
+    LinePull(line, -line->now.pulls, f);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -88,11 +103,12 @@ PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
 static void break_line(const TermView *v, Line *line, PetscReal *f)
 {
   LineHistory *h = &line->now;
-  apply(v->m, v->state, line, line->T, f);
+  apply(v->m, v->state, line, line->T, PETSC_TRUE, f);
   h->most = PetscMax(h->most, line->T);
   h->lost += LineStored(line);
   h->phase = LINE_BROKEN;
-  line->held = *h, line->T = 0.;
+  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+  line->T = 0.;
 }
 
 PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again)

@@ -10,7 +10,7 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
     if (!line->here) continue;
     LineEvaluate(line, at->m, at->u);
     if (all->in_time) LineGoesOn(line);
-    if (line->T != 0.) LinePull(line, line->T, f);
+    if (line->now.phase != LINE_BROKEN) LineResist(line, 1., f);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -25,7 +25,9 @@ static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool any
   (void)at, (void)anywhere;
   for (PetscInt i = 0; all && i < all->n; i++) {
     const Line *line = all->line + i;
-    if (!line->here || line->now.phase != LINE_HELD) continue;
+    if (line->here && line->chain && (line->now.phase == LINE_HELD || line->now.phase == LINE_STRESSED))
+      ChainBound(line->chain, line->per_slice, k);
+    if (!line->here || line->chain || line->now.phase != LINE_HELD) continue;
     const PetscReal both = line->per_slice * (line->stiffness + PetscAbsReal(line->T) / line->span);
     for (PetscInt p = 0; p < line->n; p++)
       k[line->vertex[p]] += 2. * oblique * both * PetscAbsReal(line->weight[p]);
@@ -78,6 +80,26 @@ static PetscErrorCode add_line(const Line *line, const Model *m, TangentKind kin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode add_chain(const Line *line, TangentKind kind, TermAdd add, void *context)
+{
+  Chain *c = line->chain;
+  const PetscInt n = 2 * c->n_vertices;
+  const PetscBool there = (PetscBool)(line->now.phase == LINE_HELD || line->now.phase == LINE_STRESSED);
+  PetscReal *k, *u, *force = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(n * n, &k, n, &u));
+  if (kind == TANGENT_ELASTIC || there)
+    PetscCall(ChainTangent(c, kind == TANGENT_ELASTIC || kind == TANGENT_SMALL, kind != TANGENT_ELASTIC,
+                           line->per_slice, k));
+  if (kind == TANGENT_TURNED && c->turns) {
+    ChainPullAt(c, line->per_slice, u);
+    force = u;
+  }
+  PetscCall(add(c->n_vertices, c->vertex, k, force, context));
+  PetscCall(PetscFree2(k, u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
                               void *context)
 {
@@ -85,8 +107,11 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   PetscFunctionBeginUser;
   for (PetscInt i = 0; all && i < all->n; i++) {
     const Line *line = all->line + i;
+    const PetscInt n = line->chain ? line->chain->n_vertices : line->n;
     if (kind == TANGENT_PATTERN && line->here)
-      PetscCall(add(line->n, line->vertex, NULL, NULL, context));
+      PetscCall(add(n, line->chain ? line->chain->vertex : line->vertex, NULL, NULL, context));
+    else if (kind != TANGENT_PATTERN && line->mine && line->chain)
+      PetscCall(add_chain(line, kind, add, context));
     else if (kind != TANGENT_PATTERN && line->mine)
       PetscCall(add_line(line, at->m, kind, add, context));
   }
@@ -99,21 +124,13 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; all && i < all->n; i++) {
     Line *line = all->line + i;
-    switch (what) {
-    case COMMIT:
-      line->now.most = PetscMax(line->now.most, line->T);
-      line->held = line->now;
-      break;
-    case GO_BACK:
-      line->now = line->held;
-      break;
-    case KEEP_STABLE:
-      line->stable = line->now;
-      break;
-    case BACK_TO_STABLE:
-      line->held = line->now = line->stable;
-      break;
-    }
+    if (what == COMMIT) line->now.most = PetscMax(line->now.most, line->T);
+    if (what == COMMIT) LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+    if (what == GO_BACK) LineKeep(line, CHAIN_HELD, CHAIN_NOW);
+    if (what == KEEP_STABLE) LineKeep(line, CHAIN_NOW, CHAIN_STABLE);
+    if (what != BACK_TO_STABLE) continue;
+    LineKeep(line, CHAIN_STABLE, CHAIN_HELD);
+    LineKeep(line, CHAIN_STABLE, CHAIN_NOW);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

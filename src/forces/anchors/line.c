@@ -32,9 +32,29 @@ PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now)
   return T > 0. ? T_y : -T_y;
 }
 
+/* A bonded bar: its force is that at the head, or the largest where it has none. */
+static void evaluate_chain(Line *line, const PetscReal *u)
+{
+  Chain *c = line->chain;
+  line->now = line->held;
+  c->jack = line->held.phase == LINE_STRESSED ? line->held.pulls : -1.;
+  if (line->held.phase == LINE_STRESSED || line->held.phase == LINE_HELD) {
+    ChainEvaluate(c, u);
+    line->now.plastic = ChainPlastic(c), line->now.lost = ChainLost(c);
+  } else {
+    ChainPlace(c, u);
+  }
+  line->s = ChainElongation(c);
+  line->T = line->held.phase != LINE_HELD ? 0. : c->head ? c->N[0] : ChainLargest(c);
+}
+
 void LineEvaluate(Line *line, const Model *m, const PetscReal *u)
 {
   LinePlace(line, m, u);
+  if (line->chain) {
+    evaluate_chain(line, u);
+    return;
+  }
   line->T = LineForce(line, line->s, &line->now);
 }
 
@@ -50,6 +70,7 @@ PetscBool LineBreaks(const Line *line)
 {
   const Anchor *of = line->of;
   if (line->now.phase != LINE_HELD) return PETSC_FALSE;
+  if (line->chain) return (PetscBool)(ChainLargest(line->chain) > of->breaking_force);
   const PetscReal strain = (line->now.plastic + line->T / line->stiffness) * line->stiffness /
                            (of->young * of->area);
   return (PetscBool)(line->T > of->breaking_force || strain > of->strain_limit);
@@ -63,7 +84,26 @@ void LineGoesOn(Line *line)
     h->lost += LineStored(line);
     h->phase = LINE_BROKEN, line->T = 0.;
   }
-  line->held = *h;
+  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+}
+
+static LineHistory *history_of(Line *line, ChainState when)
+{
+  return when == CHAIN_HELD ? &line->held : when == CHAIN_NOW ? &line->now : &line->stable;
+}
+
+void LineKeep(Line *line, ChainState from, ChainState to)
+{
+  *history_of(line, to) = *history_of(line, from);
+  if (line->chain) ChainCopy(line->chain, from, to);
+}
+
+void LineResist(const Line *line, PetscReal times, PetscReal *f)
+{
+  if (line->chain)
+    ChainPull(line->chain, line->per_slice * times, f);
+  else if (line->T != 0.)
+    LinePull(line, times * line->T, f);
 }
 
 void LinePull(const Line *line, PetscReal T, PetscReal *f)
@@ -75,5 +115,6 @@ void LinePull(const Line *line, PetscReal T, PetscReal *f)
 
 PetscReal LineStored(const Line *line)
 {
+  if (line->chain) return ChainStored(line->chain);
   return line->now.phase == LINE_HELD ? 0.5 * line->T * line->T / line->stiffness : 0.;
 }

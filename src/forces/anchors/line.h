@@ -7,9 +7,13 @@
    along the line from root to head: the present one in large strain, that of the reference state in small
    strain. `natural` is the elongation at which it has no force. While it is stressed a jack pulls with the
    prestress, whatever s is; that is a load, which follows the line. As it is locked, natural = s - T_0/k +
-   draw-in, so nothing is lost but what the head slips. */
+   draw-in, so nothing is lost but what the head slips.
+
+   A bonded one is a chain (chain.h); its free length, if any, is the first piece of that, and the root of the
+   line is where that piece ends: there the jack pulls. */
 #pragma once
 #include "forces/anchors/anchors.h"
+#include "forces/anchors/chain.h"
 
 enum { LINE_VERTICES = 8 }; /* those of the block at the head, then those at the root */
 
@@ -29,6 +33,7 @@ typedef struct {
   PetscReal jack;             /* [J] work that jacks have done on it, and on what it ties together */
   PetscReal since;            /* [m] elongation at which the jack began */
   PetscReal most;             /* [N] largest force so far, at equilibria and in time */
+  PetscReal pulls;            /* [N] of the jack, while it is stressed */
 } LineHistory;
 
 /* A history and the last evaluation as numbers. */
@@ -41,6 +46,8 @@ enum {
   LINE_JACK,
   LINE_SINCE,
   LINE_MOST,
+  LINE_PULLS,
+  LINE_STORED,
   LINE_S,
   LINE_T,
   LINE_NUMBERS
@@ -59,6 +66,7 @@ typedef struct {
       stable;           /* of the last equilibrium, of the last evaluation, of the last stable trial */
   PetscReal s, T;       /* [m], [N] of the last evaluation */
   PetscReal e[2], span; /* [-], [m] its direction from root to head, and length, then */
+  Chain *chain;         /* NULL: it is not bonded */
 } Line;
 
 typedef struct {
@@ -84,6 +92,10 @@ PetscBool LineBreaks(const Line *line);
 /* Adds to f the forces by which a tension T resists its elongation: out of its line at the head, back at the
    root. f: vertex array. */
 void LinePull(const Line *line, PetscReal T, PetscReal *f);
+/* Adds to f all forces by which it resists, also those of a bonded bar, times `times`. */
+void LineResist(const Line *line, PetscReal times, PetscReal *f);
+/* The history of one moment becomes that of another. */
+void LineKeep(Line *line, ChainState from, ChainState to);
 /* [J] stored in one anchor. */
 PetscReal LineStored(const Line *line);
 
@@ -111,4 +123,4 @@ PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *re
 /* ---- anchors_output.c */
 PetscErrorCode AnchorsSurvey(const TermView *v, PetscBool tell);
 void AnchorsSummary(FILE *f, const TermView *v);
-PetscErrorCode AnchorsTable(const TermView *v, TermTable *table);
+PetscErrorCode AnchorsTable(const TermView *v, PetscInt which, TermTable *table);

@@ -83,7 +83,7 @@ typedef struct {
 } Incoming;
 
 /* A table of a term's own in results.h5: a group of its name below the stage, a dataset a column. */
-enum { TERM_COLUMNS = 8 };
+enum { TERM_COLUMNS = 8, TERM_TABLES = 2 /* of a term */ };
 typedef struct {
   const char *name;
   PetscInt width;    /* numbers in a row */
@@ -168,6 +168,7 @@ typedef struct {
   PetscErrorCode (*of_blocks)(const TermView *v, const Elements *list, BlockAnswers *answers);
   PetscErrorCode (*archive)(Archive *archive, const TermView *v);
   PetscErrorCode (*archive_stable)(Archive *archive, const TermView *v); /* what KEEP_STABLE has kept */
-  PetscErrorCode (*table)(const TermView *v, TermTable *table);          /* rank 0; no rows: there is none */
+  /* rank 0; which: 0 to TERM_TABLES - 1; no rows: there is none. It gives the table its name. */
+  PetscErrorCode (*table)(const TermView *v, PetscInt which, TermTable *table);
   void (*summary)(FILE *f, const TermView *v); /* members of a stage or trial in summary.json; rank 0 */
 } TermKind;

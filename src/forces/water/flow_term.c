@@ -433,7 +433,7 @@ static PetscErrorCode survey(const TermView *v, PetscBool tell)
 }
 
 /* A row of results for each piece, a column each: see results_format.md. */
-static PetscErrorCode table(const TermView *v, TermTable *t)
+static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
 {
   enum { POINT, HEAD, PRESSURE, APERTURE, SATURATION, DISCHARGE, LENGTH, JOINT };
   static const struct {
@@ -448,8 +448,9 @@ static PetscErrorCode table(const TermView *v, TermTable *t)
   const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
   PetscInt carrier;
   PetscFunctionBeginUser;
-  if (!FlowActs(v->scene, v->stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (which || !FlowActs(v->scene, v->stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
+  t->name = "flow";
   t->n_rows = net->n_pieces, t->n_columns = t->n_rows ? TERM_COLUMNS : 0;
   for (PetscInt c = 0; c < t->n_columns; c++) {
     t->columns[c].name = columns[c].name, t->columns[c].width = columns[c].width;

@@ -10,7 +10,7 @@ import numpy as np
 
 from quoin_tools.base.flow import at_end, printed
 
-STATES = ("absent", "stressed", "slack", "elastic", "yielded", "broken")
+STATES = ("absent", "stressed", "slack", "elastic", "yielded", "broken", "slipped")
 IDLE = 0.05  # of the force at which it yields: a passive anchor that carries less has hardly begun to act
 
 
@@ -43,8 +43,31 @@ class Anchors:
         return (thickness * self.per_metre() / np.hypot(*along.T))[:, None] * along
 
 
-def column_names():
-    return [field.name for field in fields(Anchors)]
+@dataclass
+class Bars:
+    """Along bonded bars, from the head of each to its root."""
+
+    anchor: np.ndarray  # row of Anchors
+    from_head: np.ndarray  # [m]
+    place: np.ndarray  # [m] (n, 2) in the reference state
+    force: np.ndarray  # [N] of one bar, there
+    bond: np.ndarray  # [N/m] of what is bonded behind it, as all that follows
+    bond_use: np.ndarray  # over the strength
+    slip: np.ndarray  # [m] (n, 2) of the steel in the grout, for good
+    plastic: np.ndarray  # [m] elongation of the piece before
+
+    def __post_init__(self):
+        self.place, self.slip, self.anchor = self.place.reshape(-1, 2), self.slip.reshape(-1, 2), self.anchor.astype(int)
+        if any(len(getattr(self, field.name)) != len(self.force) for field in fields(self)):
+            raise ValueError("bars: their columns do not belong together")
+
+    def of(self, anchor):
+        """Rows of one anchor."""
+        return np.flatnonzero(self.anchor == anchor)
+
+
+def column_names(table=Anchors):
+    return [field.name for field in fields(table)]
 
 
 def facts_of(s):
@@ -55,7 +78,7 @@ def facts_of(s):
 def is_idle(a):
     """Whether a passive anchor has hardly begun to act, though it could."""
     reserve = a.get("reserve")
-    return a["state"] in ("slack", "elastic") and a["work"] == 0 and reserve is not None and abs(a["force"]) < IDLE * (abs(a["force"]) + reserve * a["stiffness"])
+    return a["state"] in ("slack", "elastic", "slipped") and a["work"] == 0 and reserve is not None and abs(a["force"]) < IDLE * (abs(a["force"]) + reserve * a["stiffness"])
 
 
 def remarks(s):
@@ -63,8 +86,8 @@ def remarks(s):
     said = []
     for name, a in facts_of(s).items():
         if is_idle(a):
-            said.append(f"{name} carries {a['force'] / 1e3:.1f} kN: a passive anchor acts as the joints it crosses open or slide; "
-                        f"it yields after {1e3 * a['reserve']:.2g} mm more along its line.")  # fmt: skip
+            said.append(f"{name} carries {a['force'] / 1e3:.1f} kN: a passive anchor acts as the joints it crosses open or slide; it yields after "
+                        f"{1e3 * a['reserve']:.2g} mm more {'where a joint opens' if 'bond_use' in a else 'along its line'}.")  # fmt: skip
         if a["state"] == "broken":
             said.append(f"{name} is broken: it carried {a['largest'] / 1e3:.1f} kN at most.")
     return said
@@ -75,12 +98,26 @@ def remarks(s):
 
 def rows(s):
     return [(name, a["state"], printed(a["force"], ".2f", 1e-3), printed(a["force_per_metre"], ".2f", 1e-3), printed(a["largest"], ".2f", 1e-3),
-             printed(a["elongation"], ".3f", 1e3), printed(a["plastic"], ".3f", 1e3), printed(a.get("reserve") if a["state"] in ("slack", "elastic", "yielded") else None, ".2f", 1e3))
+             printed(a["elongation"], ".3f", 1e3), printed(a["plastic"], ".3f", 1e3), printed(a.get("reserve") if a["state"] in ("slack", "elastic", "yielded", "slipped") else None, ".2f", 1e3))
             for name, a in facts_of(s).items()]  # fmt: skip
+
+
+def bar_rows(s):
+    return [(name, printed(a["bond_use"], ".3f"), printed(a["slip"], ".3f", 1e3), printed(a["slipped_length"], ".2f"), printed(a["yielded_length"], ".2f"),
+             printed(a["stored"], ".4g"), printed(a["lost_yield"], ".4g"), printed(a["lost_bond"], ".4g"), printed(a.get("lost_dowel"), ".4g"))
+            for name, a in facts_of(s).items() if "bond_use" in a]  # fmt: skip
+
+
+def dowel_rows(s):
+    return [(name, printed(d["place"][0], ".2f"), printed(d["place"][1], ".2f"), printed(d["force"], ".2f", 1e-3), printed(d["slip"], ".3f", 1e3), printed(d["plastic"], ".3f", 1e3),
+             printed(d["use"], ".3f"))
+            for name, a in facts_of(s).items() for d in a.get("dowels", [])]  # fmt: skip
 
 
 COLUMNS = ("anchor", "state", "force [kN]", "per metre [kN/m]", "largest so far [kN]", "elongation [mm]", "plastic [mm]", "to yield or break [mm]")
 SECTIONS = (  # as those of results.py
     ("Anchors, each", "anchor|state|force kN|per metre kN/m|largest kN|elongation mm|plastic mm|to yield mm", rows),
+    ("Bonded bars", "bar|bond use|slip mm|slipped m|yielded m|stored J|lost in yield J|in bond J|in dowels J", bar_rows),
+    ("Bars as dowels", "bar|x m|y m|force kN|slip mm|plastic mm|use", dowel_rows),
     ("What to know of them", "what", lambda s: [(line,) for line in remarks(s)]),
 )

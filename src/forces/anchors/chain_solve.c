@@ -1,0 +1,139 @@
+/* chain_solve.c: the slips of a bonded bar that make its energy least.
+
+   The energy is convex, its pieces are parabolas and straight lines, so Newton's method with a search along
+   each step ends: where the step has not changed what yields, slips or goes slack, it has solved exactly. It
+   starts from the slips of the evaluation before, so mostly one step is all. */
+#include "forces/anchors/chain.h"
+
+enum { MOST_STEPS = 200, MOST_CUTS = 40 };
+static const PetscReal LOOSE = 1e-9;    /* of the elastic stiffness: less holds nothing */
+static const PetscReal ROUNDED = 1e-13; /* of the largest force: a residual that is none */
+
+/* Force and slope of a piece that is longer by x than without force. */
+static void pull(Chain *c, PetscInt j, PetscReal x)
+{
+  const PetscReal k = c->k[j], trial = k * x;
+  Dowel *d = c->crossing[j] >= 0 ? c->dowel + c->crossing[j] : NULL;
+  c->N[j] = trial, c->k_now[j] = k, c->branch[j] = ELASTIC;
+  if (!j && c->jack >= 0.) {
+    c->N[j] = c->jack, c->k_now[j] = 0., c->branch[j] = IS_PULLED;
+  } else if (!j && c->slack && x < 0.) {
+    c->N[j] = c->k_now[j] = 0., c->branch[j] = IS_SLACK;
+  } else if (d) {
+    const PetscReal V = d->trial / d->V_y; // 0 where the limit is infinite
+    d->beyond = PetscHypotReal(trial / c->T_y, V);
+    if (d->beyond <= 1.) return;
+    c->branch[j] = WITH_DOWEL;
+    if (c->T_y == PETSC_INFINITY) return;
+    c->N[j] = trial / d->beyond, c->k_now[j] = k * V * V / (d->beyond * d->beyond * d->beyond);
+  } else if (PetscAbsReal(trial) > c->T_y) {
+    c->N[j] = trial > 0. ? c->T_y : -c->T_y, c->k_now[j] = 0.,
+    c->branch[j] = trial > 0. ? YIELDS : YIELDS_BACK;
+  }
+}
+
+/* Forces, slopes and branches at the slips s; r: (n,) slope of the energy there. */
+static void evaluate(Chain *c, const PetscReal *s, PetscReal *r)
+{
+  const ChainMemory *held = &c->memory[CHAIN_HELD];
+  const PetscInt n = c->n;
+  for (PetscInt i = c->head; i < n; i++) {
+    const PetscReal trial = c->c[i] * (s[i] - held->slid[i]);
+    PetscInt *branch = c->branch + n - 1 + i;
+    c->b[i] = trial, c->c_now[i] = c->c[i], *branch = ELASTIC;
+    if (PetscAbsReal(trial) > c->B[i]) {
+      c->b[i] = trial > 0. ? c->B[i] : -c->B[i];
+      c->c_now[i] = 0., *branch = trial > 0. ? YIELDS : YIELDS_BACK;
+    }
+    r[i] = c->b[i];
+  }
+  for (PetscInt j = 0; j + 1 < n; j++) {
+    pull(c, j, c->g[j] + s[j + 1] - s[j] - held->natural[j] - held->plastic[j]);
+    r[j] -= c->N[j], r[j + 1] += c->N[j];
+  }
+  if (c->head) r[0] = 0.;
+}
+
+void ChainFactor(Chain *c)
+{
+  for (PetscInt i = 0; i < c->n; i++) {
+    const PetscReal left = i ? c->k_now[i - 1] : 0., right = i + 1 < c->n ? c->k_now[i] : 0.,
+                    elastic = (i ? c->k[i - 1] : 0.) + (i + 1 < c->n ? c->k[i] : 0.) + c->c[i];
+    PetscReal pivot = left + right + c->c_now[i];
+    if (i > (PetscInt)c->head) pivot -= left * left * c->pivot[i - 1];
+    c->pivot[i] = 1. / PetscMax(pivot, LOOSE * elastic);
+  }
+  if (c->head) c->pivot[0] = 0.;
+}
+
+void ChainBack(const Chain *c, PetscReal *x)
+{
+  if (c->head) x[0] = 0.;
+  for (PetscInt i = c->head + 1; i < c->n; i++) x[i] += c->k_now[i - 1] * c->pivot[i - 1] * x[i - 1];
+  x[c->n - 1] *= c->pivot[c->n - 1];
+  for (PetscInt i = c->n - 1; i-- > (PetscInt)c->head;) x[i] = c->pivot[i] * (x[i] + c->k_now[i] * x[i + 1]);
+}
+
+static PetscReal product(const Chain *c, const PetscReal *a, const PetscReal *b)
+{
+  PetscReal sum = 0.;
+  for (PetscInt i = c->head; i < c->n; i++) sum += a[i] * b[i];
+  return sum;
+}
+
+/* Whether the residual is no more than rounding. */
+static PetscBool balanced(const Chain *c)
+{
+  PetscReal most = 0., rest = 0.;
+  for (PetscInt j = 0; j + 1 < c->n; j++) most = PetscMax(most, PetscAbsReal(c->N[j]));
+  for (PetscInt i = c->head; i < c->n; i++) rest = PetscMax(rest, PetscAbsReal(c->r[i]));
+  return (PetscBool)(rest <= ROUNDED * most);
+}
+
+/* Goes along the step as far as the energy falls. whole: by all of it. */
+static void advance(Chain *c, PetscReal *s, PetscBool *whole)
+{
+  PetscReal low = 0., high = 1., at = 1.;
+  PetscReal slope = product(c, c->r, c->step);
+  const PetscReal start = PetscAbsReal(slope);
+  *whole = PETSC_TRUE;
+  for (int cut = 0; cut < MOST_CUTS; cut++) {
+    for (PetscInt i = c->head; i < c->n; i++) c->try[i] = s[i] + at * c->step[i];
+    evaluate(c, c->try, c->r);
+    slope = product(c, c->r, c->step);
+    if ((slope <= 0.1 * start && (at == 1. || slope >= -0.5 * start)) || balanced(c)) break;
+    *whole = PETSC_FALSE;
+    if (slope > 0.)
+      high = at;
+    else
+      low = at;
+    at = 0.5 * (low + high);
+  }
+  for (PetscInt i = c->head; i < c->n; i++) s[i] = c->try[i];
+}
+
+static PetscBool same_branches(const Chain *c)
+{
+  PetscBool smooth = PETSC_TRUE;
+  for (PetscInt i = 0; i < 2 * c->n - 1; i++) {
+    if (c->branch[i] != c->before[i]) return PETSC_FALSE;
+    smooth = (PetscBool)(smooth && c->branch[i] != WITH_DOWEL);
+  }
+  return smooth || balanced(c);
+}
+
+void ChainSolve(Chain *c)
+{
+  PetscReal *s = c->memory[CHAIN_NOW].slip;
+  PetscBool whole = PETSC_FALSE;
+  evaluate(c, s, c->r);
+  for (int step = 0; step < MOST_STEPS; step++) {
+    if (step && balanced(c)) return;
+    memcpy(c->before, c->branch, (2 * c->n - 1) * sizeof *c->before);
+    ChainFactor(c);
+    for (PetscInt i = 0; i < c->n; i++) c->step[i] = -c->r[i];
+    ChainBack(c, c->step);
+    advance(c, s, &whole);
+    if (whole && same_branches(c)) return;
+  }
+}

@@ -1,0 +1,48 @@
+/* anchor_shape.c: numbers that follow from the keys of an anchor. */
+#include "scene/scene.h"
+
+PetscReal AnchorLength(const Anchor *a)
+{
+  return PetscHypotReal(a->head[0] - a->root[0], a->head[1] - a->root[1]);
+}
+
+PetscReal AnchorFree(const Anchor *a)
+{
+  if (a->free_length > 0. || a->bond_stiffness > 0.) return a->free_length;
+  return AnchorLength(a);
+}
+
+PetscReal AnchorSegment(const Anchor *a)
+{
+  const PetscReal part = 0.2; // of the length over which bond takes the force: an error of part^2/8
+  return a->segment > 0. ? a->segment : part * PetscSqrtReal(a->young * a->area / a->bond_stiffness);
+}
+
+PetscBool AnchorHasHead(const Anchor *a)
+{
+  return (PetscBool)(a->free_length > 0. || a->plate);
+}
+
+PetscReal AnchorStrength(const Anchor *a)
+{
+  return PetscMin(PetscMin(a->yield * a->area, a->breaking_force), a->strain_limit * a->young * a->area);
+}
+
+/* A beam on an elastic foundation, bent by the slip of a joint between its halves:
+
+     K = E I beta^3,   beta = (foundation/(4 E I))^(1/4),
+
+   with the largest moment V exp(-pi/4) sin(pi/4)/beta at pi/(4 beta) from the joint. */
+void AnchorDowel(const Anchor *a, PetscReal *stiffness, PetscReal *strength)
+{
+  *stiffness = a->dowel_stiffness, *strength = a->dowel_strength;
+  if (!(a->dowel_foundation > 0.)) return;
+  const PetscReal diameter = PetscSqrtReal(4. * a->area / PETSC_PI),
+                  section = PETSC_PI / 32. * diameter * diameter * diameter,
+                  bending = a->young * 0.5 * section * diameter,
+                  beta = PetscSqrtReal(PetscSqrtReal(a->dowel_foundation / (4. * bending))),
+                  moment = PetscExpReal(-0.25 * PETSC_PI) * PetscSinReal(0.25 * PETSC_PI) / beta;
+  *stiffness = bending * beta * beta * beta;
+  if (a->dowel_strength == PETSC_INFINITY && a->yield < PETSC_INFINITY)
+    *strength = a->yield * section / moment;
+}
