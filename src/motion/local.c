@@ -295,12 +295,12 @@ VARIANTS(MoveVertices,
          (l, state, v_before, ground, works))
 
 PetscErrorCode LocalStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
-                         PetscReal works[LOCAL_WORKS])
+                         PetscReal part, PetscReal works[LOCAL_WORKS])
 {
   PetscFunctionBeginUser;
   works[LOCAL_KINETIC] = works[LOCAL_SUPPORTS_AHEAD] = works[LOCAL_DASHPOTS_AHEAD] = 0.;
   works[LOCAL_INSIDE] = works[LOCAL_STRAIN] = works[LOCAL_DRAG_AHEAD] = 0.;
-  find_incoming(l, s, 1.);
+  find_incoming(l, s, part);
   if (!l->n && !l->n_bodies) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(find_inverses(l, s));
   for (const LocalPoint *p = l->point; p < l->point + l->n; p++) {
@@ -309,6 +309,7 @@ PetscErrorCode LocalStep(Local *l, State *s, const PetscReal *v_before, const Pe
   }
   MoveVertices(l, s, v_before, ground, works);
   LocalBodiesStep(l, s, v_before, ground, works);
+  for (LocalBody *b = l->body; b < l->body + l->n_bodies && part == 0.; b++) b->known = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

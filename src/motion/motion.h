@@ -100,9 +100,10 @@ typedef PetscErrorCode (*LocalTake)(PetscInt dof, PetscInt n, const PetscReal (*
 PetscErrorCode LocalMasses(const Local *local, LocalTake take, void *context);
 /* Gives the points and condensed bodies the velocities and displacements of their own inertia, after
    MoveInTime has moved them and supports what they hold. v_before: (n_dof,) velocities before the step;
-   ground: [m/s] what alpha damps against. */
+   ground: [m/s] what alpha damps against; part: 1, or 0 where the step is a try that the caller takes back,
+   so that nothing but the state moves. */
 PetscErrorCode LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
-                         PetscReal works[LOCAL_WORKS]);
+                         PetscReal part, PetscReal works[LOCAL_WORKS]);
 /* Moves their velocities from v_before by half a step of the present forces: sign -1 back, +1
    forward. */
 PetscErrorCode LocalHalfStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],

@@ -161,8 +161,10 @@ static PetscErrorCode archive_output(Archive *a, void *context)
                          written,
                          (PetscInt64)o->results.run,
                          o->joint_history.bytes,
-                         (PetscInt64)o->joint_history.checksum};
-  PetscCall(ArchiveCounts(a, "counts", 10, counts));
+                         (PetscInt64)o->joint_history.checksum,
+                         o->n_contacts,
+                         o->n_dofs};
+  PetscCall(ArchiveCounts(a, "counts", 12, counts));
   if (a->reading) {
     if (!a->rank && counts[6] != written)
       snprintf(a->message, MESSAGE_LENGTH,
@@ -182,6 +184,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     o->history.bytes = counts[4], o->history.checksum = (uint64_t)counts[5];
     o->joint_history.bytes = ArchiveWithin(a, "bytes of joint_history.csv", counts[8], 0, INT64_MAX);
     o->joint_history.checksum = (uint64_t)counts[9];
+    o->n_contacts = (PetscInt)counts[10], o->n_dofs = (PetscInt)counts[11];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
     if (counts[3]) {
       PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
@@ -246,14 +249,19 @@ static uint64_t checksum_of_program(void)
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
 {
+  PetscBool anew[2] = {PETSC_FALSE, PETSC_FALSE};
   PetscFunctionBeginUser;
   write_echo(o->folder, scene, message);
   MotionsWrite(scene, o->folder, message);
-  if (HistoryOpen(&o->history, o->folder, named(o), resumed, message))
-    history_header(o->history.file, scene, model, o);
-  if (o->joint_history.name && HistoryOpen(&o->joint_history, o->folder, named(o), resumed, message))
-    JointHistoryHeader(o->joint_history.file);
+  anew[0] = HistoryOpen(&o->history, o->folder, named(o), resumed, message);
+  if (anew[0]) history_header(o->history.file, scene, model, o);
+  if (o->joint_history.name) anew[1] = HistoryOpen(&o->joint_history, o->folder, named(o), resumed, message);
+  if (anew[1]) JointHistoryHeader(o->joint_history.file);
   check_histories(o, message);
+  if (resumed && o->n_settled && (anew[0] || anew[1])) { // no stage may be left that would write it
+    settle_histories(o, message);
+    PetscCall(SummaryWrite(scene, model, o, message));
+  }
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (resumed)
     PetscCall(ResultsFileResume(&o->results, o->n_stages, message));

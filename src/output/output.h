@@ -402,8 +402,9 @@ PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *ce
    a second. Prints that line. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
-/* Rank 0, when it is time: how far a stage in time is of its steps, how fast it goes, what is left. */
-void StageShowTime(const Problem *p, PetscInt64 steps);
+/* Rank 0, when it is time: how far a stage in time is, [-] of its duration, how fast it goes, what is
+   left. */
+void StageShowTime(const Problem *p, PetscReal part);
 /* Prints how a stage ended. */
 PetscErrorCode StageReport(const Problem *p);
 

@@ -36,20 +36,19 @@ void StageShow(const Problem *p, const char *what)
   fflush(stdout);
 }
 
-void StageShowTime(const Problem *p, PetscInt64 steps)
+void StageShowTime(const Problem *p, PetscReal part)
 {
   const StageResult *now = p->result;
   char text[128], left[64] = "";
   if (!StageShows(p)) return;
   const double speed = now->wall > 0. ? (double)now->cycles / now->wall : 0.;
-  const long seconds = speed > 0. ? lrint((double)(steps - now->cycles) / speed) : 0;
+  const long seconds = part > 0. ? lrint(now->wall * (double)((1. - part) / part)) : 0;
   if (seconds >= 60)
     snprintf(left, sizeof(left), ", %ld min %ld s left", seconds / 60, seconds % 60);
   else if (speed > 0.)
     snprintf(left, sizeof(left), ", %ld s left", seconds);
-  snprintf(text, sizeof(text), "%5.1f %%  %.4g of %.4g s, %.3g steps a second%s",
-           100. * (double)now->cycles / (double)steps, (double)now->cycles * (double)p->state->dt,
-           (double)p->stage->duration, speed, left);
+  snprintf(text, sizeof(text), "%5.1f %%  %.4g of %.4g s, %.3g steps a second%s", 100. * (double)part,
+           (double)(part * p->stage->duration), (double)p->stage->duration, speed, left);
   StageShow(p, text);
 }
 

@@ -90,6 +90,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(BlocksCreate(&q->scene, &q->model));
   PetscCall(PartBegin(PART_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, PETSC_FALSE, &q->model));
+  PetscCall(SupportsCheckMotion(&q->scene, &q->model));
   PetscCall(LiftsCreate(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model));

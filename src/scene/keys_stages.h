@@ -99,7 +99,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "time_step", REAL, Stage, time_step, "= from the change of pressure", "> 0", "s",
       "transient: length of the steps of the water", .stages = BIT(STAGE_TRANSIENT)),
   KEY(STAGES, "dt_factor", REAL, Stage, dt_factor, "0.05", "> 0, <= 1", "-",
-      "dynamic: time step over the stability bound; auto: 0.9 where contacts stay and bodies deform, else 0.1",
+      "dynamic: time step over the stability bound; auto: 0.9 at most, down to 1/16 of that where blocks hit",
       .word = "auto", .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "alpha", REAL, Stage, alpha, "0", ">= 0", "1/s", "dynamic: mass-proportional damping",
       .stages = BIT(STAGE_DYNAMIC)),

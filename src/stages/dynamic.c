@@ -9,9 +9,9 @@ static const PetscReal PRESSED_THROUGH =
 /* What the loop remembers of a stage in time. */
 typedef struct {
   EnergyAccount energy;
-  Local *local;                 /* NULL: to be made */
-  Ground ground;                /* what alpha damps against; at rest: it rests */
-  PetscInt64 steps;             /* of the stage */
+  Local *local;  /* NULL: to be made */
+  Ground ground; /* what alpha damps against; at rest: it rests */
+  Pace pace;
   PetscInt frame;               /* the last written */
   TimeStep step;                /* what set it; after a restart without words */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
@@ -62,25 +62,6 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start, +1
-   forward to t at the end. */
-static PetscErrorCode half_step(const Problem *p, Dynamic *dynamic, PetscReal sign)
-{
-  EnergyAccount *energy = &dynamic->energy;
-  const Model *m = p->m;
-  State *s = p->state;
-  PetscReal v_ground[2];
-  PetscFunctionBeginUser;
-  ground_now(p, dynamic, v_ground);
-  memcpy(energy->v_before, s->v, m->n_dof * sizeof *s->v);
-  for (PetscInt d = 0; d < m->n_dof; d++)
-    if (!Held(m, d))
-      s->v[d] += sign * 0.5 * s->dt *
-                 (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * (s->v[d] - DofGround(m, d, v_ground)));
-  PetscCall(LocalHalfStep(dynamic->local, s, energy->v_before, v_ground, sign));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The forces of now once more, with those that terms have just begun to give. */
 static PetscErrorCode evaluate_again(const Problem *p)
 {
@@ -97,8 +78,8 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   const TermView view = ViewOf(p);
   Model *m = p->m;
   State *s = p->state;
-  PetscInt anchors;
-  PetscReal factor;
+  PetscInt anchors, rungs;
+  PetscReal factor, v_ground[2];
   PetscFunctionBeginUser;
   if (!before || before->kind != STAGE_DYNAMIC) {
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
@@ -115,11 +96,10 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   p->contacts->counted = PETSC_FALSE;
   PartingStart(p);
   PetscCall(TermsBegin(&view));
-  PetscCall(PaceFactor(p, &factor));
+  PetscCall(PaceFactor(p, &factor, &rungs));
   PetscCall(
       DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // with what terms have begun
-  s->dt = d->step.dt;
-  s->dt = stage->duration / PetscCeilReal(stage->duration / s->dt * (1. - 1e-12));
+  PetscCall(PaceBegin(p, d->step.dt, rungs, &d->pace));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);
   if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) PetscCall(evaluate_again(p));
@@ -127,7 +107,8 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
   CondensedLoaded(m, s);
-  PetscCall(half_step(p, d, -1.));
+  ground_now(p, d, v_ground);
+  PetscCall(VelocitiesHalfStep(p, d->local, v_ground, -1., &d->energy));
   p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -135,14 +116,16 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
 /* ---- on the way */
 
 /* Forces at the present time, and what contacts have done to get there. */
-static PetscErrorCode evaluate(const Problem *p, EnergyAccount *energy)
+static PetscErrorCode evaluate(const Problem *p, Dynamic *d)
 {
+  EnergyAccount *energy = &d->energy;
   State *s = p->state;
   PetscFunctionBeginUser;
   PartSample(s->cycle);
   StateSwapForces(s);
   s->f_old_clear = PETSC_FALSE;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
+  PetscCall(PaceLook(p, energy, &d->pace));
   EnergyOfContacts(p->m, p->contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,17 +139,18 @@ static PetscErrorCode run_over(const Problem *p, PetscReal moved)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &thinnest, 1, MPIU_REAL, MPI_MIN, p->m->comm));
   if (!(moved > thinnest)) PetscFunctionReturn(PETSC_SUCCESS);
   p->result->verdict = VERDICT_DIVERGED;
-  PetscCall(
-      PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
-                    "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
-                    "passed through others: the step is too large (lower dt_factor)",
-                    (double)p->state->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest));
+  PetscCall(PetscSNPrintf(
+      p->result->evidence, sizeof(p->result->evidence),
+      "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
+      "passed through others: the step is too large (%s)",
+      (double)p->state->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest, PaceRemedy(p->stage)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Whether contacts were found again; then the forces are those of the new ones. */
-static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool *verified)
+static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
 {
+  EnergyAccount *energy = &d->energy;
   const Joint *joints = p->stage->joints;
   Model *m = p->m;
   State *s = p->state;
@@ -176,7 +160,7 @@ static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool 
   PetscCall(ContactsNeedVerify(p->scene, m, s, verified, &moved));
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(run_over(p, moved));
-  PetscCall(evaluate(p, energy));
+  PetscCall(evaluate(p, d));
   PetscCall(EnergyOfJoints(p, stored));
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(JointSlipsCarry(p, 1.));
@@ -196,8 +180,8 @@ static PetscErrorCode verify(const Problem *p, EnergyAccount *energy, PetscBool 
     PetscCall(
         PetscSNPrintf(result->evidence, sizeof(result->evidence),
                       "t = %.6g s: a contact is pressed in by %.2g of its length: the step is too large "
-                      "(lower dt_factor) or k_n too low",
-                      (double)s->time, (double)result->deepest));
+                      "(%s) or k_n too low",
+                      (double)s->time, (double)result->deepest, PaceRemedy(p->stage)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -219,6 +203,15 @@ static PetscErrorCode follow_motion(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode change_step(const Problem *p, Dynamic *d, const PetscReal v_ground[2])
+{
+  Pace *pace = &d->pace;
+  PetscFunctionBeginUser;
+  pace->rung = pace->next, pace->stayed = 0, pace->changes++;
+  PetscCall(VelocitiesChange(p, d->local, v_ground, ldexp(pace->longest, -(int)pace->rung), &d->energy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* On to the next time, by the forces just evaluated. */
 static PetscErrorCode advance(const Problem *p, Dynamic *d)
 {
@@ -231,9 +224,10 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(PartBegin(PART_INTEGRATION));
   PetscCall(follow_motion(p));
   ground_now(p, d, v_ground);
+  if (d->pace.next != d->pace.rung) PetscCall(change_step(p, d, v_ground));
   MoveInTime(m, s, v_ground, energy->v_before, energy->f_ext_before, &works);
   TermsAdvance(m, s);
-  PetscCall(LocalStep(d->local, s, energy->v_before, v_ground, energy->local));
+  PetscCall(LocalStep(d->local, s, energy->v_before, v_ground, 1., energy->local));
   WorksInTime(m, s, v_ground, energy->v_before, &works);
   EnergyOfStep(&works, energy);
   TermsMoved(m, s, energy->v_before);
@@ -241,6 +235,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
   s->cycle++;
+  PaceTurn(&d->pace);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -265,8 +260,9 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
   if (!result->finite || top[0] > 1e3 * p->m->diameter) {
     result->verdict = VERDICT_DIVERGED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "t = %.6g s: displacements are %s: the step is too large (lower dt_factor)",
-                            (double)s->time, result->finite ? "a thousand times the model" : "not finite"));
+                            "t = %.6g s: displacements are %s: the step is too large (%s)", (double)s->time,
+                            result->finite ? "a thousand times the model" : "not finite",
+                            PaceRemedy(p->stage)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -303,6 +299,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
     PetscCall(LocalDestroy(&d->local)); // its vertices may have other numbers
   }
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
+  PetscCall(PaceArchive(a, &d->pace));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
   PetscCall(HistoriesArchive(a, p));
@@ -322,8 +319,8 @@ static PetscErrorCode name_fault(const Problem *p, Dynamic *d)
   PetscCall(
       PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
                     "t = %.6g s: a force or displacement is not a finite number, first in %s: the step is "
-                    "too large (lower dt_factor)",
-                    (double)p->state->time, where));
+                    "too large (%s)",
+                    (double)p->state->time, where, PaceRemedy(p->stage)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -346,13 +343,16 @@ static PetscErrorCode passed(const Problem *p)
 
 static PetscBool looks(const Loop *loop)
 {
-  const PetscInt64 i = loop->p->result->cycles, steps = ((const Dynamic *)loop->memory)->steps;
-  return (PetscBool)(!i || (i + 1) % loop->p->scene->history_every == 0 || i + 1 == steps);
+  const Pace *pace = &((const Dynamic *)loop->memory)->pace;
+  const PetscInt64 then = pace->done + PaceTicks(pace, pace->next),
+                   every = loop->p->scene->history_every * PaceTicks(pace, 0);
+  return (PetscBool)(!loop->p->result->cycles || then % every == 0 || then == pace->total);
 }
 
 static PetscBool over(const Loop *loop)
 {
-  return (PetscBool)(loop->p->result->cycles >= ((const Dynamic *)loop->memory)->steps);
+  const Pace *pace = &((const Dynamic *)loop->memory)->pace;
+  return (PetscBool)(pace->done >= pace->total);
 }
 
 /* The inside of condensed bodies; refuses bodies that have turned too far. */
@@ -370,20 +370,22 @@ static PetscErrorCode cycle(Loop *loop)
   const Problem *p = loop->p;
   const Stage *stage = p->stage;
   Dynamic *d = loop->memory;
+  const Pace *pace = &d->pace;
   const PetscInt64 i = p->result->cycles;
   PetscBool verified = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(prepare(p, d));
-  if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, &d->energy, &verified));
-  if (!verified) PetscCall(evaluate(p, &d->energy));
-  if (d->frame < stage->frames && i * (stage->frames + 1) >= d->steps * (d->frame + 1)) {
+  if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, d, &verified));
+  if (!verified) PetscCall(evaluate(p, d));
+  if (d->frame < stage->frames && pace->done * (stage->frames + 1) >= pace->total * (d->frame + 1)) {
     PetscCall(passed(p));
     PetscCall(recover(p));
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
   if (loop->looks) PetscCall(JointHistoryLook(p));
-  if (stage->envelope_every && i % stage->envelope_every == 0) PetscCall(EnvelopeTake(p));
+  if (stage->envelope_every && pace->done % (stage->envelope_every * PaceTicks(pace, 0)) == 0)
+    PetscCall(EnvelopeTake(p));
   PetscCall(advance(p, d));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
     d->fault = FaultFind(p->m, p->state), d->fault_step = i;
@@ -407,7 +409,8 @@ static PetscErrorCode tell(Loop *loop)
 {
   PetscFunctionBeginUser;
   PetscCall(OutputHistory(loop->p));
-  StageShowTime(loop->p, ((const Dynamic *)loop->memory)->steps);
+  const Pace *pace = &((const Dynamic *)loop->memory)->pace;
+  StageShowTime(loop->p, (PetscReal)pace->done / (PetscReal)pace->total);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -416,8 +419,7 @@ static PetscErrorCode say_steps(Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  d->steps = (PetscInt64)rint(p->stage->duration / p->state->dt);
-  PetscCall(PaceTell(p, &d->step, d->steps));
+  PetscCall(PaceTell(p, &d->step, &d->pace));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -435,20 +437,38 @@ static PetscErrorCode begin(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The account up to the end of the stage: all looks were steps before. */
+static PetscErrorCode close_account(const Problem *p, Dynamic *d)
+{
+  PetscReal v_ground[2];
+  PetscFunctionBeginUser;
+  PetscCall(EnergyOfBlocks(p, &d->energy));
+  ground_now(p, d, v_ground);
+  PetscCall(VelocitiesAccount(p, d->local, v_ground, PETSC_TRUE, NULL, &d->energy));
+  PetscCall(EnergyReport(p, &d->energy, PETSC_FALSE, &p->result->energy));
+  p->result->kinetic = p->result->energy.kinetic;
+  p->result->time = p->state->time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode end(Loop *loop)
 {
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
+  PetscReal v_ground[2];
   PetscFunctionBeginUser;
   p->contacts->rate = -1.;
-  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(evaluate(p, d));
   if (p->result->finite) PetscCall(JointHistoryLook(p));
   if (p->result->finite && p->stage->envelope_every) PetscCall(EnvelopeTake(p));
   PetscCall(OutputJointHistory(p));
   PetscCall(follow_motion(p));
-  PetscCall(half_step(p, d, 1.));
+  if (p->result->finite) PetscCall(close_account(p, d));
+  ground_now(p, d, v_ground);
+  PetscCall(VelocitiesHalfStep(p, d->local, v_ground, 1., &d->energy));
   PetscCall(recover(p));
   PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
+  PetscCall(PaceReport(p, &d->pace));
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
   if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p, &d->energy));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -474,6 +494,7 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(LocalDestroy(&d.local));
+  PetscCall(BlowsDestroy(&d.pace));
   PetscCall(GroundDestroy(&d.ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

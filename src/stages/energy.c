@@ -13,7 +13,7 @@
 #include "stages/stages.h"
 #include "base/lanes.h"
 
-enum { ENERGY_SUMS = 7, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
+enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
 static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
@@ -76,8 +76,8 @@ static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal s
 
 PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, EnergyAccount *e)
 {
-  PetscReal sums[ALL_SUMS] = {e->kinetic, e->strain,        e->outside,    e->supports,
-                              e->damping, e->damping_ahead, e->work_before};
+  PetscReal sums[ALL_SUMS] = {e->kinetic, e->strain,        e->outside,     e->supports,
+                              e->damping, e->damping_ahead, e->work_before, e->handed};
   PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0};
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, LOCAL_WORKS));
@@ -90,7 +90,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscCall(EnergyContactsChanged(c, e)); // forces and places of the cycle before are those of c
   PetscCall(archive_summands(a, e, sums));
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
-  e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6];
+  e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6], e->handed = sums[7];
   PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, LOCAL_WORKS));
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -142,6 +142,38 @@ void EnergyOfStep(const StepWorks *works, EnergyAccount *e)
   e->damping += works->damping, e->damping_ahead = works->damping_ahead;
 }
 
+/* What is at the present time alone: kinetic energy, and the half step ahead. */
+static PetscReal kinetic_of(const EnergyAccount *e)
+{
+  return e->kinetic + e->local[LOCAL_KINETIC] + e->local[LOCAL_INSIDE];
+}
+
+/* The sum up to this time is that of the old step, and the half step ahead is the new one's. The new step
+   will book all of itself, from the time before on: that is taken off in advance. */
+static PetscReal handed_over(PetscReal closed, PetscReal closed_ahead, PetscReal opened,
+                             PetscReal opened_ahead)
+{
+  return closed - closed_ahead + opened_ahead - (opened - closed);
+}
+
+void EnergyHandOver(const EnergyAccount *before, const EnergyAccount *closed, EnergyAccount *e)
+{
+  static const int sums[][2] = {{LOCAL_DASHPOTS, LOCAL_DASHPOTS_AHEAD},
+                                {LOCAL_SUPPORTS, LOCAL_SUPPORTS_AHEAD},
+                                {LOCAL_DRAG, LOCAL_DRAG_AHEAD}};
+  e->handed += kinetic_of(e) - kinetic_of(closed);
+  e->outside = handed_over(closed->outside, 0., e->outside, 0.);
+  e->supports = handed_over(closed->supports, 0., e->supports, 0.);
+  e->damping = handed_over(closed->damping, closed->damping_ahead, e->damping, e->damping_ahead);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(sums); i++)
+    e->local[sums[i][0]] = handed_over(closed->local[sums[i][0]], closed->local[sums[i][1]],
+                                       e->local[sums[i][0]], e->local[sums[i][1]]);
+  // waves come in over half of either step
+  const PetscReal in[2] = {closed->local[LOCAL_INCOMING] - before->local[LOCAL_INCOMING],
+                           e->local[LOCAL_INCOMING] - closed->local[LOCAL_INCOMING]};
+  e->local[LOCAL_INCOMING] = closed->local[LOCAL_INCOMING] - 0.5 * (in[0] + in[1]);
+}
+
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)
 {
   const Instant now = InstantOf(p);
@@ -173,7 +205,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
     e->local[LOCAL_SUPPORTS] = e->local[LOCAL_SUPPORTS_AHEAD];
     e->local[LOCAL_DRAG] = e->local[LOCAL_DRAG_AHEAD], e->local[LOCAL_LOADS] = 0.;
   }
-  PetscReal sum[11] = {e->kinetic + e->local[LOCAL_KINETIC] + e->local[LOCAL_INSIDE],
+  PetscReal sum[12] = {e->kinetic + e->local[LOCAL_KINETIC] + e->local[LOCAL_INSIDE],
                        e->strain + e->local[LOCAL_STRAIN],
                        in_joints,
                        e->outside + e->local[LOCAL_LOADS],
@@ -184,17 +216,18 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
                        e->local[LOCAL_INCOMING],
                        e->local[LOCAL_DASHPOTS] - e->local[LOCAL_DASHPOTS_AHEAD],
                        e->local[LOCAL_KINETIC],
-                       e->lost};
+                       e->lost,
+                       e->handed};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 11, MPIU_REAL, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 12, MPIU_REAL, MPI_SUM, p->m->comm));
   if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
   out->kinetic = sum[0], out->strain = sum[1] - sum[10], out->yielded = sum[10], out->joints = sum[2],
   out->outside = sum[3], out->supports = sum[4], out->damping = sum[5];
   out->incoming = sum[7], out->radiated = sum[7] - sum[8], out->water = sum[9];
   out->detection = e->detection;
   out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
-  out->balance = sum[3] + sum[4] + sum[8] - (sum[0] - e->kinetic_0) - (sum[1] - e->strain_0) - sum[6] -
-                 sum[5];
+  out->balance = sum[3] + sum[4] + sum[8] - (sum[0] - e->kinetic_0 - sum[11]) - (sum[1] - e->strain_0) -
+                 sum[6] - sum[5];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -202,21 +235,23 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
    anew, joints that gave. */
 static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
 {
-  if (balance >= PetscMax(detection, given)) return "lower dt_factor";
-  if (given >= detection) return "change the stress model to pt or tptm, or lower dt_factor";
-  return "raise k_n, so that blocks overlap less, or lower dt_factor (docs/theory.md, v)";
+  if (balance >= PetscMax(detection, given)) return "";
+  if (given >= detection) return "change the stress model to pt or tptm, or ";
+  return "raise k_n, so that blocks overlap less (docs/theory.md, v), or ";
 }
 
 /* How far the account is out, and of what, in words. */
-static PetscErrorCode tell_account(const Energies *e, PetscReal out, PetscReal moved, char words[static 512])
+static PetscErrorCode tell_account(const Stage *stage, const Energies *e, PetscReal out, PetscReal moved,
+                                   char words[static 512])
 {
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(
       words, 512,
       "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts anew %.2g J, "
-      "loss in joints %.2g J): %s",
+      "loss in joints %.2g J): %s%s",
       (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
-      remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction))));
+      remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction)),
+      PaceRemedy(stage)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,7 +267,7 @@ PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy)
   const PetscReal out = made + PetscMax(0., -e->detection);
   char words[512];
   PetscFunctionBeginUser;
-  PetscCall(tell_account(e, out, moved, words));
+  PetscCall(tell_account(p->stage, e, out, moved, words));
   if (made > DISOWNED * moved) {
     r->verdict = VERDICT_DIVERGED;
     PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));

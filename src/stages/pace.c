@@ -20,16 +20,86 @@ static PetscErrorCode any_rigid_moves(const Model *m, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor)
+/* What has velocities of its own, and so keeps one step; NULL: nothing. */
+static const char *keeps_step(const Problem *p)
+{
+  const char *what = p->m->n_condensed_global ? "condensed bodies" : NULL;
+  for (PetscInt i = 0; i < p->scene->n_supports; i++)
+    if (p->scene->supports[i].boundary == BOUNDARY_FREE_FIELD) what = "free ground beside the model";
+  return what;
+}
+
+PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor, PetscInt *rungs)
 {
   const Stage *stage = p->stage;
+  const char *what = keeps_step(p);
   PetscBool rigid;
   PetscFunctionBeginUser;
-  *factor = stage->dt_factor;
+  *factor = stage->dt_factor, *rungs = 1;
   if (!PetscIsNanReal(*factor)) PetscFunctionReturn(PETSC_SUCCESS);
+  *factor = STAYING, *rungs = RUNGS;
+  if (!what) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(any_rigid_moves(p->m, &rigid));
-  *factor = rigid || stage->variable ? BLOWS : STAYING;
+  *factor = rigid || stage->variable ? BLOWS : STAYING, *rungs = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the ladder */
+
+PetscErrorCode PaceBegin(const Problem *p, PetscReal dt, PetscInt rungs, Pace *pace)
+{
+  const PetscReal duration = p->stage->duration, steps = PetscCeilReal(duration / dt * (1. - 1e-12));
+  PetscFunctionBeginUser;
+  pace->rungs = rungs, pace->rung = pace->next = pace->wanted = rungs - 1;
+  pace->longest = duration / steps;
+  pace->total = (PetscInt64)steps * PaceTicks(pace, 0);
+  p->state->dt = ldexp(pace->longest, -(int)pace->rung);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PaceLook(const Problem *p, const EnergyAccount *e, Pace *pace)
+{
+  enum { EVERY = 4, BEHIND = 1 }; /* steps; behind that in which contacts are found anew */
+  PetscFunctionBeginUser;
+  if (pace->rungs == 1 || p->contacts->rate < 0. || p->result->cycles % EVERY != BEHIND)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (!pace->mass) PetscCall(BlowsCreate(p->m, pace));
+  PetscCall(BlowsLook(p, e, pace));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void PaceTurn(Pace *pace)
+{
+  enum { CALM = 8 }; /* steps before a longer one */
+  pace->done += PaceTicks(pace, pace->rung);
+  pace->stayed++;
+  if (pace->wanted > pace->rung)
+    pace->next = pace->wanted;
+  else if (pace->wanted < pace->rung && pace->stayed >= CALM &&
+           pace->done % PaceTicks(pace, pace->rung - 1) == 0)
+    pace->next = pace->rung - 1;
+}
+
+PetscErrorCode PaceArchive(Archive *a, Pace *pace)
+{
+  PetscInt is[] = {pace->rungs, pace->rung, pace->next, pace->wanted};
+  PetscInt64 counts[] = {pace->total, pace->done, pace->stayed, pace->changes};
+  PetscReal reals[] = {pace->longest, pace->fastest};
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveInts(a, "rungs", 4, is));
+  PetscCall(ArchiveCounts(a, "steps", 4, counts));
+  PetscCall(ArchiveReals(a, "longest_fastest", 2, reals));
+  pace->rungs = is[0], pace->rung = is[1], pace->next = is[2], pace->wanted = is[3];
+  pace->total = counts[0], pace->done = counts[1], pace->stayed = counts[2], pace->changes = counts[3];
+  pace->longest = reals[0], pace->fastest = reals[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what a run says */
+
+const char *PaceRemedy(const Stage *stage)
+{
+  return PetscIsNanReal(stage->dt_factor) ? "give dt_factor a small number" : "lower dt_factor";
 }
 
 /* The four models that derive from no potential make or destroy energy where contacts open and close. What is
@@ -91,23 +161,45 @@ static PetscErrorCode warn_undamped(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, PetscInt64 steps)
+PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace)
 {
+  const PetscInt64 steps = pace->total / PaceTicks(pace, 0);
   PetscReal factor;
+  PetscInt rungs;
   PetscFunctionBeginUser;
   PetscCall(warn_models(p));
   PetscCall(warn_undamped(p));
-  PetscCall(PaceFactor(p, &factor));
+  PetscCall(PaceFactor(p, &factor, &rungs));
   PetscCall(PetscPrintf(p->m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound",
-                        p->stage->name, steps, (double)p->state->dt, (double)factor));
+                        p->stage->name, steps, (double)pace->longest, (double)factor));
   if (factor * step->limit > step->dt)
     PetscCall(PetscPrintf(p->m->comm, ", %.3g s, less by dampers", (double)step->limit));
   PetscCall(PetscPrintf(p->m->comm, "%s%s)\n", step->words[0] ? "; set by " : "", step->words));
+  if (PetscIsNanReal(p->stage->dt_factor)) {
+    const char *what = keeps_step(p);
+    if (what)
+      PetscCall(PetscPrintf(p->m->comm, "  dt_factor auto keeps this step: there are %s\n", what));
+    else
+      PetscCall(PetscPrintf(p->m->comm, "  dt_factor auto: down to 1/%d of it where blocks hit each other\n",
+                            1 << (RUNGS - 1)));
+  }
   if (!PetscIsNanReal(p->stage->damping_ratio))
     PetscCall(PetscPrintf(p->m->comm, "  damping %.3g at %.4g and %.4g Hz: alpha %.6g 1/s, beta %.6g s\n",
                           (double)p->stage->damping_ratio, (double)p->stage->damping_frequencies[0],
                           (double)p->stage->damping_frequencies[1], (double)p->stage->alpha,
                           (double)p->stage->beta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PaceReport(const Problem *p, const Pace *pace)
+{
+  const PetscReal longest = (PetscReal)pace->done / (PetscReal)PaceTicks(pace, 0);
+  PetscFunctionBeginUser;
+  if (pace->rungs > 1)
+    PetscCall(PetscPrintf(p->m->comm,
+                          "stage %-12s the step has changed %" PetscInt64_FMT " times; %" PetscInt64_FMT
+                          " steps for %.0f of the longest\n",
+                          p->stage->name, pace->changes, p->result->cycles, (double)PetscCeilReal(longest)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

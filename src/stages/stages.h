@@ -17,6 +17,7 @@ typedef struct {
                                               time; detection: of all ranks */
   PetscReal lost;                          /* [J] the part of strain that is lost for good */
   PetscReal local[LOCAL_WORKS];            /* [J] of added mass and dashpots, see motion.h */
+  PetscReal handed;                        /* [J] kinetic energy that changes of the step have made */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
@@ -31,6 +32,10 @@ void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
 /* Adds the works of loads and supports over the step before, and sets kinetic energy and damping of this
    time. */
 void EnergyOfStep(const StepWorks *works, EnergyAccount *e);
+/* Where the step changes: makes of the accounts before and after the old step was booked (`closed`), and
+   of e, in which the new step about the same time is booked too, one to which the new step has yet to be
+   added. */
+void EnergyHandOver(const EnergyAccount *before, const EnergyAccount *closed, EnergyAccount *e);
 /* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
 /* Sets the strain energy: what blocks, and what else acts on bodies, store or have lost on this rank at the
@@ -46,12 +51,67 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
    much of the energy came from nothing. */
 PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
 
+/* ---- velocities.c */
+/* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start of a stage, +1
+   forward to t at its end. local: see motion.h; ground: [m/s] what alpha damps against. */
+PetscErrorCode VelocitiesHalfStep(const Problem *p, Local *local, const PetscReal ground[2], PetscReal sign,
+                                  EnergyAccount *e);
+/* Books the step about the present time, by forces just evaluated, and makes it not. last: no other step will
+   book it again. behind: (n_dof,) the velocities behind it; NULL: not asked for. */
+PetscErrorCode VelocitiesAccount(const Problem *p, Local *local, const PetscReal ground[2], PetscBool last,
+                                 PetscReal *behind, EnergyAccount *e);
+/* Goes over to the step dt, when forces are evaluated and the step is not made yet. Not for condensed bodies
+   and columns of free ground, whose velocities are their own. */
+PetscErrorCode VelocitiesChange(const Problem *p, Local *local, const PetscReal ground[2], PetscReal dt,
+                                EnergyAccount *e);
+
 /* ---- pace.c */
-/* Collective. The part of the stability bound that a dynamic stage takes, by dt_factor. */
-PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor);
+enum { RUNGS = 5 }; /* dt_factor: auto: steps are the longest over 1, 2, 4, 8, 16 */
+/* The step of a stage in time. Time is counted in the shortest steps: a step begins at a multiple of
+   itself, so all multiples of the longest, and the end of the stage, are met. */
+typedef struct {
+  PetscInt rungs;         /* of the ladder; 1: the step is constant */
+  PetscInt rung, next;    /* of the state's step; of the step to come */
+  PetscInt wanted;        /* what the last look at contacts asks for */
+  PetscInt64 total, done; /* shortest steps in the stage; of them those over which it has come */
+  PetscInt64 stayed;      /* steps since the rung changed */
+  PetscInt64 changes;     /* of the rung so far */
+  PetscReal longest;      /* [s] step of rung 0 */
+  PetscReal fastest;      /* [m/s] at which contacts have moved so far */
+  PetscReal *mass;        /* [kg] (n_bodies_global,) of free bodies, others infinite; NULL: not known yet */
+  PetscInt64 *errors;     /* (n_bodies_global, RUNGS) of a look */
+} Pace;
+/* Shortest steps in a step of the rung. */
+static inline PetscInt64 PaceTicks(const Pace *pace, PetscInt rung)
+{
+  return (PetscInt64)1 << (pace->rungs - 1 - rung);
+}
+/* Collective. The part of the stability bound that a dynamic stage takes at most, by dt_factor; how many
+   rungs are below it. */
+PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor, PetscInt *rungs);
+/* Begins with steps of at most dt, and sets that of the state: the shortest one. */
+PetscErrorCode PaceBegin(const Problem *p, PetscReal dt, PetscInt rungs, Pace *pace);
+/* Collective, in a step whose forces have just been evaluated, before the account has taken the contacts:
+   looks at these where it is time to. */
+PetscErrorCode PaceLook(const Problem *p, const EnergyAccount *e, Pace *pace);
+/* In words: what makes the step of the stage shorter. */
+const char *PaceRemedy(const Stage *stage);
+/* A step has been made: sets the rung of the next. */
+void PaceTurn(Pace *pace);
+PetscErrorCode PaceArchive(Archive *archive, Pace *pace);
 /* Collective. Says how many steps a dynamic stage makes, what set them, and what its damping is; warns of
    joints with which no step is right. */
-PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, PetscInt64 steps);
+PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace);
+
+/* Collective. Says how often the step has changed, where it may. */
+PetscErrorCode PaceReport(const Problem *p, const Pace *pace);
+
+/* ---- blows.c */
+PetscErrorCode BlowsCreate(const Model *model, Pace *pace);
+PetscErrorCode BlowsDestroy(Pace *pace);
+/* Collective. Sets pace->wanted by the contacts that will open or close. e: the account of the step
+   before. */
+PetscErrorCode BlowsLook(const Problem *p, const EnergyAccount *e, Pace *pace);
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */

@@ -200,6 +200,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   Stage stage = p->scene->stages[s];
   TimeStep step;
   PetscReal factor;
+  PetscInt rungs;
   StageResult result;
   Problem tried = *p;
   PetscFunctionBeginUser;
@@ -207,7 +208,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   const TermView view = ViewOf(&tried);
   PETSC_STDOUT = fopen("/dev/null", "w");
   PetscCall(TermsBegin(&view)); // water that it traps shortens its step
-  PetscCall(PaceFactor(&tried, &factor));
+  PetscCall(PaceFactor(&tried, &factor, &rungs));
   PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->contacts, factor, p->state, &step));
   stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * step.dt);
   stage.frames = 0;
@@ -243,18 +244,19 @@ static PetscErrorCode other_stages(const Problem *p, Attempt *a)
   Problem of = *p;
   TimeStep step;
   PetscReal factor;
+  PetscInt rungs;
   PetscFunctionBeginUser;
   for (PetscInt s = a->n_static; s < p->scene->n_stages; s++) {
     const Stage *stage = p->scene->stages + s;
     if (stage->kind == STAGE_DYNAMIC) {
       if (a->step == 0.) PetscCall(time_dynamic(p, s, &a->step));
       of.stage = stage;
-      PetscCall(PaceFactor(&of, &factor));
+      PetscCall(PaceFactor(&of, &factor, &rungs));
       PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->contacts, factor, p->state, &step));
       const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
       a->cost[s] = (Cost){.cycles = steps,
                           .least = steps,
-                          .most = steps,
+                          .most = ldexp(steps, (int)rungs - 1),
                           .effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}},
                           .seconds = NAN,
                           .trials = 1.};

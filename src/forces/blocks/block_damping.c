@@ -250,10 +250,10 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 {
   BlockDamping *d = memory;
   PetscFunctionBeginUser;
-  if (!d->active || !(at->contacts->rate > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!d->active) PetscFunctionReturn(PETSC_SUCCESS);
   memcpy(d->now, at->u, 2 * d->n * sizeof *d->now);
   memset(d->f, 0, 2 * d->n * sizeof *d->f);
-  if (!d->moved) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!d->moved || !(at->contacts->rate > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
   DampedForces(at->m, d, at->contacts->rate);
   for (PetscInt i = 0; i < 2 * at->m->n_moving; i++) f[i] += d->f[i];
   PetscFunctionReturn(PETSC_SUCCESS);

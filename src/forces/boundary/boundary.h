@@ -6,6 +6,9 @@
 /* Collective. Writes model->support from the scene's supports. in_time: those whose boundary lets waves
    out do not hold. */
 PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *model);
+/* Collective, when supports hold what they do at rest. Refuses dynamic stages in which nothing could move:
+   nothing would set their step. */
+PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *model);
 
 /* ---- motion.c */
 /* How the ground moves by a file, in time [s] since the start of the file. */

@@ -13,6 +13,12 @@ static PetscReal mass_of(const Column *c, PetscInt j)
   return mass;
 }
 
+/* Whether the step is a whole one; of part 0 it is one that the model takes back. */
+static PetscBool is_whole(PetscReal part)
+{
+  return (PetscBool)(part == 1. || part == 0.);
+}
+
 /* As blocks damp by stiffness (block_damping.c): by the motion of the step before, so neither in the first
    step of a stage nor in the half steps at its ends. */
 static void find_stresses(Column *c, PetscReal part)
@@ -20,7 +26,7 @@ static void find_stresses(Column *c, PetscReal part)
   for (PetscInt j = 0; j + 1 < c->n; j++) {
     const PetscReal *u = c->u + 2 * j, *v = c->v + 2 * j, h = c->y[j + 1] - c->y[j];
     const PetscReal own = c->layer[j].beta, of_group = PetscIsNanReal(own) ? c->beta : own;
-    const PetscReal beta = part == 1. && c->moved ? of_group : 0.;
+    const PetscReal beta = is_whole(part) && c->moved ? of_group : 0.;
     const PetscReal shear = (u[2] - u[0] + beta * (v[2] - v[0])) / h,
                     strain = (u[3] - u[1] + beta * (v[3] - v[1])) / h;
     const Lame lame = c->layer[j].lame;
@@ -49,16 +55,17 @@ static PetscReal dashpot_of(const Column *c, int k)
 static void move_level(Column *c, const ColumnStep *s, PetscInt j, int k)
 {
   const PetscInt d = 2 * j + k;
-  const PetscReal mass = mass_of(c, j), v = c->v[d], step = s->part * s->dt;
+  const PetscBool whole = is_whole(s->part);
+  const PetscReal mass = mass_of(c, j), v = c->v[d], step = (whole ? 1. : s->part) * s->dt;
   const PetscReal dashpot = j || !c->quiet ? 0. : dashpot_of(c, k);
   const PetscReal force = dashpot * (s->base[k] - v) - force_of(c, j, k) -
                           s->alpha * mass * (v - s->ground[k]);
-  const PetscReal centred = s->part == 1. ? 0.5 * s->dt * (s->alpha * mass + dashpot) : 0.;
+  const PetscReal centred = whole ? 0.5 * s->dt * (s->alpha * mass + dashpot) : 0.;
   PetscReal change = step * force / (mass + centred);
-  if (!j && !c->quiet) change = s->part == 1. ? s->base[k] - v : 0.;
-  c->mean[d] = s->part == 1. ? v + 0.5 * change : v;
+  if (!j && !c->quiet) change = whole ? s->base[k] - v : 0.;
+  c->mean[d] = whole ? v + 0.5 * change : v;
   c->drive[d] = change / step + s->alpha * (c->mean[d] - s->ground[k]);
-  c->v[d] = v + change;
+  if (s->part != 0.) c->v[d] = v + change;
 }
 
 void ColumnMove(Column *c, const ColumnStep *s)

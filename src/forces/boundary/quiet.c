@@ -102,11 +102,15 @@ static PetscErrorCode check_loads(const Scene *scene, char *message)
     const Stage *stage = scene->stages + i, *before = StageBefore(scene, stage);
     const PetscBool changed = (PetscBool)(before && leaves_changed(scene, before));
     if (stage->kind != STAGE_DYNAMIC || (!changed && same_loads(scene, stage, before))) continue;
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: stages.%s.loads: not those %s the stage before: ground that lets "
-                            "waves out would give way to what is added; expected %s",
-                            scene->file, stage->name, changed ? "at the end of" : "of",
-                            changed ? "a static stage between them" : "the same loads"));
+    const char *where = changed ? "not those at the end of the stage before"
+                                : "not those of the stage before",
+               *wanted = changed ? "a static stage between them" : "the same loads";
+    PetscCall(
+        PetscSNPrintf(message, MESSAGE_LENGTH,
+                      "%s: stages.%s.loads: %s: ground that lets waves out would give way to what is added; "
+                      "expected %s",
+                      scene->file, stage->name, before ? where : "no stage runs before this one",
+                      before ? wanted : "a static stage with these loads before it"));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -102,3 +102,24 @@ PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
   if (m->absent) PetscCall(hold_absent(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  const char *stage = NULL;
+  PetscBool moves = (PetscBool)(m->n_condensed_global > 0); // they vibrate inside
+  PetscFunctionBeginUser;
+  for (PetscInt i = scene->n_stages; i-- > 0;)
+    if (scene->stages[i].kind == STAGE_DYNAMIC) stage = scene->stages[i].name;
+  for (PetscInt i = 0; i < scene->n_supports; i++)
+    if (scene->supports[i].boundary != BOUNDARY_FIXED) moves = PETSC_TRUE;
+  for (PetscInt d = 0; d < m->n_dof && !moves; d++) moves = (PetscBool)!Held(m, d);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  if (stage && !moves)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s: supports hold all blocks, so nothing sets its time step: "
+                            "expected something that moves",
+                            scene->file, stage));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

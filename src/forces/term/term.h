@@ -79,7 +79,8 @@ typedef struct {
   PetscReal *wave; /* [m/s] of it, the velocity of what comes in; the rest of the motion goes out */
   PetscReal *push; /* [N] what acts beside dashpots */
   PetscReal
-      part; /* [-] of a step, by which velocities go on: 1; -1/2 at the start of a stage, 1/2 at its end */
+      part; /* [-] of a step, by which velocities go on: 1; -1/2 at the start of a stage, 1/2 at its end; 0:
+               as 1, but what terms have of their own stays, because the caller takes the step back */
 } Incoming;
 
 /* A table of a term's own in results.h5: a group of its name below the stage, a dataset a column. */
