@@ -372,3 +372,22 @@ def test_anchored_dam(tmp_path):
                            text=True, check=True, timeout=120).stdout.splitlines()  # fmt: skip
     assert float(found[-2].split("factor ")[1].split(",")[0]) == pytest.approx(1.3, rel=1e-3)
     assert float(found[-2].split(", ")[1].split()[0]) == pytest.approx(float(found[-1].split()[2]), rel=5e-3)
+
+
+# ---- lifts and a winter
+
+
+def test_lifts_and_winter(tmp_path):
+    """The crest in lifts and in one piece, sums over the base, what the winter pulls; blocks that are not built are not drawn."""
+    example = ROOT / "examples/lifts_and_winter"
+    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
+    subprocess.run([sys.executable, example / "mesh.py", tmp_path / "model.h5"], cwd=ROOT, env=environment, check=True, timeout=60)
+    for name, file in (("lifts", "scene.yaml"), ("whole", "scene_whole.yaml")):
+        subprocess.run([QUOIN, "-options_file", example / file, "-model", tmp_path / "model.h5", "-output", tmp_path / name], cwd=ROOT, check=True, timeout=120)
+    said = subprocess.run([sys.executable, example / "table.py", tmp_path], cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout.splitlines()
+    readme = (example / "README.md").read_text(encoding="utf-8")
+    assert [line for line in said if line not in readme] == []
+    subprocess.run([sys.executable, "-m", "quoin_tools.plots", tmp_path / "lifts"], cwd=ROOT, env=environment, check=True, timeout=120)
+    assert is_drawn(tmp_path / "lifts" / "temperature_winter.png") and not (tmp_path / "lifts" / "temperature_full.png").exists()
+    lifts = Results(str(tmp_path / "lifts"))
+    assert lifts.stage("lift_2").built.sum() == (lifts.mesh.block_group <= lifts.mesh.group_names.index("lift_2")).sum()

@@ -4,6 +4,7 @@
 
 mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
 stress_<stage>.png          principal stresses as contours, and as crosses
+temperature_<stage>.png     change of temperature, where a load has changed it
 joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
 mode_<k>_<stage>.png        shapes of the slowest free vibrations of a stage of type modes
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
@@ -33,7 +34,7 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, sliding
 from quoin_tools.show import modes, seepage, shaking, ties
 from quoin_tools.show.plot_mesh import outline_width
-from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress
+from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
 from quoin_tools.show.style import (
     COMPRESSION,
     FILLS,
@@ -74,7 +75,8 @@ def magnification(mesh, displacement, box):
 
 
 def plot_mesh(results, path, whole=False):
-    mesh, stage = results.mesh, results.stage()
+    stage = results.stage()
+    mesh = standing(results.mesh, stage)
     factor, box = magnification(mesh, stage.displacement, view(mesh, whole)[0])
     moved = mesh.vertices + factor * stage.displacement
     figure, axes = pyplot.subplots(figsize=figure_size(box, height=6.5, extra=1.0))
@@ -301,6 +303,8 @@ def plot_all(results, whole=False, shaken=None):
                 continue
             if plot_stress(results, stage, path(f"stress_{stage}"), whole):
                 written.append(path(f"stress_{stage}"))
+            if plot_temperature(results, stage, path(f"temperature_{stage}"), whole):
+                written.append(path(f"temperature_{stage}"))
             for joint in results.stage_summary(stage)["joints"]:
                 if plot_joint(results, stage, joint, path(f"joint_{joint}_{stage}")):
                     written.append(path(f"joint_{joint}_{stage}"))

@@ -1,12 +1,15 @@
 """Pictures of stress: principal stresses at the end of a stage as contours and as crosses, and what blocks have had over the time of a dynamic one.
 
 stress_<stage>.png     principal stresses
+temperature_<stage>.png  change of temperature
 envelope_<stage>.png   largest s1, least s2, least local failure factor over time
 """
 
+from dataclasses import replace
+
 import numpy as np
 from matplotlib import pyplot
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -18,6 +21,14 @@ from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, sa
 CROSSES = 26  # along the longer side of the view
 FACTORS = (0, 0.5, 1, 1.5, 2, 3, 5, 10)  # contours of the least local failure factor
 FACTOR_FILLS = ("#7f0000", "#d7301f", "#fc8d59", "#fdcc8a", "#c7e9b4", "#7fcdbb", "#41b6c4")  # red below 1
+
+
+def standing(mesh, stage):
+    """The mesh without the blocks that are not built yet."""
+    if stage.built is None:
+        return mesh
+    there = stage.built > 0
+    return replace(mesh, **{name: getattr(mesh, name)[there] for name in ("blocks", "block_group", "macroblock", "block_file", "rank")})
 
 
 def drawn_outlines(mesh, moved, box, inches):
@@ -141,8 +152,30 @@ def plot_stress(results, name, path, whole=False):
     for axes, kind in zip(panels, ("s1", "s2")):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
     cross_panel(panels[2], mesh, stage, chosen, box)
-    outline_panels(panels, mesh, box)
+    outline_panels(panels, standing(mesh, stage), box)
     figure.suptitle(f"Stage {stage.name} ({stage.verdict}): principal stresses, tension positive")
+    save(figure, path)
+    return True
+
+
+def plot_temperature(results, name, path, whole=False):
+    """Filled contours of the change of temperature; False where there is none."""
+    mesh, stage = results.mesh, results.stage(name)
+    box, groups = view(mesh, whole)
+    if stage.temperature is None:
+        return False
+    chosen = np.isfinite(stage.temperature) & (whole | np.isin(mesh.block_group, groups))
+    if not np.abs(stage.temperature[chosen]).max(initial=0.0):
+        return False
+    figure, axes = pyplot.subplots(figsize=figure_size(box, height=5.6, extra=0.95))
+    rings = mesh.rings()[chosen]
+    largest = np.abs(stage.temperature[chosen]).max()
+    drawn = PolyCollection(rings, array=stage.temperature[chosen], cmap="RdBu_r", norm=Normalize(-largest, largest), edgecolors="face", linewidths=0.2)
+    axes.add_collection(drawn)
+    bar = figure.colorbar(drawn, ax=axes, shrink=0.85, aspect=28, pad=0.02)
+    bar.ax.set_title("K", fontsize=9, pad=10)
+    outline_panels([axes], standing(mesh, stage), box)
+    axes.set_title(f"Stage {stage.name}: change of temperature, {stage.temperature[chosen].min():.3g} to {stage.temperature[chosen].max():.3g} K")
     save(figure, path)
     return True
 
