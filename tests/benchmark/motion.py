@@ -11,8 +11,11 @@ slip    Section G1 of examples/guilhofrei_earthquake: static stages by Newton's 
         small (rows "no dashpot"): the joint rings, and how far it slides hangs on when. Error of the step: against the same mesh with
         the step --fine of the bound; error of the mesh: of that against --finest columns. Errors are of the largest displacement of the
         crest and of the last slip of the heel, both against the rock under the heel.
+condensed
+        Section G1 as above in small strain, with the example's dashpot of 0.1 ms, whole and with dam and rock condensed up to --highest: errors against
+        the whole mesh.
 race    The section on rock whose bottom moves by the record, elastic joint (stress model pt: springs at nodes), small strain, no loads,
-        alpha 1, so that both solve the same equations: Quoin's explicit steps at --race-factor of the bound and OpenSees by Newmark's
+        alpha 1, so that both solve the same equations: Quoin's explicit steps by `dt_factor: auto` (0.9 of a bound without room for contacts that are not there) and OpenSees by Newmark's
         average acceleration (peer_runs/opensees_motion.py) at --race-steps. Errors over 20 s against OpenSees with a quarter of the
         smallest step; where that takes too long (--duration) rates alone, and the record only begins.
 
@@ -46,10 +49,12 @@ from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from record import DATA, replace_between, table  # noqa: E402
 
 LASTS = 20.0  # [s] of the record
+AUTO = 0.9  # of the bound, with dt_factor: auto, where blocks deform and connectivity is fixed
 SAMPLE = 0.005  # [s] at most between rows of the history; a parabola through three of them gives a peak
 QUOIN, OPENSEES = "Quoin", "OpenSees"
 DAMPED, BARE, MESH = "slip", "slip, no dashpot", "slip, mesh"
 SYSTEMS = ("BandSPD", "SuperLU")  # the fastest in steps of the wheel's solvers for small and for large models
+CONDENSED = "condensed"
 HEAD = ("part", "solver", "columns", "blocks", "step", "steps", "duration", "cpu_s", "crest", "slip", "crest_error", "slip_error")
 WORDS = ("part", "solver")
 
@@ -172,6 +177,18 @@ def slip(options):
         yield {"part": BARE, "solver": QUOIN, **row, **against(row, exact)}
 
 
+def condensed(options):
+    """Both bodies of the section condensed, against the whole mesh."""
+    exact = None
+    for highest in (None, *options.highest):
+        scene = changed(slipping(1e-4), ("strain", "small"))
+        for group in scene["materials"].values() if highest else ():
+            group |= {"condensed": True, "highest_frequency": highest}
+        row = solve(options.quoin, scene, max(options.columns), max(options.factors), LASTS, 1)
+        exact = exact or row
+        yield {"part": CONDENSED, "solver": f"{QUOIN}, to {highest:g} Hz" if highest else QUOIN, **row, **against(row, exact)}
+
+
 def race(options):
     if subprocess.run([options.python, "-c", "import openseespy"], capture_output=True).returncode:
         print("OpenSees is not installed (openseespy): left out", flush=True)
@@ -181,7 +198,7 @@ def race(options):
         duration = LASTS if whole else options.duration
         exact = opensees(options, columns, min(options.race_steps) / 4, LASTS, SYSTEMS[0]) if whole else None
         nothing = {"crest_error": float("nan"), "slip_error": float("nan")}
-        row = solve(options.quoin, racing(), columns, options.race_factor, duration, options.repeats) | {"slip": 0.0}
+        row = solve(options.quoin, racing(), columns, "auto", duration, options.repeats) | {"slip": 0.0, "step": AUTO}
         yield {"part": "race", "solver": QUOIN, **row, **(against(row, exact) if whole else nothing)}
         for dt in options.race_steps if whole else [min(options.race_steps)]:
             for system in SYSTEMS:
@@ -189,7 +206,7 @@ def race(options):
                 yield {"part": "race", "solver": f"{OPENSEES}, {system}", **row, **(against(row, exact) if whole else nothing)}
 
 
-PARTS = {"slip": slip, "race": race}
+PARTS = {"slip": slip, "condensed": condensed, "race": race}
 
 
 # ---- what is written
@@ -241,6 +258,14 @@ def race_table(rows):
     return table(["blocks", "solver", "step", "record [s]", "a step [us]", "processor seconds for a second", "of Quoin's", "error of the crest"], lines)
 
 
+def condensed_table(rows):
+    lines = []
+    for row in (row for row in rows if row["part"] == CONDENSED):
+        lines.append(["all" if row["solver"] == QUOIN else row["solver"].removeprefix(f"{QUOIN}, "), f"{row['steps']:.0f}",
+                      f"{row['cpu_s']:.3g}", f"{1e3 * row['crest']:.2f}", f"{1e3 * row['slip']:.2f}", percent(row["crest_error"]), percent(row["slip_error"])])  # fmt: skip
+    return table(["vibrations within bodies", "steps", "processor [s]", "crest [mm]", "slip [mm]", "error: crest", "slip"], lines)
+
+
 def check(program):
     """A short record on a coarse mesh: what must hold on any machine."""
     short = 8.0
@@ -263,8 +288,8 @@ def parse():
     parser.add_argument("--factors", type=float, nargs="+", default=[0.9, 0.6, 0.3], help="steps over the stability bound")
     parser.add_argument("--fine", type=float, default=0.1, help="step of the reference")
     parser.add_argument("--dashpot", type=float, default=1e-3, help="[s]")
+    parser.add_argument("--highest", type=float, nargs="+", default=[30], help="[Hz] of condensed bodies")
     parser.add_argument("--race", type=int, nargs="+", default=[24, 58, 116], help="columns")
-    parser.add_argument("--race-factor", type=float, default=0.9)
     parser.add_argument("--race-steps", type=float, nargs="+", default=[0.01, 0.005], help="[s] of OpenSees")
     parser.add_argument("--whole", type=int, default=24, help="most columns for the whole record")
     parser.add_argument("--duration", type=float, default=1.0, help="[s] of the record that larger models run")
@@ -284,6 +309,7 @@ def main():
             print("  " + ", ".join(f"{key} {value:.4g}" if isinstance(value, float) else str(value) for key, value in row.items()), flush=True)
     rows = kept()
     replace_between("motion slip", slip_table(rows))
+    replace_between("motion condensed", condensed_table(rows))
     replace_between("motion race", race_table(rows))
     return None
 
