@@ -76,6 +76,7 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
 static PetscErrorCode history(const TermView *v, TermHistory what)
 {
   Contacts *stable = v->memory;
+  PetscBool counted;
   PetscFunctionBeginUser;
   switch (what) {
   case COMMIT:
@@ -89,8 +90,10 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
     PetscCall(ContactsCopy(v->contacts, stable));
     break;
   case BACK_TO_STABLE:
+    counted = v->contacts->counted; // an archive has it of these, not of the stable ones
     PetscCall(ContactsDestroy(v->contacts));
     PetscCall(ContactsCopy(stable, v->contacts));
+    v->contacts->counted = counted;
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

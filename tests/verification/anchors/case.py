@@ -396,6 +396,8 @@ def ranks_and_restart(case):
         of_stages = [result.stage_summary(name) for name in names if name != "flood"]
         of_stages += [trial for trial in result.stage_summary("flood")["flood"]["trials"] if trial["outcome"] == "stable"]
         return [[value for one in stage["anchors"].values() for value in one.values()] for stage in of_stages]
+    def trials_of(result):
+        return [trial["cycles"] for trial in result.stage_summary("flood")["flood"]["trials"]]
     for ranks in (2, 3, 4):
         result = case.run(mesh, whole, ranks=ranks)
         case.check(f"checksums on {ranks} ranks", checksums(result), checksums(first))
@@ -405,6 +407,7 @@ def ranks_and_restart(case):
         again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
         case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
         case.check("... the same numbers of all anchors", anchors_of(again) == anchors_of(first), True)
+        case.check("... cycles of the trials of the flood", trials_of(again), trials_of(first))
 
 
 def refused(case):

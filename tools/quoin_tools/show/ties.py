@@ -1,6 +1,6 @@
 """Pictures of anchors, for plots.py: only of scenes that have some.
 
-anchors_<stage>.png    their lines on the section, coloured by force
+anchors_<stage>.png    their lines on the section, coloured by force; beside bonded bars the diagram of the force along them
 anchor_forces.png      force of each over the stages, and over the trials of a flood or load factor
 """
 
@@ -16,6 +16,7 @@ from quoin_tools.base.anchors import STATES, facts_of
 from quoin_tools.show import style
 
 FORCES = LinearSegmentedColormap.from_list("forces", ("#f2c14e", "#d1495b", "#5a1a6b"))
+DIAGRAM = "#3b6ea5"
 MOST_NAMED = 12  # anchors whose forces are written beside them
 
 
@@ -26,6 +27,24 @@ def box_of(mesh, anchors, whole):
     margin = 0.04 * max(box[1] - box[0], box[3] - box[2])
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     return min(box[0], low[0]), max(box[1], high[0]), min(box[2], low[1]), max(box[3], high[1])
+
+
+def draw_diagrams(axes, bars, names, facts, box):
+    """The force along each bonded bar, off its line; black where it slips in its grout; a cross where it is a dowel that carries."""
+    width = 0.06 * max(box[1] - box[0], box[3] - box[2]) / max(np.abs(bars.force).max(), 1e-300)
+    for row, name in enumerate(names):
+        at = bars.of(row)
+        if len(at) == 0:
+            continue
+        place, along = bars.place[at], bars.place[at[-1]] - bars.place[at[0]]
+        normal = np.array([-along[1], along[0]]) / np.hypot(*along)
+        edge = place + width * bars.force[at, None] * normal
+        axes.add_collection(PolyCollection([np.concatenate([place, edge[::-1]])], facecolors=DIAGRAM, edgecolors=DIAGRAM, linewidths=0.8, alpha=0.45, zorder=3))
+        slips = np.flatnonzero(bars.slip[at[:-1], 1] != 0)
+        axes.add_collection(LineCollection([place[i : i + 2] for i in slips], colors="black", linewidths=1.2, zorder=6))
+        dowels = [dowel["place"] for dowel in facts[name].get("dowels", []) if dowel["force"] != 0]
+        if dowels:
+            axes.plot(*np.transpose(dowels), "x", ms=6, color="black", zorder=7)
 
 
 def plot_section(results, stage, path, whole=False):
@@ -44,6 +63,9 @@ def plot_section(results, stage, path, whole=False):
     lines = np.stack([anchors.head, anchors.root], axis=1)
     axes.add_collection(LineCollection(lines[there], colors=FORCES(norm(anchors.force[there] / 1e3)), linewidths=2.6))
     axes.add_collection(LineCollection(lines[~there], colors=style.GREY, linewidths=1.4, linestyles=(0, (2, 3))))
+    bars = results.stage(stage).bars
+    if bars is not None:
+        draw_diagrams(axes, bars, names, facts_of(results.stage_summary(stage)), box)
     axes.plot(*anchors.head.T, "s", ms=4, color="black", zorder=5)
     if len(anchors) <= MOST_NAMED:
         for row, order in enumerate(np.lexsort((anchors.head[:, 0], anchors.head[:, 1]))):
@@ -53,7 +75,7 @@ def plot_section(results, stage, path, whole=False):
     figure.colorbar(ScalarMappable(norm, FORCES), ax=axes, shrink=0.7, label="force of one anchor [kN]")
     style.set_view(axes, box)
     axes.set_ylabel("y [m]")
-    axes.set_title(f"Stage {stage}: anchors")
+    axes.set_title(f"Stage {stage}: anchors" + ("" if bars is None else f"; in bonded bars up to {style.plain(np.abs(bars.force).max() / 1e3)} kN"))
     style.save(figure, path)
     return True
 
