@@ -66,11 +66,7 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
 KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                              PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
-  if (n_nodes == 4 && e->placed)
-    ForceLoop(model, model->hourglass, e, 4, large, 1, from, to, ahead, u, f);
-  else if (e->placed)
-    ForceLoop(model, NULL, e, 3, large, 1, from, to, ahead, u, f);
-  else if (n_nodes == 4 && model->hourglass)
+  if (n_nodes == 4 && model->hourglass)
     ForceLoop(model, model->hourglass, e, 4, large, 0, from, to, ahead, u, f);
   else if (n_nodes == 4 && large)
     ForceLoop(model, NULL, e, 4, 1, 0, from, to, ahead, u, f);
@@ -87,12 +83,32 @@ VARIANTS(RangeForces,
           const Ahead *ahead, const PetscReal *u, PetscReal *f),
          (model, e, n_nodes, large, from, to, ahead, u, f))
 
+/* The same of blocks that may have been placed: a function of its own, or the loops above become dearer. */
+KERNEL void PlacedForces_code(const Model *model, const Elements *e, PetscInt from, PetscInt to,
+                              const Ahead *ahead, const PetscReal *u, PetscReal *f)
+{
+  const int large = e->strain == STRAIN_LARGE;
+  if (e->n_nodes == 4)
+    ForceLoop(model, model->hourglass, e, 4, large, 1, from, to, ahead, u, f);
+  else
+    ForceLoop(model, NULL, e, 3, large, 1, from, to, ahead, u, f);
+}
+
+VARIANTS(PlacedForces,
+         (const Model *model, const Elements *e, PetscInt from, PetscInt to, const Ahead *ahead,
+          const PetscReal *u, PetscReal *f),
+         (model, e, from, to, ahead, u, f))
+
 void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
                           PetscReal *f)
 {
   const PetscInt n_q4 = chunks_of(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
-  RangeForces(model, chunk < n_q4 ? &model->q4 : &model->t3, chunk < n_q4 ? 4 : 3,
-              model->strain == STRAIN_LARGE, local * CHUNK, (local + 1) * CHUNK, ahead, u, f);
+  const Elements *e = chunk < n_q4 ? &model->q4 : &model->t3;
+  const PetscInt from = local * CHUNK, to = (local + 1) * CHUNK;
+  if (e->placed)
+    PlacedForces(model, e, from, to, ahead, u, f);
+  else
+    RangeForces(model, e, chunk < n_q4 ? 4 : 3, model->strain == STRAIN_LARGE, from, to, ahead, u, f);
 }
 
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
