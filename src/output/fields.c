@@ -120,6 +120,16 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* told: NULL: the law is elastic. */
+static void law_columns(MaterialLaw law, const LawTold *told, PetscReal *row)
+{
+  for (int k = BLOCK_MEASURE; k < BLOCK_WIDTH; k++) row[k] = NAN;
+  if (!told) return;
+  row[BLOCK_MEASURE + law - 1] = told->measure;
+  row[BLOCK_LOST] = told->lost;
+  if (told->opening >= 0.) row[BLOCK_OPENING] = told->opening;
+}
+
 /* Stress and energy of one list of deformable elements. */
 static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const State *state,
                                    PetscInt *n, PetscInt *place, PetscReal *rows)
@@ -128,7 +138,12 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   const PetscReal *u = state->u + 3 * model->n_bodies;
   const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
   PetscReal *centre, *gauss, *energy, *change, *across;
+  LawTold *told = NULL;
   PetscFunctionBeginUser;
+  if (e->history) {
+    PetscCall(PetscMalloc1(e->n, &told));
+    LawTell(model, e, u, told);
+  }
   PetscCall(PetscMalloc3(3 * e->n_padded, &centre, 3 * n_gauss * e->n_padded, &gauss, e->n_padded, &energy));
   PetscCall(PetscCalloc2(e->n_padded, &change, e->n_padded, &across));
   PetscCall(ElementStress(model, e, n_nodes, u, centre));
@@ -151,7 +166,9 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
                   ? NAN
                   : 0.5 * lame->lambda / (lame->lambda + lame->mu) * (row[0] + row[1]) + across[i];
     for (int k = 0; k < 22 && !(row[22] > 0.); k++) row[k] = k == 6 ? 0. : NAN;
+    law_columns(e->law, told ? told + i : NULL, row);
   }
+  PetscCall(PetscFree(told));
   PetscCall(PetscFree3(centre, gauss, energy));
   PetscCall(PetscFree2(change, across));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -18,9 +18,13 @@ enum {
                        vertices: 0; row of the support that holds x, y, -1: none */
   BODY_WIDTH = 11, /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise; rows of the
                       supports of x, y */
-  BLOCK_WIDTH = 23 /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
-                      (4,3) [Pa], change of temperature [K], stress across the plane [Pa], 1: it is built; NaN
-                      where the kind of block has none */
+  BLOCK_MEASURE = 23, /* here begins what material laws with a history tell */
+  BLOCK_OPENING = BLOCK_MEASURE + MATERIAL_LAWS - 1,
+  BLOCK_LOST,
+  BLOCK_WIDTH /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses (4,3)
+                 [Pa], change of temperature [K], stress across the plane [Pa], 1: it is built; of each law but the elastic one its
+                 measure (laws.h) [-]; width of a crack [m]; energy lost for good [J]; NaN where the kind of block
+                 has none */
 };
 typedef struct {
   PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */
@@ -129,6 +133,14 @@ SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, Pe
 PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
 /* Writes the "safety" member of a stage's object. */
 void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
+/* Area of a block [m2]; centre: the mean of its vertices [m]. */
+PetscReal MeshBlockArea(const MeshFields *mesh, PetscInt block, PetscReal centre[2]);
+
+/* ---- yielding.c */
+/* Whether some of the n blocks have a number in a column of StageFields.block. */
+PetscBool BlockHas(PetscInt n, const PetscReal *block, int column);
+/* Rank 0. Writes what blocks whose law is not elastic have done, by group, into summary.json. */
+void SummaryLaws(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
 /* ---- written.c */
 typedef struct {

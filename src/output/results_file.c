@@ -82,6 +82,19 @@ static int write_stage_attributes(hid_t group, PetscInt stage, PetscInt frame, P
          Hdf5WriteCount(group, "cycles", result->cycles) || Hdf5WriteNumber(group, "ratio", result->ratio);
 }
 
+/* Writes columns of material laws, those that some block has. */
+static int write_laws(hid_t group, hsize_t nb, const PetscReal *block)
+{
+  int error = 0;
+  for (int k = BLOCK_MEASURE; k < BLOCK_WIDTH && !error; k++) {
+    const char *name = k == BLOCK_LOST      ? "lost"
+                       : k == BLOCK_OPENING ? "crack_width"
+                                            : LawMeasure((MaterialLaw)(k - BLOCK_MEASURE + 1));
+    if (BlockHas(nb, block, k)) error = write_columns(group, name, 1, &nb, block, BLOCK_WIDTH, k);
+  }
+  return error;
+}
+
 static int write_body_fields(hid_t group, const Scene *scene, const MeshFields *mesh,
                              const StageFields *fields)
 {
@@ -99,6 +112,7 @@ static int write_body_fields(hid_t group, const Scene *scene, const MeshFields *
          (SceneHasHeat(scene) && write_columns(group, "temperature", 1, &nb, block, BLOCK_WIDTH, 20)) ||
          (SceneHasHeat(scene) && scene->plane == PLANE_STRAIN &&
           write_columns(group, "stress_z", 1, &nb, block, BLOCK_WIDTH, 21)) ||
+         write_laws(group, nb, block) ||
          (fields->safety && (Hdf5WriteReals(group, "safety_factor", 1, &nb, fields->safety) ||
                              Hdf5WriteInts(group, "safety_mode", nb, 0, fields->safety_mode))) ||
          (fields->mechanism && Hdf5WriteReals(group, "mechanism", 2, plane, fields->mechanism));

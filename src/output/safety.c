@@ -49,8 +49,7 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Area of a block [m2]; centre: the mean of its vertices [m]. */
-static PetscReal block_area(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
+PetscReal MeshBlockArea(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
 {
   const PetscInt *v = mesh->blocks + 4 * b, n = v[3] < 0 ? 3 : 4;
   PetscReal area = 0.;
@@ -70,7 +69,7 @@ static void put_group(FILE *f, const MeshFields *mesh, const StageFields *s, Pet
   PetscInt best = -1;
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
     if (mesh->group[b] != group) continue;
-    const PetscReal a = block_area(mesh, b, centre);
+    const PetscReal a = MeshBlockArea(mesh, b, centre);
     area[s->safety_mode[b]] += a;
     if (s->safety[b] < 1.) failing += a;
     if (s->safety[b] < least) least = s->safety[b], best = b, at[0] = centre[0], at[1] = centre[1];

@@ -245,6 +245,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   if (SceneHasHeat(scene)) put_temperature(f, mesh, fields);
   put_extremes(f, p->m, mesh, fields);
   SummarySafety(f, scene, mesh, fields);
+  SummaryLaws(f, scene, mesh, fields);
   if (p->output->trials.n) SummaryTrials(f, scene, p->stage, &p->output->trials);
   SummaryMechanism(f, scene, &p->output->trials);
   PetscCall(SummaryJoints(f, p, fields));

@@ -75,7 +75,9 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
                               q->scene.model, size, mesh->n_blocks));
   }
   PetscCall(CheckMessage(q->comm, message));
-  if (rank == 0) WarnSlender(mesh), WarnLocking(&q->scene), WarnExplicit(&q->scene), WarnElastic(&q->scene);
+  if (rank == 0)
+    WarnSlender(mesh), WarnLocking(&q->scene), WarnExplicit(&q->scene), WarnElastic(&q->scene),
+        WarnLaws(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

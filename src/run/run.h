@@ -16,3 +16,5 @@ void WarnLocking(const Scene *scene);
 void WarnExplicit(const Scene *scene);
 /* Warns of joints that have a strength, but no law that uses it. */
 void WarnElastic(const Scene *scene);
+/* Warns of stages in which a material law has no part. */
+void WarnLaws(const Scene *scene);

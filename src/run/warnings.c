@@ -85,3 +85,26 @@ void WarnElastic(const Scene *scene)
   }
   fflush(stderr);
 }
+
+void WarnLaws(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  if (told) return;
+  told = PETSC_TRUE;
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    for (PetscInt g = 0; g < scene->n_materials; g++) {
+      const Stage *stage = scene->stages + s;
+      const Material *material = scene->materials + g;
+      if (material->law == MATERIAL_ELASTIC) continue;
+      if (stage->kind == STAGE_MODES)
+        fprintf(stderr, "quoin: warning: stages.%s: its modes take blocks of group %s as elastic and whole\n",
+                stage->name, material->name);
+      if (stage->kind == STAGE_STRENGTH_REDUCTION)
+        fprintf(
+            stderr,
+            "quoin: warning: stages.%s: it weakens joints; blocks of group %s keep the strengths of their "
+            "law\n",
+            stage->name, material->name);
+    }
+  fflush(stderr);
+}

@@ -15,14 +15,11 @@ PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A block that yields is of one point, unless the scene asks for another: one of four locks. */
-static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
+static PetscErrorCode complete_mohr_coulomb(Reader *r, const char *path, const Material *m)
 {
   PetscBool given = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  PetscCall(IsGiven(r, path, "element", &given));
-  if (!given) m->element = ELEMENT_BENDING;
   PetscCall(IsGiven(r, path, "dilation", &given));
   if (given && m->dilation > m->friction)
     COMPLAIN(r, "larger than friction, %g degree: such a flow would make energy", (double)m->friction);
@@ -32,6 +29,29 @@ static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
     COMPLAIN(r, "beyond the apex of the shear strength, cohesion / tan(friction) = %.6g Pa", apex);
   PetscCall(IsGiven(r, path, "law", &given));
   if (isnan(m->cohesion)) COMPLAIN(r, "mohr_coulomb needs cohesion [Pa] and friction [degree]");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A block with a law that is not elastic is of one point, unless the scene asks for another: one of four
+   locks. */
+static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "dilation", &given));
+  if (m->dilation > 0. && m->law != MATERIAL_MOHR_COULOMB)
+    COMPLAIN(r, "it is for a law that yields: law: mohr_coulomb");
+  PetscCall(IsGiven(r, path, "fracture_energy", &given));
+  if (given && m->law != MATERIAL_DAMAGE) COMPLAIN(r, "it is for a law that cracks: law: damage");
+  if (m->law == MATERIAL_ELASTIC) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(IsGiven(r, path, "element", &given));
+  if (!given) m->element = ELEMENT_BENDING;
+  if (m->law == MATERIAL_MOHR_COULOMB) PetscCall(complete_mohr_coulomb(r, path, m));
+  PetscCall(IsGiven(r, path, "law", &given));
+  if (m->expansion > 0.) COMPLAIN(r, "only elastic blocks expand: expected law: elastic, or expansion: 0");
+  if (m->law == MATERIAL_DAMAGE && !(m->tension > 0. && m->fracture_energy > 0.))
+    COMPLAIN(r, "damage needs tension > 0 [Pa] and fracture_energy [N/m]");
   if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "only elastic blocks are known in plane: stress");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -45,10 +65,7 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
   if (given && isnan(m->friction)) COMPLAIN(r, "the shear strength needs friction [degree] too");
   PetscCall(IsGiven(r, path, "friction", &given));
   if (given && isnan(m->cohesion)) COMPLAIN(r, "the shear strength needs cohesion [Pa] too");
-  PetscCall(IsGiven(r, path, "dilation", &given));
-  if (m->dilation > 0. && m->law != MATERIAL_MOHR_COULOMB)
-    COMPLAIN(r, "it is for a law that yields: law: mohr_coulomb");
-  if (m->law != MATERIAL_ELASTIC) PetscCall(complete_law(r, path, m));
+  PetscCall(complete_law(r, path, m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,7 +2,7 @@
 #ifdef KEY_STRUCTS
 typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
 /* Of deformable blocks; the place is that of the row in laws.c. */
-typedef enum { MATERIAL_ELASTIC, MATERIAL_MOHR_COULOMB, MATERIAL_LAWS } MaterialLaw;
+typedef enum { MATERIAL_ELASTIC, MATERIAL_MOHR_COULOMB, MATERIAL_DAMAGE, MATERIAL_LAWS } MaterialLaw;
 
 typedef struct {
   char name[NAME_LENGTH];   /* name of a group of the mesh */
@@ -24,13 +24,15 @@ typedef struct {
                                                          failure factors (39)-(41), and those of the law; NaN:
                                                          not given */
   MaterialLaw law;
-  PetscReal dilation; /* [degree] MATERIAL_MOHR_COULOMB */
-  int line;           /* line in the scene file, for messages, here and below; 0: command line */
+  PetscReal dilation;        /* [degree] MATERIAL_MOHR_COULOMB */
+  PetscReal fracture_energy; /* [N/m] MATERIAL_DAMAGE; NaN: not given */
+  int line;                  /* line in the scene file, for messages, here and below; 0: command line */
 } Material;
 #endif
 #ifdef KEY_WORDS
 static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
-static const char *const MaterialLaws[] = {"elastic", "mohr_coulomb", "MaterialLaw", "MATERIAL_", NULL};
+static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damage",
+                                           "MaterialLaw", "MATERIAL_",    NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -62,9 +64,11 @@ static const char *const MaterialLaws[] = {"elastic", "mohr_coulomb", "MaterialL
   KEY(MATERIALS, "friction", REAL, Material, friction, "= none", ">= 0, < 90", "degree",
       "angle of friction, for (41), with cohesion"),
   KEY(MATERIALS, "law", CHOICE, Material, law, "elastic", NULL, "",
-      "of its blocks: linear elastic; yields at cohesion, friction and tension", .choices = MaterialLaws),
+      "of its blocks: linear elastic; yields at cohesion, friction and tension; cracks at tension", .choices = MaterialLaws),
   KEY(MATERIALS, "dilation", REAL, Material, dilation, "0", ">= 0, < 90", "degree",
       "law: mohr_coulomb: angle of the plastic flow, at most friction"),
+  KEY(MATERIALS, "fracture_energy", REAL, Material, fracture_energy, "= none", "> 0", "N/m",
+      "law: damage: what a crack takes for each square metre"),
 
   KEY(MATERIALS, "beta", REAL, Material, beta, "= that of the stage", ">= 0", "s",
       "dynamic stages: stiffness-proportional damping of its blocks"),

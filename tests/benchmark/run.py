@@ -80,6 +80,8 @@ SCENES = {  # mesh; keys of materials, joints and the scene that differ
     "triangles": (triangles, {}, {}, {}),
     "strong": (block, STRONG, {}, {}),
     "yields": (block, STRONG | {"cohesion": 0, "friction": 1, "dilation": 0, "tension": 0}, {}, {}),
+    "whole": (block, {"law": "damage", "tension": 1e9, "fracture_energy": 1e12}, {}, {}),
+    "cracks": (block, {"law": "damage", "tension": 1e2, "fracture_energy": 1e2}, {}, {}),
     "strong triangles": (triangles, STRONG, {}, {}),
     "triangles small": (triangles, {}, {}, {"strain": "small"}),
     "rigid": (single, {"rigid": True}, ELASTIC, {}),

@@ -66,6 +66,17 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
 PetscErrorCode LawsCreate(const Scene *scene, Model *model);
 PetscErrorCode LawsDestroy(Model *model);
 
+/* What a block with a history has to tell: the worst of its points. */
+typedef struct {
+  PetscReal measure; /* [-] plastic strain or damage */
+  PetscReal opening; /* [m] of its crack; -1: the law knows none */
+  PetscReal lost;    /* [J] for good */
+} LawTold;
+/* told: (n,) of the list, at u. */
+void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold *told);
+/* The name of the measure of a law. */
+const char *LawMeasure(MaterialLaw law);
+
 /* ---- laws_term.c */
 /* Their blocks as a force term; what blocks of all laws have alike is that of Blocks_term. */
 extern const TermKind Laws_term;

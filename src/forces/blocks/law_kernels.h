@@ -1,26 +1,33 @@
 /* law_kernels.h: the forces of blocks with a material law that has a history. The law is a constant where
    these kernels are used, so each law has loops of its own; the branches below are gone in them. */
 #pragma once
+#include "forces/blocks/damage.h"
 #include "forces/blocks/mohr_coulomb.h"
 
-/* S at a point, from the strain E and the history `from`. to: the history after it; NULL: nobody asks. whole:
-   [-] what is left of the stiffness against bending of a block of one point. */
-KERNEL LanesStress LawStress(int law, const LanesLaw *c, const LanesTensor *E, const Lanes *from, Lanes *to,
-                             Lanes *whole)
+/* S at a point, from the strain E and the history `from`. shape: of the blocks; NULL: the history does not
+   go on. to: the history after it; NULL: nobody asks. whole: [-] what is left of the stiffness against
+   bending of a block of one point. */
+KERNEL LanesStress LawStress(int law, const LanesLaw *c, const LanesTensor *E, const LanesShape *shape,
+                             const Lanes *from, Lanes *to, Lanes *whole)
 {
+  if (law == MATERIAL_DAMAGE) return DmStress(c, E, shape, from, to, whole);
   if (law == MATERIAL_MOHR_COULOMB) return McStress(c, E, from, to, whole);
   __builtin_unreachable();
 }
 
-/* [J/m3] What is stored at a point whose history is `from`. */
-KERNEL Lanes LawStored(int law, const LanesLaw *c, const LanesTensor *E, const Lanes *from)
+/* [J/m3] What is stored at a point whose history is `from`; opening: [m] of a crack there, -1: the law has
+   none. */
+KERNEL Lanes LawStored(int law, const LanesLaw *c, const LanesTensor *E, const Lanes *from, Lanes *opening)
 {
+  *opening = LanesOf(-1.);
+  if (law == MATERIAL_DAMAGE) return DmStored(c, E, from, opening);
   if (law == MATERIAL_MOHR_COULOMB) return McStored(c, E, from);
   __builtin_unreachable();
 }
 
 KERNEL int LawWidth(int law)
 {
+  if (law == MATERIAL_DAMAGE) return DM_NUMBERS;
   if (law == MATERIAL_MOHR_COULOMB) return MC_WIDTH;
   __builtin_unreachable();
 }
@@ -34,13 +41,14 @@ typedef struct {
 
 /* Natural stress J g_a . S g_b at a point, with the tangents of the reference state dual to g1 and g2. */
 KERNEL LanesTensor LawNatural(int law, const LanesLaw *c, Lanes J, LanesVector g1, LanesVector g2,
-                              const LanesGradient *G, int large, const LanesHistory *history, Lanes *whole)
+                              const LanesGradient *G, int large, const LanesShape *shape,
+                              const LanesHistory *history, Lanes *whole)
 {
   const LanesTensor E = BlockStrain(G, large);
   const int width = LawWidth(law);
   Lanes from[HISTORY_MOST], to[HISTORY_MOST];
   for (int i = 0; i < width; i++) from[i] = LoadLanes(history->from + LANES * i);
-  const LanesStress S = LawStress(law, c, &E, from, history->to ? to : NULL, whole);
+  const LanesStress S = LawStress(law, c, &E, shape, from, history->to ? to : NULL, whole);
   for (int i = 0; i < width && history->to; i++)
     StoreLanes(history->to + LANES * i, Select(history->here, to[i], LoadLanes(history->to + LANES * i)));
   const LanesVector S1 = {S.xx * g1.x + S.xy * g1.y, S.xy * g1.x + S.yy * g1.y},
@@ -50,13 +58,13 @@ KERNEL LanesTensor LawNatural(int law, const LanesLaw *c, Lanes J, LanesVector g
 
 /* The same from the tangents. */
 KERNEL LanesTensor LawPoint(int law, const LanesLaw *c, LanesVector X1, LanesVector X2, LanesVector u1,
-                            LanesVector u2, int large, const LanesHistory *history)
+                            LanesVector u2, int large, const LanesShape *shape, const LanesHistory *history)
 {
   LanesVector g1, g2;
   Lanes whole;
   const Lanes J = DualBasis(X1, X2, &g1, &g2);
   const LanesGradient G = DisplacementGradient(u1, u2, g1, g2);
-  return LawNatural(law, c, J, g1, g2, &G, large, history, &whole);
+  return LawNatural(law, c, J, g1, g2, &G, large, shape, history, &whole);
 }
 
 KERNEL LanesHistory HistoryOfPoint(const LanesHistory *block, int point, int width)
@@ -68,9 +76,10 @@ KERNEL LanesHistory HistoryOfPoint(const LanesHistory *block, int point, int wid
 KERNEL void LawT3(int law, const LanesLaw *c, const LanesVector *X, const LanesVector *u, PetscReal thickness,
                   int large, const LanesHistory *history, LanesVector *f)
 {
+  const LanesShape shape = {3, X};
   const LanesModes XM = T3Modes(X), uM = T3Modes(u);
   const LanesVector x1 = large ? VectorAdd(XM.a, uM.a) : XM.a, x2 = large ? VectorAdd(XM.b, uM.b) : XM.b;
-  const LanesTensor T = LawPoint(law, c, XM.a, XM.b, uM.a, uM.b, large, history);
+  const LanesTensor T = LawPoint(law, c, XM.a, XM.b, uM.a, uM.b, large, &shape, history);
   T3Sum(&T, x1, x2, thickness, f);
 }
 
@@ -78,11 +87,12 @@ KERNEL void LawOnePoint(int law, const LanesLaw *c, const LanesMaterial *m, cons
                         const LanesVector *u, PetscReal thickness, int large, const LanesHistory *history,
                         LanesVector *f)
 {
+  const LanesShape shape = {4, X};
   const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
   const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
   LanesHourglass o = Hourglass(&XM, &uM, &x, m);
   Lanes whole;
-  const LanesTensor T = LawNatural(law, c, o.J, o.g1, o.g2, &o.G, large, history, &whole);
+  const LanesTensor T = LawNatural(law, c, o.J, o.g1, o.g2, &o.G, large, &shape, history, &whole);
   o.c = (LanesVector){whole * o.c.x, whole * o.c.y};
   Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
 }
@@ -91,6 +101,7 @@ KERNEL void LawOnePoint(int law, const LanesLaw *c, const LanesMaterial *m, cons
 KERNEL void LawFull(int law, const LanesLaw *c, const LanesVector *X, const LanesVector *u,
                     PetscReal thickness, int large, const LanesHistory *history, LanesVector *f)
 {
+  const LanesShape shape = {4, X};
   const LanesModes XM = Q4FourModes(X), uM = Q4FourModes(u);
   const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
   const PetscReal w = 0.0625 * thickness;
@@ -100,7 +111,7 @@ KERNEL void LawFull(int law, const LanesLaw *c, const LanesVector *X, const Lane
     const PetscReal xi = p == 0 || p == 3 ? -GAUSS : GAUSS, eta = p < 2 ? -GAUSS : GAUSS;
     const LanesHistory at = HistoryOfPoint(history, p, LawWidth(law));
     const LanesTensor t = LawPoint(law, c, TangentXi(&XM, eta), TangentEta(&XM, xi), TangentXi(&uM, eta),
-                                   TangentEta(&uM, xi), large, &at);
+                                   TangentEta(&uM, xi), large, &shape, &at);
     T[p] = (LanesTensor){w * t.xx, w * t.yy, w * t.xy};
   }
   Q4Sum(T, x.a, x.b, VectorScale(GAUSS, x.h), f);

@@ -42,10 +42,94 @@ KERNEL Lanes Smaller(Lanes a, Lanes b)
   return Select(a < b, a, b);
 }
 
+/* ---- principal axes */
+
+typedef struct {
+  Lanes s1, s2, s3; /* s1 >= s2 >= s3 */
+} LanesPrincipal;
+
+/* Principal stresses in the plane, hi >= lo, and the direction of hi: its x, y over twice the angle. */
+typedef struct {
+  Lanes hi, lo, cos2, sin2;
+} LanesPlane;
+
+KERNEL LanesPlane PlaneOf(const LanesStress *s)
+{
+  const Lanes mean = 0.5 * (s->xx + s->yy), half = 0.5 * (s->xx - s->yy),
+              radius = SquareRoot(half * half + s->xy * s->xy);
+  const Mask none = radius == 0.;
+  const Lanes r = 1. / Select(none, LanesOf(1.), radius);
+  return (LanesPlane){mean + radius, mean - radius, half * r, s->xy * r};
+}
+
+/* The three principal stresses in order; z is the first (top), the last (bottom) or the middle one. */
+typedef struct {
+  LanesPlane plane;
+  LanesPrincipal t;
+  Mask top, bottom;
+} LanesAxes;
+
+KERNEL LanesAxes AxesOf(const LanesPlane *p, Lanes zz)
+{
+  const Mask top = zz > p->hi, bottom = ~top & (zz < p->lo);
+  return (LanesAxes){
+      *p,
+      {Select(top, zz, p->hi), Select(top, p->hi, Select(bottom, p->lo, zz)), Select(bottom, zz, p->lo)},
+      top,
+      bottom};
+}
+
+/* The elastic strain of a stress with these axes. soft: 1/E. */
+KERNEL LanesStress StrainOf(const LanesAxes *a, LanesPrincipal s, Lanes soft, Lanes nu)
+{
+  const Lanes s_hi = Select(a->top, s.s2, s.s1), s_lo = Select(a->bottom, s.s2, s.s3),
+              s_zz = Select(a->top, s.s1, Select(a->bottom, s.s3, s.s2));
+  const Lanes hi = soft * (s_hi - nu * (s_lo + s_zz)), lo = soft * (s_lo - nu * (s_hi + s_zz)),
+              zz = soft * (s_zz - nu * (s_hi + s_lo));
+  const Lanes mean = 0.5 * (hi + lo), half = 0.5 * (hi - lo);
+  return (LanesStress){mean + half * a->plane.cos2, mean - half * a->plane.cos2, zz, half * a->plane.sin2};
+}
+
+/* C e. */
+KERNEL LanesStress StressOf(const LanesLaw *law, const LanesStress *e)
+{
+  const Lanes pressure = LawConstant(law, LAW_LAMBDA) * (e->xx + e->yy + e->zz),
+              two_mu = LawConstant(law, LAW_MU) + LawConstant(law, LAW_MU);
+  return (LanesStress){pressure + two_mu * e->xx, pressure + two_mu * e->yy, pressure + two_mu * e->zz,
+                       two_mu * e->xy};
+}
+
+/* s : e */
+KERNEL Lanes TensorDot(const LanesStress *s, const LanesStress *e)
+{
+  return s->xx * e->xx + s->yy * e->yy + s->zz * e->zz + 2. * (s->xy * e->xy);
+}
+
+/* The blocks in the reference state. */
+typedef struct {
+  int n_nodes;
+  const LanesVector *X;
+} LanesShape;
+
+/* How wide the blocks are across a crack whose normal is the direction hi: area over projection on the
+   crack. A crack that crosses triangles goes through two of them side by side, so theirs is twice that. */
+KERNEL Lanes WidthAcross(const LanesShape *shape, const LanesPlane *p)
+{
+  const Lanes c = SquareRoot(NotNegative(0.5 + 0.5 * p->cos2)),
+              s = SquareRoot(NotNegative(0.5 - 0.5 * p->cos2)), sine = Select(p->sin2 < 0., -s, s);
+  const LanesVector *X = shape->X;
+  Lanes most = LanesOf(0.), least = LanesOf(0.), twice = LanesOf(0.);
+  for (int i = 1; i < shape->n_nodes; i++) {
+    const LanesVector d = VectorSubtract(X[i], X[0]);
+    const Lanes along = c * d.y - sine * d.x;
+    most = Larger(most, along), least = Smaller(least, along);
+    if (i + 1 < shape->n_nodes) twice += VectorCross(d, VectorSubtract(X[i + 1], X[0]));
+  }
+  return (shape->n_nodes == 3 ? 1. : 0.5) * twice / (most - least);
+}
+
 /* ---- laws.c, by LANES blocks from `first` on, of the history now */
 /* S at a point of the blocks, from the strain E there. */
 void LawPointStress(const Elements *e, PetscInt first, int point, const LanesTensor *E, LanesTensor *S);
 /* [J] per thickness: what is stored in the blocks, whose modes are X, u. */
 void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const LanesModes *u, Lanes *stored);
-/* [J] What has been lost in the blocks of a list that this rank writes. */
-PetscReal LawLost(const Model *model, const Elements *e);

@@ -26,9 +26,30 @@ static void mohr_coulomb(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS
   c[MC_NU] = nu, c[MC_SIDE] = nu / (1. - nu), c[MC_SOFT] = 1. / m->young;
 }
 
+/* See damage.h. */
+static void damage(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS])
+{
+  const PetscReal nu = m->poisson;
+  c[DM_ONSET] = m->tension / m->young, c[DM_STRENGTH] = m->tension;
+  c[DM_BAND] = m->fracture_energy * (lame.lambda + 2. * lame.mu) / (m->young * m->tension);
+  c[DM_YOUNG] = m->young, c[DM_SOFT] = 1. / m->young, c[DM_NU] = nu, c[DM_SIDE] = nu / (1. - nu);
+}
+
+/* B of damage.h is 0 there. */
+static PetscReal damage_widest(const PetscReal c[LAW_CONSTANTS])
+{
+  return 2. * c[DM_BAND] / c[DM_ONSET];
+}
+
 const LawKind LawKinds[MATERIAL_LAWS] = {
-    [MATERIAL_MOHR_COULOMB] = {"mohr_coulomb", MC_WIDTH, mohr_coulomb},
+    [MATERIAL_MOHR_COULOMB] = {"mohr_coulomb", "plastic_strain", MC_WIDTH, mohr_coulomb, NULL},
+    [MATERIAL_DAMAGE] = {"damage", "damage", DM_NUMBERS, damage, damage_widest},
 };
+
+const char *LawMeasure(MaterialLaw law)
+{
+  return LawKinds[law].measure;
+}
 
 /* ---- forces */
 
@@ -57,6 +78,7 @@ KERNEL void LawLoop(int law, const Model *model, const Elements *e, int n_nodes,
   }
 }
 
+/* Gives LawLoop law and shape as constants. */
 KERNEL void LawsLoop_code(const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f)
 {
   const int large = e->strain == STRAIN_LARGE;
@@ -64,6 +86,10 @@ KERNEL void LawsLoop_code(const Model *model, const Elements *e, int keep, const
     LawLoop(MATERIAL_MOHR_COULOMB, model, e, 4, large, keep, u, f);
   else if (e->law == MATERIAL_MOHR_COULOMB)
     LawLoop(MATERIAL_MOHR_COULOMB, model, e, 3, large, keep, u, f);
+  else if (e->law == MATERIAL_DAMAGE && e->n_nodes == 4)
+    LawLoop(MATERIAL_DAMAGE, model, e, 4, large, keep, u, f);
+  else if (e->law == MATERIAL_DAMAGE)
+    LawLoop(MATERIAL_DAMAGE, model, e, 3, large, keep, u, f);
 }
 
 VARIANTS(LawsLoop, (const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f),
@@ -88,6 +114,8 @@ static void block_of(const Model *model, const Elements *e, PetscInt first, cons
   LanesHistory history = LoadHistory(e->history, first, LawKinds[e->law].width, e->history->in_time, 0);
   if (e->law == MATERIAL_MOHR_COULOMB)
     LawBlock(MATERIAL_MOHR_COULOMB, e->n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
+  if (e->law == MATERIAL_DAMAGE)
+    LawBlock(MATERIAL_DAMAGE, e->n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
 }
 
 void LawMatrices(const Model *model, const Elements *e, PetscInt first, const PetscReal *u, PetscReal K[][64])
@@ -139,13 +167,17 @@ KERNEL void SeeAt(const Elements *e, PetscInt first, int point, SeenPoint *p)
 KERNEL LanesStress StressSeen(MaterialLaw law, const SeenPoint *p, const LanesTensor *E, Lanes *whole)
 {
   *whole = LanesOf(1.);
-  if (law == MATERIAL_MOHR_COULOMB) return LawStress(MATERIAL_MOHR_COULOMB, &p->law, E, p->from, NULL, whole);
+  if (law == MATERIAL_MOHR_COULOMB)
+    return LawStress(MATERIAL_MOHR_COULOMB, &p->law, E, NULL, p->from, NULL, whole);
+  if (law == MATERIAL_DAMAGE) return LawStress(MATERIAL_DAMAGE, &p->law, E, NULL, p->from, NULL, whole);
   return (LanesStress){{0.}, {0.}, {0.}, {0.}};
 }
 
-KERNEL Lanes StoredSeen(MaterialLaw law, const SeenPoint *p, const LanesTensor *E)
+KERNEL Lanes StoredSeen(MaterialLaw law, const SeenPoint *p, const LanesTensor *E, Lanes *opening)
 {
-  if (law == MATERIAL_MOHR_COULOMB) return LawStored(MATERIAL_MOHR_COULOMB, &p->law, E, p->from);
+  *opening = LanesOf(0.);
+  if (law == MATERIAL_MOHR_COULOMB) return LawStored(MATERIAL_MOHR_COULOMB, &p->law, E, p->from, opening);
+  if (law == MATERIAL_DAMAGE) return LawStored(MATERIAL_DAMAGE, &p->law, E, p->from, opening);
   return LanesOf(0.);
 }
 
@@ -193,10 +225,10 @@ void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const Lan
   for (int k = 0; k < e->history->points; k++) {
     SeenPoint p;
     SeeAt(e, first, k, &p);
-    Lanes whole;
+    Lanes whole, opening;
     LanesTensor E;
     const Lanes area = AreaAt(e, &p.material, X, u, k, &E);
-    *stored += area * StoredSeen(e->law, &p, &E);
+    *stored += area * StoredSeen(e->law, &p, &E, &opening);
     if (k || e->n_nodes == 3 || !Any(p.material.one_point)) continue;
     const LanesModes x = e->strain == STRAIN_LARGE ? ModesAdd(X, u) : *X;
     const LanesHourglass o = Hourglass(X, u, &x, &p.material);
@@ -205,24 +237,30 @@ void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const Lan
   }
 }
 
-PetscReal LawLost(const Model *model, const Elements *e)
+void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold *told)
 {
-  PetscReal sum = 0.;
   for (PetscInt first = 0; first < e->n; first += LANES) {
     const PetscInt *vertex = LaneVertices(e, e->n_nodes, first);
-    LanesVector V[4];
+    LanesVector V[4], U[4];
     Gather(e->n_nodes, model->X, vertex, V);
-    const LanesModes X = ElementModes(e->n_nodes, V);
+    Gather(e->n_nodes, u, vertex, U);
+    const LanesModes X = ElementModes(e->n_nodes, V), uM = ElementModes(e->n_nodes, U);
     for (int k = 0; k < e->history->points; k++) {
       SeenPoint p;
       SeeAt(e, first, k, &p);
+      Lanes opening;
       LanesTensor E;
-      const Lanes lost = AreaAt(e, &p.material, &X, &X, k, &E) * p.from[HISTORY_LOST];
-      for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
-        if (e->owned[first + lane]) sum += model->thickness * lost[lane];
+      const Lanes lost = model->thickness * AreaAt(e, &p.material, &X, &uM, k, &E) * p.from[HISTORY_LOST];
+      (void)StoredSeen(e->law, &p, &E, &opening);
+      for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
+        LawTold *t = told + first + lane;
+        if (!k) *t = (LawTold){0., -1., 0.};
+        t->lost += lost[lane];
+        t->measure = PetscMax(t->measure, p.from[HISTORY_MEASURE][lane]);
+        t->opening = PetscMax(t->opening, opening[lane]);
+      }
     }
   }
-  return sum;
 }
 
 /* ---- life */
@@ -248,6 +286,47 @@ static void fill_constants(const Material *material, const Model *m, PetscInt g,
   for (int i = 0; i < LAW_CONSTANTS * LANES; i++) constants[g * LAW_CONSTANTS * LANES + i] = c[i / LANES];
 }
 
+/* [m] How wide a block is at most across a crack: by its least extent, which is square to one of its
+   sides; see WidthAcross. */
+static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block)
+{
+  PetscInt v[4];
+  PetscReal area, centre[2], polar, least = PETSC_MAX_REAL;
+  for (int k = 0; k < e->n_nodes; k++) v[k] = VertexOf(e, block, k);
+  BlockGeometry(m->X, v, e->n_nodes, &area, centre, &polar);
+  for (int k = 0; k < e->n_nodes; k++) {
+    const PetscReal *A = m->X + 2 * v[k], *B = m->X + 2 * v[(k + 1) % e->n_nodes];
+    const PetscReal side[2] = {B[0] - A[0], B[1] - A[1]}, length = hypot(side[0], side[1]);
+    PetscReal extent = 0.;
+    for (int i = 0; i < e->n_nodes; i++) {
+      const PetscReal *C = m->X + 2 * v[i];
+      extent = PetscMax(extent, (side[0] * (C[1] - A[1]) - side[1] * (C[0] - A[0])) / length);
+    }
+    least = PetscMin(least, extent);
+  }
+  return (e->n_nodes == 3 ? 2. : 1.) * area / least;
+}
+
+/* Refuses blocks that would give back more energy than the crack takes. */
+static PetscErrorCode check_widths(const Scene *scene, const Model *m, const Elements *e, char *message)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < e->n && LawKinds[e->law].widest && !message[0]; i++) {
+    const PetscReal *c = e->history->constants + e->group[i] * LAW_CONSTANTS * LANES;
+    PetscReal own[LAW_CONSTANTS];
+    for (int k = 0; k < LAW_CONSTANTS; k++) own[k] = c[LANES * k];
+    const PetscReal most = LawKinds[e->law].widest(own), width = widest_across(m, e, i);
+    if (width < most) continue;
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: materials.%s.fracture_energy: block %" PetscInt_FMT
+        " is %.4g m wide across a crack, and as it breaks it would give back more energy than "
+        "the crack takes: expected blocks of less than %.6g m, or more energy",
+        scene->file, scene->materials[e->group[i]].name, e->file[i], (double)width, (double)most));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Of one list, on all ranks alike, also where a rank has no block of it. */
 static PetscErrorCode create_history(const Scene *scene, const Model *m, Elements *e)
 {
@@ -263,6 +342,8 @@ static PetscErrorCode create_history(const Scene *scene, const Model *m, Element
   PetscCall(PetscNew(&h));
   h->points = full && e->n_nodes == 4 ? 4 : 1, h->width = LawKinds[e->law].width;
   h->n = e->n_padded * h->points * h->width;
+  for (PetscInt i = e->n; i < e->n_padded; i++)
+    e->group[i] = e->group[e->n - 1]; // padding has as many points
   PetscCall(PetscCalloc3(h->n, &h->held, h->n, &h->now, h->n, &h->stable));
   PetscCall(PetscCalloc1(m->n_groups * LAW_CONSTANTS * LANES, &h->constants));
   for (PetscInt g = 0; g < m->n_groups; g++)
@@ -280,6 +361,9 @@ PetscErrorCode LawsCreate(const Scene *scene, Model *m)
   PetscCall(CheckMessage(m->comm, message));
   for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
     PetscCall(create_history(scene, m, e));
+  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+    if (e->history) PetscCall(check_widths(scene, m, e, message));
+  PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

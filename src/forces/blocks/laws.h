@@ -38,9 +38,12 @@ typedef struct _p_LawHistory {
 
 typedef struct {
   const char *name;
-  int width; /* numbers of a point's history */
+  const char *measure; /* name of HISTORY_MEASURE in results.h5 */
+  int width;           /* numbers of a point's history */
   /* Fills in the constants from LAW_OWN on. */
   void (*constants)(const Material *material, Lame lame, PetscReal constant[LAW_CONSTANTS]);
+  /* [m] How wide a block may not be across a crack, from its constants; NULL: as wide as it likes. */
+  PetscReal (*widest)(const PetscReal constant[LAW_CONSTANTS]);
 } LawKind;
 
 /* By MaterialLaw; the row of elastic blocks is empty. */

@@ -4,14 +4,26 @@
 
 typedef struct {
   const Model *m; /* whose lists have the histories */
+  LawTold *told;  /* room for those of the longest list */
 } Laws;
+
+/* The next list behind e of blocks with a history, from e = NULL on; NULL: there is none. */
+static const Elements *next_list(const Model *m, const Elements *e)
+{
+  e = e ? e + 1 : m->elements + ELASTIC_LISTS;
+  while (e < m->elements + DEFORMABLE_LISTS && !e->history) e++;
+  return e < m->elements + DEFORMABLE_LISTS ? e : NULL;
+}
 
 static PetscErrorCode create(const TermView *v, void **memory)
 {
+  PetscInt most = 0;
   Laws *laws;
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&laws));
   laws->m = v->m;
+  for (const Elements *e = next_list(v->m, NULL); e; e = next_list(v->m, e)) most = PetscMax(most, e->n);
+  PetscCall(PetscMalloc1(most, &laws->told));
   *memory = laws;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -20,16 +32,9 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 {
   PetscFunctionBeginUser;
   (void)scene;
+  if (*memory) PetscCall(PetscFree(((Laws *)*memory)->told));
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The next list behind e of blocks with a history, from e = NULL on; NULL: there is none. */
-static const Elements *next_list(const Model *m, const Elements *e)
-{
-  e = e ? e + 1 : m->elements + ELASTIC_LISTS;
-  while (e < m->elements + DEFORMABLE_LISTS && !e->history) e++;
-  return e < m->elements + DEFORMABLE_LISTS ? e : NULL;
 }
 
 static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
@@ -43,9 +48,12 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 
 static void lost(const void *memory, PetscReal *sum)
 {
-  for (const Elements *e = next_list(((const Laws *)memory)->m, NULL); e;
-       e = next_list(((const Laws *)memory)->m, e))
-    *sum += LawLost(((const Laws *)memory)->m, e);
+  const Laws *laws = memory;
+  for (const Elements *e = next_list(laws->m, NULL); e; e = next_list(laws->m, e)) {
+    LawTell(laws->m, e, laws->m->X, laws->told);
+    for (PetscInt i = 0; i < e->n; i++)
+      if (e->owned[i]) *sum += laws->told[i].lost;
+  }
 }
 
 /* ---- the tangent */

@@ -48,15 +48,8 @@ static const PetscReal MC_LEAST = 1e-3;  /* that is left of the stiffness agains
 KERNEL LanesStress McElastic(const LanesLaw *law, const LanesTensor *E, const LanesStress *plastic)
 {
   const LanesStress e = {E->xx - plastic->xx, E->yy - plastic->yy, -plastic->zz, E->xy - plastic->xy};
-  const Lanes pressure = LawConstant(law, LAW_LAMBDA) * (e.xx + e.yy + e.zz),
-              two_mu = LawConstant(law, LAW_MU) + LawConstant(law, LAW_MU);
-  return (LanesStress){pressure + two_mu * e.xx, pressure + two_mu * e.yy, pressure + two_mu * e.zz,
-                       two_mu * e.xy};
+  return StressOf(law, &e);
 }
-
-typedef struct {
-  Lanes s1, s2, s3;
-} LanesPrincipal;
 
 /* Onto the shear planes alone. */
 KERNEL LanesPrincipal McShear(const LanesLaw *law, LanesPrincipal t)
@@ -100,41 +93,19 @@ KERNEL LanesPrincipal McReturn(const LanesLaw *law, LanesPrincipal t)
                           Select(cut, at.s3, shear.s3)};
 }
 
-/* Principal stresses in the plane, hi >= lo, and the direction of hi: its x, y over twice the angle. */
-typedef struct {
-  Lanes hi, lo, cos2, sin2;
-} LanesPlane;
-
-KERNEL LanesPlane PlaneOf(const LanesStress *s)
-{
-  const Lanes mean = 0.5 * (s->xx + s->yy), half = 0.5 * (s->xx - s->yy),
-              radius = SquareRoot(half * half + s->xy * s->xy);
-  const Mask none = radius == 0.;
-  const Lanes r = 1. / Select(none, LanesOf(1.), radius);
-  return (LanesPlane){mean + radius, mean - radius, half * r, s->xy * r};
-}
-
 /* The plastic strain that takes the trial stress to the strength, where a lane yields; else 0. */
 KERNEL LanesStress McPlastic(const LanesLaw *law, const LanesStress *trial, const LanesPlane *p, Mask yields)
 {
-  const Mask top = trial->zz > p->hi, bottom = ~top & (trial->zz < p->lo);
-  const LanesPrincipal t = {Select(top, trial->zz, p->hi),
-                            Select(top, p->hi, Select(bottom, p->lo, trial->zz)),
-                            Select(bottom, trial->zz, p->lo)};
-  const LanesPrincipal s = McReturn(law, t);
-  const Lanes d_hi = p->hi - Select(top, s.s2, s.s1), d_lo = p->lo - Select(bottom, s.s2, s.s3),
-              d_zz = trial->zz - Select(top, s.s1, Select(bottom, s.s3, s.s2));
-  const Lanes soft = LawConstant(law, MC_SOFT), nu = LawConstant(law, MC_NU);
-  const Lanes hi = soft * (d_hi - nu * (d_lo + d_zz)), lo = soft * (d_lo - nu * (d_hi + d_zz)),
-              zz = soft * (d_zz - nu * (d_hi + d_lo));
-  const Lanes mean = 0.5 * (hi + lo), half = 0.5 * (hi - lo);
-  return (LanesStress){Keep(yields, mean + half * p->cos2), Keep(yields, mean - half * p->cos2),
-                       Keep(yields, zz), Keep(yields, half * p->sin2)};
+  const LanesAxes a = AxesOf(p, trial->zz);
+  const LanesPrincipal s = McReturn(law, a.t);
+  const LanesStress e = StrainOf(&a, (LanesPrincipal){a.t.s1 - s.s1, a.t.s2 - s.s2, a.t.s3 - s.s3},
+                                 LawConstant(law, MC_SOFT), LawConstant(law, MC_NU));
+  return (LanesStress){Keep(yields, e.xx), Keep(yields, e.yy), Keep(yields, e.zz), Keep(yields, e.xy)};
 }
 
 KERNEL Lanes StrainSize(const LanesStress *e)
 {
-  return SquareRoot(e->xx * e->xx + e->yy * e->yy + e->zz * e->zz + 2. * (e->xy * e->xy));
+  return SquareRoot(TensorDot(e, e));
 }
 
 /* What is left of the stiffness against bending of a block of one point: elastic over whole strain, of
@@ -176,7 +147,7 @@ KERNEL LanesStress McStress(const LanesLaw *law, const LanesTensor *E, const Lan
     plastic = (LanesStress){plastic.xx + d.xx, plastic.yy + d.yy, plastic.zz + d.zz, plastic.xy + d.xy};
     s = McElastic(law, E, &plastic);
     if (to) {
-      to[HISTORY_LOST] += s.xx * d.xx + s.yy * d.yy + s.zz * d.zz + 2. * (s.xy * d.xy);
+      to[HISTORY_LOST] += TensorDot(&s, &d);
       to[HISTORY_MEASURE] += SquareRoot(LanesOf(2. / 3.)) * StrainSize(&d);
       to[MC_XX] = plastic.xx, to[MC_YY] = plastic.yy, to[MC_ZZ] = plastic.zz, to[MC_XY] = plastic.xy;
     }

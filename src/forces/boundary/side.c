@@ -235,6 +235,11 @@ static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Col
                "block %" PetscInt_FMT " at (%.6g, %.6g) has vertices between the levels of the side, or "
                "beyond the next: expected blocks with level tops and bottoms beside it",
                e->file[b], (double)c->x, (double)c->y[level]);
+      else if (e->law != MATERIAL_ELASTIC)
+        REFUSE(c->support,
+               "block %" PetscInt_FMT " at (%.6g, %.6g) can yield or crack, and free ground beside a side is "
+               "elastic: expected law: elastic there",
+               e->file[b], (double)c->x, (double)c->y[level]);
       else if (!are_alike(&own, c->layer + layer))
         REFUSE(c->support,
                "block %" PetscInt_FMT " at (%.6g, %.6g) is of other ground than the face of its layer: "

@@ -4,10 +4,10 @@ The return of a point is tested by itself, in tests/unit/forces/blocks/test_laws
 
 import numpy as np
 from driver import changed, checksums
-from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
+from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles, structured
 from quoin_tools.mesh.stacks import quad_patch
 
-WHAT = "blocks that yield: held and free block (M02), history over stages, unloading, energy, ranks, restarts"
+WHAT = "blocks that yield: held and free block (M02), thick ring (M03), history over stages, unloading, energy, ranks, restarts"
 SOURCE = "Mohr-Coulomb with tension cut-off in plane strain: 2 c cos/(1 - sin), edge return by hand, numbers of another program"
 
 E, NU = 20e9, 0.2
@@ -32,8 +32,10 @@ def run(case):
     held(case)
     free(case)
     collapses(case)
+    ring(case)
     ranks_and_restart(case)
     refused(case)
+    told(case)
 
 
 # ---- sides held: the load decides
@@ -113,6 +115,49 @@ def collapses(case):
             case.check(f"... under {part} of it: no equilibrium", found in ("collapsed", "undecided", "diverged"), True)
 
 
+# ---- thick ring
+
+
+def quarter_ring(nr, nt, a=1.5, b=15.0):
+    """Rows of blocks around a hole, as wide as they are far; a load for each outer face: pressure stays normal to it."""
+    r, t = a * (b / a) ** np.linspace(0, 1, nr + 1)[:, None], np.linspace(np.pi / 2, 0, nt + 1)
+    xy = np.stack([r * np.cos(t), r * np.sin(t)], axis=-1)
+    mesh = structured(xy, group="rock")
+    faces, loads = mesh.face_sets, {}
+    mesh.face_sets = {"x0": faces["left"], "y0": faces["right"]} | {f"o{k}": row[None] for k, row in enumerate(faces["top"])}
+    for k in range(nt):
+        along = xy[-1, k + 1] - xy[-1, k]
+        inwards = np.array([along[1], -along[0]]) / np.hypot(*along)
+        loads[f"o{k}"] = {"type": "traction", "faces": f"o{k}", "value": (5e6 * inwards).tolist()}
+    return mesh, loads
+
+
+def pressed_ring(case, n, dilation):
+    """Inward displacement of wall and outer face [mm], radius to which blocks have yielded [m]."""
+    mesh, loads = quarter_ring(n, 6 * n // 10)
+    rock = {"density": 0, "young": 10e9, "poisson": 0.25, "law": "mohr_coulomb", "cohesion": 0.8e6, "friction": 35, "dilation": dilation}
+    result = case.run(mesh, {"strain": "small", "materials": {"rock": rock}, "supports": {"x0": {"fix": "x"}, "y0": {"fix": "y"}}, "loads": loads,
+                             "stages": [{"press": {"loads": list(loads)}}]})  # fmt: skip
+    stage, far = result.stage("press"), np.hypot(*mesh.vertices.T)
+    inwards = -1e3 * np.sum(stage.displacement * mesh.vertices, axis=1) / far
+    centres = np.hypot(*mesh.vertices[mesh.blocks].mean(axis=1).T)
+    return inwards[far < 1.5 + 1e-9].mean(), inwards[far > 15 - 1e-9].mean(), centres[stage.plastic_strain > 0].max()
+
+
+def ring(case):
+    """M03: hole of 1.5 m in rock to 15 m under 5 MPa from outside, three meshes; numbers of a radial equation."""
+    wall = []
+    for n in (10, 20, 40):
+        u, outer, radius = pressed_ring(case, n, 0)
+        wall.append(u)
+        case.check(f"ring, {n} blocks along the radius: outer displacement [mm]", outer, 4.8746, relative=0.02)
+        case.check("... plastic radius, to the centre of a block [m]", radius, 2.0501, absolute=2.0501 * (10 ** (1 / n) - 1))
+    case.check("... displacement of the wall with 40 blocks [mm]", wall[-1], 1.8710, relative=0.02)
+    case.check("... its error falls at least as the size of the blocks: two halvings", bool((1.8710 - wall[2]) < (1.8710 - wall[0]) / 4), True)
+    for dilation, expected in ((10, 1.9936), (35, 2.9129)):
+        case.check(f"... dilation {dilation}: wall [mm]", pressed_ring(case, 40, dilation)[0], expected, relative=0.03)
+
+
 # ---- ranks, restart
 
 
@@ -156,3 +201,13 @@ def refused(case):
         result = case.run(block("bending"), scene)
         line = f"materials.block.law: mohr_coulomb is for blocks that deform by themselves, and these are {next(iter(keys))}: expected elastic"
         case.check(f"{next(iter(keys))} blocks with a law: refused in one line", [result.exit_code, result.stderr.count("\n"), line in result.stderr], [2, 1, True])
+
+
+def told(case):
+    """Stages in which the law has no part say so."""
+    mesh, scene = wall()
+    stages = [{"own": {"loads": ["weight"]}}, {"swings": {"type": "modes"}}, {"weaker": {"type": "strength_reduction", "loads": ["weight"], "bracket": 0.5}}]
+    result = case.run(mesh, changed(scene, ("stages", stages), ("relaxation.max_cycles", 3000)))
+    for line in ("stages.weaker: it weakens joints; blocks of group block keep the strengths of their law",
+                 "stages.swings: its modes take blocks of group block as elastic and whole"):  # fmt: skip
+        case.check(f"told: {line}", line in result.stderr, True)

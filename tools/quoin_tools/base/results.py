@@ -28,7 +28,7 @@ VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 witho
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
-SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built")  # what not every stage has: None there
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # what not every stage has: None there
 CONTACT_FIELDS = (
     "face",
     "joint",

@@ -128,7 +128,7 @@ static void Respond(Point *p, const PetscReal E[3], PetscReal s[4])
 {
   const LanesTensor strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(E[2])};
   Lanes to[HISTORY_MOST], whole;
-  const LanesStress S = LawStress(MATERIAL_MOHR_COULOMB, &p->law, &strain, p->history, to, &whole);
+  const LanesStress S = LawStress(MATERIAL_MOHR_COULOMB, &p->law, &strain, NULL, p->history, to, &whole);
   for (int lane = 1; lane < LANES; lane++)
     ENSURE(S.xx[0] == S.xx[lane] && S.yy[0] == S.yy[lane] && S.zz[0] == S.zz[lane] && S.xy[0] == S.xy[lane]);
   ENSURE(whole[0] > 0. && whole[0] <= 1.);
@@ -247,11 +247,118 @@ static void TestWork(void)
       work += (k == 2 ? 2. : 1.) * 0.5 * (s[k == 2 ? 3 : k] + before[k == 2 ? 3 : k]) * (E[k] - last[k]);
     memcpy(before, s, sizeof s), memcpy(last, E, sizeof last);
   }
+  Lanes opening;
   const LanesTensor E = {LanesOf(last[0]), LanesOf(last[1]), LanesOf(last[2])};
-  const PetscReal stored = LawStored(MATERIAL_MOHR_COULOMB, &p.law, &E, p.history)[0],
+  const PetscReal stored = LawStored(MATERIAL_MOHR_COULOMB, &p.law, &E, p.history, &opening)[0],
                   lost = p.history[HISTORY_LOST][0];
   ENSURE(lost > 100.);
   ENSURE_NEAR(work, stored + lost, 1e-3 * work);
+}
+
+/* ---- damage */
+
+static const Material CRACKS = {
+    .young = 10e9, .poisson = 0., .tension = 1e6, .fracture_energy = 100., .law = MATERIAL_DAMAGE};
+
+/* A rectangle of these sides in all lanes, turned. */
+static void Rectangle(PetscReal a, PetscReal b, PetscReal angle, LanesVector X[4])
+{
+  const PetscReal x[4] = {0., a, a, 0.}, y[4] = {0., 0., b, b}, c = cos(angle), s = sin(angle);
+  for (int i = 0; i < 4; i++)
+    X[i] = (LanesVector){LanesOf(c * x[i] - s * y[i]), LanesOf(s * x[i] + c * y[i])};
+}
+
+static void Crack(Point *p, const LanesVector *X, const PetscReal E[3], PetscReal s[4])
+{
+  const LanesTensor strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(E[2])};
+  const LanesShape shape = {4, X};
+  Lanes to[HISTORY_MOST], whole;
+  const LanesStress S = LawStress(MATERIAL_DAMAGE, &p->law, &strain, &shape, p->history, to, &whole);
+  for (int i = 0; i < DM_NUMBERS; i++) p->history[i] = to[i];
+  s[0] = S.xx[0], s[1] = S.yy[0], s[2] = S.zz[0], s[3] = S.xy[0];
+}
+
+static PetscReal Stored(const Point *p, const PetscReal E[3])
+{
+  const LanesTensor strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(E[2])};
+  Lanes opening;
+  return LawStored(MATERIAL_DAMAGE, &p->law, &strain, p->history, &opening)[0];
+}
+
+/* Pulled, closed, pulled on: numbers from another program. Closed it has its whole stiffness. */
+static void TestCracks(void)
+{
+  static const PetscReal rows[][3] = {{5e-4, 0.656356e6, 0.868729},
+                                      {-3e-4, -3e6, 0.868729},
+                                      {3e-4, 0.393813e6, 0.868729},
+                                      {1e-3, 0.387760e6, 0.961224},
+                                      {1.5e-3, 0.229080e6, 0.984728}};
+  for (int turn = 0; turn < 2; turn++) {
+    const PetscReal angle = 0.7 * turn, c = cos(angle), n = sin(angle);
+    LanesVector X[4];
+    Point p;
+    PetscReal s[4];
+    Rectangle(0.1, 0.37, angle, X);
+    PointOf(&CRACKS, &p);
+    for (int i = 0; i < 5; i++) {
+      const PetscReal e = rows[i][0];
+      Crack(&p, X, (PetscReal[3]){e * c * c, e * n * n, e * c * n}, s);
+      ENSURE_NEAR(s[0] + s[1], rows[i][1], 1.);
+      ENSURE_NEAR(s[0] * c * c + s[1] * n * n + 2. * s[3] * c * n, rows[i][1], 1.);
+      ENSURE_NEAR(p.history[HISTORY_MEASURE][0], rows[i][2], 1e-6);
+      ENSURE_NEAR(p.history[DM_WIDTH][0], 0.1, 1e-12);
+      const Point before = p;
+      PetscReal again[4];
+      Crack(&p, X, (PetscReal[3]){e * c * c, e * n * n, e * c * n}, again);
+      ENSURE(!memcmp(s, again, sizeof s) &&
+             !memcmp(before.history, p.history, DM_NUMBERS * sizeof *p.history));
+    }
+  }
+}
+
+/* However many steps and whatever Poisson's ratio and size: the energy of the crack. */
+static void TestFractureEnergy(void)
+{
+  for (int nu = 0; nu < 2; nu++)
+    for (int steps = 1; steps <= 1000; steps *= 10) {
+      Material m = CRACKS;
+      LanesVector X[4];
+      Point p;
+      PetscReal s[4];
+      m.poisson = 0.25 * nu;
+      Rectangle(0.2, 0.1, 0., X);
+      PointOf(&m, &p);
+      for (int i = 1; i <= steps; i++) Crack(&p, X, (PetscReal[3]){0.03 * i / steps, 0., 0.}, s);
+      ENSURE_NEAR(0.2 * p.history[HISTORY_LOST][0], 100., 1e-6);
+      ENSURE(p.history[HISTORY_MEASURE][0] > 0.999999);
+    }
+}
+
+/* Along any closed way at fixed damage nothing is made or lost; with growing damage what is lost is told. */
+static void TestCrackWork(void)
+{
+  Material m = CRACKS;
+  LanesVector X[4];
+  Point p;
+  const int steps = 20000;
+  PetscReal s[4], before[4] = {0., 0., 0., 0.}, last[3] = {0., 0., 0.};
+  m.poisson = 0.3;
+  Rectangle(0.2, 0.3, 0.4, X);
+  PointOf(&m, &p);
+  for (int round = 0; round < 2; round++) {
+    PetscReal work = 0., first = Stored(&p, last), lost = p.history[HISTORY_LOST][0];
+    for (int i = 1; i <= steps; i++) {
+      const PetscReal a = 6.283185307179586 * i / steps, b = 1. - cos(a),
+                      E[3] = {3e-4 * sin(a), -4e-4 * sin(a) + 2e-4 * b, 3e-4 * sin(2. * a) + 1e-4 * b};
+      Crack(&p, X, E, s);
+      for (int k = 0; k < 3; k++)
+        work += (k == 2 ? 2. : 1.) * 0.5 * (s[k == 2 ? 3 : k] + before[k == 2 ? 3 : k]) * (E[k] - last[k]);
+      memcpy(before, s, sizeof s), memcpy(last, E, sizeof last);
+    }
+    lost = p.history[HISTORY_LOST][0] - lost;
+    ENSURE(round ? lost < 1e-9 : lost > 50.);
+    ENSURE_NEAR(work, Stored(&p, last) - first + lost, round ? 1e-3 : 0.5);
+  }
 }
 
 int main(int argc, char **argv)
@@ -260,6 +367,9 @@ int main(int argc, char **argv)
   RUN_TEST(TestPublished);
   RUN_TEST(TestOracle);
   RUN_TEST(TestWork);
+  RUN_TEST(TestCracks);
+  RUN_TEST(TestFractureEnergy);
+  RUN_TEST(TestCrackWork);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

@@ -1,0 +1,132 @@
+"""Blocks that crack: the crack-band bar (M04) on three meshes, blocks that are wider than long, bending, refusals, ranks, restart.
+
+The law at a point, its energy and its unloading (M05) are tested in tests/unit/forces/blocks/test_laws.c."""
+
+import numpy as np
+from driver import changed, checksums
+from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
+from quoin_tools.mesh.stacks import quad_patch
+
+WHAT = "blocks that crack: bar with one weak block, energy and softening whatever the blocks (M04), ranks, restarts, refusals"
+SOURCE = "sigma = (1 - d) E eps, crack band: B = Gf/(h ft) - e0/2, in closed form for a bar of n blocks of which one cracks"
+
+E, FT, GF = 10e9, 1e6, 100.0
+BAR = {"density": 240, "young": E, "poisson": 0, "law": "damage", "tension": FT, "fracture_energy": GF}
+
+
+def bar(nx, ny=1, triangles=False):
+    """1 m by 1 m in nx by ny blocks; those of the middle column are 0.1 % weaker."""
+    mesh = rectangle(0, 0, 1, 1, nx, ny, group="bar")
+    mesh.group_names, mesh.group_rigid = ["bar", "weak"], np.zeros(2, dtype=np.int32)
+    middle = mesh.vertices[mesh.blocks[:, :4]][..., 0].mean(axis=1)
+    mesh.block_group[np.abs(middle - (nx // 2 + 0.5) / nx) < 1e-9] = 1
+    return split_triangles(mesh) if triangles else mesh
+
+
+def pulled(case, mesh, way, ranks=1, strain="small", **more):
+    """The right end moves by `way` in 1 s, thousands of times as slow as waves."""
+    v = way / 0.95
+    scene = {"strain": strain, "materials": {"bar": BAR | more, "weak": BAR | {"tension": 0.999 * FT} | more},
+             "supports": {"left": {"fix": "x"}, "bottom": {"fix": "y"}, "right": {"fix": "x", "motion": "way.csv", "quantity": "velocity"}},
+             "stages": [{"pull": {"type": "dynamic", "loads": [], "duration": 1.0, "alpha": 600, "dt_factor": 0.4}}], "relaxation": {"history_every": 20}}  # fmt: skip
+    folder = case.prepare(mesh, scene)
+    (folder / "way.csv").write_text(f"0, 0, 0\n0.1, {v!r}, 0\n1, {v!r}, 0\n")
+    return case.again(folder, ranks=ranks)
+
+
+def end_at(stress, h, length=1.0):
+    """End displacement [m] of the bar where the weak block, on its way down, bears this part of ft."""
+    e0 = 0.999 * FT / E
+    B = GF / (h * 0.999 * FT) - e0 / 2
+    kappa = e0 - B * np.log(stress / 0.999)
+    return (length - h) * stress * FT / E + h * kappa
+
+
+def run(case):
+    meshes(case)
+    others(case)
+    refused(case)
+    ranks_and_restart(case)
+
+
+def told(result, stage="pull"):
+    return result.stage_summary(stage)["laws"]["weak"]
+
+
+def meshes(case):
+    """M04: 5, 10, 20 blocks. Numbers of another program beside the closed form."""
+    published = {5: (104.083, 122.383, 180.849, 293.616), 10: (103.199, 120.849, 180.897, 299.095), 20: (102.757, 120.082, 180.920, 301.834)}
+    levels = np.array([0.8, 0.5, 0.2, 0.05])
+    for n, numbers in published.items():
+        h = 1 / n
+        case.check(f"{n} blocks: closed form of the end displacement at 0.8, 0.5, 0.2, 0.05 ft against published numbers [um]", 1e6 * end_at(levels, h), numbers, relative=2e-3)
+        result = pulled(case, bar(n), 900e-6)
+        history = result.history
+        force, u = -history["left_fx_N"], history["bottom_right_ux_m"]
+        down = np.argmax(np.abs(force))
+        way = np.interp(-levels * FT, -np.abs(force[down:]), u[down:])
+        case.check(f"{n} blocks: end displacement at these stresses, on the way down [um]", 1e6 * way, 1e6 * end_at(levels, h), relative=3e-3)
+        case.check("... energy lost in the crack [J/m2]", told(result)["lost"], GF, relative=0.01)
+        case.check("... in the other blocks, which have hardly cracked", result.stage_summary("pull")["laws"]["bar"]["lost"], 0.0, absolute=0.1)
+        stage = result.stage("pull")
+        case.check("... crack width: end displacement less what the bar is stretched [um]", 1e6 * told(result)["crack_width"], 1e6 * (u[-1] - np.abs(force[-1]) / E), absolute=0.05)
+        weak = result.mesh.block_group == 1
+        case.check("... the same in the results, by block", [stage.damage[weak].max(), stage.crack_width[weak].max(), stage.lost[weak].sum()],
+                   [told(result)[key] for key in ("damage", "crack_width", "lost")], relative=1e-12)
+        energy = result.stage_summary("pull")["energy"]
+        case.check("... balance of the account over the work of the support", energy["balance"] / energy["supports"], 0, absolute=1e-5)
+
+
+def others(case):
+    """Blocks four times as wide as across the crack, or as long; four points; triangles; Poisson's ratio; large strain."""
+    for name, mesh, more in (("wide blocks", bar(11, 3), {}), ("long blocks", bar(3, 8), {}), ("four points", bar(5), {"element": "full"}), ("triangles", bar(5, triangles=True), {}),
+                             ("Poisson's ratio 0.2", bar(5), {"poisson": 0.2})):  # fmt: skip
+        result = pulled(case, mesh, 1200e-6, **more)
+        case.check(f"{name}: energy lost in the crack [J/m2]", told(result)["lost"], GF, relative=0.02)
+    large = pulled(case, bar(5), 900e-6, strain="large")
+    case.check("large strain: energy lost in the crack [J/m2]", told(large)["lost"], GF, relative=0.02)
+
+
+def refused(case):
+    """A block of 2 E Gf/ft^2 = 2 m across a crack gives back as much as the crack takes."""
+    scene = {"materials": {"bar": BAR}, "supports": {"left": {"fix": "xy"}}, "loads": {"pull": {"type": "traction", "faces": "right", "value": [1e4, 0]}}, "stages": [{"pull": {"loads": ["pull"]}}]}
+    case.check("a block of 1.99 m by 1.99 m is taken", case.run(rectangle(0, 0, 1.99, 1.99, 1, 1, group="bar"), scene).exit_code, 0)
+    for sides in ((2.01, 1.0), (1.0, 2.01)):
+        result = case.run(rectangle(0, 0, *sides, 1, 1, group="bar"), scene)
+        case.check(f"a block of {sides[0]} m by {sides[1]} m: refused in one line with the number",
+                   [result.exit_code, result.stderr.count("\n"), "block 0 is 2.01 m wide across a crack" in result.stderr, "less than 2 m" in result.stderr], [2, 1, True, True])
+
+
+# ---- ranks, restart
+
+
+def wall():
+    """A wall that water cracks at its heel, on elastic ground; then shaken."""
+    mesh = join([renamed(rectangle(-2, -2, 8, 2, 8, 3, group="ground"), {"bottom": "bottom"}, {}),
+                 renamed(quad_patch((0, 0), (3, 0), (2, 6), (0, 6), 8, 8, group="block"), {"upstream": "left"}, {})])  # fmt: skip
+    weak = {"density": 2400, "young": 10e9, "poisson": 0.2, "law": "damage", "tension": 1e4, "fracture_energy": 10}
+    return mesh, {
+        "strain": "large", "materials": {"ground": {"density": 2400, "young": 10e9, "poisson": 0.2}, "block": weak},
+        "joints": {"default": {"k_n": 2e10, "k_s": 1e10, "friction": 60, "cohesion": 1e6, "tension": 1e6}},
+        "supports": {"bottom": {"fix": "xy"}}, "relaxation": {"max_cycles": 40000, "ramp": 1000},
+        "loads": {"weight": {"type": "self_weight"}, "water": {"type": "reservoir", "faces": "upstream", "level": 6}},
+        "stages": [{"own": {"loads": ["weight"]}}, {"full": {"loads": ["weight", "water"]}}, {"empty": {"loads": ["weight"]}},
+                   {"shaken": {"type": "dynamic", "loads": ["weight", "water"], "duration": 0.02}}]}  # fmt: skip
+
+
+def ranks_and_restart(case):
+    mesh, scene = wall()
+    folder = case.prepare(mesh, changed(scene, ("checkpoint", {"every": 400, "keep": 1000})))
+    first = case.again(folder)
+    case.check("all stages end well", [s["verdict"] for s in first.summary["stages"]], ["converged"] * 3 + ["completed"])
+    damage = [first.stage_summary(s["name"])["laws"]["block"]["damage"] for s in first.summary["stages"]]
+    case.check("full, it cracks; emptied, it stays cracked", [damage[0] == 0, damage[1] > 0.5, damage[2] == damage[1]], [True] * 3)
+    widths = [first.stage_summary(name)["laws"]["block"]["crack_width"] for name in ("full", "empty")]
+    case.check("... and the cracks close", bool(widths[1] < 0.2 * widths[0]), True)
+    case.again(folder, "-output", "kept")
+    for ranks in (2, 3, 4):
+        case.check(f"checksums on {ranks} ranks", checksums(case.run(mesh, scene, ranks=ranks)), checksums(first))
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
+        again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
+        case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
