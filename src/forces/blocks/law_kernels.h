@@ -83,6 +83,15 @@ KERNEL void LawT3(int law, const LanesLaw *c, const LanesVector *X, const LanesV
   T3Sum(&T, x1, x2, thickness, f);
 }
 
+/* Books what is lost as the stiffness against bending falls. density: [J/m3] stored by the whole of it. */
+KERNEL void KeepSoft(const LanesHistory *history, Lanes before, Lanes whole, Lanes density)
+{
+  PetscReal *lost = history->to + LANES * HISTORY_LOST, *soft = history->to + LANES * HISTORY_SOFT;
+  const Lanes now = 1. - whole;
+  StoreLanes(lost, LoadLanes(lost) + Keep(history->here, (now - before) * density));
+  StoreLanes(soft, Select(history->here, now, LoadLanes(soft)));
+}
+
 KERNEL void LawOnePoint(int law, const LanesLaw *c, const LanesMaterial *m, const LanesVector *X,
                         const LanesVector *u, PetscReal thickness, int large, const LanesHistory *history,
                         LanesVector *f)
@@ -91,8 +100,10 @@ KERNEL void LawOnePoint(int law, const LanesLaw *c, const LanesMaterial *m, cons
   const LanesModes XM = Q4Modes(X), uM = Q4Modes(u);
   const LanesModes x = large ? ModesAdd(&XM, &uM) : XM;
   LanesHourglass o = Hourglass(&XM, &uM, &x, m);
+  const Lanes soft = LoadLanes(history->from + LANES * HISTORY_SOFT);
   Lanes whole;
   const LanesTensor T = LawNatural(law, c, o.J, o.g1, o.g2, &o.G, large, &shape, history, &whole);
+  if (history->to) KeepSoft(history, soft, whole, VectorDot(o.p, o.c) / (8. * o.J));
   o.c = (LanesVector){whole * o.c.x, whole * o.c.y};
   Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
 }

@@ -7,10 +7,11 @@
 #pragma once
 #include "forces/blocks/blocks.h"
 
-/* Every history begins with these two; what else it has is its law's own. */
+/* Every history begins with these three; what else it has is its law's own. */
 enum {
   HISTORY_LOST,    /* [J/m3] dissipated so far, per reference volume */
   HISTORY_MEASURE, /* [-] of what is lost for good: plastic strain */
+  HISTORY_SOFT,    /* [-] what is gone of the stiffness against bending of a block of one point */
   HISTORY_OWN,
   HISTORY_MOST = 8 /* numbers of a point */
 };

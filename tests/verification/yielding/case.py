@@ -4,10 +4,10 @@ The return of a point is tested by itself, in tests/unit/forces/blocks/test_laws
 
 import numpy as np
 from driver import changed, checksums
-from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles, structured
+from quoin_tools.mesh.meshing import face_set_on, graded, join, rectangle, renamed, split_triangles, structured
 from quoin_tools.mesh.stacks import quad_patch
 
-WHAT = "blocks that yield: held and free block (M02), thick ring (M03), history over stages, unloading, energy, ranks, restarts"
+WHAT = "blocks that yield: held and free block (M02), thick ring and footing (M03), history over stages, unloading, energy, ranks, restarts"
 SOURCE = "Mohr-Coulomb with tension cut-off in plane strain: 2 c cos/(1 - sin), edge return by hand, numbers of another program"
 
 E, NU = 20e9, 0.2
@@ -33,6 +33,7 @@ def run(case):
     free(case)
     collapses(case)
     ring(case)
+    footing(case)
     ranks_and_restart(case)
     refused(case)
     told(case)
@@ -155,7 +156,37 @@ def ring(case):
     case.check("... displacement of the wall with 40 blocks [mm]", wall[-1], 1.8710, relative=0.02)
     case.check("... its error falls at least as the size of the blocks: two halvings", bool((1.8710 - wall[2]) < (1.8710 - wall[0]) / 4), True)
     for dilation, expected in ((10, 1.9936), (35, 2.9129)):
-        case.check(f"... dilation {dilation}: wall [mm]", pressed_ring(case, 40, dilation)[0], expected, relative=0.03)
+        case.check(f"... dilation {dilation}: wall [mm]", pressed_ring(case, 40, dilation)[0], expected, relative=0.02)
+
+
+# ---- strip footing
+
+
+def pressed_footing(case, n, friction, way):
+    """Reaction over cohesion times width of half a rough footing of 2 m, n blocks wide, on weightless soil; balance over work.
+
+    The soil yields to half a block beside the footing, so the width is that of the blocks plus half a block."""
+    x = np.concatenate([np.linspace(0, 1, n + 1), 1 + graded(1 / n, 9.0, int(3.2 * n))[1:]])
+    mesh = structured(np.stack(np.meshgrid(x, -graded(1 / n, 5.0, int(2.2 * n))[::-1]), axis=-1), group="soil")
+    mesh.face_sets["footing"] = face_set_on(mesh, (0, 0), (1, 0))
+    soil = {"density": 2000, "young": 1e8, "poisson": 0.3, "law": "mohr_coulomb", "cohesion": 1e5, "friction": friction, "dilation": friction}
+    scene = {"strain": "small", "materials": {"soil": soil}, "relaxation": {"history_every": 100},
+             "supports": {"bottom": {"fix": "xy"}, "left": {"fix": "x"}, "right": {"fix": "x"}, "footing": {"fix": "xy", "motion": "way.csv", "quantity": "velocity"}},
+             "stages": [{"press": {"type": "dynamic", "loads": [], "duration": 3.0, "alpha": 10, "dt_factor": 0.5}}]}  # fmt: skip
+    folder = case.prepare(mesh, scene)
+    (folder / "way.csv").write_text(f"0, 0, 0\n0.5, 0, {-way / 2.75!r}\n3, 0, {-way / 2.75!r}\n")
+    result = case.again(folder)
+    energy = result.stage_summary("press")["energy"]
+    return abs(result.history["footing_fy_N"][-1]) / 1e5 / (1 + 0.5 / n), energy["balance"] / energy["supports"]
+
+
+def footing(case):
+    """M03: Prandtl's 2 + pi. Blocks of one point come down to it from above as they become smaller."""
+    found, balance = zip(*(pressed_footing(case, n, 0, 0.08) for n in (4, 8, 16)))
+    error = np.array(found) / (2 + np.pi) - 1
+    case.check("footing, friction 0, 16 blocks: bearing capacity over cohesion", found[-1], 2 + np.pi, relative=0.03)
+    case.check("... from above, and the finer the nearer: errors with 4, 8, 16 blocks", bool(error[0] > 1.3 * error[1] > 1.3 * 1.3 * error[2] > 0), True)
+    case.check("... balance of the account over the work of the support", balance, 0, absolute=1e-4)
 
 
 # ---- ranks, restart
