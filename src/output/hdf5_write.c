@@ -1,6 +1,7 @@
 /* hdf5_write.c: writes datasets and attributes of an HDF5 file, each in one call; see hdf5_write.h. */
 #include "output/output.h"
 #include "output/hdf5_write.h"
+#include <stdlib.h>
 #include <string.h>
 
 #define MEMORY_INT (sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32)
@@ -67,4 +68,19 @@ int Hdf5WriteNumber(hid_t where, const char *name, double value)
 int Hdf5WriteCount(hid_t where, const char *name, long long value)
 {
   return Hdf5WriteAttribute(where, name, H5T_STD_I64LE, H5T_NATIVE_LLONG, &value);
+}
+
+int Hdf5WriteColumns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
+                     int width, int first)
+{
+  PetscReal *copy;
+  int columns = 1;
+  for (int i = 1; i < rank; i++) columns *= (int)dims[i];
+  copy = malloc(((size_t)dims[0] * columns + 1) * sizeof(*copy));
+  if (!copy) return -1;
+  for (size_t i = 0; i < dims[0]; i++)
+    memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
+  const int error = Hdf5WriteReals(group, name, rank, dims, copy);
+  free(copy);
+  return error;
 }

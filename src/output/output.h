@@ -21,10 +21,10 @@ enum {
   BLOCK_MEASURE = 23, /* here begins what material laws with a history tell */
   BLOCK_OPENING = BLOCK_MEASURE + MATERIAL_LAWS - 1,
   BLOCK_LOST,
-  BLOCK_WIDTH /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses (4,3)
-                 [Pa], change of temperature [K], stress across the plane [Pa], 1: it is built; of each law but the elastic one its
-                 measure (laws.h) [-]; width of a crack [m]; energy lost for good [J]; NaN where the kind of block
-                 has none */
+  BLOCK_WIDTH /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
+                 (4,3) [Pa], change of temperature [K], stress across the plane [Pa], 1: it is built; of each
+                 law but the elastic one its measure (laws.h) [-]; width of a crack [m]; energy lost for good
+                 [J]; NaN where the kind of block has none */
 };
 typedef struct {
   PetscReal point[2], displacement[2]; /* [m] of P, reference and displacement */

@@ -9,22 +9,6 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Writes one column, or some neighbouring columns, of a table of reals. dims[0] is the number of rows. */
-static int write_columns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
-                         int width, int first)
-{
-  PetscReal *copy;
-  int columns = 1;
-  for (int i = 1; i < rank; i++) columns *= (int)dims[i];
-  copy = malloc(((size_t)dims[0] * columns + 1) * sizeof(*copy));
-  if (!copy) return -1;
-  for (size_t i = 0; i < dims[0]; i++)
-    memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
-  const int error = Hdf5WriteReals(group, name, rank, dims, copy);
-  free(copy);
-  return error;
-}
-
 /* ---- the mesh part */
 
 static int write_topology(hid_t group, const MeshFields *mesh)
@@ -90,7 +74,7 @@ static int write_laws(hid_t group, hsize_t nb, const PetscReal *block)
     const char *name = k == BLOCK_LOST      ? "lost"
                        : k == BLOCK_OPENING ? "crack_width"
                                             : LawMeasure((MaterialLaw)(k - BLOCK_MEASURE + 1));
-    if (BlockHas(nb, block, k)) error = write_columns(group, name, 1, &nb, block, BLOCK_WIDTH, k);
+    if (BlockHas(nb, block, k)) error = Hdf5WriteColumns(group, name, 1, &nb, block, BLOCK_WIDTH, k);
   }
   return error;
 }
@@ -101,17 +85,17 @@ static int write_body_fields(hid_t group, const Scene *scene, const MeshFields *
   const hsize_t nv = mesh->n_vertices, nb = mesh->n_blocks;
   const hsize_t plane[2] = {nv, 2}, tensor[2] = {nb, 3}, gauss[3] = {nb, 4, 3};
   const PetscReal *block = fields->block;
-  return write_columns(group, "displacement", 2, plane, fields->vertex, VERTEX_WIDTH, 0) ||
-         write_columns(group, "stress", 2, tensor, block, BLOCK_WIDTH, 0) ||
-         write_columns(group, "s1", 1, &nb, block, BLOCK_WIDTH, 3) ||
-         write_columns(group, "s2", 1, &nb, block, BLOCK_WIDTH, 4) ||
-         write_columns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
-         write_columns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
-         write_columns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
-         (SceneBuilds(scene) && write_columns(group, "built", 1, &nb, block, BLOCK_WIDTH, 22)) ||
-         (SceneHasHeat(scene) && write_columns(group, "temperature", 1, &nb, block, BLOCK_WIDTH, 20)) ||
+  return Hdf5WriteColumns(group, "displacement", 2, plane, fields->vertex, VERTEX_WIDTH, 0) ||
+         Hdf5WriteColumns(group, "stress", 2, tensor, block, BLOCK_WIDTH, 0) ||
+         Hdf5WriteColumns(group, "s1", 1, &nb, block, BLOCK_WIDTH, 3) ||
+         Hdf5WriteColumns(group, "s2", 1, &nb, block, BLOCK_WIDTH, 4) ||
+         Hdf5WriteColumns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
+         Hdf5WriteColumns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
+         Hdf5WriteColumns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
+         (SceneBuilds(scene) && Hdf5WriteColumns(group, "built", 1, &nb, block, BLOCK_WIDTH, 22)) ||
+         (SceneHasHeat(scene) && Hdf5WriteColumns(group, "temperature", 1, &nb, block, BLOCK_WIDTH, 20)) ||
          (SceneHasHeat(scene) && scene->plane == PLANE_STRAIN &&
-          write_columns(group, "stress_z", 1, &nb, block, BLOCK_WIDTH, 21)) ||
+          Hdf5WriteColumns(group, "stress_z", 1, &nb, block, BLOCK_WIDTH, 21)) ||
          write_laws(group, nb, block) ||
          (fields->safety && (Hdf5WriteReals(group, "safety_factor", 1, &nb, fields->safety) ||
                              Hdf5WriteInts(group, "safety_mode", nb, 0, fields->safety_mode))) ||

@@ -161,7 +161,8 @@ KERNEL void SeeAt(const Elements *e, PetscInt first, int point, SeenPoint *p)
   const LanesHistory block = LoadHistory(e->history, first, width, 1, 0);
   p->law = LoadLaw(e->history, e->group + first, p->mixed);
   p->material = MaterialOf(&p->law);
-  for (int i = 0; i < width; i++) p->from[i] = LoadLanes(block.from + LANES * (width * point + i));
+  for (int i = 0; i < HISTORY_MOST; i++)
+    p->from[i] = i < width ? LoadLanes(block.from + LANES * (width * point + i)) : LanesOf(0.);
 }
 
 KERNEL LanesStress StressSeen(MaterialLaw law, const SeenPoint *p, const LanesTensor *E, Lanes *whole)
@@ -239,6 +240,7 @@ void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const Lan
 
 void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold *told)
 {
+  for (PetscInt i = 0; i < e->n; i++) told[i] = (LawTold){0., -1., 0.};
   for (PetscInt first = 0; first < e->n; first += LANES) {
     const PetscInt *vertex = LaneVertices(e, e->n_nodes, first);
     LanesVector V[4], U[4];
@@ -254,7 +256,6 @@ void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold 
       (void)StoredSeen(e->law, &p, &E, &opening);
       for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
         LawTold *t = told + first + lane;
-        if (!k) *t = (LawTold){0., -1., 0.};
         t->lost += lost[lane];
         t->measure = PetscMax(t->measure, p.from[HISTORY_MEASURE][lane]);
         t->opening = PetscMax(t->opening, opening[lane]);
