@@ -291,21 +291,21 @@ static void fill_constants(const Material *material, const Model *m, PetscInt g,
    sides; see WidthAcross. */
 static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block)
 {
-  PetscInt v[4];
-  PetscReal area, centre[2], polar, least = PETSC_MAX_REAL;
-  for (int k = 0; k < e->n_nodes; k++) v[k] = VertexOf(e, block, k);
-  BlockGeometry(m->X, v, e->n_nodes, &area, centre, &polar);
+  const PetscReal *first = m->X + 2 * VertexOf(e, block, 0);
+  PetscReal twice = 0., least = PETSC_MAX_REAL;
   for (int k = 0; k < e->n_nodes; k++) {
-    const PetscReal *A = m->X + 2 * v[k], *B = m->X + 2 * v[(k + 1) % e->n_nodes];
-    const PetscReal side[2] = {B[0] - A[0], B[1] - A[1]}, length = hypot(side[0], side[1]);
-    PetscReal extent = 0.;
+    const PetscReal *A = m->X + 2 * VertexOf(e, block, k),
+                    *B = m->X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes);
+    const PetscReal side[2] = {B[0] - A[0], B[1] - A[1]};
+    PetscReal most = 0.;
     for (int i = 0; i < e->n_nodes; i++) {
-      const PetscReal *C = m->X + 2 * v[i];
-      extent = PetscMax(extent, (side[0] * (C[1] - A[1]) - side[1] * (C[0] - A[0])) / length);
+      const PetscReal *C = m->X + 2 * VertexOf(e, block, i);
+      most = PetscMax(most, side[0] * (C[1] - A[1]) - side[1] * (C[0] - A[0]));
     }
-    least = PetscMin(least, extent);
+    twice += (A[0] - first[0]) * side[1] - (A[1] - first[1]) * side[0];
+    least = PetscMin(least, most / hypot(side[0], side[1]));
   }
-  return (e->n_nodes == 3 ? 2. : 1.) * area / least;
+  return (e->n_nodes == 3 ? 1. : 0.5) * twice / least;
 }
 
 /* Refuses blocks that would give back more energy than the crack takes. */
