@@ -112,7 +112,7 @@ PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *m)
   for (PetscInt i = scene->n_stages; i-- > 0;)
     if (scene->stages[i].kind == STAGE_DYNAMIC) stage = scene->stages[i].name;
   for (PetscInt i = 0; i < scene->n_supports; i++)
-    if (scene->supports[i].boundary != BOUNDARY_FIXED) moves = PETSC_TRUE;
+    if (scene->supports[i].boundary != BOUNDARY_FIXED || scene->supports[i].motion[0]) moves = PETSC_TRUE;
   for (PetscInt d = 0; d < m->n_dof && !moves; d++) moves = (PetscBool)!Held(m, d);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPIU_BOOL, MPI_LOR, m->comm));
   if (stage && !moves)
