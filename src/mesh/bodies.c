@@ -109,12 +109,12 @@ static void keep_set(const BlockMesh *mesh, const char *name, PetscBool *inner)
       keep_face(mesh, set->faces[2 * i], set->faces[2 * i + 1], inner);
 }
 
-/* Keeps what has dashpots, a prescribed motion or added mass in time: supports that move or let waves out,
+/* Keeps what has dashpots, a prescribed motion, a force that histories tell, or added mass in time: supports,
    and faces under water that moves. */
 static void keep_in_time(const Scene *scene, const BlockMesh *mesh, PetscBool *inner)
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
-    if (s->motion[0] || s->boundary != BOUNDARY_FIXED) keep_set(mesh, s->target, inner);
+    keep_set(mesh, s->target, inner);
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++)
     if (load->kind == LOAD_ADDED_MASS) keep_set(mesh, load->target, inner);
 }
@@ -135,7 +135,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
         inner[mesh->blocks[i]] = (PetscBool)!pass;
   if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
   if (bodies->n_condensed) PetscCall(keep_anchors(scene, mesh, inner));
-  if (bodies->n_condensed && SceneInTime(scene)) keep_in_time(scene, mesh, inner);
+  if (bodies->n_condensed && SceneVibrates(scene)) keep_in_time(scene, mesh, inner);
   for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
   bodies->inner = inner;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -71,28 +71,23 @@ static void check_target(const Scene *scene, const BlockMesh *mesh, int kinds, c
 
 /* ------------------------------------------------------------------------------------------------------ */
 
-// What a condensed group must have where a stage is dynamic.
-static void check_in_time(const Scene *scene, const Material *m, const char *key, char *message)
+// What a condensed group must have where a stage is dynamic or asks for modes.
+static void check_vibrating(const Scene *scene, const Material *m, const char *key, char *message)
 {
   const Stage *stage = scene->stages;
-  if (!SceneInTime(scene)) return;
-  while (stage->kind != STAGE_DYNAMIC) stage++;
+  if (!SceneVibrates(scene)) return;
+  while (stage->kind != STAGE_DYNAMIC && stage->kind != STAGE_MODES) stage++;
+  const char *of = stage->kind == STAGE_MODES ? "of type modes" : "dynamic";
   if (PetscIsNanReal(m->highest_frequency))
     Complain(message, scene->file, m->line, key,
-             "highest_frequency is missing [Hz]: condensed, and stage %s is dynamic: bodies keep their "
+             "highest_frequency is missing [Hz]: condensed, and stage %s is %s: bodies keep their "
              "vibrations up to it",
-             stage->name);
+             stage->name, of);
   if (!(m->density > 0.))
     Complain(message, scene->file, m->line, key,
-             "density: condensed, and stage %s is dynamic: expected a density > 0", stage->name);
-  if (m->velocity[0] != 0. || m->velocity[1] != 0. || m->spin != 0.)
+             "density: condensed, and stage %s is %s: expected a density > 0", stage->name, of);
+  if (SceneInTime(scene) && (m->velocity[0] != 0. || m->velocity[1] != 0. || m->spin != 0.))
     Complain(message, scene->file, m->line, key, "velocity: a condensed body starts at rest");
-  for (stage = scene->stages; stage < scene->stages + scene->n_stages; stage++)
-    if (stage->kind == STAGE_DYNAMIC && BetaOf(m, stage) > 0.)
-      Complain(message, scene->file, m->line, key,
-               "beta: condensed, and stage %s is dynamic: condensed bodies have no such damping; expected "
-               "beta: 0",
-               stage->name);
 }
 
 // Completes a material: a deformable group needs elastic constants, a rigid one has none.
@@ -111,12 +106,7 @@ static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscIn
   if (m->condensed && !m->macroblocks)
     Complain(message, scene->file, m->line, key,
              "condensed, but macroblocks is false: a single block has no inside");
-  for (PetscInt s = 0; m->condensed && s < scene->n_stages; s++)
-    if (scene->stages[s].kind == STAGE_MODES)
-      Complain(message, scene->file, m->line, key,
-               "condensed, but stage %s is of type modes: its modes would lack what is inside",
-               scene->stages[s].name);
-  if (m->condensed) check_in_time(scene, m, key, message);
+  if (m->condensed) check_vibrating(scene, m, key, message);
   if (!m->rigid && PetscIsNanReal(m->young))
     Complain(message, scene->file, m->line, key, "young is missing [Pa] (or rigid: true)");
   if (!m->rigid && PetscIsNanReal(m->poisson))
@@ -190,9 +180,10 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
     snprintf(key, sizeof key, "supports.%s", s->name);
     check_target(scene, mesh, GROUPS | FACE_SETS | POINTS, s->target, s->line, key, message);
     const PetscInt group = find_group(mesh, s->target);
-    if (SceneInTime(scene) && s->motion[0] && group >= 0 && scene->materials[group].condensed)
+    if (SceneInTime(scene) && group >= 0 && scene->materials[group].condensed)
       Complain(message, scene->file, s->line, key,
-               "moves the condensed group %s as a whole: expected a face set of it", s->target);
+               "holds the condensed group %s as a whole, and a stage is dynamic: expected a face set of it",
+               s->target);
   }
 }
 

@@ -230,8 +230,8 @@ typedef struct {
   PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
   PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
   PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
-  PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, when they
-                            were last recovered; not in f. NULL: no condensed bodies; condense.c */
+  PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, at the
+                            last look or recovery; not in f. NULL: no condensed bodies; condense_in_time.c */
   PetscInt lifts_stage;  /* the stage that has begun: its groups are placed; lifts.c */
   PetscReal *reset;      /* [m, rad] as u: displacements that are written count from these; NULL: from 0;
                             lifts.c */
@@ -270,7 +270,10 @@ typedef struct {
   PetscReal friction;                /* lost in joints, dashpots included: their work less what they store */
   PetscReal damping;                 /* lost to alpha and to beta */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */
-  PetscReal balance;                 /* what came in less what is there or lost; 0 is exact */
+  PetscBool reduced;                 /* condensed bodies lack modes */
+  PetscReal lacking[2];              /* [-] by what stresses and frequencies are off for it; NaN: not known */
+  PetscReal haste;   /* [-] mean frequency of kept vertices over the first one that is lacking */
+  PetscReal balance; /* what came in less what is there or lost; 0 is exact */
 } Energies;
 
 /* The effort of a stage, with all its trials. */
@@ -407,6 +410,11 @@ static inline PetscReal DofMass(const Model *m, PetscInt d)
 {
   const PetscInt at = 3 * m->n_bodies;
   return d < at ? m->body_mass[2 * (d / 3) + (d % 3 == 2)] : m->vertex_mass[(d - at) / 2];
+}
+/* Whether a list of Model.elements is one of rigid bodies. */
+static inline PetscBool ListIsRigid(const Model *m, const Elements *list)
+{
+  return (PetscBool)(list >= m->elements + DEFORMABLE_LISTS && list < m->elements + MOVING_LISTS);
 }
 /* Whether it is one of a kept vertex of a condensed body. */
 static inline PetscBool IsCondensed(const Model *m, PetscInt d)

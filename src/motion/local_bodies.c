@@ -10,6 +10,8 @@
 
    a_q = f_q / w - H' a_B,   (M_BB + dt/2 D_BB - w H H') a_B = f_B - H f_q.
 
+   Damping by stiffness is a force, of the velocity before: among f, and -beta Omega^2 q'- beside -Omega^2 q.
+
    The body belongs to one rank, and its sums run in one order, so bits do not depend on the ranks.
 
    Vertices that one support holds move alike: along each direction they are one degree of freedom, of
@@ -244,7 +246,8 @@ static void find_forces(const Local *l, const LocalBody *b, const State *s, cons
     const PetscInt d = b->dof[i];
     kept[i] = s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v[i] - ground[(d - at) % 2]);
   }
-  for (PetscInt k = 0; k < b->of->n_modes; k++) modes[k] = -b->of->omega2[k] * q[k];
+  for (PetscInt k = 0; k < b->of->n_modes; k++)
+    modes[k] = -b->of->omega2[k] * (q[k] + b->of->beta_now * b->modes[V_BEFORE][k]);
   if (s->alpha != 0.) {
     for (PetscInt i = 0; i < b->n_free; i++)
       kept[i] -= drag_of(s, b->kept[MOMENTUM][i], b->along + 2 * i, ground);
@@ -271,13 +274,14 @@ static void accelerate(const Local *l, LocalBody *b, const State *s, const Petsc
     b->modes[ACCELERATION][k] = b->modes[FORCE][k] / whole - b->modes[ROOM][k];
 }
 
-/* Books the works of the step at one degree of freedom: velocities and momenta before and behind it. The
-   force that takes it along. */
-static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], PetscInt i,
+/* Books the works of the step at one degree of freedom: velocities and momenta before and behind it. damper:
+   [kg/s] of its own, which knows the velocity before. The force that takes it along. */
+static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], PetscInt i, PetscReal damper,
                           const PetscReal *along, const PetscReal ground[2], PetscReal works[LOCAL_WORKS])
 {
   const PetscReal before = x[MOMENTUM][i], behind = x[MOMENTUM_BEHIND][i], v_0 = x[V_BEFORE][i],
-                  v_1 = x[V_BEHIND][i], drag = drag_of(s, 0.5 * (before + behind), along, ground);
+                  v_1 = x[V_BEHIND][i],
+                  drag = drag_of(s, 0.5 * (before + behind), along, ground) + damper * v_0;
   works[LOCAL_INSIDE] += 0.5 * v_0 * behind;
   works[LOCAL_DRAG] += 0.5 * s->dt * (v_0 + v_1) * drag;
   works[LOCAL_DRAG_AHEAD] += 0.5 * s->dt * v_1 * drag;
@@ -289,13 +293,13 @@ static void book_body(const Local *l, const LocalBody *b, const State *s, const 
 {
   const PetscReal *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
   for (PetscInt i = 0; i < b->n; i++) {
-    const PetscReal force = book_one(s, b->kept, i, b->along + 2 * i, ground, works);
+    const PetscReal force = book_one(s, b->kept, i, 0., b->along + 2 * i, ground, works);
     if (i < b->n_free) continue;
     works[LOCAL_SUPPORTS] += 0.5 * s->dt * (v_0[i] + v_1[i]) * force; // its support bears that
     works[LOCAL_SUPPORTS_AHEAD] += 0.5 * s->dt * v_1[i] * force;
   }
   for (PetscInt k = 0; k < b->of->n_modes; k++)
-    (void)book_one(s, b->modes, k, along_mode(b, k), ground, works);
+    (void)book_one(s, b->modes, k, b->of->beta_now * b->of->omega2[k], along_mode(b, k), ground, works);
   for (PetscInt k = 0; k < b->n_points; k++) {
     const LocalPoint *p = l->point + b->point[k];
     const PetscInt row[2] = {row_of(l, b, p, 0), row_of(l, b, p, 1)};
@@ -366,4 +370,47 @@ PetscErrorCode LocalBodiesHalfStep(Local *l, State *s, const PetscReal *v_before
   }
   l->dt = 0.; // the inverses are not those of a step
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what is lacking */
+
+/* 1/2 u.A u, with u in the room of the body. */
+static PetscReal half_product(const Condensed *c, const PetscReal *A)
+{
+  PetscReal sum = 0.;
+  DenseTimes(c->stride, c->stride, A, c->u, c->f);
+  for (PetscInt i = 0; i < c->n_kept; i++) sum += 0.5 * c->u[i] * c->f[i];
+  return sum;
+}
+
+static void find_acceleration(const LocalBody *b, PetscReal dt)
+{
+  const PetscReal *a = b->kept[ACCELERATION], *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
+  for (PetscInt i = 0; i < b->of->n_kept; i++) {
+    const PetscInt row = b->row[i];
+    b->of->u[i] = row < b->n_free ? a[row] : (v_1[row] - v_0[row]) / dt;
+  }
+}
+
+/* Adds those of one body. */
+static void add_lacking(const Model *m, const LocalBody *b, const State *s, const PetscReal *start,
+                        PetscReal works[LOCAL_WORKS])
+{
+  const Condensed *c = b->of;
+  const PetscInt at = 3 * m->n_bodies;
+  const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, next = 2. * PETSC_PI * c->next;
+  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = s->u[at + c->kept[i]] - start[at + c->kept[i]];
+  works[LOCAL_SHAKEN] += half_product(c, c->S);
+  for (PetscInt k = 0; k < c->n_modes; k++) works[LOCAL_SHAKEN] += 0.5 * c->omega2[k] * q[k] * q[k];
+  if (!c->lacking) return;
+  find_acceleration(b, s->dt);
+  works[LOCAL_LACKING] += half_product(c, c->lacking);
+  works[LOCAL_HASTE] += half_product(c, c->S) / (next * next);
+  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = b->kept[V_BEHIND][b->row[i]];
+  works[LOCAL_SPEED] += half_product(c, c->S);
+}
+
+void LocalLacking(const Local *l, const State *s, const PetscReal *start, PetscReal works[LOCAL_WORKS])
+{
+  for (const LocalBody *b = l->body; b < l->body + l->n_bodies; b++) add_lacking(l->m, b, s, start, works);
 }

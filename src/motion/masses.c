@@ -91,21 +91,37 @@ static PetscReal step_of(PetscReal m, PetscReal k, PetscReal c)
   return k > 0. ? 2. * PetscSqrtReal(m / k) : PETSC_INFINITY; // (25), (32)
 }
 
-/* The same of a condensed body, whose masses are at least those lumped at its kept vertices: with c <= g m
-   there, dt^2 omega^2 + 2 dt g <= 4. */
-static PetscErrorCode step_of_condensed(const Model *m, const Condensed *body, const PetscReal *k,
-                                        const PetscReal *c, PetscReal least[2], PetscInt worst[2])
+/* The degree of freedom that has the least step so far. */
+typedef struct {
+  PetscReal dt;     /* [s] */
+  PetscInt dof;     /* -1: none */
+  PetscReal joints; /* [-] what of the stiffness or damping comes from joints; NaN: the rows tell */
+} Least;
+
+static void take_least(PetscReal dt, PetscInt dof, PetscReal joints, Least *least)
 {
-  PetscReal omega2, g = 0.;
+  if (dt < least->dt) *least = (Least){dt, dof, joints};
+}
+
+/* The same of a condensed body, whose masses are at least those lumped at its kept vertices: with c <= g m
+   there, and its own damping by stiffness at most beta times the square of its fastest vibration without
+   springs, dt^2 omega^2 + 2 dt (g + beta omega_0^2) <= 4. */
+static PetscErrorCode step_of_condensed(const Model *m, const Condensed *body, const PetscReal *k,
+                                        const PetscReal *c, Least least[2])
+{
+  Fastest all, alone = {.omega2 = 0.};
+  PetscReal g = 0.;
   PetscFunctionBeginUser;
-  PetscCall(CondensedFastest(m, body, k, &omega2));
+  PetscCall(CondensedFastest(m, body, k, &all));
+  if (body->beta > 0.) PetscCall(CondensedFastest(m, body, NULL, &alone));
   for (PetscInt i = 0; i < body->n_kept; i++) {
     const PetscInt v = body->kept[i] / 2;
     if (!Held(m, 3 * m->n_bodies + body->kept[i])) g = PetscMax(g, c[v] / m->vertex_mass[v]);
   }
-  const PetscReal dt[2] = {step_of(1., omega2, 0.), g > 0. ? step_of(1., omega2, g) : PETSC_INFINITY};
-  for (int i = 0; i < 2; i++)
-    if (dt[i] < least[i]) least[i] = dt[i], worst[i] = 3 * m->n_bodies + body->kept[0];
+  const PetscReal drag = g + body->beta * alone.omega2;
+  take_least(step_of(1., all.omega2, 0.), all.dof, all.springs / all.omega2, least);
+  if (drag > 0.)
+    take_least(step_of(1., all.omega2, drag), g < 0.5 * drag ? alone.dof : all.dof, g / drag, least + 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -167,20 +183,22 @@ static PetscInt stiffest_joint(const Scene *scene, const Joint *joints, PetscBoo
   return stiffest;
 }
 
-/* Says in words what sets the step at degree of freedom d: blocks, joints, or what damps them. all: rows of
-   all terms at vertices. */
-static PetscErrorCode name_what_sets(const Instant *now, const Stage *stage, PetscBool anywhere, PetscInt d,
-                                     const PetscReal *all, PetscBool damped, char words[])
+/* Says in words what sets the least step: blocks, joints, or what damps them. all: rows of all terms at
+   vertices. */
+static PetscErrorCode name_what_sets(const Instant *now, const Stage *stage, PetscBool anywhere,
+                                     const Least *least, const PetscReal *all, PetscBool damped, char words[])
 {
   const Model *m = now->m;
-  const PetscInt v = vertex_of(m, d), at = 3 * m->n_bodies;
+  const PetscInt d = least->dof, v = vertex_of(m, d), at = 3 * m->n_bodies;
   const PetscReal *X = d < at ? m->body_X + 2 * (d / 3) : m->X + 2 * v;
   const char *group = m->group_names[group_at(m, v)];
   PetscReal *joints;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &joints));
   PetscCall((damped ? Contacts_term.drag : Contacts_term.bound)(NULL, now, anywhere, joints));
-  if (row_of(m, d, joints) < 0.5 * row_of(m, d, all))
+  const PetscReal of_joints = PetscIsNanReal(least->joints) ? row_of(m, d, joints) / row_of(m, d, all)
+                                                            : least->joints;
+  if (of_joints < 0.5)
     PetscCall(PetscSNPrintf(words, STEP_WORDS, "%s group %s at x = %.4g m, y = %.4g m",
                             damped ? "beta of" : "blocks of", group, (double)X[0], (double)X[1]));
   else
@@ -211,8 +229,8 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   const Instant now = {.scene = scene, .m = m, .joints = stage->joints, .contacts = contacts};
   // contacts that never change need no room for others
   const PetscBool anywhere = (PetscBool)(!PetscIsNanReal(stage->dt_factor) || stage->variable);
-  PetscReal *k, *c, least[2] = {PETSC_INFINITY, PETSC_INFINITY};
-  PetscInt worst[2] = {-1, -1};
+  Least least[2] = {{PETSC_INFINITY, -1, NAN}, {PETSC_INFINITY, -1, NAN}};
+  PetscReal *k, *c, of_all[2];
   PetscFunctionBeginUser;
   PetscCall(true_masses(scene, m, stage, state));
   PetscCall(PetscCalloc2(m->n_vertices + DUMMY_VERTICES, &k, m->n_vertices + DUMMY_VERTICES, &c));
@@ -221,24 +239,22 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal row = row_of(m, d, k), drag = row_of(m, d, c), mass = DofMass(m, d);
     const PetscReal dt[2] = {step_of(mass, row, 0.), drag > 0. ? step_of(mass, row, drag) : PETSC_INFINITY};
-    for (int i = 0; i < 2 && !Held(m, d) && !IsCondensed(m, d); i++)
-      if (dt[i] < least[i]) least[i] = dt[i], worst[i] = d;
+    for (int i = 0; i < 2 && !Held(m, d) && !IsCondensed(m, d); i++) take_least(dt[i], d, NAN, least + i);
   }
   for (PetscInt b = 0; b < m->n_condensed; b++)
-    PetscCall(step_of_condensed(m, m->condensed + b, k, c, least, worst));
-  const PetscReal mine[2] = {least[0], least[1]};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, 2, MPIU_REAL, MPI_MIN, m->comm));
-  step->limit = least[0] < PETSC_INFINITY ? least[0] : stage->duration;
-  step->damped = least[1];
+    PetscCall(step_of_condensed(m, m->condensed + b, k, c, least));
+  for (int i = 0; i < 2; i++) of_all[i] = least[i].dt;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of_all, 2, MPIU_REAL, MPI_MIN, m->comm));
+  step->limit = of_all[0] < PETSC_INFINITY ? of_all[0] : stage->duration;
+  step->damped = of_all[1];
   step->dt = PetscMin(factor * step->limit, PetscMax(factor, DAMPED_FACTOR) * step->damped);
   const int which = factor * step->limit > step->dt;
+  const Least *mine = least + which;
   step->words[0] = '\0';
-  if (worst[which] >= 0 && mine[which] == least[which])
-    PetscCall(
-        name_what_sets(&now, stage, anywhere, worst[which], which ? c : k, (PetscBool)which, step->words));
-  PetscCall(tell_words(m, worst[which] < 0 ? PETSC_INFINITY : mine[which], least[which],
-                       worst[which] < 0 ? PETSC_MAX_INT : m->vertex_gid[vertex_of(m, worst[which])],
-                       step->words));
+  if (mine->dof >= 0 && mine->dt == of_all[which])
+    PetscCall(name_what_sets(&now, stage, anywhere, mine, which ? c : k, (PetscBool)which, step->words));
+  PetscCall(tell_words(m, mine->dof < 0 ? PETSC_INFINITY : mine->dt, of_all[which],
+                       mine->dof < 0 ? PETSC_MAX_INT : m->vertex_gid[vertex_of(m, mine->dof)], step->words));
   PetscCall(PetscFree2(k, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

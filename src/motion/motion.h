@@ -89,6 +89,12 @@ enum {
   LOCAL_LOADS,  /* work of loads on their modes */
   LOCAL_DRAG,   /* lost to damping by mass inside them */
   LOCAL_DRAG_AHEAD,
+  LOCAL_LACKING, /* of condensed bodies, summed over looks: what the modes that they lack would store if they
+                    followed at once, */
+  LOCAL_SHAKEN,  /* what the bodies store by the motion since the start of the stage, */
+  LOCAL_HASTE,   /* accelerations of kept vertices, as what they would store, over the square of the first
+                    frequency left out [J/s2], */
+  LOCAL_SPEED,   /* and velocities [J/s2] */
   LOCAL_WORKS
 };
 /* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
@@ -104,6 +110,9 @@ PetscErrorCode LocalMasses(const Local *local, LocalTake take, void *context);
    so that nothing but the state moves. */
 PetscErrorCode LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
                          PetscReal part, PetscReal works[LOCAL_WORKS]);
+/* After a step: adds to the sums over looks. start: (n_dof,) displacements at the start of the stage. */
+void LocalLacking(const Local *local, const State *state, const PetscReal *start,
+                  PetscReal works[LOCAL_WORKS]);
 /* Moves their velocities from v_before by half a step of the present forces: sign -1 back, +1
    forward. */
 PetscErrorCode LocalHalfStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],

@@ -159,24 +159,44 @@ static void take_block(const Material *material, const PetscReal stress[3], Pets
   if (factor < before || PetscIsNanReal(before)) block[ENVELOPE_MODE] = mode;
 }
 
+/* Displacements of all vertices of this rank now, those inside condensed bodies too: vertex array. */
+static PetscErrorCode displacements_now(const Problem *p, PetscReal *u)
+{
+  const Model *m = p->m;
+  const PetscInt at = 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(u, p->state->u + at, 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(CondensedInner(m, p->state->f_ext + at, u));
+  CondensedAddModes(m, p->state->modes[MODE_PLACE], u);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the order of find_blocks. Rigid blocks have no stress. */
 static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
 {
   const Model *m = p->m;
-  const PetscReal *u = p->state->u + 3 * m->n_bodies;
   const TermView view = {.m = m, .state = p->state};
   PetscInt n = 0;
+  PetscReal *u;
   PetscFunctionBeginUser;
-  for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
-    PetscReal *stress;
-    PetscCall(PetscMalloc1(3 * list->n_padded, &stress));
-    PetscCall(ElementStress(m, list, list->n_nodes, u, stress));
-    PetscCall(TermsOfBlocks(&view, list, &(BlockAnswers){.centre = stress}));
-    for (PetscInt i = 0; i < list->n; i++)
-      if (list->owned[i])
-        take_block(p->scene->materials + list->group[i], stress + 3 * i, p->state->time,
-                   e->block + ENVELOPE_BLOCK * n++);
+  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &u));
+  PetscCall(displacements_now(p, u));
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++) {
+    PetscReal *stress = NULL;
+    if (!ListIsRigid(m, list)) {
+      PetscCall(PetscMalloc1(3 * list->n_padded, &stress));
+      PetscCall(ElementStress(m, list, list->n_nodes, u, stress));
+      PetscCall(TermsOfBlocks(&view, list, &(BlockAnswers){.centre = stress}));
+    }
+    for (PetscInt i = 0; i < list->n; i++) {
+      PetscReal *block = e->block + ENVELOPE_BLOCK * n;
+      if (!list->owned[i]) continue;
+      if (stress) take_block(p->scene->materials + list->group[i], stress + 3 * i, p->state->time, block);
+      n++;
+    }
     PetscCall(PetscFree(stress));
   }
+  PetscCall(PetscFree(u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

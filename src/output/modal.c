@@ -6,7 +6,7 @@ enum { MOST_SHOWN = 12 }; /* modes on the terminal */
 PetscErrorCode VibrationDestroy(Vibration *v)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree4(v->omega2, v->mass, v->factor, v->shape));
+  PetscCall(PetscFree5(v->omega2, v->mass, v->factor, v->shape, v->error));
   PetscCall(PetscMemzero(v, sizeof(*v)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -51,13 +51,19 @@ void VibrationReport(const Problem *p)
 {
   const Vibration *v = &p->output->vibration;
   if (p->m->rank) return;
-  printf("  %4s %11s %11s %14s %14s\n", "mode", "f [Hz]", "period [s]", "mass x [%]", "mass y [%]");
+  printf("  %4s %11s %11s %14s %14s%s\n", "mode", "f [Hz]", "period [s]", "mass x [%]", "mass y [%]",
+         v->reduced ? "  too high by [%]" : "");
   for (PetscInt i = 0; i < PetscMin(v->n, MOST_SHOWN); i++) {
     const PetscReal f = VibrationHertz(v, i);
     char period[32] = "-";
     if (f > 0.) snprintf(period, sizeof(period), "%.5g", (double)(1. / f));
-    printf("  %4d %11.5g %11s %14.2f %14.2f\n", (int)i + 1, (double)f, period,
-           100. * (double)part_of(v, i, 0), 100. * (double)part_of(v, i, 1));
+    printf("  %4d %11.5g %11s %14.2f %14.2f", (int)i + 1, (double)f, period, 100. * (double)part_of(v, i, 0),
+           100. * (double)part_of(v, i, 1));
+    if (v->reduced && PetscIsNanReal(v->error[i]))
+      printf(" %16s", "not known");
+    else if (v->reduced)
+      printf(" %16.2g", 100. * (double)v->error[i]);
+    printf("\n");
   }
   if (v->n > MOST_SHOWN) printf("  %4s and %d more in summary.json\n", "", (int)(v->n - MOST_SHOWN));
   printf("  %4s %11s %11s %14.2f %14.2f\n", "all", "", "", 100. * (double)part_of(v, -1, 0),
@@ -90,7 +96,8 @@ void SummaryVibration(FILE *f, const Vibration *v)
     JsonNumber(f, "factor_x", v->factor[2 * i], ", ");
     JsonNumber(f, "factor_y", v->factor[2 * i + 1], ", ");
     JsonNumber(f, "mass_x", VibrationMass(v, i, 0), ", ");
-    JsonNumber(f, "mass_y", VibrationMass(v, i, 1), "}");
+    JsonNumber(f, "mass_y", VibrationMass(v, i, 1), v->reduced ? ", " : "}");
+    if (v->reduced) JsonNumber(f, "too_high", v->error[i], "}");
   }
   fprintf(f, "]},\n");
 }

@@ -243,6 +243,8 @@ typedef struct {
   PetscReal *mass;      /* (n,) [kg] modal mass */
   PetscReal *factor;    /* (n,2) [-] participation when the ground moves along x, y */
   PetscReal *shape;     /* (n_owned, n, 2) [-] displacements of vertices */
+  PetscReal *error;     /* (n,) [-] see InsideError; 0 without condensed bodies */
+  PetscBool reduced;    /* there are such bodies */
   PetscReal moving[2];  /* [kg] all mass that can move along x, y, water included */
   PetscInt contacts[3]; /* of all ranks: how many, open in part or whole, slipping */
 } Vibration;

@@ -98,6 +98,12 @@ static void put_account(FILE *f, const Energies *e)
   JsonNumber(f, "radiated", e->radiated, ", ");
   JsonNumber(f, "detection", e->detection, ", ");
   JsonNumber(f, "balance", e->balance, "},\n");
+  if (e->reduced) {
+    fprintf(f, "      \"lacking\": {");
+    JsonNumber(f, "stress", e->lacking[0], ", ");
+    JsonNumber(f, "frequency", e->lacking[1], ", ");
+    JsonNumber(f, "haste", e->haste, "},\n");
+  }
   if (e->water != 0.) fprintf(f, "      "), JsonNumber(f, "kinetic_water", e->water, ",\n");
   if (e->yielded != 0.) fprintf(f, "      "), JsonNumber(f, "yielded", e->yielded, ",\n");
 }

@@ -32,13 +32,21 @@ PetscErrorCode SupportForcesBegin(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [N] What is asked of a support that holds a degree of freedom; what vibrates inside a condensed body is not
+   in f. */
+static PetscReal resisted(const Problem *p, PetscInt d)
+{
+  const State *s = p->state;
+  return s->f[d] - s->f_ext[d] + (s->inertial && d < p->m->n_dof ? s->inertial[d] : 0.);
+}
+
 /* What acts on a degree of freedom besides forces and damping: [N] of the boundary. */
 static PetscReal left_over(const Problem *p, PetscInt d, PetscReal v_before, const PetscReal ground[2])
 {
   const State *s = p->state;
   const PetscReal change = (s->v[d] - v_before) / s->dt,
                   over = 0.5 * (s->v[d] + v_before) - DofGround(p->m, d, ground);
-  return s->m[d] * (change + s->alpha * over) + s->f[d] - s->f_ext[d];
+  return s->m[d] * (change + s->alpha * over) + resisted(p, d);
 }
 
 /* The support that acts on a degree of freedom, -1: none; not on the rotation of a body, nor on vertices of
@@ -69,7 +77,7 @@ PetscErrorCode SupportForcesLook(const Problem *p, const PetscReal *v_before, co
     const PetscInt row = support_at(p, d);
     if (row < 0) continue;
     slot[n] = 2 * row + x;
-    term[n++] = Held(m, d) ? s->f[d] - s->f_ext[d] : left_over(p, d, v_before[d], ground);
+    term[n++] = Held(m, d) ? resisted(p, d) : left_over(p, d, v_before[d], ground);
   }
   PetscCall(SumSlots(m->comm, n, slot, term, 2 * h->n_supports, h->support));
   for (PetscInt i = 0; i < 2 * h->n_supports; i++) {

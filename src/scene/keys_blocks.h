@@ -15,7 +15,7 @@ typedef struct {
   PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
   PetscReal beta;           /* [s] stiffness-proportional damping in time; NaN: that of the stage */
-  PetscReal highest_frequency; /* [Hz] condensed, in time: up to which it has modes; NaN: none given */
+  PetscReal highest_frequency; /* [Hz] condensed: up to which it has modes; NaN: none given */
   PetscReal velocity[2];       /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;              /* [rad/s] at that start, about each body's mass centre */
   PetscBool upgradeable;       /* its contacts are verified and searched for under variable connectivity */
@@ -55,7 +55,7 @@ static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damag
   KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",
       "bodies of this group are reduced onto the vertices where they meet others: small strain"),
   KEY(MATERIALS, "highest_frequency", REAL, Material, highest_frequency, "= required in time", "> 0",
-      "Hz", "condensed, dynamic stages: vibrations within a body are kept up to this frequency"),
+      "Hz", "condensed, dynamic stages and modes: vibrations within a body are kept up to this frequency"),
   KEY(MATERIALS, "tension", REAL, Material, tension, "= none", ">= 0", "Pa",
       "tensile strength f_t, for the local failure factor (39)"),
   KEY(MATERIALS, "compression", REAL, Material, compression, "= none", "> 0", "Pa",

@@ -165,6 +165,14 @@ static inline PetscBool SceneInTime(const Scene *scene)
   return PETSC_FALSE;
 }
 
+/* Whether condensed bodies need what vibrates inside them: in time, and for modes. */
+static inline PetscBool SceneVibrates(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].kind == STAGE_MODES) return PETSC_TRUE;
+  return SceneInTime(scene);
+}
+
 /* ---- term_sections.c */
 /* The entries of a section that a force term has of its own, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);

@@ -11,16 +11,9 @@
 #include "base/eigen.h"
 #include "base/memory.h"
 #include "solve/stiffness.h"
+#include "solve/vibration.h"
 
 static const PetscReal EQUAL = 1e-6; /* components of a shape that differ by less are of equal size */
-
-/* The mass: M, and b along x and y. */
-typedef struct {
-  const Model *m;
-  PetscInt first; /* global row of this rank's first degree of freedom */
-  Mat M;
-  PetscReal *pull; /* [kg, kg m] (2, n_dof) b */
-} Mass;
 
 /* ---- contacts */
 
@@ -58,7 +51,7 @@ static PetscErrorCode add_water(PetscInt dof, PetscInt n, const PetscReal (*mass
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n; i++) {
     if (Held(to->m, dof + i)) continue;
-    for (int x = 0; x < 2; x++) to->pull[x * to->m->n_dof + dof + i] += mass[i][x];
+    for (int x = 0; x < 2; x++) to->pull[x * to->rows + dof + i] += mass[i][x];
     for (PetscInt j = 0; j < n; j++)
       if (!Held(to->m, dof + j))
         PetscCall(MatSetValue(to->M, to->first + dof + i, to->first + dof + j, mass[i][j], ADD_VALUES));
@@ -94,62 +87,82 @@ static PetscErrorCode check_masses(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode mass_create(const Problem *p, PetscInt first, Mass *mass, PetscReal moving[2])
+/* Makes M, with the lumped masses, and their pull. */
+static PetscErrorCode lump(Mass *mass)
+{
+  const Model *m = mass->m;
+  PetscInt *diagonal;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(mass->rows, &diagonal));
+  for (PetscInt i = 0; i < mass->rows; i++) diagonal[i] = 3;
+  PetscCall(InsideRoom(m, diagonal));
+  PetscCall(MatCreateAIJ(m->comm, mass->rows, mass->rows, PETSC_DETERMINE, PETSC_DETERMINE, 0, diagonal, 0,
+                         NULL, &mass->M));
+  PetscCall(PetscFree(diagonal));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal own = Held(m, d) ? 0. : DofMass(m, d);
+    PetscCall(MatSetValue(mass->M, mass->first + d, mass->first + d, own, ADD_VALUES));
+    for (int x = 0; x < 2; x++)
+      mass->pull[x * mass->rows + d] = own * DofGround(m, d, (const PetscReal[2]){x == 0, x == 1});
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K: of the same rows. */
+static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal moving[2])
 {
   const Model *m = p->m;
   const TermView view = ViewOf(p);
   Local *local;
   PetscFunctionBeginUser;
-  *mass = (Mass){.m = m, .first = first};
-  PetscCall(MatCreateAIJ(m->comm, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 0, NULL,
-                         &mass->M));
-  PetscCall(PetscCalloc1(2 * m->n_dof, &mass->pull));
-  for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal own = Held(m, d) ? 0. : DofMass(m, d);
-    PetscCall(MatSetValue(mass->M, first + d, first + d, own, ADD_VALUES));
-    for (int x = 0; x < 2; x++)
-      mass->pull[x * m->n_dof + d] = own * DofGround(m, d, (const PetscReal[2]){x == 0, x == 1});
-  }
+  *mass = (Mass){.m = m, .rows = m->n_dof + m->n_modes};
+  PetscCall(MatGetOwnershipRange(K, &mass->first, NULL));
+  PetscCall(PetscCalloc1(2 * mass->rows, &mass->pull));
+  PetscCall(lump(mass));
   PetscCall(LocalCreate(&view, &local));
   PetscCall(LocalMasses(local, add_water, mass));
   PetscCall(LocalDestroy(&local));
-  PetscCall(MatAssemblyBegin(mass->M, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(mass->M, MAT_FINAL_ASSEMBLY));
   moving[0] = moving[1] = 0.;
   for (int x = 0; x < 2; x++)
     for (PetscInt d = 0; d < m->n_dof; d++)
-      moving[x] += mass->pull[x * m->n_dof + d] * DofGround(m, d, (const PetscReal[2]){x == 0, x == 1});
+      moving[x] += mass->pull[x * mass->rows + d] * DofGround(m, d, (const PetscReal[2]){x == 0, x == 1});
+  PetscCall(InsideMass(mass, moving));
+  PetscCall(MatAssemblyBegin(mass->M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(mass->M, MAT_FINAL_ASSEMBLY));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moving, 2, MPIU_REAL, MPI_SUM, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- shapes */
 
-/* [-] Displacement of a vertex of this rank along x or y by a shape of the degrees of freedom. */
-static PetscReal displacement_of(const Model *m, const Stiffness *s, const PetscReal *phi, PetscInt v, int x)
+/* [-] Displacements u (vertex array) of all vertices of this rank by a shape of the rows. */
+static PetscErrorCode find_shape(const Model *m, const Stiffness *s, const PetscReal *phi, PetscReal *u)
 {
-  if (v < m->n_deformable) return phi[3 * m->n_bodies + 2 * v + x];
-  const PetscReal *body = phi + 3 * RigidOfVertex(m, v);
-  return body[x] + body[2] * (x ? s->arm[2 * v] : -s->arm[2 * v + 1]);
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(u, 2 * (m->n_vertices + DUMMY_VERTICES)));
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    for (int x = 0; x < 2; x++) {
+      const PetscReal *body = v < m->n_deformable ? NULL : phi + 3 * RigidOfVertex(m, v);
+      const PetscReal arm = x ? s->arm[2 * v] : -s->arm[2 * v + 1];
+      u[2 * v + x] = body ? body[x] + body[2] * arm : phi[3 * m->n_bodies + 2 * v + x];
+    }
+  PetscCall(InsideShape(m, phi, u));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a shape of the degrees of freedom is divided by: the largest displacement, with its sign. Of
-   several of equal size that of the first vertex of model.h5 counts, so the sign is the same on any number
-   of ranks. */
-static PetscErrorCode scale_of(const Model *m, const Stiffness *s, const PetscReal *phi, PetscReal *scale)
+/* What a shape is divided by: the largest displacement, with its sign. Of several of equal size that of the
+   first vertex of model.h5 counts, so the sign is the same on any number of ranks. */
+static PetscErrorCode scale_of(const Model *m, const PetscReal *u, PetscReal *scale)
 {
   PetscReal most = 0.;
   PetscInt first = PETSC_MAX_INT; // 2 (2 vertex + x) + sign
   PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < m->n_moving; v++)
-    for (int x = 0; x < 2; x++) most = PetscMax(most, PetscAbsReal(displacement_of(m, s, phi, v, x)));
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) most = PetscMax(most, PetscAbsReal(u[d]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
-  for (PetscInt v = 0; v < m->n_moving; v++)
-    for (int x = 0; x < 2; x++) {
-      const PetscReal u = displacement_of(m, s, phi, v, x);
-      if (PetscAbsReal(u) < (1. - EQUAL) * most) continue;
-      first = PetscMin(first, 2 * (2 * m->vertex_file[v] + x) + (u < 0.));
-    }
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) {
+    if (PetscAbsReal(u[d]) < (1. - EQUAL) * most) continue;
+    first = PetscMin(first, 2 * (2 * m->vertex_file[d / 2] + d % 2) + (u[d] < 0.));
+  }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, m->comm));
   *scale = first % 2 ? -most : most;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -159,22 +172,29 @@ static PetscErrorCode take_modes(const Model *m, const Stiffness *s, const Mass 
                                  Vibration *v)
 {
   const PetscInt n = modes->n;
+  PetscReal *u;
   PetscFunctionBeginUser;
-  v->n = n, v->missed = modes->missed;
-  PetscCall(PetscMalloc4(n, &v->omega2, n, &v->mass, 2 * n, &v->factor, 2 * n * m->n_owned, &v->shape));
+  v->n = n, v->missed = modes->missed, v->reduced = (PetscBool)(m->mode_start != NULL);
+  PetscCall(PetscMalloc5(n, &v->omega2, n, &v->mass, 2 * n, &v->factor, 2 * n * m->n_owned, &v->shape, n,
+                         &v->error));
+  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &u));
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal *phi = modes->shapes + i * modes->rows;
     PetscReal scale = 1., *factor = v->factor + 2 * i;
-    PetscCall(scale_of(m, s, phi, &scale));
+    PetscCall(find_shape(m, s, phi, u));
+    PetscCall(scale_of(m, u, &scale));
     v->omega2[i] = PetscAbsReal(modes->omega2[i]) < modes->rounding ? 0. : modes->omega2[i];
     v->mass[i] = 1. / (scale * scale); // phi.M phi = 1
+    v->error[i] = 0.;
+    if (v->reduced) PetscCall(InsideError(m, u, v->omega2[i], v->error + i));
     for (int x = 0; x < 2; x++) {
       factor[x] = 0.;
-      for (PetscInt d = 0; d < m->n_dof; d++) factor[x] += scale * phi[d] * mass->pull[x * m->n_dof + d];
-      for (PetscInt vertex = 0; vertex < m->n_moving; vertex++)
-        v->shape[2 * (vertex * n + i) + x] = displacement_of(m, s, phi, vertex, x) / scale;
+      for (PetscInt row = 0; row < mass->rows; row++)
+        factor[x] += scale * phi[row] * mass->pull[x * mass->rows + row];
     }
+    for (PetscInt d = 0; d < 2 * m->n_owned; d++) v->shape[2 * (d / 2 * n + i) + d % 2] = u[d] / scale;
   }
+  PetscCall(PetscFree(u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, v->factor, (PetscMPIInt)(2 * n), MPIU_REAL, MPI_SUM, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -202,9 +222,10 @@ PetscErrorCode VibrationFind(const Problem *p, Vibration *v)
   Contacts now = {.n = 0};
   Stiffness s;
   Mass mass;
+  Mat K;
   Modes modes;
   double memory[2];
-  PetscInt64 n_dof = p->m->n_dof;
+  PetscInt64 n_dof = p->m->n_dof + p->m->n_modes;
   PetscBool fits;
   PetscFunctionBeginUser;
   PetscCall(check_masses(p));
@@ -217,11 +238,13 @@ PetscErrorCode VibrationFind(const Problem *p, Vibration *v)
   s.small = PETSC_TRUE;
   PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &s));
   PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, &now, PETSC_FALSE, &s));
-  PetscCall(mass_create(p, s.first, &mass, v->moving));
-  PetscCall(LowestModes(s.tangent, mass.M, omega_max, most, &modes));
+  PetscCall(InsideStiffness(p->m, s.tangent, &K));
+  PetscCall(mass_create(p, K, &mass, v->moving));
+  PetscCall(LowestModes(K, mass.M, omega_max, most, &modes));
   PetscCall(check_memory(p, (PetscBool)!modes.wants, memory));
   PetscCall(take_modes(p->m, &s, &mass, &modes, v));
   PetscCall(ModesDestroy(&modes));
+  PetscCall(MatDestroy(&K));
   PetscCall(MatDestroy(&mass.M));
   PetscCall(PetscFree(mass.pull));
   PetscCall(StiffnessDestroy(&s));

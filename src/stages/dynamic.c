@@ -62,16 +62,6 @@ static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The forces of now once more, with those that terms have just begun to give. */
-static PetscErrorCode evaluate_again(const Problem *p)
-{
-  PetscFunctionBeginUser;
-  p->contacts->repeats = PETSC_TRUE;
-  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
-  p->contacts->repeats = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode start(const Problem *p, Dynamic *d)
 {
   const Stage *stage = p->stage, *before = StageBefore(p->scene, p->scene->stages + p->number);
@@ -102,13 +92,18 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   PetscCall(PaceBegin(p, d->step.dt, rungs, &d->pace));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);
-  if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) PetscCall(evaluate_again(p));
+  if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) { // with what terms have just begun to give
+    p->contacts->repeats = PETSC_TRUE;
+    PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
+    p->contacts->repeats = PETSC_FALSE;
+  }
   PetscCall(LoadsTarget(p->scene, m, stage, s)); // loads act in full from the first step
   if (LoadsPress(p->scene, stage)) PetscCall(LoadsDead(p->scene, m, stage, s));
   LoadsApply(m, s, 1.);
   CondensedLoaded(m, s);
   ground_now(p, d, v_ground);
   PetscCall(VelocitiesHalfStep(p, d->local, v_ground, -1., &d->energy));
+  if (d->energy.u_start) PetscCall(PetscArraycpy(d->energy.u_start, s->u, m->n_dof));
   p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -384,6 +379,7 @@ static PetscErrorCode cycle(Loop *loop)
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
   if (loop->looks) PetscCall(JointHistoryLook(p));
+  if (loop->looks) CondensedInertial(p->m, p->state); // for the forces of supports
   if (stage->envelope_every && pace->done % (stage->envelope_every * PaceTicks(pace, 0)) == 0)
     PetscCall(EnvelopeTake(p));
   PetscCall(advance(p, d));
@@ -398,6 +394,7 @@ static PetscErrorCode judge(Loop *loop)
   Dynamic *d = loop->memory;
   PetscReal v_ground[2];
   PetscFunctionBeginUser;
+  if (d->energy.u_start) LocalLacking(d->local, p->state, d->energy.u_start, d->energy.local);
   PetscCall(look(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
   GroundVelocity(&d->ground, p->state->time - p->state->dt, v_ground);
   PetscCall(SupportForcesLook(p, d->energy.v_before, v_ground));

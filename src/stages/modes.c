@@ -2,6 +2,28 @@
    before has left. Nothing moves, and what comes behind it has the same bits with it and without. */
 #include "stages/stages.h"
 
+/* Adds what condensed bodies lack, in words. */
+static PetscErrorCode tell_error(const Vibration *v, char *text, size_t size)
+{
+  const size_t used = strlen(text);
+  PetscInt worst = 0, unknown = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < v->n; i++) {
+    if (v->error[i] > v->error[worst] || PetscIsNanReal(v->error[worst])) worst = i;
+    unknown += v->omega2[i] > 0. && PetscIsNanReal(v->error[i]);
+  }
+  if (!v->reduced || !v->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(text + used, size - used,
+                          "; by the modes that condensed bodies lack, frequencies are too high by up to %.2g "
+                          "%% (mode %" PetscInt_FMT ")",
+                          100. * (double)v->error[worst], worst + 1));
+  const size_t now = strlen(text);
+  if (unknown)
+    PetscCall(PetscSNPrintf(text + now, size - now,
+                            ", of %" PetscInt_FMT " it is not known: raise highest_frequency", unknown));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ModesRun(const Problem *p)
 {
   const double start = MPI_Wtime();
@@ -24,6 +46,7 @@ PetscErrorCode ModesRun(const Problem *p)
     PetscCall(PetscSNPrintf(result->evidence + used, left, "; slower ones may be missing"));
   else
     PetscCall(PetscSNPrintf(result->evidence + used, left, ", and none is missing among them"));
+  PetscCall(tell_error(v, result->evidence, sizeof(result->evidence)));
   if (v->missed && !p->m->rank)
     fprintf(stderr,
             v->missed > 0 ? "quoin: warning: stage %s: %" PetscInt_FMT

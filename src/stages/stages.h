@@ -5,9 +5,10 @@
 /* ---- energy.c */
 /* The energy account of a dynamic stage. Its sums are those of this rank where nothing else is said. */
 typedef struct {
-  PetscReal *v_before;              /* (n_dof,) velocity before the step */
-  PetscReal *f_before;              /* (n_dof,) resisting force with the contacts before a verification */
-  PetscReal *f_ext_before;          /* (n_dof,) loads of the step before */
+  PetscReal *v_before;     /* (n_dof,) velocity before the step */
+  PetscReal *f_before;     /* (n_dof,) resisting force with the contacts before a verification */
+  PetscReal *f_ext_before; /* (n_dof,) loads of the step before */
+  PetscReal *u_start;      /* [m, rad] (n_dof,) at the start of the stage; NULL: no condensed bodies */
   PetscReal *F_n, *F_s, *d_n, *d_s; /* F_n, F_s, u_n, u_s of Contacts at the step before */
   PetscReal *work;                  /* (n_contacts,) [J] of each contact since it was found */
   PetscInt n_contacts;              /* padded */

@@ -6,6 +6,9 @@
    tangents half-way (in small strain those of the reference state). Ranks know displacements of other
    ranks' vertices but no velocities, so du is taken from displacements everywhere alike.
 
+   A condensed body is damped by beta times its reduced stiffness: its kept vertices here, its modes with
+   their motion (local_bodies.c). So it has one beta, whatever its groups.
+
    The force lags by half a step, which shortens the step (masses.c). Its work is booked by the same
    trapezoid as that of all forces. The first step of a stage knows no motion before it, and is not damped. */
 #include "forces/blocks/blocks.h"
@@ -168,12 +171,55 @@ static PetscErrorCode clear(BlockDamping *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The group of the first block of a condensed body whose beta is not `beta`; -1: none. */
+static PetscInt find_other(const Model *m, const Condensed *c, const PetscReal *of_group, PetscReal beta)
+{
+  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      if (m->vertex_condensed[VertexOf(list, e, 0)] == c->number && of_group[list->group[e]] != beta)
+        return list->group[e];
+  return -1;
+}
+
+static void find_betas(const Scene *scene, const Stage *stage, const Model *m, PetscReal *of_group)
+{
+  const PetscBool in_time = (PetscBool)(stage->kind == STAGE_DYNAMIC);
+  for (PetscInt g = 0; g < m->n_groups; g++) {
+    const Material *material = scene->materials + g;
+    of_group[g] = in_time && !material->rigid ? BetaOf(material, stage) : 0.;
+  }
+}
+
+/* Refuses condensed bodies of several betas before anything runs. */
+static PetscErrorCode check_condensed(const TermView *v, PetscReal *of_group)
+{
+  const Scene *scene = v->scene;
+  const Model *m = v->m;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
+    find_betas(scene, s, m, of_group);
+    for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed && !message[0]; c++) {
+      const PetscInt one = find_other(m, c, of_group, -1.), other = find_other(m, c, of_group, of_group[one]);
+      if (other < 0) continue;
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: stages.%s: groups %s and %s are one condensed body and have beta %.4g and "
+                              "%.4g s: expected one beta, or one of them not condensed",
+                              scene->file, s->name, m->group_names[one], m->group_names[other],
+                              (double)of_group[one], (double)of_group[other]));
+    }
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode create(const TermView *v, void **memory)
 {
   BlockDamping *d;
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&d));
   PetscCall(PetscCalloc1(v->m->n_groups, &d->of_group));
+  PetscCall(check_condensed(v, d->of_group));
   *memory = d;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -219,6 +265,8 @@ static PetscErrorCode prepare(const Model *m, BlockDamping *d)
   PetscFunctionBeginUser;
   PetscCall(clear(d));
   for (PetscInt g = 0; g < m->n_groups; g++) any = (PetscBool)(any || d->of_group[g] > 0.);
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    m->condensed[b].beta = d->of_group[find_other(m, m->condensed + b, d->of_group, -1.)];
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   d->active = PETSC_TRUE;
   for (int l = 0; l < DEFORMABLE_LISTS; l++)
@@ -234,27 +282,38 @@ static PetscErrorCode prepare(const Model *m, BlockDamping *d)
 static PetscErrorCode begin(const TermView *v)
 {
   BlockDamping *d = v->memory;
-  const PetscBool in_time = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < v->m->n_groups; g++) {
-    const Material *material = v->scene->materials + g;
-    d->of_group[g] = in_time && !material->rigid ? BetaOf(material, v->stage) : 0.;
-  }
+  find_betas(v->scene, v->stage, v->m, d->of_group);
   PetscCall(prepare(v->m, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- in time */
 
+/* At kept vertices: beta S du / dt. */
+static void add_condensed(const Model *m, const BlockDamping *d, PetscReal rate)
+{
+  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+    if (c->beta_now == 0.) continue;
+    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = d->now[c->kept[i]] - d->before[c->kept[i]];
+    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+    for (PetscInt i = 0; i < c->n_kept; i++) d->f[c->kept[i]] += rate * c->beta_now * c->f[i];
+  }
+}
+
 static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 {
   BlockDamping *d = memory;
+  const PetscBool damps = (PetscBool)(at->contacts->rate > 0. && d->moved);
   PetscFunctionBeginUser;
   if (!d->active) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt b = 0; b < at->m->n_condensed; b++)
+    at->m->condensed[b].beta_now = damps ? at->m->condensed[b].beta : 0.;
   memcpy(d->now, at->u, 2 * d->n * sizeof *d->now);
   memset(d->f, 0, 2 * d->n * sizeof *d->f);
-  if (!d->moved || !(at->contacts->rate > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!damps) PetscFunctionReturn(PETSC_SUCCESS);
   DampedForces(at->m, d, at->contacts->rate);
+  add_condensed(at->m, d, at->contacts->rate);
   for (PetscInt i = 0; i < 2 * at->m->n_moving; i++) f[i] += d->f[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -127,7 +127,9 @@ typedef struct _p_Condensed {
                                          lumped masses of kept vertices */
   PetscReal *along;                   /* [kg] (size, 2) what of it a motion of the whole along x, y takes */
   PetscReal inside[2], left_out[2];   /* [kg] mass inside that moves along x, y; what of it has no modes */
+  PetscReal *lacking;                 /* [kg s2] (stride, stride) of modes left out; NULL: none is */
   PetscReal next;                     /* [Hz] the modes left out are no slower; inf: none is left out */
+  PetscReal beta, beta_now; /* [s] damping by stiffness of the stage; of the forces last evaluated */
 } Condensed;
 /* Collective. Factors the bodies of this rank; supports must be known. Refuses a body
    that could move alone. */
@@ -148,6 +150,9 @@ void DenseTimes(PetscInt rows, PetscInt columns, const PetscReal *A, const Petsc
 /* x = K_II^-1 r. at: the entries of the inner degrees of freedom in r and x; NULL: they are packed. */
 PetscErrorCode CondensedSolve(const Condensed *body, const PetscInt *at, const PetscReal *r, PetscReal *x);
 
+/* The same of n packed ones, r and x: (n, n_inner); several at once take less time. */
+PetscErrorCode CondensedSolveMany(const Condensed *body, PetscInt n, const PetscReal *r, PetscReal *x);
+
 /* ---- condense_in_time.c */
 /* Of a body with its factor and K; wants: MUMPS has too little memory. */
 PetscErrorCode CondensedModes(const Scene *scene, const Model *model, struct _p_Mat *K, Condensed *body,
@@ -157,18 +162,25 @@ PetscErrorCode CondensedModesDestroy(Condensed *body);
 PetscErrorCode CondensedModesNumber(const Scene *scene, Model *model);
 /* Collective. Prints which modes there are, and what those left out would carry. */
 PetscErrorCode CondensedSay(const Model *model);
-/* The largest omega^2 [1/s2] of a body with springs k [N/m] (vertices,) to the ground at its kept
-   vertices. */
+/* The fastest vibration of a body, nothing held moving. */
+typedef struct {
+  PetscReal omega2;  /* [1/s2] */
+  PetscReal springs; /* [1/s2] of it, what the springs give */
+  PetscInt dof;      /* where its kept vertices move most */
+} Fastest;
+/* With springs k [N/m] (vertices,) to the ground at its kept vertices; NULL: without. */
 PetscErrorCode CondensedFastest(const Model *model, const Condensed *body, const PetscReal *k,
-                                PetscReal *omega2);
+                                Fastest *fastest);
 /* What is inside follows its kept vertices, at rest. */
 void CondensedRest(const Model *model, const State *state);
 /* Takes the loads in f_ext; what is inside stays where it is. */
 void CondensedLoaded(const Model *model, State *state);
 /* Collective, see archive.h. Refuses modes that are not those of this run: q belongs to its modes. */
 PetscErrorCode CondensedArchive(Archive *archive, const Model *model, State *state);
-/* u += Phi q; u: vertex array. */
-void CondensedAddModes(const Model *model, const State *state, PetscReal *u);
+/* Notes the resisting force that these vibrations add at kept vertices: state->inertial. */
+void CondensedInertial(const Model *model, const State *state);
+/* u += Phi q; q: (n_modes,) of the model; u: vertex array. */
+void CondensedAddModes(const Model *model, const PetscReal *q, PetscReal *u);
 
 /* ---- condense_limits.c */
 /* Collective. Refuses contacts at inner vertices. */

@@ -234,7 +234,7 @@ static PetscErrorCode factor_bodies(const Scene *scene, Model *m, const PetscInt
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     if (!wants) PetscCall(eliminate(K[b], m->condensed + b, &S, &wants));
     if (S) PetscCall(store_schur(S, m->condensed + b));
-    if (!wants && SceneInTime(scene)) PetscCall(CondensedModes(scene, m, K[b], m->condensed + b, &wants));
+    if (!wants && SceneVibrates(scene)) PetscCall(CondensedModes(scene, m, K[b], m->condensed + b, &wants));
     PetscCall(MatDestroy(&S));
     PetscCall(MatDestroy(K + b));
   }
@@ -256,7 +256,7 @@ PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
   PetscCall(check_held(scene, m));
   PetscCall(check_memory(m, memory));
   PetscCall(factor_bodies(scene, m, local, memory));
-  if (SceneInTime(scene)) PetscCall(CondensedModesNumber(scene, m));
+  if (SceneVibrates(scene)) PetscCall(CondensedModesNumber(scene, m));
   PetscCall(PetscFree(local));
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     m->condensed_dofs[0] += m->condensed[b].n_kept;
@@ -426,18 +426,17 @@ PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds what vibrates inside to displacements and forces, and notes what that does to kept vertices. */
+/* Adds what vibrates inside to displacements and forces. */
 static PetscErrorCode add_vibrations(const Model *m, State *state)
 {
   const PetscInt at = 3 * m->n_bodies, n = 2 * (m->n_vertices + DUMMY_VERTICES);
   PetscReal *y, *f;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc2(n, &y, n, &f));
-  CondensedAddModes(m, state, y);
+  CondensedAddModes(m, state->modes[MODE_PLACE], y);
   ElementForcesCondensed(m, y, f);
   for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
     state->u[at + d] += y[d], state->f[at + d] += f[d];
-  PetscCall(PetscArraycpy(state->inertial + at, f, 2 * m->n_deformable));
   PetscCall(PetscFree2(y, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -458,5 +457,6 @@ PetscErrorCode CondensedRecover(const Model *m, State *state)
   PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->n_moving));
   PetscCall(PetscFree2(f, Su));
   if (m->n_modes) PetscCall(add_vibrations(m, state));
+  CondensedInertial(m, state);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

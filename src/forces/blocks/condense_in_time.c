@@ -165,6 +165,34 @@ static PetscErrorCode find_inertia(const Model *m, const PetscReal *rows, Conden
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of the modes left out the sum of h h'/Omega^2, with h = Psi' M phi: what all modes give less what those
+   that are kept give. rows: as for find_inertia. */
+static PetscErrorCode find_lacking(const Model *m, const PetscReal *rows, Condensed *c)
+{
+  const PetscBLASInt n = (PetscBLASInt)c->n_kept, k = (PetscBLASInt)c->n_inner,
+                     stride = (PetscBLASInt)c->stride;
+  const PetscReal one = 1., zero = 0.;
+  PetscReal *load, *x;
+  PetscFunctionBeginUser;
+  if (c->next == PETSC_INFINITY || !n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(c->stride * c->stride, &c->lacking));
+  PetscCall(PetscMalloc2(c->n_kept * c->n_inner, &load, c->n_kept * c->n_inner, &x));
+  for (PetscInt i = 0; i < c->n_kept * c->n_inner; i++)
+    load[i] = rows[i] * PetscSqrtReal(mass_of(m, c, i % c->n_inner));
+  PetscCall(CondensedSolveMany(c, c->n_kept, load, x));
+  PetscCallBLAS("BLASgemm",
+                BLASgemm_("T", "N", &n, &n, &k, &one, load, &k, x, &k, &zero, c->lacking, &stride));
+  for (PetscInt i = 0; i < c->n_kept; i++)
+    for (PetscInt j = 0; j < c->n_kept; j++) {
+      const PetscReal *H_i = c->inertia + i * c->size + c->n_kept,
+                      *H_j = c->inertia + j * c->size + c->n_kept;
+      for (PetscInt mode = 0; mode < c->n_modes; mode++)
+        c->lacking[i * c->stride + j] -= H_i[mode] * H_j[mode] / c->omega2[mode];
+    }
+  PetscCall(PetscFree2(load, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CondensedModes(const Scene *scene, const Model *m, Mat K, Condensed *c, PetscBool *wants)
 {
   PetscReal *rows;
@@ -180,6 +208,7 @@ PetscErrorCode CondensedModes(const Scene *scene, const Model *m, Mat K, Condens
   PetscCall(PetscMalloc1(c->size * c->n_inner, &rows));
   PetscCall(weigh(m, K, c, rows));
   PetscCall(find_inertia(m, rows, c));
+  if (SceneInTime(scene)) PetscCall(find_lacking(m, rows, c));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -189,6 +218,7 @@ PetscErrorCode CondensedModesDestroy(Condensed *c)
   PetscFunctionBeginUser;
   PetscCall(PetscFree2(c->omega2, c->shapes));
   PetscCall(PetscFree2(c->inertia, c->along));
+  PetscCall(PetscFree(c->lacking));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -202,11 +232,12 @@ static PetscErrorCode check_kept(const Scene *scene, const Model *m)
     for (PetscInt i = 0; i < c->n_kept && !message[0]; i++) {
       const PetscInt v = c->kept[i] / 2;
       if (v < m->n_deformable) continue;
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                              "%s: materials: a condensed body shares the vertex at x = %.6g m, y = %.6g m "
-                              "with a rigid one, and a "
-                              "stage is dynamic: do not condense its group",
-                              scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+      PetscCall(
+          PetscSNPrintf(message, MESSAGE_LENGTH,
+                        "%s: materials: a condensed body shares the vertex at x = %.6g m, y = %.6g m "
+                        "with a rigid one, and a stage is dynamic or of type modes: do not condense its "
+                        "group",
+                        scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
     }
   }
   PetscCall(CheckMessage(m->comm, message));
@@ -243,7 +274,7 @@ PetscErrorCode CondensedSay(const Model *m)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPI_SUM, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &next, 1, MPIU_REAL, MPI_MIN, m->comm));
   for (int x = 0; x < 2; x++) share[x] = sum[2 + x] > 0. ? 100. * PetscMax(sum[x], 0.) / sum[2 + x] : 0.;
-  PetscCall(PetscPrintf(m->comm, "condensed bodies in time: %" PetscInt_FMT " modes",
+  PetscCall(PetscPrintf(m->comm, "vibrations within condensed bodies: %" PetscInt_FMT " modes",
                         m->mode_start[m->n_condensed_global]));
   if (next < PETSC_INFINITY)
     PetscCall(
@@ -286,28 +317,45 @@ void CondensedLoaded(const Model *m, State *s)
   }
 }
 
-void CondensedAddModes(const Model *m, const State *s, PetscReal *u)
+/* K_BI Phi = -H Omega^2, because K_II Phi = M_II Phi Omega^2. */
+void CondensedInertial(const Model *m, const State *s)
+{
+  for (PetscInt b = 0; b < m->n_condensed && m->mode_start; b++) {
+    const Condensed *c = m->condensed + b;
+    const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, *speed = s->modes[MODE_SPEED] + c->first_mode;
+    for (PetscInt i = 0; i < c->n_kept; i++) {
+      const PetscReal *H = c->inertia + i * c->size + c->n_kept;
+      PetscReal force = 0.;
+      for (PetscInt k = 0; k < c->n_modes; k++)
+        force -= H[k] * c->omega2[k] * (q[k] + c->beta_now * speed[k]);
+      s->inertial[3 * m->n_bodies + c->kept[i]] = force;
+    }
+  }
+}
+
+void CondensedAddModes(const Model *m, const PetscReal *places, PetscReal *u)
 {
   for (PetscInt b = 0; b < m->n_condensed && m->n_modes; b++) {
     const Condensed *c = m->condensed + b;
-    const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode;
+    const PetscReal *q = places + c->first_mode;
     for (PetscInt k = 0; k < c->n_modes; k++)
       for (PetscInt i = 0; i < c->n_inner; i++) u[c->inner[i]] += c->shapes[k * c->n_inner + i] * q[k];
   }
 }
 
-/* The largest omega^2 of K x = omega^2 M x, both dense and (n,n), which are overwritten. */
-static PetscErrorCode largest_of(PetscInt n, PetscReal *K, PetscReal *M, PetscReal *omega2)
+/* The largest omega^2 of K x = omega^2 M x, both dense and (n,n), which are overwritten, and its x of modal
+   mass 1. */
+static PetscErrorCode largest_of(PetscInt n, PetscReal *K, PetscReal *M, PetscReal *omega2, PetscReal *x)
 {
   const PetscBLASInt type = 1, size = (PetscBLASInt)n, room = 35 * size;
   const PetscReal none = 0.;
   PetscBLASInt found, info, *integers, *failed;
-  PetscReal *work, *all, shape;
+  PetscReal *work, *all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc4(n, &all, room, &work, 5 * n, &integers, n, &failed));
   PetscCallBLAS("LAPACKsygvx",
-                LAPACKsygvx_(&type, "N", "I", "U", &size, K, &size, M, &size, &none, &none, &size, &size,
-                             &none, &found, all, &shape, &size, work, &room, integers, failed, &info));
+                LAPACKsygvx_(&type, "V", "I", "U", &size, K, &size, M, &size, &none, &none, &size, &size,
+                             &none, &found, all, x, &size, work, &room, integers, failed, &info));
   PetscCheck(info == 0 && found == 1, PETSC_COMM_SELF, PETSC_ERR_LIB,
              "the fastest vibration of a condensed body was not found: %d", (int)info);
   *omega2 = all[0];
@@ -315,18 +363,17 @@ static PetscErrorCode largest_of(PetscInt n, PetscReal *K, PetscReal *M, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest omega^2 of (d) with springs k at the kept vertices, nothing held moving. */
-PetscErrorCode CondensedFastest(const Model *m, const Condensed *c, const PetscReal *k, PetscReal *omega2)
+PetscErrorCode CondensedFastest(const Model *m, const Condensed *c, const PetscReal *k, Fastest *fastest)
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscInt n = 0, *row;
-  PetscReal *K, *M;
+  PetscReal *K, *M, *x, most = 0.;
   PetscFunctionBeginUser;
-  *omega2 = 0.;
+  *fastest = (Fastest){.dof = at + c->kept[0]};
   PetscCall(PetscMalloc1(c->size, &row));
   for (PetscInt i = 0; i < c->size; i++)
     if (i >= c->n_kept || !Held(m, at + c->kept[i])) row[n++] = i;
-  PetscCall(PetscCalloc2(n * n, &K, n * n, &M));
+  PetscCall(PetscCalloc3(n * n, &K, n * n, &M, n, &x));
   for (PetscInt a = 0; a < n; a++)
     for (PetscInt b = 0; b < n; b++) {
       const PetscInt i = row[a], j = row[b];
@@ -334,12 +381,16 @@ PetscErrorCode CondensedFastest(const Model *m, const Condensed *c, const PetscR
       if (i < c->n_kept && j < c->n_kept) K[a * n + b] = c->S[i * c->stride + j];
       if (i != j) continue;
       if (i < c->n_kept)
-        K[a * n + b] += k[c->kept[i] / 2], M[a * n + b] += m->vertex_mass[c->kept[i] / 2];
+        K[a * n + b] += k ? k[c->kept[i] / 2] : 0., M[a * n + b] += m->vertex_mass[c->kept[i] / 2];
       else
         K[a * n + b] = c->omega2[i - c->n_kept];
     }
-  if (n) PetscCall(largest_of(n, K, M, omega2));
-  PetscCall(PetscFree2(K, M));
+  if (n) PetscCall(largest_of(n, K, M, &fastest->omega2, x));
+  for (PetscInt a = 0; a < n && row[a] < c->n_kept; a++) {
+    if (k) fastest->springs += k[c->kept[row[a]] / 2] * x[a] * x[a];
+    if (PetscAbsReal(x[a]) > most) most = PetscAbsReal(x[a]), fastest->dof = at + c->kept[row[a]];
+  }
+  PetscCall(PetscFree3(K, M, x));
   PetscCall(PetscFree(row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

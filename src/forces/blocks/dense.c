@@ -67,3 +67,32 @@ PetscErrorCode CondensedSolve(const Condensed *c, const PetscInt *at, const Pets
   PetscCall(VecRestoreArrayRead(c->x, &y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode CondensedSolveMany(const Condensed *c, PetscInt n, const PetscReal *r, PetscReal *x)
+{
+  enum { AT_ONCE = 32 };
+  const PetscInt rows = c->n_inner + c->n_kept;
+  PetscFunctionBeginUser;
+  for (PetscInt from = 0; from < n && c->n_inner; from += AT_ONCE) {
+    const PetscInt some = PetscMin(AT_ONCE, n - from);
+    PetscScalar *b;
+    const PetscScalar *y;
+    Mat B, X;
+    PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, rows, some, NULL, &B));
+    PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, rows, some, NULL, &X));
+    PetscCall(MatDenseGetArray(B, &b));
+    for (PetscInt k = 0; k < some; k++)
+      PetscCall(PetscArraycpy(b + k * rows, r + (from + k) * c->n_inner, c->n_inner));
+    PetscCall(MatDenseRestoreArray(B, &b));
+    PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatMatSolve(c->factor, B, X));
+    PetscCall(MatDenseGetArrayRead(X, &y));
+    for (PetscInt k = 0; k < some; k++)
+      PetscCall(PetscArraycpy(x + (from + k) * c->n_inner, y + k * rows, c->n_inner));
+    PetscCall(MatDenseRestoreArrayRead(X, &y));
+    PetscCall(MatDestroy(&B));
+    PetscCall(MatDestroy(&X));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

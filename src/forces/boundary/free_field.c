@@ -123,8 +123,8 @@ static PetscErrorCode find_vertices(const TermView *view, FreeField *f)
       row[v] = f->n++;
     }
   }
-  for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
-    for (PetscInt block = 0; block < e->n; block++) add_block(m, e, block, row, f);
+  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS; e++)
+    for (PetscInt block = 0; block < e->n && !ListIsRigid(m, e); block++) add_block(m, e, block, row, f);
   PetscCall(PetscFree(row));
   PetscCall(PetscFree(C));
   PetscFunctionReturn(PETSC_SUCCESS);

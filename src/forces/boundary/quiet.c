@@ -55,12 +55,10 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
                             boundary, s->target, Expected));
   for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++) {
     const PetscInt group = m->faces.group[m->face_set_faces[i]];
-    const PetscBool condensed = (PetscBool)(m->group_condensed[group] && !is_quiet(s));
-    if (!m->group_rigid[group] && !condensed && m->density[group] > 0.) continue;
+    if (!m->group_rigid[group] && m->density[group] > 0.) continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: supports.%s.boundary: %s: a face of \"%s\" belongs to group %s%s: %s",
-                            scene->file, s->name, boundary, s->target, m->group_names[group],
-                            condensed ? ", which is condensed" : "", Expected));
+                            "%s: supports.%s.boundary: %s: a face of \"%s\" belongs to group %s: %s",
+                            scene->file, s->name, boundary, s->target, m->group_names[group], Expected));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

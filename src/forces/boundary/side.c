@@ -223,8 +223,8 @@ static PetscInt layer_at(const Model *m, const Column *c, const Elements *e, Pet
 static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Column *c, char *message)
 {
   PetscFunctionBeginUser;
-  for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
-    for (PetscInt b = 0; b < e->n; b++) {
+  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS; e++)
+    for (PetscInt b = 0; b < e->n && !ListIsRigid(m, e); b++) {
       const Layer own = layer_of(scene, m, e->group[b]);
       PetscInt level = -1, layer;
       for (PetscInt k = 0; k < e->n_nodes && level < 0; k++) level = ColumnLevel(m, c, VertexOf(e, b, k));

@@ -78,7 +78,7 @@ SCENES = [
     ("reduction that starts above the friction there is", pushed(50), (), ["stages.less.start", "50 is out of range", "35 [degree]"]),
     ("reduction of an elastic joint", changed(pushed(30), ("joints.default", {"k_n": 10e9, "k_s": 3e9, "law": "elastic"})), (),
      ["stages.less", "elastic", "no strength"]),
-    ("modes of what is condensed", changed(GOOD, ("materials.upper.condensed", True), ("stages", [{"weight": {"loads": ["weight"]}}, {"swing": {"type": "modes"}}])), (), ["materials.upper", "swing", "would lack"]),
+    ("modes of what is condensed", changed(GOOD, ("materials.upper.condensed", True), ("stages", [{"weight": {"loads": ["weight"]}}, {"swing": {"type": "modes"}}])), (), ["materials.upper", "swing", "highest_frequency is missing"]),
     ("water that moves, and nothing else does", changed(GOOD, ("loads.hydro", {"type": "added_mass", "faces": "left", "level": 1}), ("stages", [{"weight": {"loads": ["weight", "hydro"]}}])), (), ["scene.yaml:", "loads.hydro", "dynamic"]),
     ("water that moves below the faces", changed(GOOD, ("loads.hydro", {"type": "added_mass", "faces": "left", "level": -1}), ("stages", [{"shake": {"type": "dynamic", "loads": ["weight", "hydro"], "duration": 1}}])), (), ["loads.hydro.level", "lowest point"]),
     ("bad value of an option", GOOD, ("-gravity", "much"), ["command line", "gravity", "much"]),

@@ -2,7 +2,7 @@
 mesh in other coordinates, so histories, energies, stresses and reactions are those of the whole mesh but for rounding."""
 
 import numpy as np
-from driver import changed
+from driver import changed, load
 from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
 
 WHAT = "condensed bodies in time: the whole mesh with all modes, near it with a few"
@@ -71,13 +71,18 @@ PROBES = [f"{p}_u{x}_m" for p in ("top", "heel", "free") for x in "xy"]
 
 def run(case):
     whole(case)
+    stiffness_damping(case)
     quiet(case)
     few_modes(case)
+    error_told(case)
     slides(case)
     stages(case)
     step(case)
     ranks(case)
     restart(case)
+    modes(case)
+    dams(case)
+    on_ground(case)
     refusals(case)
 
 
@@ -88,11 +93,17 @@ def compare(case, what, full, reduced):
         case.check(f"... {name} energy or work, over the largest", apart(reduced, full, f"{name}_J"), 0.0, absolute=1e-9)
     balance = [abs(r.stage_summary("shake")["energy"]["balance"]) / np.nanmax(r.history["strain_J"]) for r in (full, reduced)]
     case.check("... balance over the largest strain energy", balance, [0.0, 0.0], absolute=1e-11)
+    for s in (n[:-5] for n in full.history if n.endswith("_fx_N")):
+        case.check(f"... forces of {s} in time, over the largest", apart(reduced, full, f"{s}_fx_N", f"{s}_fy_N"), 0.0, absolute=1e-8)
     for name in ("shake_1", "shake"):
         a, b = (r.stage(name) for r in (reduced, full))
         size = abs(b.displacement).max()
         case.check(f"... {name}: displacements of all vertices, over the largest", abs(a.displacement - b.displacement).max() / size, 0.0, absolute=1e-9)
         case.check("... stresses of all blocks, over the largest", abs(a.stress - b.stress).max() / abs(b.stress).max(), 0.0, absolute=1e-9)
+    a, b = (r.stage("shake").envelope for r in (reduced, full))
+    if b:
+        found = [(getattr(a, name) - getattr(b, name)) / abs(b.s2_min).max() for name in ("s1_max", "s2_min")]
+        case.check("... envelopes of stresses of all blocks, over the largest", np.concatenate(found), np.zeros(2 * len(b.s1_max)), absolute=1e-9)
     forces = [np.array([list(s.values()) for s in r.stage_summary("shake")["supports"].values()]) for r in (reduced, full)]
     case.check("... forces of the supports at the end, over the largest", abs(forces[0] - forces[1]).max() / max(abs(forces[1]).max(), 1.0), 0.0, absolute=1e-9)
 
@@ -104,6 +115,36 @@ def whole(case):
         compare(case, f"{what}, all modes", full, same_steps(case, mesh_, full, *condensed(ALL)))
     mesh_ = mesh()
     compare(case, "dam alone condensed, all modes", full := shaken(case, mesh_), same_steps(case, mesh_, full, *condensed(ALL, "dam")))
+
+
+DAMPED = ("stages", [{"shake": SHAKING | {"beta": 2e-3, "envelope_every": 20}}])
+
+
+def stiffness_damping(case):
+    """Damping by stiffness: of the whole stage; of one group, an elastic one between others; bodies that share vertices have one."""
+    for what, mesh_ in (("quadrilaterals", mesh()), ("triangles", split_triangles(mesh()))):
+        full = shaken(case, mesh_, DAMPED)
+        compare(case, f"beta, {what}, all modes", full, same_steps(case, mesh_, full, *condensed(ALL), DAMPED))
+    full = shaken(case, mesh(), ("materials.dam", DAM | {"beta": 4e-3}))
+    rock, dam = condensed(ALL)
+    compare(case, "beta of the dam alone", full, same_steps(case, mesh(), full, rock, (dam[0], dam[1] | {"beta": 4e-3})))
+    compare(case, "... the rock not condensed", full, same_steps(case, mesh(), full, (dam[0], dam[1] | {"beta": 4e-3})))
+    compare(case, "... the dam not condensed", full, same_steps(case, mesh(), full, rock, ("materials.dam", DAM | {"beta": 4e-3})))
+    keys = [*SLIDING, ("stages", [{"rest": {"loads": ["weight"]}}, {"shake": SHAKING | {"frames": 0, "beta": 1e-3}}, {"more": SHAKING | {"frames": 0, "alpha": 0, "duration": 0.1}}, {"after": {"loads": ["weight"]}}])]
+    full = shaken(case, mesh(), *keys)
+    reduced = same_steps(case, mesh(), full, *keys, *condensed(ALL), also="-stages_more_dt_factor")
+    for stage in ("shake", "more", "after"):
+        a, b = (r.stage(stage).displacement for r in (reduced, full))
+        case.check(f"beta, friction, then a stage without: {stage}: all vertices, over the largest", abs(a - b).max() / abs(b).max(), 0.0, absolute=1e-6)
+    still = [("supports.bottom", {"fix": "xy"}), ("joints.default.k_n", 2e8), ("joints.default.k_s", 1e8)]
+    for beta in (1e-3, 1e-2):
+        for frequency in (40, ALL):
+            keys = [*still, *condensed(frequency), ("stages", [{"shake": SHAKING | {"alpha": 0, "beta": beta, "dt_factor": 1, "duration": 1}}])]
+            result = shaken(case, mesh(), *keys)
+            case.check(f"beta {beta:g} s, modes to {frequency:g} Hz, at the bound of the step: balance over the strain energy", result.stage_summary("shake")["energy"]["balance"] / np.nanmax(result.history["strain_J"]), 0.0, absolute=1e-9)
+            case.check("... what sets it", "beta of group " in result.stdout, True)
+            early, late = (np.ptp(half) for half in np.array_split(result.history["top_uy_m"], 2))
+            case.check("... the motion fades: that of the second half over that of the first", 0 < late < 0.7 * early, True)
 
 
 def quiet(case):
@@ -131,6 +172,34 @@ def few_modes(case):
     case.check("quiet boundaries, modes to 80 Hz: error of the crest over the largest displacement", apart(same_steps(case, mesh(), waves, *condensed(80), *QUIET), waves, "top_ux_m"), 0.0, absolute=0.01)
     large = shaken(case, mesh(), ("strain", "large"))
     case.check("the same in large strain, all modes: error of the crest", apart(same_steps(case, mesh(), large, *condensed(ALL), ("strain", "large")), large, "top_ux_m"), 0.0, absolute=0.01)
+
+
+def scaled(young, hertz=None):
+    """Both groups so many times as stiff, condensed to a frequency."""
+    inside = {"condensed": True, "highest_frequency": hertz} if hertz else {}
+    return [(f"materials.{g}", m | {"young": young * m["young"]} | inside) for g, m in (("rock", ROCK), ("dam", DAM))]
+
+
+def error_told(case):
+    """What a run says that bodies lack, against the whole mesh: smooth shaking of soft and stiff bodies, with water, on quiet ground; and where it cannot say it."""
+    smooth = ("stages", [{"shake": SHAKING | {"loads": [], "frames": 20}}])
+    wet = [QUIET[0], ("stages", [{"shake": SHAKING | {"loads": ["hydro"], "frames": 20}}])]
+    for what, young, keys, frequencies in (("as it is", 1, [smooth], (20, 40, 80)), ("four times as stiff", 4, [smooth], (20, 80)), ("a fourth as stiff", 0.25, [smooth], (40,)), ("quiet ground, added mass", 1, wet, (20, 40))):
+        full = shaken(case, mesh(), *scaled(young), *keys)
+        for frequency in frequencies:
+            reduced = same_steps(case, mesh(), full, *scaled(young, frequency), *keys)
+            lacking = reduced.stage_summary("shake")["lacking"]
+            stress = [np.array([r.stage(n).stress for n in full.frames("shake")]) for r in (reduced, full)]
+            true = np.sqrt(((stress[0] - stress[1])**2).mean() / (stress[1]**2).mean())
+            case.check(f"{what}, modes to {frequency} Hz: true error of stresses, root mean square over blocks and time, over that told", true / lacking["stress"], 1.05, absolute=0.3)
+            case.check("... true error of the crest over the largest displacement, over the error told of frequencies", apart(reduced, full, "top_ux_m", "top_uy_m") / lacking["frequency"], 5, absolute=5)
+            case.check("... kept vertices are slower than modes left out", 0 < lacking["haste"] < 0.3, True)
+            case.check("... said", "stresses of the motion are off by about" in reduced.stdout, True)
+    blow = [("stages", [{"shake": SHAKING}])]
+    for what, keys in (("weight put on at once", blow), ("a dam that slides", SLIDING)):
+        lacking = (reduced := shaken(case, mesh(), *scaled(1, 40), *keys)).stage_summary("shake")["lacking"]
+        case.check(f"{what}: no error is told", [lacking["stress"], lacking["haste"] > 0.3, "is not known: their kept vertices move at" in reduced.stdout], [None, True, True])
+    case.check("all modes: nothing is lacking", "lacking" in shaken(case, mesh(), *scaled(1, ALL), smooth).stage_summary("shake"), False)
 
 
 SLIDING = [("joints.default", {"law": "mohr_coulomb", "k_n": 2e9, "k_s": 1e9, "friction": 4, "damping": 2e-4}),
@@ -191,15 +260,102 @@ def ranks(case):
 
 
 def restart(case):
-    keys = [*condensed(60), *QUIET, ("checkpoint", {"every": 150, "keep": 100})]
+    keys = [*condensed(60), *QUIET, ("stages", [QUIET[2][1][0], {"shake": SHAKING | {"loads": ["push", "hydro"], "beta": 1e-3}}, QUIET[2][1][2]]), ("checkpoint", {"every": 150, "keep": 100})]
     folder = prepared(case, mesh(), *keys)
     whole_run = case.again(folder)
     case.again(folder, "-output", "kept")
     files, same = sorted((folder / "kept" / "checkpoints").iterdir()), []
+    told_ = []
     for number, file in enumerate(files):
         again = case.again(folder, "-restart", file, ranks=2 if number % 3 == 0 else 1)
         same.append([again.stage_summary(s)["checksum"] == whole_run.stage_summary(s)["checksum"] for s in ("shake", "after")])
+        told_.append(list(again.stage_summary("shake")["lacking"].values()))
     case.check("restart from each checkpoint, on 1 and 2 ranks: same bits", [len(files) > 4, bool(np.all(same))], [True, True])
+    case.check("... what bodies are told to lack", told_, [list(whole_run.stage_summary("shake")["lacking"].values())] * len(files), relative=1e-9)
+
+
+# ---- modes of the whole
+
+BODIES = load("added_mass")
+SWING = [("supports.bottom", {"fix": "xy"}), ("stages", [{"rest": {"loads": ["weight"]}}, {"dry": {"type": "modes"}}, {"wet": {"type": "modes", "loads": ["hydro"], "count": 8}}])]
+
+
+def facts(result, stage):
+    """Frequencies, effective masses, what a run says frequencies are too high by."""
+    modes_ = result.stage_summary(stage)["modes"]
+    return *(np.array([m[name] for m in modes_["list"]], float) for name in ("f", "mass_x", "mass_y")), np.array([m.get("too_high", 0) for m in modes_["list"]], float), modes_
+
+
+def modes(case):
+    """All modes inside: those of the whole mesh, with their shapes. A few: too high, by as much as the run says."""
+    for what, mesh_, groups in (("quadrilaterals", mesh(), ()), ("triangles", split_triangles(mesh()), ()), ("dam alone condensed", mesh(), ("dam",))):
+        for strain in ("small", "large"):
+            keys = [*SWING, ("strain", strain)]
+            full, reduced = (shaken(case, mesh_, *keys, *extra) for extra in ([], condensed(ALL, *groups)))
+            for stage in ("dry", "wet"):
+                (f, x, y, _, all_), (f_, x_, y_, error, found) = (facts(r, stage) for r in (full, reduced))
+                near = {"absolute": 1e-9 if strain == "small" else 2e-3}  # in large strain the whole mesh swings about what its weight has turned
+                case.check(f"{what}, {strain} strain, {stage}: frequencies over those of the whole mesh, less 1", f_ / f - 1, 0 * f, **near)
+                if strain == "large":
+                    continue
+                case.check("... effective masses over the mass", [(x_ - x) / all_["mass_x"], (y_ - y) / all_["mass_y"]], [0 * f] * 2, absolute=1e-9)
+                case.check("... mass that moves [kg]", [found["mass_x"], found["mass_y"]], [all_["mass_x"], all_["mass_y"]], relative=1e-12)
+                case.check("... shapes at all vertices", abs(reduced.stage(stage).modes - full.stage(stage).modes).max(), 0.0, absolute=1e-7)
+                case.check("... what is told", error, 0 * f, absolute=1e-9)
+    whole_mesh = shaken(case, mesh(), *SWING)
+    for frequency in (20, 40, 80):
+        few = shaken(case, mesh(), *SWING, *condensed(frequency))
+        for stage in ("dry", "wet"):
+            told("two bodies", case, whole_mesh, few, stage, frequency)
+    sums = [facts(shaken(case, mesh(), *SWING, *condensed(40), ranks=n), "wet")[0] for n in (1, 2, 3)]
+    case.check("on 2 and 3 ranks: frequencies over those on one, less 1", [sums[1] / sums[0] - 1, sums[2] / sums[0] - 1], [0 * sums[0]] * 2, absolute=1e-9)
+    case.check("... checksums of what runs before them", len({shaken(case, mesh(), *keys, *condensed(40)).stage_summary("rest")["checksum"] for keys in (SWING, [SWING[0], ("stages", [{"rest": {"loads": ["weight"]}}, {"shake": SHAKING}])])}), 1)
+    short = shaken(case, mesh(), *SWING, *condensed(3))
+    case.check("modes above those that bodies lack: said to be not known", [bool(np.isnan(facts(short, "wet")[3]).any()), "it is not known: raise highest_frequency" in short.stdout], [True, True])
+
+
+def told(what, case, full, reduced, stage, frequency):
+    """True and told errors of frequencies."""
+    f, f_, error = facts(full, stage)[0], facts(reduced, stage)[0], facts(reduced, stage)[3]
+    true, known = f_ / f - 1, np.isfinite(error) & (error < 0.03)
+    case.check(f"{what}, {stage}, modes to {frequency} Hz: no frequency is too low", bool((true > -1e-9).all()), True)
+    ratio = true[known] / error[known]
+    case.check("... true errors over those told, of those told below 3 %: least, largest", [ratio.min(), ratio.max()], [0.96, 0.96], absolute=0.06)
+
+
+def dams(case):
+    """VS12, condensed: three frequencies, without water and with, against independent finite elements, and the error that is told."""
+    M = load("modes")
+    for what, mesh_, young, level, dry, wet in (
+            ("triangle", BODIES.triangle(16), 30e9, 100, (4.9159, 11.1635, 12.9404), (3.5386, 8.1289, 12.6064)),
+            ("battered dam", BODIES.battered(), 30e9, 100, (4.8175, 11.3653, 12.2616), (3.8744, 9.1494, 12.0504)),
+            ("section G1", BODIES.section_g1(), 10e9, 33, (7.3908, 18.1025, 21.2733), (5.8220, 14.3611, 21.0673))):
+        scene = M.swinging(young, level, {"dry": {"type": "modes", "count": 3}}, {"wet": {"type": "modes", "loads": ["hydro"], "count": 3}})
+        full = case.run(mesh_, scene)
+        for frequency, relative in ((100, 5e-3), (400, 1e-3)):
+            reduced = case.run(mesh_, changed(scene, ("materials.dam.condensed", True), ("materials.dam.highest_frequency", frequency)))
+            for stage, expected in (("dry", dry), ("wet", wet)):
+                case.check(f"{what}, {stage}, modes to {frequency} Hz: three frequencies [Hz]", facts(reduced, stage)[0], expected, relative=relative)
+                told(what, case, full, reduced, stage, frequency)
+
+
+def on_ground(case):
+    """VS13, condensed and not: a dam on rock that lets waves out, one body, hit from below; complex mode of the dam, from its decay."""
+    t = np.arange(201) * 0.001
+    pulse = "".join(f"{a:.6g}, {b:.17g}, 0\n" for a, b in zip(t, np.sin(np.pi * np.minimum(t / 0.1, 1))**2, strict=True))
+    for rock, loads, expected in ((20e9, [], (5.4281, 0.0795)), (20e9, ["hydro"], (4.4724, 0.0834)), (60e9, [], (6.4075, 0.0362)), (60e9, ["hydro"], (5.2769, 0.0410))):
+        scene = changed(BODIES.on_rock(rock, loads), ("supports.bottom.motion", "pulse.csv"), ("materials.dam.velocity", [0, 0]))
+        for what, keys in (("whole mesh", []), ("modes to 100 Hz", [(f"materials.{g}.{k}", v) for g in ("rock", "dam") for k, v in (("condensed", True), ("highest_frequency", 100))])):
+            folder = case.prepare(BODIES.dam_on_rock(), changed(scene, *keys))
+            (folder / "pulse.csv").write_text(pulse)
+            result = case.again(folder)
+            time, u = BODIES.shake(result, "crest")
+            late = time > 0.45
+            mode = min(BODIES.poles(time[late], u[late, 0], 10, 0.02), key=lambda s: abs(BODIES.hertz(s) - expected[0]))
+            case.check(f"dam on rock of {rock / 1e9:.0f} GPa, {'wet' if loads else 'dry'}, {what}: frequency [Hz]", abs(mode) / (2 * np.pi), expected[0], relative=2e-3)
+            case.check("... damping ratio", -mode.real / abs(mode), expected[1], absolute=5e-4)
+            energy = result.stage_summary("shake")["energy"]
+            case.check("... energy balance over what went out", energy["balance"] / energy["radiated"], 0.0, absolute=1e-10)
 
 
 def refusals(case):
@@ -208,8 +364,9 @@ def refusals(case):
             ("no highest frequency", [("materials.rock", body)], "highest_frequency is missing [Hz]: condensed, and stage shake is dynamic"),
             ("no density", [("materials.rock", body | {"highest_frequency": 40, "density": 0})], "expected a density > 0"),
             ("a velocity at the start", [("materials.dam", body | {"highest_frequency": 40, "velocity": [1, 0]})], "a condensed body starts at rest"),
-            ("a whole group that moves", [*condensed(40, "rock"), ("supports", {"rock": {"fix": "xy", "motion": "quake.csv"}})], "moves the condensed group rock as a whole"),
-            ("a free field", [*condensed(40, "rock"), ("supports", {"bottom": {"fix": "xy", "motion": "quake.csv"}, "sides": {"fix": "x", "boundary": "free_field"}})], "which is condensed: expected faces of blocks that deform"),
+            ("a whole group that moves", [*condensed(40, "rock"), ("supports", {"rock": {"fix": "xy", "motion": "quake.csv"}})], "holds the condensed group rock as a whole"),
+            ("several betas in one body", [*condensed(40, "rock"), ("materials.lower", ROCK | {"condensed": True, "highest_frequency": 40, "beta": 1e-3})], "groups rock and lower are one condensed body and have beta 0 and 0.001 s"),
+            ("no highest frequency for modes", [("materials.rock", body), ("supports.bottom", {"fix": "xy"}), ("stages", [{"swing": {"type": "modes"}}])], "highest_frequency is missing [Hz]: condensed, and stage swing is of type modes"),
             ("a vertex of a rigid body", [*condensed(40, "rock"), ("materials.lower", {"density": 2600, "rigid": True}), ("supports", {"lower": {"fix": "xy"}})], "with a rigid one")):
         mesh_ = mesh()
         if "materials.lower" in dict(changes):

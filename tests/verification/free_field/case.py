@@ -97,6 +97,7 @@ def run(case):
     alone(case)
     with_structure(case)
     two_columns(case)
+    condensed(case)
     rest(case)
     ranks(case)
     restart(case)
@@ -169,6 +170,39 @@ def two_columns(case):
 
 
 WEIGHT = {"w": {"type": "self_weight"}}
+
+def with_modes(mesh, hertz, *groups):
+    return [(f"materials.{g}.{key}", value) for g in groups or mesh.group_names for key, value in (("condensed", True), ("highest_frequency", hertz))]
+
+
+def condensed(case):
+    """Condensed ground beside free ground. With all modes inside it is the whole mesh; with a few it lacks what they leave out."""
+    every, moved_base = 1e5, ("supports.bottom", {"fix": "xy", "motion": "wave.csv"})
+    for what, wave, shape, groups, changes, keys in (
+            ("S wave, quadrilaterals", "S", None, (), [], {}), ("P wave, triangles", "P", split_triangles, (), [], {}), ("S wave, alpha and beta", "S", None, (), [], {"alpha": 3.0, "beta": 5e-4}),
+            ("P wave, the upper half condensed", "P", None, ("high",), [], {"alpha": 3.0}), ("S wave, base that is moved", "S", None, (), [moved_base], {"alpha": 3.0})):
+        mesh = (shape or (lambda m: m))(ground(30))
+        box = shaken(case, mesh, wave, *with_modes(mesh, every, *groups), *changes, shake(**keys | {"dt_factor": 0.4}))
+        off = deviation(box, strip(case, wave, box.stage_summary("shake")["dt"], *changes, **keys))
+        case.check(f"condensed ground, {what}: vertices from the strip, over its largest displacement", off, 0.0, absolute=1e-10)
+        energy = box.stage_summary("shake")["energy"]
+        case.check("... energy balance over what came in", energy["balance"] / max(energy["incoming"], energy["supports"]), 0.0, absolute=1e-10)
+    off = []
+    for hertz in (30, 60, 120):
+        box = shaken(case, mesh, "S", *with_modes(mesh, hertz), shake(dt_factor=0.4))
+        off.append(deviation(box, strip(case, "S", box.stage_summary("shake")["dt"])))
+    for hertz, error, most in zip((30, 60, 120), off, (3e-3, 5e-4, 5e-5), strict=True):
+        case.check(f"... modes to {hertz} Hz: vertices from the strip, over its largest displacement", error, 0.0, absolute=most)
+    case.check("... falls", off[0] > 2 * off[1] > 4 * off[2] > 0, True)
+    mesh = ground(60, structure=True)
+    whole = shaken(case, mesh, "S")
+    few = shaken(case, mesh, "S", *with_modes(mesh, 100), ("materials.stiff.condensed", True), ("materials.stiff.highest_frequency", 100))
+    t = np.linspace(0, 0.6, 301)
+    u = [np.interp(t, r.history["time_s"], r.history["middle_ux_m"]) for r in (whole, few)]
+    case.check("50 t on the ground, modes to 100 Hz: the structure from that of the whole mesh, over its largest displacement", abs(u[1] - u[0]).max() / abs(u[0]).max(), 0.0, absolute=1e-3)
+    sums = {shaken(case, ground(30), "both", *with_modes(ground(30), 60), shake(duration=0.1), ranks=n).stage_summary("shake")["checksum"] for n in (1, 2, 3)}
+    case.check("condensed ground: checksums on 1 to 3 ranks", len(sums), 1)
+
 
 def there_and_back(first, second):
     """Static, dynamic, static, dynamic and static stages, these of so many seconds."""
