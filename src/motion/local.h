@@ -33,6 +33,7 @@ typedef struct {
   PetscReal *couples;        /* [kg] (stride, width) Psi' M Phi by columns */
   PetscReal *coupled;        /* the same transposed */
   PetscReal *along;          /* [kg] (n, 2) what a motion of the ground along x, y takes along */
+  PetscReal *yields;         /* [-] (width,) what of a force on a mode its dashpot leaves */
   PetscReal *inverse;        /* [1/kg] (stride, stride) between the first n_free */
   PetscReal *kept[BODY_VECTORS], *modes[BODY_VECTORS]; /* (stride,), (width,) */
   PetscBool known;                                     /* MOMENTUM is that of the velocities of the state */

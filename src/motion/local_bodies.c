@@ -8,7 +8,9 @@
    inertia in common, so they are eliminated, and the inverse is that of the kept degrees of freedom: with
    H = Psi' M Phi and w = 1 + alpha dt/2
 
-   a_q = f_q / w - H' a_B,   (M_BB + dt/2 D_BB - w H H') a_B = f_B - H f_q.
+   a_q = y (f_q / w - H' a_B),   (M_BB + dt/2 D_BB - w H y H') a_B = f_B - H y f_q,   y = w / (w + dt/2 c),
+
+   where c are the dashpots of gathered modes (condense_left_out.c), centred as those of points.
 
    Damping by stiffness is a force, of the velocity before: among f, and -beta Omega^2 q'- beside -Omega^2 q.
 
@@ -58,9 +60,9 @@ static PetscErrorCode gather_inertia(LocalBody *b)
 {
   const Condensed *c = b->of;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc5(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
-                         b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->stride * b->stride,
-                         &b->inverse));
+  PetscCall(PetscCalloc6(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
+                         b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->width, &b->yields,
+                         b->stride * b->stride, &b->inverse));
   for (PetscInt i = 0; i < c->n_kept; i++) {
     const PetscReal *row = c->inertia + i * c->size;
     for (PetscInt j = 0; j < c->n_kept; j++) b->inertia[b->row[i] * b->stride + b->row[j]] += row[j];
@@ -99,7 +101,7 @@ PetscErrorCode LocalBodiesDestroy(Local *l)
   PetscFunctionBeginUser;
   for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscCall(PetscFree2(b->dof, b->row));
-    PetscCall(PetscFree5(b->inertia, b->couples, b->coupled, b->along, b->inverse));
+    PetscCall(PetscFree6(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse));
     for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
     PetscCall(PetscFree(b->point));
   }
@@ -134,9 +136,11 @@ static PetscErrorCode invert(const Local *l, const LocalBody *b, const State *s,
   const PetscReal whole = damped_mass(s, step), minus = -whole, one = 1.;
   const PetscBLASInt n = (PetscBLASInt)b->n_free, stride = (PetscBLASInt)b->stride,
                      k = (PetscBLASInt)b->of->n_modes;
-  PetscReal *A = b->inverse;
+  PetscReal *A = b->inverse, *left;
   PetscBLASInt info = 0;
   PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < b->of->n_modes; i++)
+    b->yields[i] = whole / (whole + 0.5 * step * b->of->damper[i]);
   PetscCall(PetscArrayzero(A, b->stride * b->stride));
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < b->n_free; i++) {
@@ -152,9 +156,13 @@ static PetscErrorCode invert(const Local *l, const LocalBody *b, const State *s,
           A[row * b->stride + column] += p->mass[x][y] + 0.5 * step * p->dashpot[x][y];
       }
   }
+  PetscCall(PetscMalloc1(b->stride * b->width, &left));
+  for (PetscInt i = 0; i < b->stride * b->of->n_modes; i++)
+    left[i] = b->yields[i / b->stride] * b->couples[i];
   if (k)
-    PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &n, &n, &k, &minus, b->couples, &stride, b->couples,
-                                        &stride, &one, A, &stride));
+    PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &n, &n, &k, &minus, left, &stride, b->couples, &stride,
+                                        &one, A, &stride));
+  PetscCall(PetscFree(left));
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &n, A, &stride, &info));
   if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &n, A, &stride, &info));
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "the inertia of a condensed body has no inverse: %d",
@@ -247,7 +255,7 @@ static void find_forces(const Local *l, const LocalBody *b, const State *s, cons
     kept[i] = s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v[i] - ground[(d - at) % 2]);
   }
   for (PetscInt k = 0; k < b->of->n_modes; k++)
-    modes[k] = -b->of->omega2[k] * (q[k] + b->of->beta_now * b->modes[V_BEFORE][k]);
+    modes[k] = -b->of->omega2[k] * q[k] - CondensedDamper(b->of, k) * b->modes[V_BEFORE][k];
   if (s->alpha != 0.) {
     for (PetscInt i = 0; i < b->n_free; i++)
       kept[i] -= drag_of(s, b->kept[MOMENTUM][i], b->along + 2 * i, ground);
@@ -266,26 +274,33 @@ static void accelerate(const Local *l, LocalBody *b, const State *s, const Petsc
   const PetscReal whole = damped_mass(s, step);
   if (!b->known) find_momentum(b, V_BEFORE, MOMENTUM);
   find_forces(l, b, s, ground, step);
+  for (PetscInt k = 0; k < b->of->n_modes; k++) b->modes[FORCE][k] *= b->yields[k];
   DenseTimes(b->stride, b->width, b->couples, b->modes[FORCE], b->kept[ROOM]);
   for (PetscInt i = 0; i < b->n_free; i++) b->kept[FORCE][i] -= b->kept[ROOM][i];
   DenseTimes(b->stride, b->stride, b->inverse, b->kept[FORCE], b->kept[ACCELERATION]);
   DenseTimes(b->width, b->stride, b->coupled, b->kept[ACCELERATION], b->modes[ROOM]);
   for (PetscInt k = 0; k < b->of->n_modes; k++)
-    b->modes[ACCELERATION][k] = b->modes[FORCE][k] / whole - b->modes[ROOM][k];
+    b->modes[ACCELERATION][k] = b->modes[FORCE][k] / whole - b->yields[k] * b->modes[ROOM][k];
 }
 
 /* Books the works of the step at one degree of freedom: velocities and momenta before and behind it. damper:
-   [kg/s] of its own, which knows the velocity before. The force that takes it along. */
+   [N] of its own. The force that takes it along. */
 static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], PetscInt i, PetscReal damper,
                           const PetscReal *along, const PetscReal ground[2], PetscReal works[LOCAL_WORKS])
 {
   const PetscReal before = x[MOMENTUM][i], behind = x[MOMENTUM_BEHIND][i], v_0 = x[V_BEFORE][i],
-                  v_1 = x[V_BEHIND][i],
-                  drag = drag_of(s, 0.5 * (before + behind), along, ground) + damper * v_0;
+                  v_1 = x[V_BEHIND][i], drag = drag_of(s, 0.5 * (before + behind), along, ground) + damper;
   works[LOCAL_INSIDE] += 0.5 * v_0 * behind;
   works[LOCAL_DRAG] += 0.5 * s->dt * (v_0 + v_1) * drag;
   works[LOCAL_DRAG_AHEAD] += 0.5 * s->dt * v_1 * drag;
   return (behind - before) / s->dt + drag;
+}
+
+/* [N] What damps mode k over the step: its dashpot in the middle, beta by the velocity before. */
+static PetscReal damper_of(const LocalBody *b, PetscInt k)
+{
+  const PetscReal v_0 = b->modes[V_BEFORE][k], v_1 = b->modes[V_BEHIND][k];
+  return CondensedDamper(b->of, k) * v_0 + 0.5 * b->of->damper[k] * (v_1 - v_0);
 }
 
 static void book_body(const Local *l, const LocalBody *b, const State *s, const PetscReal ground[2],
@@ -299,7 +314,7 @@ static void book_body(const Local *l, const LocalBody *b, const State *s, const 
     works[LOCAL_SUPPORTS_AHEAD] += 0.5 * s->dt * v_1[i] * force;
   }
   for (PetscInt k = 0; k < b->of->n_modes; k++)
-    (void)book_one(s, b->modes, k, b->of->beta_now * b->of->omega2[k], along_mode(b, k), ground, works);
+    (void)book_one(s, b->modes, k, damper_of(b, k), along_mode(b, k), ground, works);
   for (PetscInt k = 0; k < b->n_points; k++) {
     const LocalPoint *p = l->point + b->point[k];
     const PetscInt row[2] = {row_of(l, b, p, 0), row_of(l, b, p, 1)};

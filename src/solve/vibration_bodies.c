@@ -82,9 +82,11 @@ PetscErrorCode InsideStiffness(const Model *m, Mat tangent, Mat *K)
 
 /* ---- mass */
 
-/* Row on this rank of kept degree of freedom or mode i of a body; -1: it is held. */
+/* Row on this rank of kept degree of freedom or mode i of a body; -1: it is held, or gathers modes that are
+   left out, which swing with motion in time alone. */
 static PetscInt row_of(const Model *m, const Condensed *c, PetscInt i)
 {
+  if (i >= c->size - c->n_gathered) return -1;
   if (i >= c->n_kept) return m->n_dof + c->first_mode + i - c->n_kept;
   const PetscInt d = 3 * m->n_bodies + c->kept[i];
   return Held(m, d) ? -1 : d;
@@ -111,6 +113,10 @@ PetscErrorCode InsideMass(Mass *mass, PetscReal moving[2])
           PetscCall(MatSetValue(mass->M, mass->first + row, mass->first + row_of(m, c, j),
                                 c->inertia[i * c->size + j], ADD_VALUES));
       for (int x = 0; x < 2 && row >= 0; x++) mass->pull[x * mass->rows + row] += c->along[2 * i + x];
+    }
+    for (PetscInt k = c->n_modes - c->n_gathered; k < c->n_modes; k++) { // a row without mass
+      const PetscInt row = mass->first + m->n_dof + c->first_mode + k;
+      PetscCall(MatSetValue(mass->M, row, row, 0., ADD_VALUES));
     }
     for (int x = 0; x < 2; x++) moving[x] += c->inside[x];
   }

@@ -198,7 +198,8 @@ PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What condensed bodies lack in a motion. Modes left out that follow accelerations at once store the part
+/* What condensed bodies lack in a motion, were the mass that their modes leave out bolted on: gathered
+   (condense_left_out.c) it is less. Modes left out that follow accelerations at once store the part
    `share` of what the bodies store: stresses, of which energy is the square, are off by its root. In a free
    vibration omega^2 is too high by `share`, the frequency by half as much. haste: mean square of the
    frequency of kept vertices over that of the first mode left out. */
@@ -288,11 +289,10 @@ static PetscErrorCode say_lacking(const Problem *p, const Energies *e)
                           "highest_frequency, or compare with the whole mesh\n",
                           p->stage->name, (double)e->haste));
   else
-    PetscCall(
-        PetscPrintf(p->m->comm,
-                    "stage %s: for the modes that condensed bodies lack stresses of the motion are off "
-                    "by about %.2g %%, root mean square, its frequencies are too high by about %.2g %%\n",
-                    p->stage->name, 100. * (double)e->lacking[0], 100. * (double)e->lacking[1]));
+    PetscCall(PetscPrintf(p->m->comm,
+                          "stage %s: for the modes that condensed bodies lack stresses of the motion are off "
+                          "by up to some %.2g %%, root mean square, its frequencies by up to some %.2g %%\n",
+                          p->stage->name, 100. * (double)e->lacking[0], 100. * (double)e->lacking[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -170,8 +170,8 @@ def draw_motion(axes):
     """Motion in time, from the data of motion.py: step over step on each mesh; the same model by OpenSees."""
     with open(DATA / "motion.csv", newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if float(row["crest_error"]) > 0]
-    lines = {("slip", "Quoin"): ("o-", "base slips, {} columns"), ("condensed", "Quoin, to 30 Hz"): ("D", "base slips, condensed to 30 Hz, {} columns"),
-             ("race", "Quoin"): ("s", "elastic joint, {} columns"),
+    lines = {("slip", "Quoin"): ("o-", "base slips, {} columns"), ("condensed", "Quoin, to 30 Hz"): ("D", "base slips, beta, condensed to 30 Hz, {} columns"),
+             ("condensed", "Quoin, to 60 Hz"): ("d", "the same to 60 Hz"), ("race", "Quoin"): ("s", "elastic joint, {} columns"),
              ("race", "OpenSees, BandSPD"): ("^:", "OpenSees, elastic joint, {} columns")}  # fmt: skip
     for (part, solver), (mark, words) in lines.items():
         mine = [row for row in rows if (row["part"], row["solver"]) == (part, solver)]

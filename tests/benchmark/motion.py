@@ -12,8 +12,8 @@ slip    Section G1 of examples/guilhofrei_earthquake: static stages by Newton's 
         the step --fine of the bound; error of the mesh: of that against --finest columns. Errors are of the largest displacement of the
         crest and of the last slip of the heel, both against the rock under the heel.
 condensed
-        Section G1 as above in small strain, with the example's dashpot of 0.1 ms, whole and with dam and rock condensed up to --highest: errors against
-        the whole mesh.
+        Section G1 as above in small strain, with the example's dashpot of 0.1 ms, whole and with dam and rock condensed up to 30 and 60 Hz (--highest),
+        without damping by stiffness and with --beta: errors against the whole mesh with the same damping.
 race    The section on rock whose bottom moves by the record, elastic joint (stress model pt: springs at nodes), small strain, no loads,
         alpha 1, so that both solve the same equations: Quoin's explicit steps by `dt_factor: auto` (0.9 of a bound without room for contacts that are not there) and OpenSees by Newmark's
         average acceleration (peer_runs/opensees_motion.py) at --race-steps. Errors over 20 s against OpenSees with a quarter of the
@@ -54,7 +54,7 @@ SAMPLE = 0.005  # [s] at most between rows of the history; a parabola through th
 QUOIN, OPENSEES = "Quoin", "OpenSees"
 DAMPED, BARE, MESH = "slip", "slip, no dashpot", "slip, mesh"
 SYSTEMS = ("BandSPD", "SuperLU")  # the fastest in steps of the wheel's solvers for small and for large models
-CONDENSED = "condensed"
+CONDENSED, SOFT = "condensed, no beta", "condensed"
 HEAD = ("part", "solver", "columns", "blocks", "step", "steps", "duration", "cpu_s", "crest", "slip", "crest_error", "slip_error")
 WORDS = ("part", "solver")
 
@@ -178,15 +178,19 @@ def slip(options):
 
 
 def condensed(options):
-    """Both bodies of the section condensed, against the whole mesh."""
-    exact = None
-    for highest in (None, *options.highest):
-        scene = changed(slipping(1e-4), ("strain", "small"))
-        for group in scene["materials"].values() if highest else ():
-            group |= {"condensed": True, "highest_frequency": highest}
-        row = solve(options.quoin, scene, max(options.columns), max(options.factors), LASTS, 1)
-        exact = exact or row
-        yield {"part": CONDENSED, "solver": f"{QUOIN}, to {highest:g} Hz" if highest else QUOIN, **row, **against(row, exact)}
+    """Both bodies of the section condensed, against the whole mesh with the same damping."""
+    for part, beta in ((SOFT, options.beta), (CONDENSED, 0.0)):
+        exact = None
+        for highest in (None, *options.highest):
+            scene = changed(slipping(1e-4), ("strain", "small"))
+            for stages in scene["stages"]:
+                if "shake" in stages:
+                    stages["shake"] |= {"beta": beta}
+            for group in scene["materials"].values() if highest else ():
+                group |= {"condensed": True, "highest_frequency": highest}
+            row = solve(options.quoin, scene, max(options.columns), max(options.factors), LASTS, 1)
+            exact = exact or row
+            yield {"part": part, "solver": f"{QUOIN}, to {highest:g} Hz" if highest else QUOIN, **row, **against(row, exact)}
 
 
 def race(options):
@@ -260,10 +264,10 @@ def race_table(rows):
 
 def condensed_table(rows):
     lines = []
-    for row in (row for row in rows if row["part"] == CONDENSED):
-        lines.append(["all" if row["solver"] == QUOIN else row["solver"].removeprefix(f"{QUOIN}, "), f"{row['steps']:.0f}",
+    for row in (row for row in rows if row["part"] in (SOFT, CONDENSED)):
+        lines.append(["yes" if row["part"] == SOFT else "no", "all" if row["solver"] == QUOIN else row["solver"].removeprefix(f"{QUOIN}, "), f"{row['steps']:.0f}",
                       f"{row['cpu_s']:.3g}", f"{1e3 * row['crest']:.2f}", f"{1e3 * row['slip']:.2f}", percent(row["crest_error"]), percent(row["slip_error"])])  # fmt: skip
-    return table(["vibrations within bodies", "steps", "processor [s]", "crest [mm]", "slip [mm]", "error: crest", "slip"], lines)
+    return table(["beta", "vibrations within bodies", "steps", "processor [s]", "crest [mm]", "slip [mm]", "error: crest", "slip"], lines)
 
 
 def check(program):
@@ -288,7 +292,8 @@ def parse():
     parser.add_argument("--factors", type=float, nargs="+", default=[0.9, 0.6, 0.3], help="steps over the stability bound")
     parser.add_argument("--fine", type=float, default=0.1, help="step of the reference")
     parser.add_argument("--dashpot", type=float, default=1e-3, help="[s]")
-    parser.add_argument("--highest", type=float, nargs="+", default=[30], help="[Hz] of condensed bodies")
+    parser.add_argument("--highest", type=float, nargs="+", default=[30, 60], help="[Hz] of condensed bodies")
+    parser.add_argument("--beta", type=float, default=1e-4, help="[s] of the part condensed")
     parser.add_argument("--race", type=int, nargs="+", default=[24, 58, 116], help="columns")
     parser.add_argument("--race-steps", type=float, nargs="+", default=[0.01, 0.005], help="[s] of OpenSees")
     parser.add_argument("--whole", type=int, default=24, help="most columns for the whole record")

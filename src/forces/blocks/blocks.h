@@ -122,7 +122,9 @@ typedef struct _p_Condensed {
 
   /* in time, condense_in_time.c */
   PetscInt n_modes, size, first_mode; /* its modes; n_kept + n_modes; its first row in State.modes */
+  PetscInt n_gathered;                /* of its modes: the last ones; condense_left_out.c */
   PetscReal *omega2, *shapes;         /* [1/s2] (n_modes,) ascending; (n_modes, n_inner) of modal mass 1 */
+  PetscReal *damper;                  /* [1/s] (n_modes,) dashpots of the gathered ones, of modal mass 1 */
   PetscReal *inertia;                 /* [kg] (size, size) of kept degrees of freedom, then modes; without the
                                          lumped masses of kept vertices */
   PetscReal *along;                   /* [kg] (size, 2) what of it a motion of the whole along x, y takes */
@@ -179,8 +181,18 @@ void CondensedLoaded(const Model *model, State *state);
 PetscErrorCode CondensedArchive(Archive *archive, const Model *model, State *state);
 /* Notes the resisting force that these vibrations add at kept vertices: state->inertial. */
 void CondensedInertial(const Model *model, const State *state);
+/* [1/s] What damps mode k of a body: its dashpot, and beta of the stage. */
+static inline PetscReal CondensedDamper(const Condensed *body, PetscInt k)
+{
+  return body->damper[k] + body->beta_now * body->omega2[k];
+}
 /* u += Phi q; q: (n_modes,) of the model; u: vertex array. */
 void CondensedAddModes(const Model *model, const PetscReal *q, PetscReal *u);
+
+/* ---- condense_left_out.c */
+/* Gathers the modes that a body leaves out into a few, behind its own. rows: (size, n_inner) Psi', Phi',
+   times the roots of the masses; overwritten. */
+PetscErrorCode CondensedGather(const Model *model, PetscReal *rows, Condensed *body);
 
 /* ---- condense_limits.c */
 /* Collective. Refuses contacts at inner vertices. */

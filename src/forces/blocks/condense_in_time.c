@@ -12,8 +12,8 @@
      the stiffness [ S       0 ]      and beside the lumped masses of    [ Psi' M Psi   Psi' M Phi ]
                    [ 0  Omega^2 ]     its kept vertices the inertia      [ Phi' M Psi        1     ].      (d)
 
-   With all modes it is the whole mesh in other coordinates. The modes that are left out follow as if at
-   rest: that is exact where motion is slow beside them. Which are left out is told at set-up.
+   With all modes it is the whole mesh in other coordinates. The modes that are left out are gathered into a
+   few, which are damped (condense_left_out.c). Which are left out is told at set-up.
 
    A damping by mass acts on the same matrix. Ground that moves by g moves all of the body by g, so it acts
    against M (1, 1, ...) g, of which the reduced form is `along`. */
@@ -49,7 +49,8 @@ static PetscErrorCode take_modes(PetscInt n, const PetscReal *omega2, const Pets
 {
   PetscFunctionBeginUser;
   while (c->n_modes < n && omega2[c->n_modes] <= highest * highest) c->n_modes++;
-  PetscCall(PetscMalloc2(c->n_modes, &c->omega2, c->n_modes * c->n_inner, &c->shapes));
+  PetscCall(
+      PetscCalloc3(c->n_modes, &c->omega2, c->n_modes * c->n_inner, &c->shapes, c->n_modes, &c->damper));
   PetscCall(PetscArraycpy(c->omega2, omega2, c->n_modes));
   PetscCall(PetscArraycpy(c->shapes, shapes, c->n_modes * c->n_inner));
   const PetscReal next = c->n_modes < n ? PetscSqrtReal(omega2[c->n_modes]) : searched;
@@ -209,6 +210,7 @@ PetscErrorCode CondensedModes(const Scene *scene, const Model *m, Mat K, Condens
   PetscCall(weigh(m, K, c, rows));
   PetscCall(find_inertia(m, rows, c));
   if (SceneInTime(scene)) PetscCall(find_lacking(m, rows, c));
+  if (SceneInTime(scene)) PetscCall(CondensedGather(m, rows, c));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -216,7 +218,7 @@ PetscErrorCode CondensedModes(const Scene *scene, const Model *m, Mat K, Condens
 PetscErrorCode CondensedModesDestroy(Condensed *c)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree2(c->omega2, c->shapes));
+  PetscCall(PetscFree3(c->omega2, c->shapes, c->damper));
   PetscCall(PetscFree2(c->inertia, c->along));
   PetscCall(PetscFree(c->lacking));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -263,27 +265,29 @@ PetscErrorCode CondensedModesNumber(const Scene *scene, Model *m)
 
 PetscErrorCode CondensedSay(const Model *m)
 {
-  PetscReal sum[4] = {0.}, next = PETSC_INFINITY, share[2];
+  PetscReal sum[5] = {0.}, next = PETSC_INFINITY, share[2];
   PetscFunctionBeginUser;
   if (!m->mode_start) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
     for (int x = 0; x < 2; x++) sum[x] += c->left_out[x], sum[2 + x] += c->inside[x];
+    sum[4] += (PetscReal)c->n_gathered;
     next = PetscMin(next, c->next);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_REAL, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 5, MPIU_REAL, MPI_SUM, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &next, 1, MPIU_REAL, MPI_MIN, m->comm));
   for (int x = 0; x < 2; x++) share[x] = sum[2 + x] > 0. ? 100. * PetscMax(sum[x], 0.) / sum[2 + x] : 0.;
   PetscCall(PetscPrintf(m->comm, "vibrations within condensed bodies: %" PetscInt_FMT " modes",
-                        m->mode_start[m->n_condensed_global]));
+                        m->mode_start[m->n_condensed_global] - (PetscInt)sum[4]));
   if (next < PETSC_INFINITY)
-    PetscCall(
-        PetscPrintf(m->comm,
-                    ", none from %.4g Hz on: %.2g %% of the mass inside along x, %.2g %% along y, has no "
-                    "modes and follows as if at rest\n",
-                    (double)next, (double)share[0], (double)share[1]));
-  else
-    PetscCall(PetscPrintf(m->comm, ", all there are\n"));
+    PetscCall(PetscPrintf(m->comm,
+                          ", none from %.4g Hz on: %.2g %% of the mass inside along x, %.2g %% along y, has "
+                          "no modes and %s",
+                          (double)next, (double)share[0], (double)share[1],
+                          sum[4] > 0. ? "" : "follows as if at rest\n"));
+  if (sum[4] > 0.)
+    PetscCall(PetscPrintf(m->comm, "is gathered into %g more, which are damped\n", (double)sum[4]));
+  if (next == PETSC_INFINITY) PetscCall(PetscPrintf(m->comm, ", all there are\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -327,7 +331,7 @@ void CondensedInertial(const Model *m, const State *s)
       const PetscReal *H = c->inertia + i * c->size + c->n_kept;
       PetscReal force = 0.;
       for (PetscInt k = 0; k < c->n_modes; k++)
-        force -= H[k] * c->omega2[k] * (q[k] + c->beta_now * speed[k]);
+        force -= H[k] * (c->omega2[k] * q[k] + CondensedDamper(c, k) * speed[k]);
       s->inertial[3 * m->n_bodies + c->kept[i]] = force;
     }
   }

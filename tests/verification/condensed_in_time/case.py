@@ -76,6 +76,7 @@ def run(case):
     few_modes(case)
     error_told(case)
     slides(case)
+    strikes(case)
     stages(case)
     step(case)
     ranks(case)
@@ -164,7 +165,7 @@ def few_modes(case):
     for frequency in (20, 40, 80):
         result = same_steps(case, mesh(), full, smooth, *condensed(frequency))
         found.append(apart(result, full, "top_ux_m", "top_uy_m"))
-    for frequency, error, most in zip((20, 40, 80), found, (0.06, 0.006, 2e-4), strict=True):
+    for frequency, error, most in zip((20, 40, 80), found, (0.015, 0.0025, 1e-4), strict=True):
         case.check(f"modes to {frequency} Hz: error of the crest over the largest displacement", error, 0.0, absolute=most)
     case.check("... falls", found[0] > 5 * found[1] > 25 * found[2] > 0, True)
     case.check("... is told", ["none from" in result.stdout, "all there are" in shaken(case, mesh(), *condensed(ALL)).stdout], [True, True])
@@ -191,12 +192,12 @@ def error_told(case):
             lacking = reduced.stage_summary("shake")["lacking"]
             stress = [np.array([r.stage(n).stress for n in full.frames("shake")]) for r in (reduced, full)]
             true = np.sqrt(((stress[0] - stress[1])**2).mean() / (stress[1]**2).mean())
-            case.check(f"{what}, modes to {frequency} Hz: true error of stresses, root mean square over blocks and time, over that told", true / lacking["stress"], 1.05, absolute=0.3)
-            case.check("... true error of the crest over the largest displacement, over the error told of frequencies", apart(reduced, full, "top_ux_m", "top_uy_m") / lacking["frequency"], 5, absolute=5)
+            case.check(f"{what}, modes to {frequency} Hz: true error of stresses, root mean square over blocks and time, over the bound told", true / lacking["stress"], 0.65, absolute=0.6)
+            case.check("... true error of the crest over the largest displacement, over the bound told of frequencies", apart(reduced, full, "top_ux_m", "top_uy_m") / lacking["frequency"], 1.75, absolute=1.75)
             case.check("... kept vertices are slower than modes left out", 0 < lacking["haste"] < 0.3, True)
-            case.check("... said", "stresses of the motion are off by about" in reduced.stdout, True)
+            case.check("... said", "stresses of the motion are off by up to some" in reduced.stdout, True)
     blow = [("stages", [{"shake": SHAKING}])]
-    for what, keys in (("weight put on at once", blow), ("a dam that slides", SLIDING)):
+    for what, keys in (("weight put on at once", blow),):
         lacking = (reduced := shaken(case, mesh(), *scaled(1, 40), *keys)).stage_summary("shake")["lacking"]
         case.check(f"{what}: no error is told", [lacking["stress"], lacking["haste"] > 0.3, "is not known: their kept vertices move at" in reduced.stdout], [None, True, True])
     case.check("all modes: nothing is lacking", "lacking" in shaken(case, mesh(), *scaled(1, ALL), smooth).stage_summary("shake"), False)
@@ -211,8 +212,24 @@ def slides(case):
     full = shaken(case, mesh(), *SLIDING)
     slip = [r.probe("after", "heel")[0] - r.probe("after", "free")[0] for r in (full, *(same_steps(case, mesh(), full, *SLIDING, *condensed(f)) for f in (80, ALL)))]
     case.check("friction of 4 degrees: the dam has slid by more than 0.5 mm", abs(slip[0]) > 5e-4, True)
-    case.check("... modes to 80 Hz: by, over that of the whole mesh", slip[1] / slip[0], 1.0, absolute=0.03)
+    case.check("... modes to 80 Hz: by, over that of the whole mesh", slip[1] / slip[0], 1.0, absolute=0.003)
     case.check("... all modes", slip[2] / slip[0], 1.0, absolute=1e-6)
+
+
+def strikes(case):
+    """A column that is struck at its end, by a load that comes at once: waves run off into what has no modes, and the account knows what they take."""
+    column = renamed(rectangle(0, 0, 1, 64, 1, 64, group="rock"), {"bottom": "bottom", "end": "top"}, {"free": "top_right", "left": "top_left"})
+    blow = [("materials", {"rock": ROCK | {"poisson": 0}}), ("joints", {}), ("supports", {"bottom": {"fix": "xy"}}), ("loads", {"blow": {"type": "traction", "faces": "end", "value": [0, -1e5]}}),
+            ("stages", [{"shake": SHAKING | {"loads": ["blow"], "duration": 0.14, "alpha": 0, "frames": 0}}])]
+    full = shaken(case, column, *blow)
+    reduced = same_steps(case, column, full, *blow, ("materials", {"rock": ROCK | {"poisson": 0, "condensed": True, "highest_frequency": 60}}))
+    speed = 1e5 / np.sqrt(ROCK["density"] * ROCK["young"])
+    t, u = (reduced.history[name][reduced.history["stage"] == "shake"] for name in ("time_s", "free_uy_m"))
+    case.check("struck column, modes to 60 Hz: velocity of its end until the wave is back, over p / (rho c)", -np.polyfit(t[t > 0.02], u[t > 0.02], 1)[0] / speed, 1.0, absolute=0.002)
+    case.check("... displacement of its end against the whole mesh, over the largest", apart(reduced, full, "free_uy_m"), 0.0, absolute=0.008)
+    energy = reduced.stage_summary("shake")["energy"]
+    case.check("... something is lost to the modes left out, over the work", 0.005 < energy["damping"] / energy["outside"] < 0.2, True)
+    case.check("... balance over the work", energy["balance"] / energy["outside"], 0.0, absolute=1e-11)
 
 
 def stages(case):
@@ -234,7 +251,7 @@ def stages(case):
 
 
 def step(case):
-    """The bound of the step is that of the fastest vibration: at it the motion still neither grows nor fades."""
+    """The bound of the step is that of the fastest vibration: at it the motion does not grow; nor does it fade where no modes are left out."""
     rock = renamed(rectangle(-8, -6, 24, 6, 12, 3, group="rock"), {"bottom": "bottom"}, {"free": "top_right"})
     for what, mesh_, keys in (("a body alone", rock, [("materials", {"rock": ROCK}), ("joints", {}), ("loads", {"weight": {"type": "self_weight"}})]), ("two bodies", mesh(), [])):
         stage = SHAKING | {"alpha": 0, "dt_factor": 1, "duration": 2, "frames": 0}
@@ -244,7 +261,7 @@ def step(case):
             energy = result.stage_summary("shake")["energy"]
             case.check(f"{what}, modes to {frequency:g} Hz: 2 s at the bound of the step: balance over the strain energy", energy["balance"] / np.nanmax(result.history["strain_J"]), 0.0, absolute=1e-10)
             early, late = (np.ptp(half) for half in np.array_split(result.history["free_uy_m"], 2))
-            case.check("... displacement of the surface, largest in the second half over the first", late / early, 1.0, absolute=0.1)
+            case.check("... displacement of the surface, largest in the second half over the first", late / early if frequency == ALL else max(late / early, 1.0), 1.0, absolute=0.1)
         whole_mesh = shaken(case, mesh_, *keys)
         case.check("... the bound over that of the whole mesh is no less than 1", result.stage_summary("shake")["dt"] / whole_mesh.stage_summary("shake")["dt"] > 1 - 1e-6, True)
 
