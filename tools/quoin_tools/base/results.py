@@ -143,15 +143,11 @@ def flow_of(group):
     return flow.Flow(**{name: array(group[name]) for name in flow.column_names()})
 
 
-def anchors_of(group):
-    return anchors.Anchors(**{name: array(group[name]) for name in anchors.column_names()})
+def anchors_of(table, group):
+    return table(**{name: array(group[name]) for name in anchors.column_names(table)})
 
 
-def bars_of(group):
-    return anchors.Bars(**{name: array(group[name]) for name in anchors.column_names(anchors.Bars)})
-
-
-GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anchors": anchors_of, "bars": bars_of,
+GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anchors": partial(anchors_of, anchors.Anchors), "bars": partial(anchors_of, anchors.Bars),
           "envelope": lambda group: histories.envelope_of(group, array)}  # what a stage has that is no array  # fmt: skip
 
 
@@ -490,9 +486,7 @@ def report(summary):
 
 
 def main(arguments=None):
-    parser = Parser(
-        prog="quoin results", description="Table of the results of a run."
-    )
+    parser = Parser(prog="quoin results", description="Table of the results of a run.")
     parser.add_argument("folder", help="output folder of a run")
     options = parser.parse_args(arguments)
     try:
