@@ -94,8 +94,14 @@ static void check_prestress(Reader *r, const Anchor *a)
 static void check_stages(Reader *r, const Anchor *a)
 {
   const Scene *scene = r->scene;
+  const PetscInt from = a->from[0] ? stage_of(scene, a->from) : 0;
   PetscInt before = -1;
-  if (a->from[0] && stage_of(scene, a->from) < 0) COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
+  if (from < 0)
+    COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
+  else if (!a->n_locks && scene->stages[from].kind == STAGE_MODES) // it loads nothing, so nothing comes in it
+    COMPLAIN_OF(r, a,
+                "from: stage %s of type modes takes the state as it is: expected a stage of another type",
+                scene->stages[from].name);
   for (PetscInt i = 0; i < a->n_locks; i++) {
     const PetscInt s = stage_of(scene, a->lock[i]);
     if (s < 0) {

@@ -463,6 +463,9 @@ static const struct {
    "scene.yaml:15: anchors.a: draw_in is for an anchor with prestress"},
   {"supports:\n", "anchors:\n  a: {head: [1, 3.5], root: [1, 0.5], area: 1e-3, young: 2e11, from: later}\nsupports:\n", "",
    "scene.yaml:15: anchors.a: from: no stage named 'later'"},
+  {"stages:\n", "anchors:\n  a: {head: [1, 3.5], root: [1, 0.5], area: 1e-3, young: 2e11}\nstages:\n  - shape: {type: modes}\n", "",
+   "scene.yaml:23: anchors.a: from: stage shape of type modes takes the state as it is: expected a stage of "
+   "another type"},
   {"supports:\n", "anchors:\n  a: {head: [1, 3.5], root: [1, 0.5], area: 1e-3, young: 2e11, from: hp, prestress: 1e5, lock: sw}\nsupports:\n", "",
    "scene.yaml:15: anchors.a: from is for a passive anchor: this one is there from stage sw on"},
   {"supports:\n", "anchors:\n  a: {head: [1, 3.5], root: [1, 0.5], area: 1e-3, young: 2e11, yield: 1e8, breaking_force: 2e5}\nsupports:\n", "",
