@@ -230,7 +230,7 @@ def name_of(row):
 def keep(row):
     rows = {name_of(old): old for old in kept()} | {name_of(row): row}
     with open(DATA / "motion.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, HEAD)
+        writer = csv.DictWriter(file, HEAD, lineterminator="\n")
         writer.writeheader()
         for _, one in sorted(rows.items()):
             writer.writerow({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in one.items()})
