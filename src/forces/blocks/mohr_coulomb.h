@@ -108,8 +108,10 @@ KERNEL Lanes StrainSize(const LanesStress *e)
   return SquareRoot(TensorDot(e, e));
 }
 
-/* What is left of the stiffness against bending of a block of one point: elastic over whole strain, of
-   deviators. So these forces stay as bounded as the stress at the point. */
+/* What is left of the stiffness against bending of a block of one point: the square of elastic over whole
+   strain, of deviators. So these forces fade as the block flows. With the first power they would keep the
+   size of the stress at the point, and in bands of flow as wide as a block that is a fifth of what it
+   bears. */
 KERNEL Lanes McWhole(const LanesLaw *law, const LanesStress *s, const LanesStress *plastic)
 {
   const Lanes third = (s->xx + s->yy + s->zz) * (1. / 3.),
@@ -117,8 +119,8 @@ KERNEL Lanes McWhole(const LanesLaw *law, const LanesStress *s, const LanesStres
   const LanesStress deviator = {s->xx - third, s->yy - third, s->zz - third, s->xy};
   const Lanes elastic = StrainSize(&deviator), lost = two_mu * StrainSize(plastic);
   const Mask none = lost == 0.;
-  return Select(none, LanesOf(1.),
-                Larger(LanesOf(MC_LEAST), elastic / Select(none, LanesOf(1.), elastic + lost)));
+  const Lanes share = elastic / Select(none, LanesOf(1.), elastic + lost);
+  return Select(none, LanesOf(1.), Larger(LanesOf(MC_LEAST), share * share));
 }
 
 KERNEL LanesStress McLoad(const Lanes *from)
