@@ -104,18 +104,33 @@ void LawForces(const Model *model, const Elements *e, PetscBool keep, const Pets
 
 static const PetscReal STEP = 1e-7; /* of central differences, as a fraction of a side */
 
-static void block_of(const Model *model, const Elements *e, PetscInt first, const LanesVector X[4],
-                     const LanesVector U[4], LanesVector F[4])
+static void block_of(const Model *model, const Elements *e, PetscInt first, LanesHistory history,
+                     const LanesVector X[4], const LanesVector U[4], LanesVector F[4])
 {
   PetscReal mixed[LAW_CONSTANTS * LANES];
   const LanesLaw c = LoadLaw(e->history, e->group + first, mixed);
   const LanesMaterial material = MaterialOf(&c);
   const int large = e->strain == STRAIN_LARGE;
-  LanesHistory history = LoadHistory(e->history, first, LawKinds[e->law].width, e->history->in_time, 0);
   if (e->law == MATERIAL_MOHR_COULOMB)
     LawBlock(MATERIAL_MOHR_COULOMB, e->n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
   if (e->law == MATERIAL_DAMAGE)
     LawBlock(MATERIAL_DAMAGE, e->n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
+}
+
+/* The history from which the stiffness of blocks that crack is taken: damage as it is at U, and so that it
+   does not grow. This secant is never below the tangent, so an iteration with it comes only to equilibria
+   that are stable; with the tangent it would come to others too. frozen: room for it. */
+static LanesHistory freeze(const Model *model, const Elements *e, PetscInt first, LanesHistory held,
+                           const LanesVector X[4], const LanesVector U[4], PetscReal *frozen)
+{
+  const int width = LawKinds[e->law].width, points = e->history->points;
+  LanesVector F[4];
+  held.to = frozen;
+  block_of(model, e, first, held, X, U, F);
+  for (int k = 0; k < points; k++)
+    for (int lane = 0; lane < LANES; lane++)
+      frozen[LANES * (width * k + DM_KAPPA) + lane] = 0.5 * PETSC_MAX_REAL;
+  return (LanesHistory){frozen, NULL, held.here};
 }
 
 void LawMatrices(const Model *model, const Elements *e, PetscInt first, const PetscReal *u, PetscReal K[][64])
@@ -125,6 +140,9 @@ void LawMatrices(const Model *model, const Elements *e, PetscInt first, const Pe
   LanesVector X[4], U[4], F[2][4];
   Gather(n_nodes, model->X, vertex, X);
   Gather(n_nodes, u, vertex, U);
+  PetscReal frozen[4 * HISTORY_MOST * LANES];
+  LanesHistory history = LoadHistory(e->history, first, LawKinds[e->law].width, e->history->in_time, 0);
+  if (e->law == MATERIAL_DAMAGE) history = freeze(model, e, first, history, X, U, frozen);
   const LanesVector side = VectorSubtract(X[1], X[0]);
   const Lanes h = STEP * SquareRoot(VectorDot(side, side));
   for (int column = 0; column < 2 * n_nodes; column++) {
@@ -133,7 +151,7 @@ void LawMatrices(const Model *model, const Elements *e, PetscInt first, const Pe
       memcpy(moved, U, sizeof moved);
       Lanes *x = column % 2 ? &moved[column / 2].y : &moved[column / 2].x;
       *x = k ? *x - h : *x + h;
-      block_of(model, e, first, X, moved, F[k]);
+      block_of(model, e, first, history, X, moved, F[k]);
     }
     for (int i = 0; i < n_nodes; i++) {
       const LanesVector d = VectorSubtract(F[0][i], F[1][i]);
@@ -292,7 +310,7 @@ static void fill_constants(const Material *material, const Model *m, PetscInt g,
 static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block)
 {
   const PetscReal *first = m->X + 2 * VertexOf(e, block, 0);
-  PetscReal twice = 0., least = PETSC_MAX_REAL;
+  PetscReal twice = 0., least = 0.5 * PETSC_MAX_REAL;
   for (int k = 0; k < e->n_nodes; k++) {
     const PetscReal *A = m->X + 2 * VertexOf(e, block, k),
                     *B = m->X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes);

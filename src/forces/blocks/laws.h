@@ -53,6 +53,6 @@ extern const LawKind LawKinds[MATERIAL_LAWS];
 /* Adds the resisting forces of a list to f. keep: somebody looks at the result, so `now` has its history. */
 void LawForces(const Model *model, const Elements *e, PetscBool keep, const PetscReal *u, PetscReal *f);
 /* Tangent [N/m] of four elements at u by differences of the forces, from the held history: see
-   ElementMatrices. It is not symmetric. */
+   ElementMatrices. It is not symmetric. Of blocks that crack: the secant, with damage as it is at u. */
 void LawMatrices(const Model *model, const Elements *e, PetscInt first, const PetscReal *u,
                  PetscReal K[][64]);
