@@ -46,6 +46,7 @@ class Scene:
     motions: dict = field(default_factory=dict)
     supports: dict = field(default_factory=dict)
     loads: dict = field(default_factory=dict)
+    anchors: dict = field(default_factory=dict)
     stages: dict = field(default_factory=dict)
     trials: dict = field(default_factory=dict)  # stage: its trials of summary.json, or its steps, of a run
 
@@ -163,7 +164,7 @@ def parse(text, path):
         raise SceneError(f"{path}: {' '.join(str(error).split())}") from error
     if not isinstance(data, dict):
         raise SceneError(f"{path}: not a scene")
-    names = ("materials", "joints", "motions", "supports", "loads", "stages")
+    names = ("materials", "joints", "motions", "supports", "loads", "anchors", "stages")
     sections = {name: section(data.get(name), name, path) for name in names}
     scalars = {"thickness": data.get("thickness", 1.0), "gravity": data.get("gravity", 9.81)}
     for name, value in scalars.items():

@@ -36,6 +36,7 @@ TOOLS = {
     "plots": ("show.plots:main", "pictures of a run"),
     "animate": ("show.animate:main", "film of a stage in time, or of how a stage fails"),
     "assessment": ("assess.assessment:main", "the gravity method beside a run, in the terminal"),
+    "limit": ("show.limit:main", "what rigid blocks can bear at most, beside the trials of a run"),
     "hinges": ("assess.hinges:main", "how a limit moves with the stiffness of the joints"),
     "motion": ("show.motion:main", "a record, its spectrum, a block that slides; points of a run"),
     "whole": ("base.whole:main", "are the files of a run what it wrote?"),

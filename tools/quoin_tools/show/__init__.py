@@ -1,4 +1,4 @@
-"""What people look at: pictures, the sheet, tables for other programs. It imports assess, mesh and base.
+"""What people look at: pictures, the sheet, tables for other programs. It imports limit, assess, mesh and base.
 
 style      what all pictures share: colours, fonts, the part of the section they show
 plot_mesh  picture of a block mesh
@@ -8,6 +8,8 @@ stress     pictures of stress, and of its envelope over time
 shaking    pictures of a stage in time
 plots      pictures of a run
 mechanism  how a stage fails
+limit      limit analysis beside a run: table and picture
+limit_part the part of the sheet about it
 modes      how a structure swings
 animate    film of a stage in time: to a file
 film       what a film shows

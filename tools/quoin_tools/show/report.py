@@ -30,6 +30,7 @@ from quoin_tools.base.results import (
 )
 from quoin_tools.show import browser, plots, section, verify
 from quoin_tools.show.hypertext import esc, file_picture, notes, picture, table
+from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.mechanism import plot_mechanisms
 from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
@@ -432,7 +433,7 @@ def page(case, pictures, shaken):
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case), trials_part(case), modes_part(case), shaken_part(case, shaken), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case), trials_part(case), limit_part(case), modes_part(case), shaken_part(case, shaken), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip

@@ -1,0 +1,104 @@
+"""Scenes of the limit analysis cases: block on a slope, dam in lifts, arch, pier, block under a ceiling."""
+
+import math
+
+import numpy as np
+from quoin_tools.base import scene as scenes
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+
+HELD = {"ground": {"target": "ground", "fix": "xy"}}
+RAISED = [{"push": {"type": "load_factor", "loads": ["weight", "push"], "raises": ["push"], "start": 0, "step": 0.1, "limit": 100, "bracket": 1e-4}}]
+
+
+def scene_of(keys):
+    """As a tool reads it."""
+    import yaml
+
+    return scenes.parse(yaml.safe_dump(keys, sort_keys=False), "scene.yaml")
+
+
+def basic(density, friction, loads, stages=RAISED, gravity=10.0, joints=None, k_n=1e11):
+    return {
+        "gravity": gravity,
+        "relaxation": {"tolerance": 1e-7},
+        "materials": {"block": {"density": density, "rigid": True}, "ground": {"density": 2000, "rigid": True}},
+        "joints": joints or {"default": {"k_n": k_n, "k_s": k_n, "friction": math.degrees(math.atan(friction))}},
+        "supports": HELD,
+        "loads": {"weight": {"type": "self_weight", "groups": ["block"]}} | loads,
+        "stages": stages,
+    }
+
+
+def slope(height, friction=0.5, degrees=10.0):
+    """L01: a block 2 m x h on a plane; the push acts downslope, horizontally, at its centre."""
+    angle = math.radians(degrees)
+    e, n = np.array([math.cos(angle), -math.sin(angle)]), np.array([math.sin(angle), math.cos(angle)])
+    plane = [np.array([-5.0, 0.0]), np.array([-5.0, 0.0]) + 12 * e]
+    ground = quad_patch(plane[0] - 2 * n, plane[1] - 2 * n, plane[1], plane[0], 1, 1, "ground", True)
+    start = plane[0] + 5 * e
+    block = quad_patch(start, start + 2 * e, start + 2 * e + height * n, start + height * n, 1, 1, "block", True)
+    mesh = join([renamed(ground, {}), renamed(block, {})])
+    return mesh, basic(2000, friction, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}})
+
+
+def dam(friction, cohesion=0.0, lifts=5, base=30.0, height=40.0):
+    """L02: triangle in lifts, vertical upstream face, water to its crest."""
+    lift = height / lifts
+    width = lambda y: base * (1 - y / height)  # noqa: E731
+    blocks = [quad_patch((0, y), (width(y), y), (width(y + lift), y + lift), (0, y + lift), 1, 1, "block", True) for y in np.arange(lifts - 1) * lift]
+    tip = BlockMesh([(0, height - lift), (width(height - lift), height - lift), (0, height)], [(0, 1, 2, -1)], [0], ["block"], [1], {"left": [(0, 2)]}, {})
+    rock = rectangle(-10, -5, base + 20, 5, group="ground", rigid=True)
+    mesh = join([renamed(rock, {}), *(renamed(block, {"upstream": "left"}) for block in [*blocks, tip])])
+    joints = {"default": {"k_n": 1e11, "k_s": 1e11, "friction": math.degrees(math.atan(friction)), "cohesion": cohesion}}
+    keys = basic(2300, friction, {"push": {"type": "reservoir", "faces": "upstream", "level": height}}, joints=joints, gravity=9.81)
+    return mesh, keys
+
+
+def arch(n, friction, thickness=0.7, span=12.0, rise=3.0):
+    """L03: N equal voussoirs, a vertical force at the extrados at half the half-angle. Springing of the centre line at y = 0."""
+    radius = (span**2 / 4 + rise**2) / (2 * rise)
+    half, middle = math.asin(span / 2 / radius), np.array([0.0, rise - radius])
+    at = lambda r, angle: tuple(middle + r * np.array([math.sin(angle), math.cos(angle)]))  # noqa: E731
+    inner, outer, angles = radius - thickness / 2, radius + thickness / 2, np.linspace(-half, half, n + 1)
+    bodies, points = [], None
+    for i in range(n):
+        a, b = angles[i], angles[i + 1]
+        body = quad_patch(at(inner, a), at(inner, b), at(outer, b), at(outer, a), 1, 1, "block", True)
+        body.points = {}
+        if abs(b - half / 2) < 1e-9:
+            body.points = {"load": 2}  # top right
+        bodies.append(renamed(body, {}))
+    for angle, sign in ((-half, -1), (half, 1)):
+        p, q = np.array(at(inner, angle)), np.array(at(outer, angle))
+        back = sign * thickness * np.array([math.cos(angle), -math.sin(angle)])
+        corners = (p + back, p, q, q + back) if sign < 0 else (p, p + back, q + back, q)
+        bodies.append(renamed(quad_patch(*corners, 1, 1, "ground", True), {}))
+    mesh = join(bodies)
+    if "load" not in mesh.points:
+        points = [k for k, v in enumerate(mesh.vertices) if np.hypot(*(v - at(outer, half / 2))) < 1e-9]
+        mesh.points = {"load": points[0]}
+    return mesh, basic(2200, friction, {"push": {"type": "point_force", "point": "load", "value": [0, -1e3]}})
+
+
+def pier():
+    """L04: 10 courses of 0.5 m, 3 m wide, of blocks of 1 m, courses 2, 4, ... begin and end with halves; a beam of 3 x 0.5 m with 150 kN."""
+    bodies = [rectangle(-1, -1, 5, 1, group="ground", rigid=True)]
+    for course in range(10):
+        cuts = [0, 1, 2, 3] if course % 2 == 0 else [0, 0.5, 1.5, 2.5, 3]
+        bodies += [rectangle(a, 0.5 * course, b - a, 0.5, group="block", rigid=True) for a, b in zip(cuts[:-1], cuts[1:])]
+    beam = quad_patch((0, 5), (3, 5), (3, 5.5), (0, 5.5), 2, 2, "block", True)
+    beam.points = {"left": 3, "top": 7}
+    bodies.append(beam)
+    mesh = join([renamed(body, {}) for body in bodies])
+    mesh.points = {name: next(k for k, v in enumerate(mesh.vertices) if np.allclose(v, at) and k >= len(mesh.vertices) - 9) for name, at in (("left", (0, 5.25)), ("top", (1.5, 5.5)))}
+    loads = {"dead": {"type": "point_force", "point": "top", "value": [0, -150e3]}, "push": {"type": "point_force", "point": "left", "value": [1e3, 0]}}
+    stages = [{"push": RAISED[0]["push"] | {"loads": ["weight", "dead", "push"], "step": 20, "limit": 200, "bracket": 0.25}}]
+    return mesh, basic(2000, 0.75, loads, stages)
+
+
+def ceiling():
+    """L05: a block between floor and a rigid ceiling that just touches."""
+    floor, block, top = rectangle(-2, -1, 8, 1, group="ground", rigid=True), rectangle(0, 0, 2, 1, group="block", rigid=True), rectangle(-2, 1, 8, 1, group="ground", rigid=True)
+    mesh = join([renamed(body, {}) for body in (floor, block, top)])
+    return mesh, basic(2000, 0.5, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}})

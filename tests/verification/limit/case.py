@@ -1,0 +1,143 @@
+"""Limit analysis (quoin limit) against closed forms and independent programmes, and beside the simulation of the same scenes.
+
+Block on a slope, dam in lifts, arch under a force, pier under a beam: where sliding is confined the associative bound is above what blocks bear, and the estimate without dilation
+is near it. Forces of the programme are held against equilibrium and strength, and units must not matter: the trap that gave "optimal" answers wrong by a factor of eight."""
+
+import math
+import re
+from pathlib import Path
+
+import assemblies as p
+import numpy as np
+from driver import changed
+from quoin_tools.limit.bounds import bound
+from quoin_tools.limit.program import velocities
+from quoin_tools.show import limit
+
+WHAT = "limit analysis: slope, dam in lifts, arch, pier, ceiling; beside trials of the solver; scaling, duality, mechanism; anchors, crushing, uplift"
+SOURCE = "statics (L01, L02, L05); independent linear programmes and explicit rigid blocks (L03, L04)"
+
+
+def run(case):
+    closed_forms(case)
+    units(case)
+    mechanism(case)
+    kinds(case)
+    extras(case)
+    contradicted(case)
+    simulated(case)
+
+
+def of(made, **options):
+    mesh, keys = made
+    return bound(mesh, p.scene_of(keys), "push", **options)
+
+
+def closed_forms(case):
+    for height, exact in ((2, math.tan(math.radians(math.degrees(math.atan(0.5)) - 10))), (3, math.tan(math.atan(0.5) - math.radians(10))),
+                          (6, 2 / 6 - math.tan(math.radians(10)))):  # fmt: skip
+        if height == 6:  # it turns about its lower corner
+            exact = (1 - 3 * math.tan(math.radians(10))) / (3 + math.tan(math.radians(10)))
+        case.check(f"L01 block 2 x {height} m on 10 degrees: load factor", of(p.slope(height)).value, exact, relative=1e-9)
+    for friction, cohesion, exact in ((0.75, 0, 1.29375), (0.5, 0, 0.8625), (2, 0, 2.5875), (0.5, 1e5, 1.244763)):
+        case.check(f"L02 dam in lifts, tan(phi) {friction:g}, c {cohesion:g} Pa", of(p.dam(friction, cohesion)).value, exact, relative=1e-6)
+    for n, friction, exact in ((12, 0.6, 150.676), (24, 0.6, 150.394), (48, 0.6, 150.252), (24, 0.35, 138.519), (24, 0.3, 120.959)):
+        case.check(f"L03 arch, {n} stones, tan(phi) {friction:g} [kN]", of(p.arch(n, friction)).value, exact, relative=1e-5)
+    for thickness, exact in ((0.6, 101.476), (0.5, 65.072), (0.4, 38.539)):
+        case.check(f"L03 arch, {thickness:g} m thick [kN]", of(p.arch(24, 0.6, thickness)).value, exact, relative=2e-5)
+    pier = of(p.pier(), sequence=True)
+    case.check("L04 pier: associative [kN]", pier.value, 115.98, relative=1e-4)
+    case.check("... without dilation, estimate [kN]", pier.estimate.factor, 109.34, relative=3e-3)
+    confined = of(p.ceiling(), sequence=True)
+    case.check("L05 block under a ceiling: associative", confined.value, math.inf)
+    case.check("... without dilation", confined.estimate.factor, 0.5, relative=1e-6)
+
+
+def units(case):
+    """Weights from a feather to a mountain, lengths in any unit: the same factor."""
+    mesh, keys = p.dam(0.75)
+    for density in (1e-6, 1.0, 1e9):
+        water = changed(keys, ("materials.block.density", 2300 * density), ("loads.push.density", 1000 * density))
+        case.check(f"dam with densities times {density:g}", bound(mesh, p.scene_of(water), "push").value, 1.29375, relative=1e-8)
+    mesh, keys = p.arch(24, 0.3)
+    heavy = changed(keys, ("materials.block.density", 2200e6), ("loads.push.value", [0, -1e9]))
+    case.check("arch a million times as heavy", bound(mesh, p.scene_of(heavy), "push").value, 120.959, relative=1e-5)
+
+
+def mechanism(case):
+    """Hinges of the arch; power of the loads equals what cohesion takes; nothing is pressed where faces part."""
+    answer = of(p.arch(24, 0.6))
+    hinges = [place for place, what in limit.states(answer) if what == "hinge"]
+    case.check("arch: four hinges", len(hinges), 4)
+    angles = sorted(math.degrees(math.atan2(x, y + 4.5)) for x, y in hinges)
+    half = math.degrees(math.asin(6 / 7.5))
+    # both springings, the load, and the ninth face from the other springing
+    case.check("... at both springings, at the load, nine faces from the left", angles, [-half, -half + 9 * 2 * half / 24, half / 2, half], absolute=1e-6)
+    live = sum(answer.loads[name] for name in answer.raised)
+    total = sum(answer.loads.values()) + (answer.value - 1) * live
+    power = (total * answer.limit.motion).sum()
+    case.check("... power of all loads, without cohesion", power / np.abs(total * answer.limit.motion).sum(), 0.0, absolute=1e-9)
+    case.check("... fastest corner", np.hypot(*velocities(answer.parts, answer.limit.motion).T).max(), 1.0, relative=1e-9)
+    force, _, share = limit.resultants(answer)
+    case.check("... forces within the faces", [bool((force > -1e-6).all()), bool((share > -1e-9).all() and (share < 1 + 1e-9).all())], [True, True])
+
+
+def kinds(case):
+    """Flood and reductions of the dam of one lift against statics."""
+    mesh, keys = p.dam(0.75, lifts=1)
+    weight = 0.5 * 30 * 40 * 2300 * 9.81
+    reduction = changed(keys, ("stages", [{"push": {"type": "strength_reduction", "loads": ["weight", "push"], "bracket": 0.01}}]))
+    answer = bound(mesh, p.scene_of(reduction), "push")
+    case.check("dam: least friction [degree]", answer.value, math.degrees(math.atan(0.5 * 9810 * 40**2 / weight)), relative=1e-6)
+    half = changed(keys, ("loads.push.level", 30), ("joints.default.friction", 80), ("stages", [{"push": {"type": "flood", "loads": ["weight", "push"], "bracket": 0.01}}]))
+    level = (weight * 20 / 9810 + 40**3 / 3) / (40**2 / 2)  # it turns about the toe, 20 m from the centre; the face ends at 40 m
+    answer = bound(mesh, p.scene_of(half), "push")
+    case.check("dam: level at which it turns over [m]", answer.value, level, relative=1e-6)
+
+
+def extras(case):
+    mesh, keys = p.dam(0.75, lifts=1)
+    weight, water = 0.5 * 30 * 40 * 2300 * 9.81, 0.5 * 9810 * 40**2
+    tie = {"area": 1e-3, "young": 200e9, "yield": 1e9, "head": [0.5, 20], "root": [0.5, -4]}
+    anchored = changed(keys, ("anchors", {"tie": tie}))
+    case.check("dam with a tie of 1000 kN in the heel", bound(mesh, p.scene_of(anchored), "push").value, 0.75 * (weight + 1e6) / water, relative=1e-6)
+    case.check("... of 500 kN a metre, spaced 2 m", bound(mesh, p.scene_of(changed(anchored, ("anchors.tie.spacing", 2))), "push").value, 0.75 * (weight + 0.5e6) / water, relative=1e-6)
+    # crushing: the resultant stands as near to the toe as the stress block allows
+    strength = 2e6
+    crushed = changed(keys, ("joints.default.friction", 80), ("joints.default.compression", strength))
+    block = weight / strength  # length of the block of stress
+    exact = weight * (20 - block / 2) / (water * 40 / 3)
+    case.check("dam that crushes its toe", bound(mesh, p.scene_of(crushed), "push").value, exact, relative=2e-3)
+
+
+def contradicted(case):
+    """A run of stronger joints than those of its scene stands beyond the bound, and the command says so."""
+    mesh, keys = p.slope(3)
+    result = case.run(mesh, keys | {"stages": [{"push": keys["stages"][0]["push"] | {"start": 0.1, "step": 0.05, "limit": 1, "bracket": 1e-3}}]})
+    case.check("a run that is as it says", limit.main([str(result.folder)]), 0)
+    echo = Path(result.folder) / "scene_echo.yaml"
+    weaker = re.sub(r"friction: [0-9.e+]+", "friction: 25", echo.read_text(encoding="utf-8"))
+    echo.write_text(weaker, encoding="utf-8")
+    case.check("... and one whose joints bear more than the scene says", limit.main([str(result.folder)]), limit.CONTRADICTION)
+
+
+def simulated(case):
+    """Trials of the solver beside the programme: inside, and near where sliding is free. Forces stand in corners (pt), as those of rigid hinges."""
+    for name, made in (("L01 sliding", p.slope(3)), ("L01 turning", p.slope(6)), ("L02 dam", p.dam(0.75)), ("L03 arch", p.arch(24, 0.6))):
+        mesh, keys = made[0], changed(made[1], ("joints.default.stress_model", "pt"))
+        exact = of(made).value
+        stage = keys["stages"][0]["push"] | {"start": 0.5 * exact, "step": 0.25 * exact, "limit": 2 * exact, "bracket": 2e-3 * exact}
+        result = case.run(mesh, keys | {"stages": [{"push": stage}]})
+        found = result.stage_summary("push")["load_factor"]
+        case.check(f"{name}: the run stands below the bound, and not far", 0.985 < found["stable"] / exact < 1.001, True)
+        case.check("... as the command says", limit.main([str(result.folder)]), 0)
+    mesh, keys = p.ceiling()
+    stage = keys["stages"][0]["push"] | {"start": 0.25, "step": 0.1, "limit": 2, "bracket": 1e-3}
+    found = case.run(mesh, keys | {"stages": [{"push": stage}]}).stage_summary("push")["load_factor"]
+    case.check("L05 block under a ceiling: the run stands at", found["stable"], 0.5, relative=5e-3)
+    mesh, keys = p.pier()
+    keys = changed(keys, ("joints.default.stress_model", "pt"))
+    found = case.run(mesh, keys).stage_summary("push")["load_factor"]
+    case.check("L04 pier: the run stands at [kN]", found["stable"], 108.5, relative=1.5e-2)
+    case.check("... which is far below the associative bound", found["failing"] < 0.96 * 115.98, True)
+    case.check("... and near the estimate [kN]", found["failing"], 109.34, relative=1.5e-2)

@@ -1,0 +1,299 @@
+"""Rigid bodies of a block mesh and what holds them: faces that meet, supports, anchors.
+
+    parts = assembly(mesh, scene, stage)
+
+A body is a macroblock. Of two faces that meet, body a has the one that runs from p to q, body b stands on the side of the normal. Forces are
+those of the slice, thickness included; geometry is that of the mesh, undeformed.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from quoin_tools.assess.cut import GAP
+from quoin_tools.base.scene import SceneError
+from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
+
+OPPOSITE = 0.999  # cosine between faces that stand against each other
+SHORTEST = 1e-6  # of the mean face: a shorter piece is a corner
+
+
+class LimitError(ValueError):
+    """Why limit analysis does not apply, in one line."""
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Of a contact. elastic: without limits, in tension too."""
+
+    friction: float  # tan of the angle
+    cohesion: float  # [Pa]
+    tension: float  # [Pa]
+    compression: float  # [Pa]
+    elastic: bool = False
+
+    def reduced(self, what, value):
+        """In a trial: an angle of friction of no more than `value` degrees, or all strengths times `value`."""
+        if self.elastic:
+            return self
+        if what == "friction":
+            return Strength(min(self.friction, math.tan(math.radians(value))), self.cohesion, self.tension, self.compression)
+        return Strength(value * self.friction, value * self.cohesion, value * self.tension, value * self.compression)
+
+
+@dataclass
+class Contacts:
+    """Where bodies meet, m of them. A corner on a face has p = q."""
+
+    a: np.ndarray  # (m,) body
+    b: np.ndarray  # (m,) body on the side of the normal
+    p: np.ndarray  # (m, 2) first end [m]
+    q: np.ndarray  # (m, 2) second end [m]
+    normal: np.ndarray  # (m, 2) from a to b
+    joint: list  # (m,) row of the joints table
+
+    def __len__(self):
+        return len(self.a)
+
+    @property
+    def length(self):
+        return np.hypot(*(self.q - self.p).T)
+
+    @property
+    def along(self):
+        """Unit vectors from p to q."""
+        return np.column_stack([-self.normal[:, 1], self.normal[:, 0]])
+
+
+@dataclass
+class Ties:
+    """Anchors between two bodies: one unknown force each, positive in tension."""
+
+    names: list
+    head: np.ndarray  # (k,) body
+    root: np.ndarray  # (k,) body
+    place: np.ndarray  # (k, 2, 2) head, root [m]
+    least: np.ndarray  # (k,) [N] in the slice
+    most: np.ndarray  # (k,)
+
+
+@dataclass
+class Assembly:
+    mesh: object
+    body: np.ndarray  # (n_blocks,) body of each block
+    centre: np.ndarray  # (n, 2) [m] about which moments of a body are taken
+    ground: np.ndarray  # (n,) whether a support holds the whole body
+    contacts: Contacts
+    held: np.ndarray  # (h, 3) reactions: body, vertex, direction 0 x, 1 y
+    ties: Ties
+    strengths: dict  # joint: Strength, in this stage
+    thickness: float
+
+    @property
+    def n(self):
+        return len(self.centre)
+
+
+def assembly(mesh, scene, stage):
+    body = macroblocks(mesh)
+    n = int(body.max()) + 1
+    refuse(mesh, scene, stage)
+    size = np.abs(areas(mesh))
+    centre = np.column_stack([np.bincount(body, size * mesh.centres()[:, k], n) / np.bincount(body, size, n) for k in (0, 1)])
+    contacts = contacts_of(mesh, scene, body)
+    if not len(contacts):
+        raise LimitError("no two bodies of the mesh meet: there is no joint that could fail")
+    ground, held = supports_of(mesh, scene, body, n)
+    strengths = {name: strength_of(scene, name, stage) for name in sorted(set(contacts.joint))}
+    return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), strengths, scene.thickness)
+
+
+def refuse(mesh, scene, stage):
+    later = False
+    for name, keys in scene.stages.items():
+        if later and keys.get("build"):
+            raise LimitError(f"stage '{name}' builds groups that stage '{stage}' does not have yet: limit analysis knows whole structures only")
+        later = later or name == stage
+    if not later:
+        raise SceneError(f"{scene.path}: no stage '{stage}'")
+    if macroblocks(mesh).max() < 1:
+        raise LimitError("the mesh is one body without joints")
+
+
+def strength_of(scene, name, stage):
+    keys = scene.joint(name, stage)
+    if keys["law"] == "elastic":
+        return Strength(math.inf, 0.0, math.inf, math.inf, True)
+    if keys.get("friction") is None:
+        raise LimitError(f"joints.{name}: no friction")
+    return Strength(math.tan(math.radians(float(keys["friction"]))), float(keys["cohesion"]), float(keys["tension"]), float(keys["compression"]))
+
+
+# ---- faces that meet ---------------------------------------------------------------------------------------
+
+def contacts_of(mesh, scene, body):
+    faces = outer_faces(mesh)
+    ends = mesh.vertices[face_ends(mesh, faces)]
+    owner, group = body[faces[:, 0]], mesh.block_group[faces[:, 0]]
+    rows = joint_rows(mesh, scene, faces)
+    mean = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).mean())
+    found = [(owner[i], owner[j], joint_of(scene, mesh, rows[i], rows[j], group[i], group[j]), p, q)
+             for i, j, p, q in face_pairs(ends, owner, SHORTEST * mean)]  # fmt: skip
+    pieces = merged(found)
+    pieces += corners(mesh, scene, body, faces, ends, rows, pieces)
+    a, b = (np.array([piece[k] for piece in pieces], dtype=int) for k in (0, 1))
+    p, q = (np.array([piece[k] for piece in pieces], dtype=float).reshape(-1, 2) for k in (3, 4))
+    normal = np.array([piece[5] for piece in pieces]).reshape(-1, 2)
+    return Contacts(a, b, p, q, normal, [piece[2] for piece in pieces])
+
+
+def joint_rows(mesh, scene, faces):
+    """Of each face the first joint of the scene that is a face set with it; None: none."""
+    place = {tuple(face): i for i, face in enumerate(faces.tolist())}
+    rows = [None] * len(faces)
+    for name in reversed(list(scene.joints)):
+        for face in mesh.face_sets.get(name, np.empty((0, 2), int)).tolist():
+            if tuple(face) in place:
+                rows[place[tuple(face)]] = name
+    return rows
+
+
+def joint_of(scene, mesh, one, two, group_a, group_b):
+    """As joint_rows.c: a face set before a pair of groups before `default`; of two face sets the first of the scene."""
+    order = list(scene.joints)
+    if one or two:
+        return min((name for name in (one, two) if name), key=order.index)
+    a, b = mesh.group_names[group_a], mesh.group_names[group_b]
+    return next((name for name in order if name in (f"{a}+{b}", f"{b}+{a}")), "default")
+
+
+def face_pairs(ends, owner, shortest):
+    """(i, j, p, q): faces of two bodies that stand against each other, and their common part, along face i; i < j."""
+    one, two = shapely.STRtree(shapely.linestrings(ends)).query(shapely.linestrings(ends), predicate="dwithin", distance=GAP)
+    keep = (one < two) & (owner[one] != owner[two])
+    for i, j in zip(one[keep], two[keep]):
+        e, against = ends[i, 1] - ends[i, 0], ends[j, 0] - ends[j, 1]
+        if e @ against <= OPPOSITE * np.hypot(*e) * np.hypot(*against):
+            continue
+        s = np.clip(np.sort((ends[j] - ends[i, 0]) @ e / (e @ e)), 0.0, 1.0)
+        if (s[1] - s[0]) * np.hypot(*e) > shortest:
+            yield i, j, ends[i, 0] + s[0] * e, ends[i, 0] + s[1] * e
+
+
+def merged(found):
+    """Pieces (a, b, joint, p, q, normal) of which those of one line between two bodies are one: a face has one resultant."""
+    runs = {}
+    for a, b, joint, p, q in found:
+        if a > b:
+            a, b, p, q = b, a, q, p
+        runs.setdefault((a, b, joint), []).append((p, q))
+    pieces = []
+    for (a, b, joint), segments in runs.items():
+        chains = []
+        for p, q in segments:
+            apart = [other for other in chains if not continues(other, (p, q))]
+            for first, last in (other for other in chains if continues(other, (p, q))):
+                p, q = (first, q) if np.hypot(*(last - p)) < GAP else (p, last)
+            chains = [*apart, (p, q)]
+        for p, q in chains:
+            e = (q - p) / np.hypot(*(q - p))
+            pieces.append((a, b, joint, p, q, np.array([e[1], -e[0]])))
+    return pieces
+
+
+def continues(one, two):
+    """Whether a segment begins where the other ends, and goes the same way."""
+    e, f = one[1] - one[0], two[1] - two[0]
+    meets = min(np.hypot(*(one[1] - two[0])), np.hypot(*(two[1] - one[0]))) < GAP
+    return meets and abs(cross(e, f)) < 1e-6 * np.hypot(*e) * np.hypot(*f) and e @ f > 0
+
+
+def corners(mesh, scene, body, faces, ends, rows, pieces):
+    """Corners of a body that stand on a face of another where no faces meet: pieces without length."""
+    lines = shapely.STRtree(shapely.linestrings(ends))
+    corner_rows = face_ends(mesh, faces)[:, 0]
+    point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=GAP)
+    owner = body[faces[:, 0]]
+    covered = {}
+    for a, b, _, p, q, _ in pieces:
+        covered.setdefault((min(a, b), max(a, b)), []).append(shapely.LineString([p, q]))
+    found = {}
+    for i, j in zip(point, line):
+        a, b, place = owner[j], owner[i], mesh.vertices[corner_rows[i]]
+        key = (min(a, b), max(a, b))
+        if a == b or any(shapely.Point(place).distance(segment) < 2 * GAP for segment in covered.get(key, [])):
+            continue
+        e = (ends[j, 1] - ends[j, 0]) / np.hypot(*(ends[j, 1] - ends[j, 0]))
+        s = (place - ends[j, 0]) @ e
+        if not GAP < s < np.hypot(*(ends[j, 1] - ends[j, 0])) - GAP:
+            continue  # a corner at a corner bears nothing
+        joint = joint_of(scene, mesh, rows[i], rows[j], *mesh.block_group[faces[[i, j], 0]])
+        at = ends[j, 0] + s * e
+        found.setdefault((a, b, round(at[0], 6), round(at[1], 6)), (a, b, joint, at, at, np.array([e[1], -e[0]])))
+    return list(found.values())
+
+
+# ---- what holds bodies -------------------------------------------------------------------------------------
+
+def supports_of(mesh, scene, body, n):
+    """(whether a body is held whole, reactions (h, 3) elsewhere)."""
+    ground, held = np.zeros(n, dtype=bool), set()
+    rings = closed_rings(mesh)
+    for name, keys in scene.supports.items():
+        target, fix = keys.get("target") or name, str(keys.get("fix", "xy"))
+        if target in mesh.face_sets:
+            faces = mesh.face_sets[target]
+            places = [(body[block], vertex) for (block, _), pair in zip(faces, face_ends(mesh, faces)) for vertex in pair]
+        elif target in mesh.points:
+            vertex = mesh.points[target]
+            places = [(body[np.flatnonzero((mesh.blocks == vertex).any(axis=1))[0]], vertex)]
+        elif target in mesh.group_names:
+            blocks = np.flatnonzero(mesh.block_group == mesh.group_names.index(target))
+            if fix == "xy":
+                ground[body[blocks]] = True
+                continue
+            places = [(body[block], vertex) for block in blocks for vertex in rings[block]]
+        else:
+            raise LimitError(f"supports.{name}: the mesh has no '{target}'")
+        held |= {(int(b), int(vertex), axis) for b, vertex in places for axis in (0, 1) if "xy"[axis] in fix}
+    for b in {row[0] for row in held}:  # two places held in x and y hold a body whole
+        both = {vertex for row, vertex, axis in held if row == b and axis == 0} & {vertex for row, vertex, axis in held if row == b and axis == 1}
+        ground[b] |= len(both) > 1
+    rows = sorted(row for row in held if not ground[row[0]])
+    if not ground.any() and not rows:
+        raise LimitError("nothing is held: the scene has no supports")
+    return ground, np.array(rows, dtype=int).reshape(-1, 3)
+
+
+def ties_of(mesh, scene, stage, body):
+    """Anchors that are there in a stage. A prestress changes no limit of bodies that are rigid: a tie bears up to its yield or break."""
+    polygons = shapely.STRtree(shapely.polygons(mesh.vertices[closed_rings(mesh)]))
+    order, rows = list(scene.stages), []
+    for name, keys in scene.anchors.items():
+        if keys.get("bond_stiffness"):
+            raise LimitError(f"anchors.{name} is bonded: limit analysis knows anchors that are held at their ends only")
+        if order.index(first_stage(keys, order)) > order.index(stage):
+            continue
+        blocks = []
+        for end in ("head", "root"):
+            hits = polygons.query(shapely.Point(keys[end]), predicate="dwithin", distance=GAP)
+            if not len(hits):
+                raise LimitError(f"anchors.{name}: its {end} is in no block")
+            blocks.append(body[hits[0]])
+        most = min(float(keys.get("yield", math.inf)) * float(keys["area"]), float(keys.get("breaking_force", math.inf)))
+        most *= scene.thickness / float(keys.get("spacing", 1.0))
+        rows.append((name, *blocks, [keys["head"], keys["root"]], -most if keys.get("compression") else 0.0, most))
+    columns = list(zip(*rows)) if rows else [[]] * 6
+    return Ties(list(columns[0]), np.array(columns[1], int), np.array(columns[2], int), np.array(columns[3], float).reshape(-1, 2, 2),
+                np.array(columns[4], float), np.array(columns[5], float))  # fmt: skip
+
+
+def first_stage(keys, order):
+    lock = keys.get("lock")
+    lock = lock[0] if isinstance(lock, list) else lock
+    name = lock or keys.get("from") or order[0]
+    if name not in order:
+        raise SceneError(f"no stage '{name}', which an anchor names")
+    return name

@@ -1,0 +1,190 @@
+"""The limit of a stage by limit analysis: a load factor, the level of a flood, a reduction of strengths; and what a run says beside it.
+
+    answer = bound(mesh, scene, "flood")
+    answer.value, answer.unit        an upper bound, if joints slide with dilation or not
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from quoin_tools.base.scene import SceneError, raised
+from quoin_tools.limit import forces, program
+from quoin_tools.limit.assembly import Assembly, LimitError, assembly
+from quoin_tools.limit.friction import Estimate, estimate
+from quoin_tools.limit.program import Limit, missing
+
+STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
+NARROW = 1e-7  # bracket of a level or a strength, over its size
+DOUBLINGS = 40
+
+
+@dataclass
+class Bound:
+    stage: str
+    kind: str  # load_factor, flood, strength_reduction
+    value: float | None  # largest factor or level, or least strength, at which the bodies can stand; inf: there is none
+    unit: str  # -, m, degree
+    parts: Assembly
+    loads: dict  # of the stage: (n, 3)
+    raised: list  # names of the loads that are raised
+    limit: Limit | None = None  # forces and mechanism there
+    estimate: Estimate | None = None  # without dilation, of a load factor
+    notes: list = field(default_factory=list)
+
+
+def bound(mesh, scene, stage, raises=None, sequence=False, largest=None):
+    """raises: names of the loads that are raised, in place of what the stage says. sequence: the estimate without dilation too. largest: number of contacts beyond which it is refused."""
+    scene = replace(scene, trials={})  # as it was written, whatever trials of a run have found
+    parts = assembly(mesh, scene, stage)
+    if largest and len(parts.contacts) > largest:
+        raise LimitError(f"{len(parts.contacts)} contacts, more than {largest}: run quoin limit by itself")
+    keys = scene.stages[stage]
+    kind = keys.get("type", "static")
+    if raises or kind in ("static", "load_factor"):
+        found = factor_of(mesh, scene, stage, parts, raises or keys.get("raises"))
+        if sequence:
+            loads = found.loads
+            live = sum(loads[name] for name in found.raised)
+            dead = sum((loads[name] for name in loads if name not in found.raised), np.zeros_like(live))
+            found.estimate = estimate(parts, dead, live, found.limit)
+    elif kind == "flood":
+        found = level_of(mesh, scene, stage, parts)
+    elif kind == "strength_reduction":
+        found = strength_of(mesh, scene, stage, parts)
+    else:
+        raise LimitError(f"stages.{stage} is of type {kind}: limit analysis is for static stages and trials (load_factor, flood, strength_reduction)")
+    found.notes = notes(scene, stage, parts)
+    return found
+
+
+def factor_of(mesh, scene, stage, parts, raises):
+    loads = forces.body_forces(mesh, scene, stage, parts)
+    names = list(raises) if raises else [name for name in loads if scene.loads[name].get("type") != "self_weight"]
+    for name in names:
+        if name not in loads:
+            raise SceneError(f"stage '{stage}' has no load '{name}' that presses on bodies")
+    if not names:
+        raise LimitError(f"stage '{stage}': its loads are weight alone: name those to be raised (--raises)")
+    live = sum(loads[name] for name in names)
+    dead = sum((loads[name] for name in loads if name not in names), np.zeros_like(live))
+    limit = program.largest(parts, dead, live)
+    return Bound(stage, "load_factor", limit.factor, "-", parts, loads, names, limit)
+
+
+def level_of(mesh, scene, stage, parts):
+    """Bisection on the rise of what a flood raises."""
+    rising, tails = risers(scene, stage)
+    top = max(float(scene.loads[name]["level"]) for name in rising)
+
+    def total(rise):
+        levels = {name: {"level": float(scene.loads[name]["level"]) + rise} for name in rising}
+        for name in tails:
+            levels.setdefault(name, {})["tailwater"] = float(scene.loads[name]["tailwater"]) + rise
+        moved = replace(scene, loads={name: raised(load, levels[name]) if name in levels else load for name, load in scene.loads.items()})
+        return sum(forces.body_forces(mesh, moved, stage, parts).values())
+
+    loads = forces.body_forces(mesh, scene, stage, parts)
+    if missing(parts, total(0.0))[0] > STANDS:
+        return Bound(stage, "flood", None, "m", parts, loads, rising)
+    size = max(float(np.ptp(mesh.vertices[:, 1])), 1.0)
+    low, high = 0.0, 0.01 * size
+    for _ in range(DOUBLINGS):
+        if missing(parts, total(high))[0] > STANDS:
+            break
+        low, high = high, 2 * high
+    else:
+        return Bound(stage, "flood", math.inf, "m", parts, loads, rising)
+    while high - low > NARROW * size:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if missing(parts, total(middle))[0] <= STANDS else (low, middle)
+    return Bound(stage, "flood", top + high, "m", parts, loads, rising, standing(parts, total(low), total(high)))
+
+
+def risers(scene, stage):
+    """(loads whose level a flood raises, uplifts whose tailwater it raises), as complete_trials.c."""
+    loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
+    waters = {name: load for name, load in loads.items() if load.get("type") == "reservoir"}
+    if given:
+        rising = [given] if isinstance(given, str) else list(given)
+    else:
+        kinds = (waters, {name: load for name, load in loads.items() if load.get("type") == "uplift"})
+        first = next((kind for kind in kinds if kind), None)
+        if first is None:
+            raise LimitError(f"stages.{stage}: a flood without a reservoir or uplift")
+        top = max(float(load["level"]) for load in first.values())
+        rising = [name for name, load in first.items() if float(load["level"]) == top]
+    levels = {(float(loads[name]["level"]), density(loads[name])) for name in rising if name in waters}
+    uplifts = {name: load for name, load in loads.items() if load.get("type") == "uplift"}
+    rising += [name for name, load in uplifts.items() if name not in rising and (float(load["level"]), density(load)) in levels]
+    tails = [name for name, load in uplifts.items() if load.get("tailwater") is not None and (float(load["tailwater"]), density(load)) in levels]
+    return rising, tails
+
+
+def density(load):
+    return float(load.get("density", 1000.0))
+
+
+def strength_of(mesh, scene, stage, parts):
+    """Bisection on the angle of friction or on the part of the strengths that is left."""
+    keys, loads = scene.stages[stage], forces.body_forces(mesh, scene, stage, parts)
+    what, only, total = keys.get("what", "friction"), keys.get("reduce"), sum(loads.values())
+    only = [only] if isinstance(only, str) else only
+    reducible = [s for name, s in parts.strengths.items() if not s.elastic and (not only or name in only)]
+    if not reducible:
+        raise LimitError(f"stages.{stage}: all joints that would be reduced are elastic")
+    unit = "degree" if what == "friction" else "-"
+    high = max(math.degrees(math.atan(s.friction)) for s in reducible) if what == "friction" else 1.0
+    low = 0.0
+    if missing(parts, total, (what, high, only))[0] > STANDS:
+        return Bound(stage, "strength_reduction", None, unit, parts, loads, [])
+    if missing(parts, total, (what, low, only))[0] <= STANDS:
+        return Bound(stage, "strength_reduction", 0.0, unit, parts, loads, [])
+    width = NARROW * high
+    while high - low > width:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if missing(parts, total, (what, middle, only))[0] <= STANDS else (middle, high)
+    return Bound(stage, "strength_reduction", low, unit, parts, loads, [], standing(parts, total, total, (what, high, only), (what, low, only)))
+
+
+def standing(parts, stands, fails, reduction=None, reduced=None):
+    """Forces of the last loads that stand, mechanism of the first that do not."""
+    _, _, (normal, shear, tie) = missing(parts, stands, reduction)
+    return Limit(1.0, normal, shear, tie, missing(parts, fails, reduced)[1])
+
+
+def notes(scene, stage, parts):
+    """What the number leaves out, in sentences."""
+    said = []
+    elastic = [name for name, s in parts.strengths.items() if s.elastic]
+    if elastic:
+        said.append(f"Joints without limits (law elastic) hold whatever comes, tension too: {', '.join(elastic)}.")
+    if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
+        said.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
+    if any(0 < s.compression < math.inf for s in parts.strengths.values()):
+        said.append("Compression: a block of stress over the pressed part of a face, cut by tangents from outside.")
+    without = [name for name, most in zip(parts.ties.names, parts.ties.most) if math.isinf(most)]
+    if without:
+        said.append(f"Anchors without yield or breaking_force bear whatever comes: {', '.join(without)}.")
+    points = int((parts.contacts.length == 0).sum())
+    if points:
+        said.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub.")
+    return said
+
+
+# ---- beside a run ------------------------------------------------------------------------------------------
+
+def stood(found):
+    """(last value that stood, first that failed) of the trials of a run in summary.json."""
+    return found["stable"], found["failing"]
+
+
+def contradicts(answer, stable, tolerance=2e-3):
+    """Whether a simulation stands where no distribution of forces could: an error of one of both."""
+    if answer.value is None:
+        return stable is not None
+    if stable is None or math.isinf(answer.value):
+        return False
+    slack = tolerance * max(abs(answer.value), 1e-30)
+    return stable < answer.value - slack if answer.kind == "strength_reduction" else stable > answer.value + slack

@@ -1,0 +1,242 @@
+"""The linear programme of limit analysis (docs/limit_analysis.md): the largest multiplier of live loads under which rigid bodies find equilibrium.
+
+    found = largest(parts, dead, live)
+    found.factor, found.normal, found.shear, found.motion
+
+Unknowns are two normal forces at the ends of each contact and one shear force, reactions, ties and the multiplier; HiGHS through scipy. Its dual is the mechanism. HiGHS
+takes tolerances as they are, so forces are in units of the heaviest load, lengths of the mean face, and each answer is checked: equilibrium, strength, duality.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linprog
+from scipy.sparse import coo_matrix, csr_matrix, eye, hstack, vstack
+
+from quoin_tools.limit.assembly import LimitError
+from quoin_tools.mesh.blockmesh import cross
+
+TANGENTS = 32  # to the limit of compression under an eccentric force
+ALLOWED = 1e-6  # of the heaviest load, and of the multiplier: what checks may miss
+OPTIONS = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9, "presolve": True}
+UNBOUNDED, INFEASIBLE = 3, 2
+
+
+@dataclass
+class Limit:
+    """factor inf: no load of this kind moves the bodies, if friction dilates. None: they do not stand under any."""
+
+    factor: float | None
+    normal: np.ndarray | None = None  # (m, 2) [N] at the ends of the contacts, positive in compression
+    shear: np.ndarray | None = None  # (m,) [N] on body b along p to q
+    tie: np.ndarray | None = None  # (k,) [N]
+    motion: np.ndarray | None = None  # (n, 3) velocity of the centres, rotation [1/m]; the fastest point 1
+    gap: float = 0.0  # between the programme and its dual, relative
+    residual: float = 0.0  # of equilibrium, over the heaviest load
+
+
+@dataclass
+class Programme:
+    """What does not depend on loads: A f = - loads (rows of bodies that are free), C f <= d; f in columns n1, n2, shear, reactions, ties."""
+
+    parts: object
+    free: np.ndarray  # bodies that are not held
+    equilibrium: csr_matrix
+    force: float  # [N] unit
+    length: float  # [m] unit
+
+    def rows(self, loads):
+        """(n, 3) in the rows of equilibrium, scaled."""
+        return (loads[self.free] / self.force / np.array([1.0, 1.0, self.length])).ravel()
+
+
+def programme(parts, *loads):
+    free = np.flatnonzero(~parts.ground)
+    if not len(free):
+        raise LimitError("all bodies are held: nothing could fail")
+    contacts = parts.contacts
+    length = float(contacts.length[contacts.length > 0].mean()) if (contacts.length > 0).any() else 1.0
+    size = np.array([1.0, 1.0, length])
+    force = max(float(np.abs(load[free] / size).max()) for load in loads)
+    if not force > 0:
+        raise LimitError("no load acts on a body that is free")
+    row_of = np.full(parts.n, -1)
+    row_of[free] = 3 * np.arange(len(free))
+    entries = []  # (row of the body, column, force (2), place)
+    m, along = len(contacts), contacts.along
+    for column, vector, place in ((0, contacts.normal, contacts.p), (m, contacts.normal, contacts.q), (2 * m, along, contacts.p)):
+        for body, sign in ((contacts.b, 1.0), (contacts.a, -1.0)):
+            entries.append((body, column + np.arange(m), sign * vector, place))
+    h, k = len(parts.held), len(parts.ties.names)
+    if h:
+        entries.append((parts.held[:, 0], 3 * m + np.arange(h), np.eye(2)[parts.held[:, 2]], parts.mesh.vertices[parts.held[:, 1]]))
+    if k:
+        pull = parts.ties.place[:, 1] - parts.ties.place[:, 0]
+        pull = pull / np.hypot(*pull.T)[:, None]
+        for body, sign, end in ((parts.ties.head, 1.0, 0), (parts.ties.root, -1.0, 1)):
+            entries.append((body, 3 * m + h + np.arange(k), sign * pull, parts.ties.place[:, end]))
+    rows, columns, values = [], [], []
+    for body, column, vector, place in entries:
+        seen = row_of[body] >= 0
+        moment = cross(place - parts.centre[body], vector) / length
+        for d, value in enumerate((vector[:, 0], vector[:, 1], moment)):
+            rows.append(row_of[body][seen] + d), columns.append(column[seen]), values.append(value[seen])
+    shape = (3 * len(free), 3 * m + h + k)
+    matrix = coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape).tocsr()
+    return Programme(parts, free, matrix, force, length)
+
+
+def strengths_of(parts, reduction=None):
+    """Columns friction, cohesion, tension, compression, elastic (m, 5) of the contacts; reduction: (what, value, joints or None for all)."""
+    table = dict(parts.strengths)
+    if reduction:
+        what, value, only = reduction
+        table = {name: s.reduced(what, value) if not only or name in only else s for name, s in table.items()}
+    return np.array([[s.friction, s.cohesion, s.tension, s.compression, s.elastic] for s in (table[name] for name in parts.contacts.joint)], dtype=float)
+
+
+def strength_rows(p, strengths, frozen=None, follow=1.0):
+    """(C, d, least of each normal force (m, 2)). frozen: normal forces [N] that friction goes by, but for the part `follow` of the present ones."""
+    parts, m = p.parts, len(p.parts.contacts)
+    rigid = strengths[:, 4] == 0
+    use = np.flatnonzero(rigid)
+    area = parts.contacts.length * parts.thickness / p.force  # [m2/N]
+    tan, i = strengths[use, 0], np.arange(len(use))
+    known = 0.0 if frozen is None else (1.0 - follow) * tan * np.maximum(frozen[use], 0.0) / p.force
+    share = tan * (1.0 if frozen is None else follow)
+    blocks, limits = [], []
+    for sign in (1.0, -1.0):
+        values = np.concatenate([-share, -share, np.full(len(use), sign)])
+        blocks.append(coo_matrix((values, (np.tile(i, 3), np.concatenate([use, m + use, 2 * m + use]))), (len(use), p.equilibrium.shape[1])))
+        limits.append(strengths[use, 1] * area[use] + known)
+    with np.errstate(invalid="ignore"):  # no face times no limit: a corner
+        least = np.where(rigid, np.where(area > 0, -strengths[:, 2] * area / 2, 0.0), -np.inf)
+    crushing = compression_rows(p, strengths, area)
+    if crushing:
+        blocks.append(crushing[0]), limits.append(crushing[1])
+    return vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least])
+
+
+def compression_rows(p, strengths, area):
+    """N of a block of stress over a part of the face: end forces n, shifted by the tension t, obey (n1 + n2)^2 <= 2 (s + t) A n_i. Cut by tangents, from outside."""
+    use = np.flatnonzero(np.isfinite(strengths[:, 3]) & (strengths[:, 4] == 0) & (area > 0))
+    if not len(use):
+        return None
+    m, i = len(p.parts.contacts), np.arange(len(use))
+    tension, most = strengths[use, 2] * area[use], (strengths[use, 2] + strengths[use, 3]) * area[use]
+    blocks, limits = [], []
+    for k in range(1, TANGENTS + 1):
+        touch = most * k / TANGENTS  # N' at which the tangent touches: 2 touch N' - touch^2 <= 2 most n'
+        for end in (0, 1):
+            own, other = 2 * touch - 2 * most, 2 * touch
+            values, columns = np.concatenate([own, other]), np.concatenate([end * m + use, (1 - end) * m + use])
+            blocks.append(coo_matrix((values / np.tile(most, 2), (np.tile(i, 2), columns)), (len(use), p.equilibrium.shape[1])))
+            shift = 0.5 * tension
+            limits.append((touch**2 - (own + other) * shift) / most)
+    return vstack(blocks), np.concatenate(limits)
+
+
+def bounds_of(p, least):
+    """Lower and upper bound of each force."""
+    free = np.full(len(p.parts.contacts) + len(p.parts.held), np.inf)
+    low = np.concatenate([least.T.ravel(), -free, p.parts.ties.least / p.force])
+    return np.column_stack([low, np.concatenate([np.full(least.size, np.inf), free, p.parts.ties.most / p.force])])
+
+
+def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0):
+    """Limit of dead + factor live, (n, 3) each, factor >= 0."""
+    p = programme(parts, dead, live)
+    strengths = strengths_of(parts, reduction)
+    if not np.abs(p.rows(live)).max() > 0:
+        raise LimitError("the loads that are raised do not act on a body that is free")
+    rows, limits, least = strength_rows(p, strengths, frozen, follow)
+    push = p.rows(live)
+    scale = np.abs(push).max()  # the column of the multiplier has the size of the others
+    equal = with_column(p.equilibrium, push / scale)
+    bounds = np.vstack([bounds_of(p, least), [0.0, np.inf]])
+    cost = np.zeros(len(bounds))
+    cost[-1] = -1.0
+    done = linprog(cost, with_column(rows, np.zeros(rows.shape[0])), limits, equal, -p.rows(dead), bounds, method="highs", options=OPTIONS)
+    if done.status == UNBOUNDED:
+        return Limit(math.inf)
+    if done.status == INFEASIBLE:
+        return Limit(None)
+    if done.status != 0:
+        raise LimitError(f"the linear programme found no end: {done.message}")
+    found = Limit(float(done.x[-1]) / scale, *forces_of(p, done.x))
+    found.residual = float(np.abs(equal @ done.x + p.rows(dead)).max())
+    found.gap = gap_of(done, limits, -p.rows(dead), bounds)
+    check(found, rows, limits, done.x[:-1])
+    found.motion = motion_of(p, -done.eqlin.marginals)
+    return found
+
+
+def with_column(matrix, column):
+    return hstack([matrix, csr_matrix(column[:, None])]).tocsr()
+
+
+def missing(parts, loads, reduction=None):
+    """How far the bodies are from equilibrium under loads (least sum of the forces that would have to be added, over that of all loads; 0: they stand), their motion, and the Limit's forces."""
+    p = programme(parts, loads)
+    rows, limits, least = strength_rows(p, strengths_of(parts, reduction))
+    n, f = p.equilibrium.shape
+    equal = hstack([p.equilibrium, eye(n), -eye(n)]).tocsr()
+    wide = hstack([rows, csr_matrix((rows.shape[0], 2 * n))]).tocsr()
+    bounds = np.vstack([bounds_of(p, least), np.tile([0.0, np.inf], (2 * n, 1))])
+    cost = np.concatenate([np.zeros(f), np.ones(2 * n)])
+    done = linprog(cost, wide, limits, equal, -p.rows(loads), bounds, method="highs", options=OPTIONS)
+    if done.status != 0:
+        raise LimitError(f"the linear programme found no end: {done.message}")
+    return float(done.fun) / np.abs(p.rows(loads)).sum(), motion_of(p, -done.eqlin.marginals), forces_of(p, done.x)
+
+
+def least_pressed(parts, loads):
+    """Normal forces [N] (m,) of the equilibrium under loads that presses contacts least: a start where friction does not say what they are. None: there is none."""
+    p = programme(parts, loads)
+    rows, limits, least = strength_rows(p, strengths_of(parts))
+    cost = np.zeros(p.equilibrium.shape[1])
+    cost[: 2 * len(parts.contacts)] = 1.0
+    done = linprog(cost, rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least), method="highs", options=OPTIONS)
+    return forces_of(p, done.x)[0].sum(axis=1) if done.status == 0 else None
+
+
+def forces_of(p, x):
+    """Normal forces, shear, ties [N]."""
+    m, h, k = len(p.parts.contacts), len(p.parts.held), len(p.parts.ties.names)
+    x = x * p.force
+    return np.column_stack([x[:m], x[m : 2 * m]]), x[2 * m : 3 * m], x[3 * m + h : 3 * m + h + k]
+
+
+def gap_of(done, limits, equal, bounds):
+    """Between the value of the programme and of its dual, relative."""
+    finite = np.isfinite(bounds)
+    dual = done.eqlin.marginals @ equal + done.ineqlin.marginals @ limits
+    dual += done.lower.marginals[finite[:, 0]] @ bounds[finite[:, 0], 0] + done.upper.marginals[finite[:, 1]] @ bounds[finite[:, 1], 1]
+    return float(abs(dual - done.fun) / max(abs(done.fun), 1.0))
+
+
+def check(found, rows, limits, forces):
+    """What HiGHS calls optimal has been wrong by a factor of eight where units were bad."""
+    excess = float((rows @ forces - limits).max(initial=0.0))
+    for what, value in (("equilibrium is missed by", found.residual), ("strengths are exceeded by", excess), ("the dual differs by", found.gap)):
+        if value > ALLOWED:
+            raise LimitError(f"the linear programme is not solved: {what} {value:.1e} (of the heaviest load, or of the multiplier)")
+
+
+def motion_of(p, dual):
+    """(n, 3) velocities of the centres and rotations of all bodies; the fastest corner of a block moves by 1."""
+    motion = np.zeros((p.parts.n, 3))
+    motion[p.free] = dual.reshape(-1, 3) / np.array([1.0, 1.0, p.length])
+    fastest = np.hypot(*velocities(p.parts, motion).T).max()
+    return motion / fastest if fastest > 0 else motion
+
+
+def velocities(parts, motion):
+    """(n_vertices, 2) of the vertices; a vertex moves with its body."""
+    owner = np.zeros(len(parts.mesh.vertices), dtype=int)
+    for corner in range(4):
+        used = parts.mesh.blocks[:, corner] >= 0
+        owner[parts.mesh.blocks[used, corner]] = parts.body[used]
+    arm = parts.mesh.vertices - parts.centre[owner]
+    return motion[owner, :2] + motion[owner, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])

@@ -1,0 +1,237 @@
+"""Limit analysis of a scene, or of the scene of a run beside its trials.
+
+    quoin limit scene.yaml [--stage flood] [--raises water] [--sliding] [--picture limit.png]
+    quoin limit out/                                         beside the brackets of the run
+
+For each stage of trials: the largest factor or level, or the least strength, at which rigid blocks with friction, cohesion and tension find
+equilibrium, by a linear programme (HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not. --sliding adds an
+estimate without that. docs/limit_analysis.md says what the number means. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done."""
+
+import math
+import os
+from dataclasses import replace
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection, PolyCollection
+
+from quoin_tools.base import scene as scenes
+from quoin_tools.base.command import Parser
+from quoin_tools.base.results import Results, table, trials_of
+from quoin_tools.limit import bounds
+from quoin_tools.limit.assembly import LimitError
+from quoin_tools.limit.program import velocities
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.meshing import separated
+from quoin_tools.mesh.of_run import mesh_of
+from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_size, save, set_view
+
+TRIALS = ("load_factor", "flood", "strength_reduction")
+MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
+TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
+CONTRADICTION = 6  # exit code
+
+
+def main(arguments=None):
+    parser = Parser(prog="quoin limit", description="Limit analysis: what rigid blocks can bear at most.")
+    parser.add_argument("path", metavar="SCENE or FOLDER", help="a scene, or the folder of a run")
+    parser.add_argument("--stage", action="append", help="stages (all of trials; where there are none, all static ones)")
+    parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")
+    parser.add_argument("--sliding", action="store_true", help="also an estimate for joints that slide without opening")
+    parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
+    parser.add_argument("-model", "--model", help="block mesh, in place of the scene's")
+    parser.add_argument("-stages", "--stages", metavar="LIST", help="stages that the scene is to have, with commas between, as for a run")
+    given = parser.parse_args(arguments)
+    mesh, scene, results = inputs(given.path, given.model)
+    if given.stages:
+        scene = chosen(scene, given.stages.split(","))
+    answers, found = [], {}
+    for stage in given.stage or stages_of(scene):
+        answers.append(bounds.bound(mesh, scene, stage, given.raises, given.sliding))
+        found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
+    print("\n".join(told(answers, found)))
+    if given.picture:
+        for answer in answers:
+            path = given.picture if len(answers) == 1 else "{0}_{2}{1}".format(*os.path.splitext(given.picture), answer.stage)
+            print(f"wrote {draw(answer, path)}" if answer.limit and answer.limit.normal is not None else f"stage {answer.stage}: nothing to draw")
+    return CONTRADICTION if any(against(answer, found[answer.stage]) for answer in answers) else 0
+
+
+def inputs(path, model=None):
+    """(mesh, scene, results or None) of a scene file or of the folder of a run."""
+    if os.path.isdir(path):
+        results = Results(path)
+        scene = scenes.of_run(path, results.summary)
+        return mesh_of(results, scene)[0], scene, results
+    scene = scenes.read(path)
+    named = model or scene.model
+    where = named if os.path.isfile(named) else scenes.find(os.path.dirname(os.path.abspath(path)), named)
+    if not named or where is None:
+        raise LimitError(f"{path}: the block mesh '{named}' is not there; -model names another")
+    single = [name for name, keys in scene.materials.items() if keys.get("macroblocks", True) in (False, 0)]
+    return separated(blockmesh.read(where), single), scene, None
+
+
+def chosen(scene, names):
+    """The scene with some of its stages, in its order: changes of joints in the others do not count."""
+    for name in names:
+        if name not in scene.stages:
+            raise scenes.SceneError(f"{scene.path}: no stage '{name}'")
+    return replace(scene, stages={name: keys for name, keys in scene.stages.items() if name in names})
+
+
+def stages_of(scene):
+    kinds = {name: keys.get("type", "static") for name, keys in scene.stages.items()}
+    return [name for name, kind in kinds.items() if kind in TRIALS] or [name for name, kind in kinds.items() if kind == "static"]
+
+
+# ---- words -------------------------------------------------------------------------------------------------
+
+WHAT = {"load_factor": "loads times", "flood": "level", "strength_reduction": "strength"}
+
+
+def value_words(value, unit):
+    if value is None:
+        return "stands at none"
+    return "none" if math.isinf(value) else f"{value:.6g} {unit if unit != '-' else ''}".strip()
+
+
+def against(answer, trials):
+    """Whether the run stands beyond the bound."""
+    return bool(trials) and bounds.contradicts(answer, bounds.stood(trials)[0])
+
+
+def rows_of(answers, found):
+    """stage, what, bound, run stands, run fails, estimate, verdict"""
+    rows = []
+    for answer in answers:
+        trials = found.get(answer.stage)
+        stood, failed = bounds.stood(trials) if trials else (None, None)
+        side = "not below" if answer.kind == "strength_reduction" else "not above"
+        guess = answer.estimate
+        rows.append((answer.stage, WHAT[answer.kind] + (f" ({', '.join(answer.raised)})" if answer.raised else ""), side, value_words(answer.value, answer.unit),
+                     "-" if guess is None else f"{value_words(guess.factor, answer.unit)} +- {guess.spread:.1g}" if guess.factor is not None else guess.why,
+                     "-" if stood is None else value_words(stood, answer.unit), "-" if failed is None else value_words(failed, answer.unit),
+                     "-" if not trials else "BEYOND THE BOUND" if against(answer, trials) else "inside"))  # fmt: skip
+    return rows
+
+
+HEADER = ("stage", "what", "can stand", "limit analysis", "without dilation, estimate", "run stands", "run fails", "run")
+
+
+def told(answers, found):
+    return table(HEADER, rows_of(answers, found)) + [f"  {line}" for answer in answers for line in remarks(answer, found)]
+
+
+def remarks(answer, found):
+    """Sentences about one stage."""
+    said = [f"{answer.stage}: {note}" for note in answer.notes]
+    if answer.value is not None and math.isinf(answer.value):
+        said.append(f"{answer.stage}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined (quoin limit --sliding estimates without that).")
+    if against(answer, found.get(answer.stage)):
+        said.append(f"{answer.stage}: the run stands where no forces within the strengths are in equilibrium: geometry that has moved (large strain), or a fault. Trust neither before you know why.")
+    return said
+
+
+# ---- picture -----------------------------------------------------------------------------------------------
+
+
+def draw(answer, path):
+    """Blocks moved along the mechanism, hinges and faces that slide, and the line of thrust; its path."""
+    parts, limit = answer.parts, answer.limit
+    corners = blockmesh.closed_rings(parts.mesh)
+    rings = parts.mesh.vertices[corners]
+    moving = rings if limit.motion is None else rings + MOVED * span(parts) * velocities(parts, limit.motion)[corners]
+    box = view_of(parts)
+    with pyplot.rc_context(STYLE):
+        figure, axes = pyplot.subplots(1, 2, figsize=figure_size(box, 2, extra=0.8), sharey=True)
+        for one, places in zip(axes, (rings, moving)):
+            held = parts.ground[parts.body]
+            one.add_collection(PolyCollection(places[~held], facecolors="#e8dfcc", edgecolors="#6b6b6b", linewidths=0.4))
+            one.add_collection(PolyCollection(places[held], facecolors="#c9c9c9", edgecolors="#8a8a8a", linewidths=0.4))
+            set_view(one, box)
+        lines, points = thrust(answer)
+        axes[0].add_collection(LineCollection(lines, colors=COMPRESSION, linewidths=1.6))
+        axes[0].plot(*points.T, ".", color=COMPRESSION, markersize=4)
+        axes[0].set_title("Thrust: where forces pass from block to block")
+        state = states(answer)
+        for name, colour, mark in (("hinge", TENSION, "o"), ("slides", "#009e73", "s")):
+            at = np.array([place for place, what in state if what == name]).reshape(-1, 2)
+            if len(at):
+                axes[0].plot(*at.T, mark, markerfacecolor="none", markeredgecolor=colour, markersize=6, label=f"{name} ({len(at)})", linestyle="none")
+        if axes[0].get_legend_handles_labels()[0]:
+            axes[0].legend(loc="upper right")
+        axes[1].set_title("Mechanism of the bound (not to scale)")
+        axes[0].set_ylabel("y [m]")
+        figure.suptitle(f"Stage {answer.stage}: limit analysis, {WHAT[answer.kind]} {value_words(answer.value, answer.unit)}", color=GREY)
+        save(figure, path)
+    return path
+
+
+def span(parts):
+    low, high = free_corners(parts)
+    return float((high - low).max())
+
+
+def free_corners(parts):
+    points = parts.mesh.vertices[blockmesh.closed_rings(parts.mesh)[~parts.ground[parts.body]]].reshape(-1, 2)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def view_of(parts):
+    """The free bodies and a margin."""
+    low, high = free_corners(parts)
+    margin = 0.12 * (high - low).max()
+    return low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin
+
+
+def resultants(answer):
+    """Of each contact: normal force [N], place of the resultant, its part of the face from p."""
+    contacts, (n1, n2) = answer.parts.contacts, answer.limit.normal.T
+    force = n1 + n2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(np.abs(force) > 0, n2 / force, 0.5)
+    return force, contacts.p + share[:, None] * (contacts.q - contacts.p), share
+
+
+def thrust(answer):
+    """(segments, points): from contact to contact through each body, where forces of note pass."""
+    force, place, _ = resultants(answer)
+    contacts = answer.parts.contacts
+    pressed = force > 1e-3 * force.max(initial=0.0)
+    segments = []
+    for body in np.flatnonzero(~answer.parts.ground):
+        mine = np.flatnonzero(pressed & ((contacts.a == body) | (contacts.b == body)))
+        if len(mine) == 2:
+            segments.append(place[mine])
+        elif len(mine) > 2:  # forces meet within the block: each goes towards the middle of all, by their sizes
+            middle = np.average(place[mine], axis=0, weights=force[mine])
+            segments += [np.array([place[i], middle]) for i in mine]
+    return segments, place[pressed]
+
+
+def states(answer):
+    """(place, hinge or slides) of the contacts whose strength is used up in the mechanism."""
+    force, place, share = resultants(answer)
+    parts, limit = answer.parts, answer.limit
+    contacts, found = parts.contacts, []
+    if limit.motion is None:
+        return found
+    largest = force.max(initial=0.0)
+    for i in range(len(contacts)):
+        if force[i] <= 1e-6 * largest:
+            continue
+        ends = np.array([relative(parts, limit.motion, i, place) for place in (contacts.p[i], contacts.q[i])])
+        opening, sliding = ends @ contacts.normal[i], ends @ contacts.along[i]
+        if abs(opening[0] - opening[1]) > 1e-4 and min(share[i], 1 - share[i]) < TURNS:
+            found.append((place[i], "hinge"))
+        elif np.abs(sliding).max() > 1e-4:
+            found.append((place[i], "slides"))
+    return found
+
+
+def relative(parts, motion, i, place):
+    """Velocity of body b over body a at a place of a contact."""
+    one, two = parts.contacts.a[i], parts.contacts.b[i]
+    speeds = [motion[k, :2] + motion[k, 2] * np.array([-(place - parts.centre[k])[1], (place - parts.centre[k])[0]]) for k in (one, two)]
+    return speeds[1] - speeds[0]

@@ -1,0 +1,39 @@
+"""The part of the sheet about limit analysis: a bound beside the trials of the run, and a plain sentence of what it means."""
+
+import os
+
+from quoin_tools.base.results import ResultsError, trials_of
+from quoin_tools.base.scene import SceneError
+from quoin_tools.limit import bounds
+from quoin_tools.limit.assembly import LimitError
+from quoin_tools.mesh.blockmesh import MeshError
+from quoin_tools.show import limit
+from quoin_tools.show.hypertext import esc, file_picture, table
+
+LARGEST = 3000  # contacts: more take longer than a sheet should
+MEANING = ("A linear programme looks for forces in equilibrium within the strengths of the joints, for rigid blocks in the undeformed geometry. No structure of such blocks can bear more, so a run that stands "
+           "beyond the bound is wrong. The bound is no safe value: in it joints that slide also open, by tan(phi), which real ones hardly do; where sliding is confined it can be well above what the blocks bear.")
+
+
+def limit_part(case):
+    stages = [s["name"] for s in case.results.summary["stages"] if trials_of(s)]
+    if not stages:
+        return ""
+    answers, found, refused, pictures = [], {}, [], []
+    for stage in stages:
+        try:
+            answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST)
+        except (LimitError, SceneError, MeshError, ResultsError) as error:
+            refused.append(f"Stage {stage}: {error}.")
+            continue
+        answers.append(answer)
+        found[stage] = trials_of(case.results.stage_summary(stage))
+        if answer.limit and answer.limit.normal is not None:
+            pictures.append(limit.draw(answer, os.path.join(case.results.folder, f"limit_{stage}.png")))
+    if not answers:
+        return "<h2>Upper bound by limit analysis</h2>" + "".join(f"<p class='soft'>{esc(line)}</p>" for line in refused)
+    columns = [0, 1, 2, 3, 5, 6, 7]  # without the estimate
+    rows = [tuple(row[k] for k in columns) for row in limit.rows_of(answers, found)]
+    said = [line.strip() for answer in answers for line in limit.remarks(answer, found)] + refused
+    return ("<h2>Upper bound by limit analysis</h2>" + table(tuple(limit.HEADER[k] for k in columns), rows, range(3, 6)) + f"<p>{MEANING}</p>"
+            + "".join(f"<p class='soft'>{esc(line)}</p>" for line in said) + "".join(file_picture(path, f"Limit analysis of stage {os.path.basename(path)[6:-4]}") for path in pictures))  # fmt: skip
