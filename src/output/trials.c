@@ -1,4 +1,5 @@
-/* trials.c: what the trials of a strength reduction, a flood or a load factor leave: an object per trial
+/* trials.c: what the trials of a strength reduction, a flood, a load factor or a search for the
+   force of anchors leave: an object per trial
    in summary.json (probes, open lengths, joints), the bracket, and the velocity field of the mechanism. */
 #include "output/output.h"
 #include <math.h>
@@ -79,10 +80,11 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
 {
   static const char *const units[] = {" degree", " of the strengths"};
   const TermView view = ViewOf(p);
-  const char *unit = p->stage->kind == STAGE_FLOOD         ? " m"
-                     : p->stage->kind == STAGE_TRANSIENT   ? " s"
-                     : p->stage->kind == STAGE_LOAD_FACTOR ? " times the loads raised"
-                                                           : units[p->stage->what];
+  const char *unit = p->stage->kind == STAGE_FLOOD          ? " m"
+                     : p->stage->kind == STAGE_TRANSIENT    ? " s"
+                     : p->stage->kind == STAGE_LOAD_FACTOR  ? " times the loads raised"
+                     : p->stage->kind == STAGE_ANCHOR_FORCE ? " of the prestress"
+                                                            : units[p->stage->what];
   const Model *m = p->m;
   const StageResult *result = p->result;
   Trials *trials = &p->output->trials;
@@ -190,11 +192,31 @@ static void say_coefficient(const Problem *p, size_t size, char *text)
   }
 }
 
+/* Says between which forces each anchor needs, as far as the text goes. */
+static void say_forces(const Problem *p, size_t size, char *text)
+{
+  const Trials *t = &p->output->trials;
+  for (PetscInt i = 0; i < p->stage->n_anchors; i++) {
+    const Anchor *a = AnchorNamed(p->scene, p->stage->anchors[i]);
+    const double full = 1e-3 * (double)AnchorPrestress(p->scene, p->stage, a);
+    const size_t used = strlen(text);
+    char more[LABEL_LENGTH];
+    if (PetscIsNanReal(t->failing))
+      snprintf(more, sizeof(more), "; %s needs no more than %.6g kN", a->entry.name,
+               full * (double)t->stable);
+    else
+      snprintf(more, sizeof(more), "; %s needs %.6g to %.6g kN", a->entry.name, full * (double)t->failing,
+               full * (double)t->stable);
+    if (used + strlen(more) < size) snprintf(text + used, size - used, "%s", more);
+  }
+}
+
 void TrialsSay(const Problem *p, size_t size, char *text)
 {
   const Trials *t = &p->output->trials;
   text[0] = '\0';
   if (p->stage->kind == STAGE_LOAD_FACTOR) say_coefficient(p, size, text);
+  if (p->stage->kind == STAGE_ANCHOR_FORCE) say_forces(p, size, text);
   if (!t->joints || PetscIsNanReal(t->failing)) return;
   if (t->one < 0)
     snprintf(text, size,
@@ -239,6 +261,24 @@ static void put_raised(FILE *f, const Scene *scene, const Stage *stage, const Tr
   fprintf(f, "},\n        ");
 }
 
+/* What jacks pulled with: of one anchor. */
+static void put_forces(FILE *f, const Scene *scene, const Stage *stage, const Trials *t)
+{
+  JsonNumber(f, "required", stage->required, ", ");
+  fprintf(f, "\"forces\": {");
+  for (PetscInt i = 0; i < stage->n_anchors; i++) {
+    const Anchor *a = AnchorNamed(scene, stage->anchors[i]);
+    const PetscReal full = AnchorPrestress(scene, stage, a);
+    fprintf(f, "%s\"%s\": {", i ? ", " : "", a->entry.name);
+    JsonNumber(f, "prestress", full, ", ");
+    JsonNumber(f, "stable", full * t->stable, ", ");
+    JsonNumber(f, "failing", full * t->failing, ", ");
+    JsonNumber(f, "stable_per_metre", full * t->stable / a->spacing, ", ");
+    JsonNumber(f, "failing_per_metre", full * t->failing / a->spacing, "}");
+  }
+  fprintf(f, "},\n        ");
+}
+
 static void put_list(FILE *f, const Trials *trials)
 {
   fprintf(f, "[\n");
@@ -256,11 +296,17 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
     return;
   }
   const PetscBool reduces = (PetscBool)(stage->kind == STAGE_STRENGTH_REDUCTION),
-                  flood = (PetscBool)(stage->kind == STAGE_FLOOD);
+                  flood = (PetscBool)(stage->kind == STAGE_FLOOD),
+                  pulls = (PetscBool)(stage->kind == STAGE_ANCHOR_FORCE);
   const char *const unit = flood ? "m" : reduces && stage->what == REDUCE_FRICTION ? "degree" : "-";
-  fprintf(f, "      \"%s\": {\n        ", flood ? "flood" : reduces ? "strength_reduction" : "load_factor");
+  const char *const name = flood     ? "flood"
+                           : reduces ? "strength_reduction"
+                           : pulls   ? "anchor_force"
+                                     : "load_factor";
+  fprintf(f, "      \"%s\": {\n        ", name);
   JsonText(f, "unit", unit, ", ");
   if (stage->kind == STAGE_LOAD_FACTOR) put_raised(f, scene, stage, trials);
+  if (pulls) put_forces(f, scene, stage, trials);
   if (reduces) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");
   JsonNumber(f, "stable", trials->stable, ", ");
   JsonNumber(f, "failing", trials->failing, ", ");

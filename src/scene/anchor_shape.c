@@ -28,6 +28,38 @@ PetscReal AnchorStrength(const Anchor *a)
   return PetscMin(PetscMin(a->yield * a->area, a->breaking_force), a->strain_limit * a->young * a->area);
 }
 
+PetscReal AnchorMostPull(const Anchor *a)
+{
+  const PetscReal bonded = AnchorLength(a) - AnchorFree(a);
+  return a->bond_stiffness > 0. ? PetscMin(AnchorStrength(a), a->bond_strength * bonded) : AnchorStrength(a);
+}
+
+const Anchor *AnchorNamed(const Scene *scene, const char *name)
+{
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
+  for (PetscInt i = 0; i < n; i++)
+    if (!strcmp(anchors[i].entry.name, name)) return anchors + i;
+  return NULL;
+}
+
+PetscBool AnchorIsPulled(const Stage *stage, const Anchor *a)
+{
+  if (stage->kind != STAGE_ANCHOR_FORCE) return PETSC_FALSE;
+  for (PetscInt i = 0; i < stage->n_anchors; i++)
+    if (!strcmp(stage->anchors[i], a->entry.name)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *a)
+{
+  PetscReal last = a->prestress[0];
+  for (PetscInt s = 0; s < scene->n_stages && strcmp(scene->stages[s].name, stage->name); s++)
+    for (PetscInt i = 0; i < a->n_locks; i++)
+      if (!strcmp(a->lock[i], scene->stages[s].name)) last = a->prestress[i];
+  return last;
+}
+
 /* A beam on an elastic foundation, bent by the slip of a joint between its halves:
 
      K = E I beta^3,   beta = (foundation/(4 E I))^(1/4),

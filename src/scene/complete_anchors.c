@@ -64,6 +64,14 @@ static void check_bond(Reader *r, const Anchor *a)
     COMPLAIN_OF(r, a, "expected dowel_stiffness or dowel_foundation, not both");
 }
 
+/* Whether a stage finds its force. */
+static PetscBool is_pulled(const Scene *scene, const Anchor *a)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (AnchorIsPulled(scene->stages + s, a)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 static void check_prestress(Reader *r, const Anchor *a)
 {
   if (a->bond_stiffness > 0. && a->n_forces && !(a->free_length > 0.)) {
@@ -80,15 +88,15 @@ static void check_prestress(Reader *r, const Anchor *a)
       COMPLAIN_OF(r, a, "draw_in %g loses all of the prestress %g: it stretches by %g m only",
                   (double)a->draw_in, (double)a->prestress[i], (double)(a->prestress[i] / stiffness));
   }
-  if (a->n_forces && !a->n_locks)
+  const PetscBool found = (PetscBool)(a->n_forces == 1 && is_pulled(r->scene, a));
+  if (a->n_forces && !a->n_locks && !found)
     COMPLAIN_OF(r, a, "lock is missing: the stage in which it is stressed");
   else if (a->n_locks && !a->n_forces)
     COMPLAIN_OF(r, a, "prestress is missing [N]");
-  else if (a->n_locks != a->n_forces)
+  else if (a->n_locks != a->n_forces && !found)
     COMPLAIN_OF(r, a, "lock names %d stages, prestress has %d forces", (int)a->n_locks, (int)a->n_forces);
-  if (a->draw_in > 0. && !a->n_locks) COMPLAIN_OF(r, a, "draw_in is for an anchor with prestress");
-  if (a->from[0] && a->n_locks)
-    COMPLAIN_OF(r, a, "from is for a passive anchor: this one is there from stage %s on", a->lock[0]);
+  if (a->draw_in > 0. && !a->n_forces) COMPLAIN_OF(r, a, "draw_in is for an anchor with prestress");
+  if (a->from[0] && a->n_forces) COMPLAIN_OF(r, a, "from is for a passive anchor: this one has prestress");
 }
 
 static void check_stages(Reader *r, const Anchor *a)
@@ -98,7 +106,8 @@ static void check_stages(Reader *r, const Anchor *a)
   PetscInt before = -1;
   if (from < 0)
     COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
-  else if (!a->n_locks && scene->stages[from].kind == STAGE_MODES) // it loads nothing, so nothing comes in it
+  else if (!a->n_forces &&
+           scene->stages[from].kind == STAGE_MODES) // it loads nothing, so nothing comes in it
     COMPLAIN_OF(r, a,
                 "from: stage %s of type modes takes the state as it is: expected a stage of another type",
                 scene->stages[from].name);

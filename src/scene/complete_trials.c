@@ -1,4 +1,5 @@
-/* complete_trials.c: completes the keys of stages of trials: strength reduction, flood, load factor. */
+/* complete_trials.c: completes the keys of stages of trials: strength reduction, flood, load factor, force of
+   anchors. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -260,5 +261,36 @@ PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stag
   else if (stage->limit <= stage->start)
     COMPLAIN(r, "%g is not above start, %g", (double)stage->limit, (double)stage->start);
   PetscCall(check_width(r, path, stage, ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- how hard anchors must pull */
+
+PetscErrorCode CompleteAnchorForce(Reader *r, const char *path, Stage *stage)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (isnan(stage->limit)) stage->limit = 0.;
+  stage->pull = stage->start;
+  PetscCall(IsGiven(r, path, "anchors", &given));
+  if (given && !stage->n_anchors) COMPLAIN(r, "the list is empty");
+  for (PetscInt i = 0; i < stage->n_anchors; i++) {
+    const Anchor *a = AnchorNamed(r->scene, stage->anchors[i]);
+    const PetscReal pull = a && a->n_forces ? stage->start * AnchorPrestress(r->scene, stage, a) : 0.;
+    if (!a)
+      COMPLAIN(r, "no anchor named '%s'", stage->anchors[i]);
+    else if (!a->n_forces)
+      COMPLAIN(r, "'%s' is passive: expected an anchor with prestress", stage->anchors[i]);
+    else if (pull >= AnchorMostPull(a))
+      COMPLAIN(r, "'%s' begins with %g [N], not below the %g N at which it yields, breaks or slips",
+               stage->anchors[i], (double)pull, (double)AnchorMostPull(a));
+  }
+  PetscCall(IsGiven(r, path, "reduce", &given));
+  check_reduced(r, stage);
+  PetscCall(IsGiven(r, path, "limit", &given));
+  if (stage->limit < 0. || stage->limit >= stage->start)
+    COMPLAIN(r, "%g is out of range: must be >= 0 and less than start", (double)stage->limit);
+  PetscCall(check_width(r, path, stage, " [-], over prestress"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

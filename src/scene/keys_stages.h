@@ -7,6 +7,7 @@ typedef enum {
   STAGE_FLOOD,
   STAGE_TRANSIENT,
   STAGE_LOAD_FACTOR,
+  STAGE_ANCHOR_FORCE,
   STAGE_MODES
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
@@ -41,7 +42,8 @@ typedef struct {
   PetscInt envelope_every; /* [cycles] dynamic: steps between samples of the envelopes; 0: none */
   Joint *joints;           /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */
-  /* strength_reduction, flood, load_factor: trials go from start towards limit; see trial_stage.c */
+  /* strength_reduction, flood, load_factor, anchor_force: trials go from start towards limit; see
+     trial_stage.c */
   ReductionKind what;
   PetscInt n_reduce; /* number of joints that are reduced; 0: all */
   char (*reduce)[NAME_LENGTH];
@@ -53,6 +55,10 @@ typedef struct {
   PetscInt n_rises;       /* flood, load_factor: number of loads named; 0: the highest reservoir rises */
   PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
   bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) loads whose level, whose tailwater rises */
+  PetscInt n_anchors;             /* anchor_force: those that jacks pull */
+  char (*anchors)[NAME_LENGTH];   /* (n_anchors,) */
+  PetscReal required;             /* [-] anchor_force: by which strengths are divided */
+  PetscReal pull;                 /* [-] anchor_force, while it runs: what jacks pull with, over prestress */
   PetscInt count;                 /* modes: how many, 0: not given */
   PetscReal up_to;                /* [Hz] modes: all up to it; infinite: no limit */
   int line;
@@ -60,9 +66,10 @@ typedef struct {
 #endif
 #ifdef KEY_WORDS
 static const char *const StageTypes[] = {
-    "static",      "dynamic", "strength_reduction", "flood",  "transient",
-    "load_factor", "modes",   "StageKind",          "STAGE_", NULL};
-#define TRIALS (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR))
+    "static",       "dynamic", "strength_reduction", "flood",  "transient", "load_factor",
+    "anchor_force", "modes",   "StageKind",          "STAGE_", NULL};
+#define TRIALS                                                                                               \
+  (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR) | BIT(STAGE_ANCHOR_FORCE))
 static const char *const Displacements[] = {"keep", "reset", "DisplacementsKind", "DISPLACEMENTS_", NULL};
 static const char *const Frames[] = {"ground", "absolute", "FrameKind", "FRAME_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
@@ -70,7 +77,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
 // clang-format off
 #ifdef KEY_ROWS
   KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
-      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; transient: equilibria while water in joints flows in time; modes: periods and shapes of small free vibrations",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; anchor_force: trials of less and less pull of anchors; transient: equilibria while water in joints flows in time; modes: periods and shapes of small free vibrations",
       .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
       "loads that act at its end; the others are taken off", .count = offsetof(Stage, n_loads),
@@ -127,8 +134,17 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "strength_reduction: the angle of friction, or all strengths by one factor", .choices = Reductions,
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),
   KEY(STAGES, "reduce", NAMES, Stage, reduce, "= all that are not elastic", NULL, "",
-      "strength_reduction: joints that are reduced", .count = offsetof(Stage, n_reduce),
-      .stages = BIT(STAGE_STRENGTH_REDUCTION)),
+      "strength_reduction: joints that are reduced; anchor_force: those whose strengths are divided by required",
+      .count = offsetof(Stage, n_reduce), .stages = BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_ANCHOR_FORCE)),
+  KEY(STAGES, "anchors", NAMES, Stage, anchors, NULL, NULL, "",
+      "anchor_force: anchors with prestress, which jacks pull with the same part of it", .count = offsetof(Stage, n_anchors),
+      .stages = BIT(STAGE_ANCHOR_FORCE)),
+  KEY(STAGES, "required", REAL, Stage, required, "1", "> 0", "-",
+      "anchor_force: factor by which friction, cohesion, tensile and compressive strength of joints are divided",
+      .stages = BIT(STAGE_ANCHOR_FORCE)),
+  KEY(STAGES, "start", REAL, Stage, start, "1", "> 0", "-",
+      "anchor_force: force of the jacks over prestress in the first trial, with which it must stand",
+      .stages = BIT(STAGE_ANCHOR_FORCE)),
   KEY(STAGES, "rises", LOADS, Stage, rises, "= the highest reservoir", NULL, "",
       "flood: reservoirs and uplifts that rise; an uplift at the level of such a reservoir follows; all others stay",
       .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_FLOOD)),
@@ -141,12 +157,12 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "strength_reduction: first angle of friction, or part of the strengths that is left",
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),
   KEY(STAGES, "step", REAL, Stage, step, "= none: bisection only", "> 0", "degree, m or -",
-      "change of the angle of friction, or rise of the level or factor, from trial to trial",
+      "change of the angle of friction or of the pull, or rise of the level or factor, from trial to trial",
       .stages = TRIALS),
   KEY(STAGES, "factor", REAL, Stage, factor, "= none: bisection only", "> 0, < 1", "-",
       "strength_reduction, strengths: part of them that a trial leaves (0.85: 15 % less)",
       .stages = BIT(STAGE_STRENGTH_REDUCTION)),
-  KEY(STAGES, "limit", REAL, Stage, limit, "= 0 for a reduction", NULL, "degree, - or m",
+  KEY(STAGES, "limit", REAL, Stage, limit, "= 0 for a reduction and for anchors", NULL, "degree, - or m",
       "value at which the trials end", .stages = TRIALS),
   KEY(STAGES, "bracket", REAL, Stage, bracket, "0", ">= 0", "degree, - or m",
       "bisection between the last stable and the first unstable trial down to this width; 0: none",

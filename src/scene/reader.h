@@ -124,6 +124,7 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage);
+PetscErrorCode CompleteAnchorForce(Reader *r, const char *path, Stage *stage);
 /* Chooses the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing
    key. */
 PetscErrorCode ConcludeMessage(Reader *r);

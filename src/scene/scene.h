@@ -188,6 +188,14 @@ PetscReal AnchorSegment(const Anchor *anchor);
 PetscBool AnchorHasHead(const Anchor *anchor);
 /* [N] at which it yields or breaks, infinite: it does not */
 PetscReal AnchorStrength(const Anchor *anchor);
+/* [N] with which no jack may pull, because it would yield, break or come out of its bond */
+PetscReal AnchorMostPull(const Anchor *anchor);
+/* NULL: there is none. */
+const Anchor *AnchorNamed(const Scene *scene, const char *name);
+/* Whether the stage finds the force of this anchor. */
+PetscBool AnchorIsPulled(const Stage *stage, const Anchor *anchor);
+/* [N] of which that stage tries parts: the force of the last stressing before it, else of the first. */
+PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *anchor);
 /* [N/m], [N] of the dowel that it is where it crosses a joint; 0: none. */
 void AnchorDowel(const Anchor *anchor, PetscReal *stiffness, PetscReal *strength);
 
@@ -201,7 +209,7 @@ void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
 PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has);
 /* Computes tan_phi from friction. */
 void JointPrepare(Joint *joint);
-/* Whether a strength reduction reduces this joint. */
+/* Whether a strength reduction reduces this joint, or a search for the force of anchors. */
 PetscBool JointIsReduced(const Stage *stage, const Joint *joint);
 
 /* ---- entries.c */

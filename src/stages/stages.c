@@ -11,6 +11,7 @@ static const struct {
              [STAGE_FLOOD] = {RaiseRun, RELAXES},
              [STAGE_TRANSIENT] = {TransientRun, RELAXES},
              [STAGE_LOAD_FACTOR] = {RaiseRun, RELAXES},
+             [STAGE_ANCHOR_FORCE] = {AnchorForceRun, RELAXES},
              [STAGE_MODES] = {ModesRun, LOOKS}};
 
 /* Runs a stage that relaxes, with what all such stages have in common: effort, mechanism, the inside of

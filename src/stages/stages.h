@@ -143,10 +143,11 @@ PetscErrorCode LiftsArchive(Archive *archive, const Scene *scene, Model *model, 
 PetscErrorCode StageRelax(const Problem *p);
 
 /* ---- trial_stage.c */
-/* Collective. Run a strength reduction; a flood or a load factor. A strength reduction leaves in
-   p->stage->joints the strengths of the last stable trial. */
+/* Collective. Run a strength reduction; a flood or a load factor; a search for the force of anchors. A
+   strength reduction leaves in p->stage->joints the strengths of the last stable trial. */
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode RaiseRun(const Problem *p);
+PetscErrorCode AnchorForceRun(const Problem *p);
 
 /* ---- transient.c */
 /* Collective. Runs equilibria while water in joints flows in time. */

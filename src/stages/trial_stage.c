@@ -1,5 +1,5 @@
-/* trial_stage.c: stages made of trials: strengths reduced, the water or other loads raised, until something
-   gives way.
+/* trial_stage.c: stages made of trials: strengths reduced, the water or other loads raised, the pull of
+   anchors let down, until something gives way.
 
    A trial is a relaxation to a verdict from the last stable state (an unstable one leaves slip behind):
    equilibrium makes it stable, a mechanism makes it fail, and everything else ends the stage undecided.
@@ -148,10 +148,12 @@ static void multiply_loads(const Scene *scene, const Stage *stage, PetscReal fac
   }
 }
 
-/* Joints or loads as they are at `value`. */
+/* Joints, loads or jacks as they are at `value`. */
 static void set_value(Driver *d, const Joint *full, PetscReal value)
 {
-  if (d->stage.kind == STAGE_LOAD_FACTOR)
+  if (d->stage.kind == STAGE_ANCHOR_FORCE)
+    d->stage.pull = value;
+  else if (d->stage.kind == STAGE_LOAD_FACTOR)
     multiply_loads(d->scene, &d->stage, value, d->raised.loads);
   else if (d->stage.kind == STAGE_FLOOD)
     raise_water(d->scene, &d->stage, value - d->stage.start, d->raised.loads);
@@ -232,10 +234,9 @@ static PetscReal nearest_end(const Driver *d)
 static PetscReal next_value(const Stage *s, PetscInt trial)
 {
   PetscReal value = s->limit;
-  if (s->kind != STAGE_STRENGTH_REDUCTION && s->step > 0.)
-    value = PetscMin(s->limit, s->start + trial * s->step);
-  if (s->kind == STAGE_STRENGTH_REDUCTION && s->step > 0.)
-    value = PetscMax(s->limit, s->start - trial * s->step);
+  if (s->step > 0.)
+    value = s->limit > s->start ? PetscMin(s->limit, s->start + trial * s->step)
+                                : PetscMax(s->limit, s->start - trial * s->step);
   if (s->kind == STAGE_STRENGTH_REDUCTION && s->factor > 0.)
     value = PetscMax(s->limit, s->start * PetscPowReal(s->factor, (PetscReal)trial));
   return value;
@@ -279,9 +280,10 @@ static PetscErrorCode refuse_start(const Driver *d)
   char message[MESSAGE_LENGTH] = "", where[64] = "";
   PetscFunctionBeginUser;
   if (d->stage.line) PetscCall(PetscSNPrintf(where, sizeof(where), ":%d", d->stage.line));
+  const char *what = d->stage.kind == STAGE_ANCHOR_FORCE ? " times the prestress" : "";
   PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                          "%s%s: stages.%s: it does not stand at its start (%.6g): %s", d->scene->file, where,
-                          d->stage.name, (double)d->stage.start, d->p.result->evidence));
+                          "%s%s: stages.%s: it does not stand at its start (%.6g%s): %s", d->scene->file,
+                          where, d->stage.name, (double)d->stage.start, what, d->p.result->evidence));
   PetscCall(CheckMessage(d->p.m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -292,7 +294,8 @@ static void tell_bracket(const Driver *d, size_t size, char *text)
   const char *unit = d->stage.kind == STAGE_FLOOD ? " m"
                      : d->stage.kind == STAGE_STRENGTH_REDUCTION && d->stage.what == REDUCE_FRICTION
                          ? " degree"
-                         : "";
+                     : d->stage.kind == STAGE_ANCHOR_FORCE ? " of the prestress"
+                                                           : "";
   char end[96] = "", open[96] = "", factor[160];
   const PetscBool stands = (PetscBool)(PetscIsNanReal(d->failing) && PetscIsNanReal(d->open));
   if (!PetscIsNanReal(d->failing))
@@ -463,5 +466,19 @@ PetscErrorCode RaiseRun(const Problem *p)
   PetscCall(PetscArraycpy(d.raised.loads, p->scene->loads, p->scene->n_loads));
   PetscCall(drive(&d, NULL));
   PetscCall(PetscFree(d.raised.loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AnchorForceRun(const Problem *p)
+{
+  Driver d = {.scene = p->scene, .p = *p, .stage = *p->stage, .raised = *p->scene};
+  Joint *full;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(p->scene->n_joints, &full));
+  PetscCall(PetscArraycpy(full, p->stage->joints, p->scene->n_joints));
+  d.stage.what = REDUCE_STRENGTHS;
+  reduce_joints(p->scene, &d.stage, full, 1. / p->stage->required);
+  PetscCall(drive(&d, full)); // d.stage.joints is p->stage->joints
+  PetscCall(PetscFree(full));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

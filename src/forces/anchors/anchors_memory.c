@@ -4,7 +4,7 @@
 /* What the rank that adds an anchor's forces once knows of it, as numbers. */
 static void to_numbers(const Line *line, const LineHistory *h, PetscReal *x)
 {
-  x[LINE_PHASE] = h->phase, x[LINE_STRESSINGS] = (PetscReal)h->stressings;
+  x[LINE_PHASE] = h->phase;
   x[LINE_NATURAL] = h->natural, x[LINE_PLASTIC] = h->plastic, x[LINE_LOST] = h->lost;
   x[LINE_JACK] = h->jack, x[LINE_SINCE] = h->since, x[LINE_MOST] = h->most;
   x[LINE_PULLS] = h->pulls, x[LINE_STORED] = LineStored(line);
@@ -13,7 +13,7 @@ static void to_numbers(const Line *line, const LineHistory *h, PetscReal *x)
 
 static void from_numbers(const PetscReal *x, LineHistory *h)
 {
-  h->phase = (LinePhase)x[LINE_PHASE], h->stressings = (PetscInt)x[LINE_STRESSINGS];
+  h->phase = (LinePhase)x[LINE_PHASE];
   h->natural = x[LINE_NATURAL], h->plastic = x[LINE_PLASTIC], h->lost = x[LINE_LOST];
   h->jack = x[LINE_JACK], h->since = x[LINE_SINCE], h->most = x[LINE_MOST];
   h->pulls = x[LINE_PULLS];

@@ -26,6 +26,14 @@ static PetscInt stressing_of(const Anchor *a, const Stage *stage)
   return -1;
 }
 
+/* [N] with which a jack pulls it in a stage, < 0: none does. */
+static PetscReal jack_of(const TermView *v, const Anchor *a)
+{
+  const PetscInt stressing = stressing_of(a, v->stage);
+  if (AnchorIsPulled(v->stage, a)) return v->stage->pull * AnchorPrestress(v->scene, v->stage, a);
+  return stressing < 0 ? -1. : a->prestress[stressing];
+}
+
 /* Locks it: it carries T, less what its head slips back by. */
 static void lock_at(Line *line, PetscReal T)
 {
@@ -43,20 +51,22 @@ static void begin_line(const TermView *v, Line *line, PetscReal *f)
 {
   const Anchor *of = line->of;
   LineHistory *h = &line->now;
-  const PetscInt stressing = stressing_of(of, v->stage);
-  const PetscBool comes = (PetscBool)(!of->n_locks && (!of->from[0] || !strcmp(of->from, v->stage->name)));
-  if (h->phase == LINE_STRESSED && stressing < h->stressings - 1) {
+  const PetscReal jack = jack_of(v, of);
+  const PetscBool comes = (PetscBool)(!of->n_forces && (!of->from[0] || !strcmp(of->from, v->stage->name)));
+  if (h->phase == LINE_STRESSED) {
+    h->jack += h->pulls * (h->since - line->s);
+    h->since = line->s;
+  }
+  if (h->phase == LINE_STRESSED && jack < 0.) {
     const PetscReal T = h->pulls;
     apply(v->m, v->state, line, -T, PETSC_FALSE, f);
     h->phase = LINE_HELD;
-    h->jack += T * (h->since - line->s);
     lock_at(line, T);
   }
-  if (stressing >= h->stressings && h->phase != LINE_BROKEN) {
+  if (jack >= 0. && h->phase != LINE_BROKEN) {
     if (h->phase == LINE_HELD) apply(v->m, v->state, line, line->T, PETSC_FALSE, f);
     if (h->phase == LINE_ABSENT && line->chain) ChainComes(line->chain);
-    h->phase = LINE_STRESSED, h->stressings = stressing + 1, h->since = line->s;
-    h->pulls = of->prestress[stressing];
+    h->phase = LINE_STRESSED, h->since = line->s, h->pulls = jack;
     line->T = 0.;
   }
   if (h->phase == LINE_ABSENT && comes) {
@@ -91,7 +101,7 @@ PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
   for (PetscInt i = 0; all && i < all->n; i++) {
     Line *line = all->line + i;
     // ranks agree, whether they know its vertices or not
-    if (stressing_of(line->of, v->stage) >= 0) *any = PETSC_TRUE;
+    if (jack_of(v, line->of) >= 0.) *any = PETSC_TRUE;
     if (!f || !line->here || line->now.phase != LINE_STRESSED) continue;
     LinePlace(line, v->m, v->state->u + 3 * v->m->n_bodies);
     LinePull(line, -line->now.pulls, f);

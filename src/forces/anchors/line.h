@@ -27,7 +27,6 @@ typedef enum {
 /* What an anchor remembers. */
 typedef struct {
   LinePhase phase;
-  PetscInt stressings;        /* how often it has been stressed */
   PetscReal natural, plastic; /* [m] */
   PetscReal lost;             /* [J] of one anchor, as it yielded and broke */
   PetscReal jack;             /* [J] work that jacks have done on it, and on what it ties together */
@@ -39,7 +38,6 @@ typedef struct {
 /* A history and the last evaluation as numbers. */
 enum {
   LINE_PHASE,
-  LINE_STRESSINGS,
   LINE_NATURAL,
   LINE_PLASTIC,
   LINE_LOST,

@@ -55,6 +55,7 @@ def run(case):
     stressing(case)
     stressing_keys(case)
     slope(case)
+    force_needed(case)
     dam(case)
     yields(case)
     lift_off(case)
@@ -176,6 +177,62 @@ def slope(case):
             moved = -(result.probe("slides", "mark") - result.probe("own", "mark")) @ along
             case.check("... by [m]", moved, slides, relative=0.02)
     case.check("T that a dip of 20 needs (reference) [N]", brentq(lambda pull: holding(20, 30, pull), 0, T), 192.33e3, relative=1e-4)
+
+
+def force_needed(case):
+    """The least pull with which the block stands: by hand, for factors 1 and 1.3, of one tendon and of two unlike ones, and what cannot be reached."""
+    W, alpha, full = 2e6, math.radians(35), 800e3
+    mesh, along = block_on_slope()
+    head = 5 * along + 0.3 * np.array([-along[1], along[0]])
+    def dipping(d):
+        d = math.radians(d)
+        return tendon(head, head + 10 * np.array([math.cos(d), -math.sin(d)]), 20e6, prestress=full)
+    def least(factor, *dips):  # times full of each
+        tan = math.tan(math.radians(30)) / factor
+        held = sum(math.cos(math.radians(d) + alpha) + math.sin(math.radians(d) + alpha) * tan for d in dips)
+        return W * (math.sin(alpha) - math.cos(alpha) * tan) / held
+    def found(anchors, ranks=1, **keys):
+        search = {"type": "anchor_force", "loads": ["weight"], "anchors": list(anchors), "bracket": 5e-4} | keys
+        stages = [*under_weight("own"), {"less": search}, *under_weight("after")]
+        stages[0]["own"]["joints"] = {"default": {"friction": 40}}
+        search["joints"] = {"default": {"friction": 30}}
+        whole = changed(scene(anchors, stages, 10e9, 10e9, 40), ("materials.block.density", W / (G * 30)), ("strain", "small"), ("relaxation.tolerance", 1e-7))
+        return case.run(mesh, whole, ranks=ranks), whole
+    for d, wanted in ((0, 174.98e3), (20, 192.33e3), (40, 246.51e3)):
+        result, _ = found({"a": dipping(d)}, required=1.0)
+        search = result.stage_summary("less")["anchor_force"]
+        ends = [search["forces"]["a"][end] for end in ("failing", "stable")]
+        case.check(f"VA04, dip {d}: force that it needs, by hand against the reference [N]", least(1, d), wanted, relative=1e-4)
+        case.check("... between [N]", [ends[0] < least(1, d) * 1.0005, ends[1] > least(1, d) * 0.9995, ends[1] - ends[0] <= 5e-4 * full], [True] * 3)
+        case.check("... it carries that, locked in the stage behind [N]", [force(result, "less"), force(result, "after")], [ends[1], ends[1]], relative=2e-3)
+        case.check("... told", f"a needs {ends[0] / 1e3:.6g} to {ends[1] / 1e3:.6g} kN" in result.stdout, True)
+    two = {"a": dipping(0), "b": dipping(40) | {"prestress": 0.5 * full}}
+    tan = math.tan(math.radians(30)) / 1.3
+    pull = sum(part * (math.cos(math.radians(d) + alpha) + math.sin(math.radians(d) + alpha) * tan) for part, d in ((1, 0), (0.5, 40)))
+    needed = W * (math.sin(alpha) - math.cos(alpha) * tan) / pull
+    result, whole = found(two, required=1.3, step=0.3)
+    search = result.stage_summary("less")["anchor_force"]
+    case.check("two tendons, factor 1.3: parts of the prestress, by hand", np.mean([search["stable"], search["failing"]]), needed / full, relative=1e-3)
+    case.check("... forces are these parts [N]", [search["forces"][name]["stable"] for name in "ab"], [search["stable"] * full, search["stable"] * full / 2], relative=1e-12)
+    case.check("... trials go by steps of 0.3 first", [trial["value"] for trial in search["trials"][:5]], [1, 0.7, 0.4, 0.1, 0.25], absolute=1e-12)
+    case.check("... the strengths are whole again behind it: sliding factor rises by 1.3",
+               result.stage_summary("after")["joints"]["default"]["sliding_factor_peak"] / result.stage_summary("less")["joints"]["default"]["sliding_factor_peak"], 1.3, relative=0.02)
+    for ranks in (2, 3):
+        case.check(f"... checksums on {ranks} ranks", checksums(case.run(mesh, whole, ranks=ranks)), checksums(result))
+    folder = case.prepare(mesh, changed(whole, ("checkpoint", {"every": 500, "keep": 1000})))
+    case.again(folder)
+    case.again(folder, "-output", "kept")
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    for at in (len(kept) // 3, 2 * len(kept) // 3):
+        again = case.again(folder, "-restart", kept[at], ranks=1 + at % 2)
+        case.check(f"... restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(result))
+        case.check("... forces, work of the jacks [N], [J]", [[told(again, "after", name)[key] for key in ("force", "work")] for name in "ab"],
+                   [[told(result, "after", name)[key] for key in ("force", "work")] for name in "ab"])
+    result, _ = found({"a": dipping(0)}, required=2.4)
+    case.check("factor 2.4 is out of reach: one line", [result.exit_code, "it does not stand at its start (1 times the prestress)" in result.stderr, result.stderr.count("\n")], [2, True, 1])
+    result, _ = found({"a": dipping(20)}, required=0.5)
+    search = result.stage_summary("less")["anchor_force"]
+    case.check("factor 0.5: it stands without a pull", [search["stable"], search["failing"], "the limit; nothing fails" in result.stdout], [0, None, True])
 
 
 # ---- VA05

@@ -276,6 +276,8 @@ def stage_complaints(case, stage):
         found.append("The stage is a strength reduction: joints have the lowered strengths of its last stable trial.")
     if kind == "load_factor" and stage in case.conditions:
         found.append("The stage is a load factor: its loads are those of its last stable trial.")
+    if kind == "anchor_force" and stage in case.conditions:
+        found.append("The stage is a search for the force of anchors: joints have strengths divided by required.")
     if kind == "dynamic":
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts)

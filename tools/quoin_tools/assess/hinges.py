@@ -16,7 +16,7 @@ from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, table
 
-TRIALS = ("strength_reduction", "flood", "load_factor")
+TRIALS = ("strength_reduction", "flood", "load_factor", "anchor_force")
 RATIO = 10.0
 BEYOND = 1 / (RATIO ** (1 / 3) - 1)  # of the change with ten times k_n, what is still missing
 

@@ -114,10 +114,18 @@ def dowel_rows(s):
             for name, a in facts_of(s).items() for d in a.get("dowels", [])]  # fmt: skip
 
 
+def needed_rows(s):
+    """Of a stage of anchor_force."""
+    found = s.get("anchor_force") or {}
+    return [(name, printed(found["required"], ".3g"), *(printed(f[key], ".2f", 1e-3) for key in ("failing", "stable", "failing_per_metre", "stable_per_metre")))
+            for name, f in found.get("forces", {}).items()]  # fmt: skip
+
+
 COLUMNS = ("anchor", "state", "force [kN]", "per metre [kN/m]", "largest so far [kN]", "elongation [mm]", "plastic [mm]", "to yield or break [mm]")
 SECTIONS = (  # as those of results.py
     ("Anchors, each", "anchor|state|force kN|per metre kN/m|largest kN|elongation mm|plastic mm|to yield mm", rows),
     ("Bonded bars", "bar|bond use|slip mm|slipped m|yielded m|stored J|lost in yield J|in bond J|in dowels J", bar_rows),
     ("Bars as dowels", "bar|x m|y m|force kN|slip mm|plastic mm|use", dowel_rows),
+    ("Force that anchors need, each", "anchor|factor|fails with kN|stands with kN|per metre, fails kN/m|stands kN/m", needed_rows),
     ("What to know of them", "what", lambda s: [(line,) for line in remarks(s)]),
 )

@@ -389,7 +389,7 @@ def joint_rows(s):
 
 def trials_of(s):
     """What the trials of a stage came to; None: it has none."""
-    return s.get("strength_reduction") or s.get("flood") or s.get("load_factor")
+    return s.get("strength_reduction") or s.get("flood") or s.get("load_factor") or s.get("anchor_force")
 
 
 def no_single_factor(found):
@@ -401,7 +401,7 @@ def bracket_rows(s):
     found = trials_of(s)
     if not found:
         return []
-    what = "factor on loads" if "raises" in found else {"m": "level m", "degree": "friction deg"}.get(found["unit"], "strengths")
+    what = "factor on loads" if "raises" in found else "part of prestress" if "forces" in found else {"m": "level m", "degree": "friction deg"}.get(found["unit"], "strengths")
     ends = [fixed(found[end], digits=4) for end in ("stable", "failing")]
     factors = ["none: use strengths"] * 2 if no_single_factor(found) else [fixed(found.get(f"safety_factor_{end}")) for end in ("stable", "failing")]
     return [(what, *ends, *factors, fixed(found.get("moved"), 1e3))]

@@ -205,6 +205,6 @@ def of_run(folder, summary):
     if path is None:
         raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")
     used = read(path)
-    used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood") or s.get("load_factor"))}
+    used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood") or s.get("load_factor") or s.get("anchor_force"))}
     used.trials |= {s["name"]: {"steps": s["steps"]} for s in summary["stages"] if s.get("steps")}
     return used

@@ -27,7 +27,7 @@ KINDS = (  # words, unit, factor, pattern of the path of the number
     ("aperture", "mm", 1e3, r"^flow\.joints\..*\.widest$"),
     ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$|^peaks\..*\.factor_(peak|residual)\.least$"),
     ("angle", "deg", 1.0, r"\.friction_needed$"),
-    ("bracket", "", 1.0, r"^(strength_reduction|flood|load_factor)\.(stable|failing)$"),
+    ("bracket", "", 1.0, r"^(strength_reduction|flood|load_factor|anchor_force)\.(stable|failing)$"),
 )
 ALONE = ("factor", "bracket")  # kinds of which each number is held against itself: one large one would hide the others
 TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6, "bracket": 1e-9,

@@ -188,6 +188,8 @@ def changed_by(found):
     """What the trials of a stage changed, in words."""
     if "raises" in found:
         return f"factor on {', '.join(found['raises'])} [-]"
+    if "forces" in found:
+        return f"pull of {', '.join(found['forces'])} over prestress [-], strengths divided by {found['required']:g}"
     if "what" not in found:
         return "water level [m]"
     return "angle of friction [°]" if found["what"] == "friction" else "part of all strengths left [-]"
@@ -208,6 +210,9 @@ def trials_part(case):
                   for k in ("k_h", "k_v") if ends.get(f"{k}_stable")]  # fmt: skip
         if shaken:
             part += table(("pseudo-static load", "yield coefficient", "last stable", "first failing"), shaken, (2, 3))
+        needed = [(name, *(cell_of(f[key], 1e-3, 2) for key in ("failing", "stable", "failing_per_metre", "stable_per_metre"))) for name, f in found.get("forces", {}).items()]
+        if needed:
+            part += table(("anchor", "fails with [kN]", "stands with [kN]", "fails with [kN/m]", "stands with [kN/m]"), needed, (1, 2, 3, 4))
         if no_single_factor(found):
             part += notes(["The joints that slid had different angles of friction: the stage has no single factor. Use what: strengths."])
         if rows := factor_rows(s):
