@@ -285,7 +285,8 @@ def test_the_package_has_every_room():
     pins = re.findall(r"^(\w+)==", (ROOT / "tools/requirements.txt").read_text(encoding="utf-8"), flags=re.M)
     assert set(project["project"]["dependencies"]) == set(pins) - {"hypothesis", "pytest", "setuptools", "vtk"}  # those are for tests
     kinds = {path.suffix for path in ROOT.glob("tools/quoin_tools/*/*") if path.is_file() and path.parent.name != "__pycache__"}
-    assert kinds == {".py", ".yaml"}  # package-data and tools/install/CMakeLists.txt name these
+    assert kinds == {".py", ".yaml"}  # package-data and tools/install/CMakeLists.txt name these, and those of page/
+    assert {path.suffix for path in ROOT.glob("tools/quoin_tools/*/page/*")} == {".js", ".css", ".html"}
 
 
 def test_every_tool_is_a_command():

@@ -139,7 +139,7 @@ def check_made(folder):
     """Paths of what the tools have made of the run; raises ResultsError at the first that is not whole."""
     paths = []
     for name in sorted(os.listdir(folder)):
-        is_whole = sheet_is_whole if name == "report.html" else picture_is_whole if name.endswith(".png") else None
+        is_whole = sheet_is_whole if name in ("report.html", "view.html") else picture_is_whole if name.endswith(".png") else None
         is_whole = film_is_whole if FILM.fullmatch(name) else is_whole
         if is_whole is None:
             continue

@@ -15,6 +15,8 @@ animate    film of a stage in time: to a file
 film       what a film shows
 motion     a record, its spectrum, a block that slides on it, points of a run
 section    the section and its bases, for the sheet
+viewer     one page to look into a run; its script and style are in page/
+viewer_data  what that page holds
 browser    HTML to PDF
 hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
