@@ -28,6 +28,34 @@ static void put_attribute(FILE *f, const char *name, const char *kind, const cha
   fprintf(f, "</Attribute>\n");
 }
 
+/* A column of stress (nb, 3) in results.h5. */
+static void put_stress_column(FILE *f, PetscInt n_blocks, int column, const char *stage)
+{
+  char dims[64], path[256];
+  snprintf(dims, sizeof(dims), "%d 3", (int)n_blocks);
+  snprintf(path, sizeof(path), "/stages/%s/stress", stage);
+  fprintf(f,
+          "<DataItem ItemType=\"HyperSlab\" Dimensions=\"%d\"><DataItem Dimensions=\"3 2\" "
+          "Format=\"XML\">0 %d 1 1 %d 1</DataItem>",
+          (int)n_blocks, column, (int)n_blocks);
+  put_item(f, dims, "Float", 8, path);
+  fprintf(f, "</DataItem>");
+}
+
+/* The stress in the plane as a tensor, xx xy xz yy yz zz, for glyphs and directions; what leads out of the
+   plane is 0 in it (NaN in a rigid block, as the rest). */
+static void put_stress_tensor(FILE *f, PetscInt n_blocks, const char *stage)
+{
+  fprintf(
+      f,
+      "      <Attribute Name=\"stress\" AttributeType=\"Tensor6\" Center=\"Cell\"><DataItem "
+      "ItemType=\"Function\" Dimensions=\"%d 6\" Function=\"JOIN( $0 , $2 , (0 * $0) , $1 , (0 * $0) , (0 "
+      "* $0) )\">",
+      (int)n_blocks);
+  for (int column = 0; column < 3; column++) put_stress_column(f, n_blocks, column, stage);
+  fprintf(f, "</DataItem></Attribute>\n");
+}
+
 static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *fields, const char *stage)
 {
   char nb[64], nv2[64], nb3[64], size[64];
@@ -43,6 +71,7 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
   fprintf(f, "</Geometry>\n");
   put_attribute(f, "displacement", "Vector", "Node", nv2, stage, "displacement");
   put_attribute(f, "stress_xx_yy_xy", "Vector", "Cell", nb3, stage, "stress");
+  put_stress_tensor(f, mesh->n_blocks, stage);
   put_attribute(f, "s1", "Scalar", "Cell", nb, stage, "s1");
   put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
   put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
@@ -159,16 +188,32 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
   return fclose(f) || append(results, text, size) ? -1 : 0;
 }
 
+/* What the numbers of a field mean: Information elements, which readers without use for them pass over. */
+static void put_meanings(FILE *f, const ResultsFile *results)
+{
+  const Scene *scene = results->scene;
+  static const char *const states[] = {"elastic", "open", "slipping", NULL, "crushing"};
+  for (PetscInt g = 0; g < results->model->n_groups; g++)
+    fprintf(f, "  <Information Name=\"group %d\" Value=\"%s\"/>\n", (int)g, results->model->group_names[g]);
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    fprintf(f, "  <Information Name=\"joint %d\" Value=\"%s\"/>\n", (int)j, scene->joints[j].name);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(states); i++)
+    if (states[i]) fprintf(f, "  <Information Name=\"state %d\" Value=\"%s\"/>\n", (int)i, states[i]);
+}
+
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH])
 {
   char *text = NULL;
   size_t size = 0;
   FILE *memory = open_memstream(&text, &size);
-  if (memory)
+  if (memory) {
+    fprintf(memory, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n");
+    put_meanings(memory, results);
     fprintf(memory,
-            "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\">\n <Domain>\n  <Grid Name=\"stages\" "
-            "GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n </Domain>\n</Xdmf>\n",
+            "  <Grid Name=\"stages\" GridType=\"Collection\" CollectionType=\"Temporal\">\n%s  </Grid>\n "
+            "</Domain>\n</Xdmf>\n",
             results->xdmf);
+  }
   const int error = !memory || fclose(memory);
   if (error && !message[0]) snprintf(message, MESSAGE_LENGTH, "output: no memory for results.xdmf");
   if (!error) PartText(results->folder, "results.xdmf", text, size, "<!-- crc32 ", " -->\n", message);

@@ -134,6 +134,18 @@ class Page:
         Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot", captureBeyondViewport=True)["data"]))
 
 
+def leave(page):
+    """Chromium ends by itself, and takes its files with it; else it is ended."""
+    with contextlib.suppress(AssertionError, OSError):
+        page.session = None
+        page.call("Browser.close")
+    try:
+        page.process.wait(10)
+    except subprocess.TimeoutExpired:
+        page.process.kill()
+        page.process.wait()
+
+
 @contextlib.contextmanager
 def opened(path, width=1200, height=1000, touch=False):
     """A Page of a local file."""
@@ -145,12 +157,11 @@ def opened(path, width=1200, height=1000, touch=False):
         process = subprocess.Popen(wired, pass_fds=theirs, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         for end in (to_chromium[0], from_chromium[1], *theirs):
             os.close(end)
+        page = Page(to_chromium[1], from_chromium[0], process)
         try:
-            page = Page(to_chromium[1], from_chromium[0], process)
             page.open(path, width, height, touch)
             yield page
         finally:
-            process.kill()
-            process.wait()
+            leave(page)
             os.close(to_chromium[1])
             os.close(from_chromium[0])

@@ -4,6 +4,7 @@ ranks: 1 2"""
 
 import json
 import os
+import runpy
 import subprocess
 import sys
 
@@ -15,11 +16,11 @@ ROOT = os.path.join(os.path.dirname(__file__), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 from quoin_tools.base import results  # noqa: E402
-from quoin_tools.base.results import Results, ResultsError  # noqa: E402
+from quoin_tools.base.results import CRUSHING, OPEN, SLIPPING, Results, ResultsError  # noqa: E402
 from quoin_tools.base.whole import HEADER  # noqa: E402
 from quoin_tools.mesh import blockmesh, stacks  # noqa: E402
 from quoin_tools.mesh.meshing import split_triangles  # noqa: E402
-from quoin_tools.show import plots, stress, style  # noqa: E402
+from quoin_tools.show import export, paraview_state, plots, stress, style  # noqa: E402
 from sealed import history_member, seal_results, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", os.path.join(ROOT, "build", "quoin"))
@@ -470,6 +471,9 @@ def test_vtk_reads_the_same_numbers(runs):
         assert np.array_equal(vtk_to_numpy(blocks.GetPoints().GetData())[:, :2], run.mesh.vertices)
         assert np.array_equal(field(blocks.GetPointData(), "displacement")[:, :2], stage.displacement)
         assert np.array_equal(field(blocks.GetCellData(), "stress_xx_yy_xy"), stage.stress, equal_nan=True)
+        tensor = field(blocks.GetCellData(), "stress").reshape(-1, 3, 3)
+        assert np.array_equal(tensor[:, [0, 1, 0, 1], [0, 1, 1, 0]], stage.stress[:, [0, 1, 2, 2]], equal_nan=True)
+        assert not np.nan_to_num(tensor[:, 2]).any() and not np.nan_to_num(tensor[:, :, 2]).any() and np.isfinite(stage.stress).any()
         assert np.array_equal(field(blocks.GetCellData(), "s1"), stage.s1, equal_nan=True)
         assert np.array_equal(field(blocks.GetCellData(), "group"), run.mesh.block_group)
         assert contacts.GetNumberOfCells() == len(stage.contacts)
@@ -481,6 +485,20 @@ def test_vtk_reads_the_same_numbers(runs):
                 field(contacts.GetPointData(), quantity), getattr(stage.contacts, quantity).ravel()
             )
         assert np.array_equal(field(contacts.GetCellData(), "joint"), stage.contacts.joint)
+
+
+@solver
+def test_paraview_gets_the_names(runs, tmp_path):
+    """What the state file reads of results.xdmf; the copy that is written knows where the run is."""
+    run = Results(runs / "out1")
+    names, steps = paraview_state.meanings(runs / "out1/results.xdmf")
+    assert list(names["group"].values()) == run.mesh.group_names and list(names["joint"].values()) == run.mesh.joint_names
+    assert {names["state"][bit] for bit in (OPEN, SLIPPING, CRUSHING)} == {"open", "slipping", "crushing"}
+    assert [name for _, name in steps] == run.stages and [time for time, _ in steps] == list(range(1, len(steps) + 1))
+    assert [paraview_state.scale_of(largest, 100.0) for largest in (0.0, 1e-3, 0.013, 50.0)] == [1.0, 5000.0, 200.0, 1.0]
+    (path,) = export.paraview(run, tmp_path)
+    script = runpy.run_path(path)  # in another folder than the run
+    assert script["folder"]() == str(runs / "out1")
 
 
 def leaves(composite):

@@ -24,5 +24,6 @@ report     the sheet: HTML and PDF
 verify     a sheet held against the files it is about
 export     a run as CSV
 dxf        a stage of a run as a drawing
+paraview_state  how ParaView opens a run: copied beside its results
 compare    two runs side by side
 """

@@ -6,7 +6,7 @@ writes <stage>_vertices.csv, <stage>_blocks.csv, <stage>_contacts.csv (two rows 
 and where there are trials or a collapse trials.csv and factors.csv (a row for the stage, "joint" empty, then one for each joint). Where water
 flows in joints <stage>_flow.csv (two rows per piece of a joint: its ends); of all stages discharges.csv and uplifts.csv. Of dynamic stages
 with envelopes <stage>_envelope_blocks.csv and <stage>_envelope_contacts.csv; histories are CSV as they are.
---dxf writes <stage>.dxf, a drawing, in place of them.
+--dxf writes <stage>.dxf, a drawing, in place of them; --paraview paraview_state.py, with which ParaView opens the run.
 SI units, signs of docs/results_format.md; the first row names columns with their units.
 """
 
@@ -21,7 +21,7 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.flow import facts_of
 from quoin_tools.base.results import Results, ResultsError, trials_of
-from quoin_tools.show import dxf
+from quoin_tools.show import dxf, paraview_state
 
 JOINT = ("law", "length", "open_length", "closed_length", "slipping_length", "crushing_length", "N", "T", "M", "friction_needed", "sliding_factor_peak",
          "sliding_factor_residual", "chord", "sigma_linear_start", "sigma_linear_end")  # fmt: skip
@@ -197,15 +197,26 @@ def drawings(results, stages=None, folder=None):
     return written
 
 
+def paraview(results, folder=None):
+    """Path of a copy of paraview_state.py that knows where the run is."""
+    path = os.path.join(folder or results.folder, "paraview_state.py")
+    with open(paraview_state.__file__, encoding="utf-8") as file:
+        write_file(path, file.read().replace('FOLDER = ""', f"FOLDER = {os.path.abspath(results.folder)!r}", 1))
+    return [path]
+
+
 def main(arguments=None):
     parser = Parser(prog="quoin export", description="Results of a run as CSV, or as drawings.")
     parser.add_argument("folder", help="output folder of a run")
     parser.add_argument("--stage", action="append", metavar="NAME", help="this stage only (again for more); default: all")
     parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the output folder")
     parser.add_argument("--dxf", action="store_true", help="drawings in place of tables: <stage>.dxf, section and mechanism")
+    parser.add_argument("--paraview", action="store_true", help="paraview_state.py in place of tables: ParaView opens the run with it")
     options = parser.parse_args(arguments)
     try:
-        print("\n".join((drawings if options.dxf else export)(Results(options.folder), options.stage, options.to)))
+        results = Results(options.folder)
+        made = paraview(results, options.to) if options.paraview else (drawings if options.dxf else export)(results, options.stage, options.to)
+        print("\n".join(made))
     except (ResultsError, OSError) as error:
         print(f"export: {error}", file=sys.stderr)
         return 2
