@@ -12,14 +12,13 @@
 static void write_echo(const char *folder, const Scene *scene, char message[MESSAGE_LENGTH])
 {
   FILE *f = PartOpen(folder, "scene_echo.yaml", message);
-  if (!f) return;
-  fputs(scene->echo, f);
-  if (scene->solvers) fprintf(f, "# options of PETSc's solvers: %s\n", scene->solvers);
-  PartFinish(f, folder, "scene_echo.yaml", message);
+  if (f) fputs(scene->echo, f);
+  if (f && scene->solvers) fprintf(f, "# options of PETSc's solvers: %s\n", scene->solvers);
+  if (f) PartFinish(f, folder, "scene_echo.yaml", message);
 }
 
-/* Collective. Writes the values of the named points into output->probes, and finds the largest displacement
-   [m]. */
+/* Collective. Writes the values of the named points, which have one owner each, into output->probes, and
+   finds the largest displacement [m]. */
 static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
 {
   const Model *model = p->m;
@@ -31,10 +30,8 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
   for (PetscInt i = 0; i < model->n_points; i++) {
     const PetscInt v = model->point_vertex[i];
     if (v < 0 || v >= model->n_owned) continue;
-    for (int x = 0; x < 2; x++) {
-      all[4 * i + x] = model->X[2 * v + x];
-      all[4 * i + 2 + x] = Shown(p->state, 3 * model->n_bodies + 2 * v + x);
-    }
+    for (int x = 0; x < 2; x++) all[4 * i + x] = model->X[2 * v + x];
+    for (int x = 0; x < 2; x++) all[4 * i + 2 + x] = Shown(p->state, 3 * model->n_bodies + 2 * v + x);
   }
   all[n] = 0;
   for (PetscInt i = 0; i < model->n_owned; i++) {
@@ -42,7 +39,6 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
     const PetscReal square = PetscSqr(Shown(p->state, d)) + PetscSqr(Shown(p->state, d + 1));
     if (!(square <= all[n])) all[n] = square; // the condition lets NaN through
   }
-  // a point has one owner, so the largest value is that of the owner
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n + 1, MPIU_REAL, MPI_MAX, model->comm));
   PetscCall(PetscArraycpy(p->output->probes, all, n));
   *u_max = PetscSqrtReal(all[n]);
@@ -117,7 +113,8 @@ static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, 
 {
   const double start = MPI_Wtime();
   PetscFunctionBeginUser;
-  ResultsFileFinish(&o->results, o->n_stages - 1, message);
+  // stages that were passed over have added nothing to it
+  if (o->results.part > 0) ResultsFileFinish(&o->results, o->n_stages - 1, message);
   if (!o->n_settled) HistoryName(&o->history, o->folder, message);
   if (!o->n_settled) HistoryName(&o->joint_history, o->folder, message);
   drop_old_history(o);
@@ -305,6 +302,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
+    output->results.stages = output->stages;
     output->program_checksum = checksum_of_program();
     output->results.choice = WrittenChecksum(&output->results.written);
     output->results.run = output->results.origin = CheckpointRun(checkpoint);
@@ -461,6 +459,20 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(VibrationDestroy(&output->vibration));
   PetscCall(HistoriesDestroy(&output->histories));
   PetscCall(EnvelopeDestroy(&output->envelope));
+  PetscCall(refuse(output, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void OutputPass(Output *output)
+{
+  if (output->stages) output->stages[output->n_stages++] = NULL;
+}
+
+PetscErrorCode OutputSettle(const Scene *scene, const Model *model, Output *output)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (!model->rank && output->n_settled < output->n_stages) PetscCall(settle(scene, model, output, message));
   PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -168,6 +168,7 @@ typedef struct {
   uint64_t run;       /* the run that writes: CheckpointRun, after a restart CheckpointGoesOn */
   uint64_t origin;    /* the run of the checkpoint, whose files it takes over; else run */
   char *xdmf;         /* grids of the stages written so far */
+  char **stages;      /* those of Output: NULL: the stage was passed over */
   PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
   PetscBool has_part; /* results.h5.part has all stages so far, results.h5 has fewer */
   int64_t part;       /* results.h5.part, open while stages are added (hid_t); 0: closed */
@@ -434,7 +435,8 @@ typedef struct _p_Output {
   double settle_wall;                 /* rank 0: [s] that these files took to write last */
   PetscInt n_contacts;                /* contacts at the end of the last stage */
   PetscInt n_dofs;                    /* degrees of freedom at that end */
-  char **stages;                      /* rank 0: (n_stages,) their objects in summary.json */
+  char **stages;                      /* rank 0: (n_stages,) their objects in summary.json; NULL: it was not
+                                         run, because the stage from which it starts has failed */
   PetscReal *probes;                  /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
   MeshFields mesh;                    /* while a file is being written */
   ResultsFile results;                /* rank 0 */
@@ -469,6 +471,10 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
    takes its name. Many short stages wait for a later stage or a checkpoint: then the files are not
    `settled`. */
 PetscErrorCode OutputStage(const Problem *p);
+/* The stage that comes next is not run. */
+void OutputPass(Output *output);
+/* Collective. Writes the files, where they do not hold all stages yet. */
+PetscErrorCode OutputSettle(const Scene *scene, const Model *model, Output *output);
 /* message: what could not be written at the last moment; "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
 

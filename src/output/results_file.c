@@ -281,7 +281,9 @@ PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n, char message[
   const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
   PetscBool holds = (PetscBool)(stages >= 0);
   for (PetscInt s = 0; s < n && holds; s++)
-    holds = (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
+    holds = !results->stages[s]
+                ? holds
+                : (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
   if (stages >= 0) H5Gclose(stages);
   if (file >= 0) H5Fclose(file);
   return holds;

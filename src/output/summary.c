@@ -195,7 +195,8 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
    preconditioned. The object of the last stage tells, after a restart too. */
 static PetscBool factor_has_part(const Problem *p)
 {
-  const char *before = p->number ? p->output->stages[p->number - 1] : NULL;
+  const PetscInt base = StageBase(p->scene, p->number);
+  const char *before = base >= 0 ? p->output->stages[base] : NULL;
   if (p->scene->method == METHOD_PRECONDITIONED || p->result->effort.preconditioned) return PETSC_TRUE;
   return (PetscBool)(before && strstr(before, "\"ranks_agree\": \"" TO_TOLERANCE "\"") != NULL);
 }
@@ -216,6 +217,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
   fprintf(f, "    {\n      ");
   JsonText(f, "name", p->stage->name, ",\n      ");
+  if (p->stage->from[0]) JsonText(f, "from", p->stage->from, ",\n      ");
   JsonText(f, "verdict", VerdictNames[result->verdict], ",\n      ");
   JsonText(f, "evidence", result->evidence, ",\n      ");
   JsonCount(f, "cycles", result->cycles, ",\n      ");
@@ -260,6 +262,21 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Writes the stages that were run, and the names of those that were passed over. */
+static void put_stages(FILE *f, const Scene *scene, const Output *o)
+{
+  PetscInt n = 0, passed = 0;
+  for (PetscInt s = 0; s < o->n_stages; s++)
+    if (o->stages[s]) fprintf(f, "%s%s", n++ ? ",\n" : "", o->stages[s]);
+  fprintf(f, "\n  ],\n");
+  for (PetscInt s = 0; s < o->n_stages; s++) {
+    if (o->stages[s]) continue;
+    fprintf(f, passed++ ? ", " : "  \"not_run\": [");
+    JsonString(f, scene->stages[s].name);
+  }
+  if (passed) fprintf(f, "],\n");
+}
+
 PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output *o,
                             char message[MESSAGE_LENGTH])
 {
@@ -301,9 +318,7 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
     JsonNumber(f, "factor_wall_s", model->condensed_wall, "},\n");
   }
   fprintf(f, "  \"stages\": [\n");
-  for (PetscInt s = 0; s < o->n_stages; s++)
-    fprintf(f, "%s%s\n", o->stages[s], s + 1 < o->n_stages ? "," : "");
-  fprintf(f, "  ],\n");
+  put_stages(f, scene, o);
   HistorySummary(f, &o->history, "history");
   HistorySummary(f, &o->joint_history, "joint_history");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");

@@ -12,6 +12,7 @@ struct _p_Quoin {
   Output output;
   Checkpoint checkpoint;
   Repartition repartition;
+  Cases cases;
   uint64_t mesh;  /* checksum of the mesh; rank 0 */
   PetscInt stage; /* the stage that runs, or comes next */
   StageResult last;
@@ -121,7 +122,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds it again, on the partition that repartition.c has found. */
+/* Builds it again, on the partition that repartition.c has found, for that or for a case. */
 static PetscErrorCode renew(void *context)
 {
   Quoin q = context;
@@ -142,6 +143,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
   PetscCall(PartEnd(PART_READING));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
+  PetscCall(CasesCreate(q->comm, &q->scene, &q->stage, &q->cases));
   PetscCall(SceneReadMotions(q->comm, &q->scene));
   PetscCall(SceneReadLevels(q->comm, &q->scene));
   for (PetscInt g = 0; g < mesh.n_groups; g++)
@@ -250,6 +252,12 @@ static PetscErrorCode archive_relaxation(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether a checkpoint has brought the run into the present stage. */
+static PetscBool has_begun(Quoin q)
+{
+  return (PetscBool)(q->stage && q->state.lifts_stage == q->stage);
+}
+
 /* Starts the run, from its beginning or from where a checkpoint left off. */
 static PetscErrorCode start(Quoin q)
 {
@@ -263,6 +271,11 @@ static PetscErrorCode start(Quoin q)
   PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "state", archive_state, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "relaxation", archive_relaxation, q, &resumed));
+  if (SceneBranches(&q->scene)) {
+    PetscBool kept;
+    PetscCall(CheckpointAttach(&q->checkpoint, "cases", CasesArchive, &q->cases, &kept));
+    if (resumed) PetscCall(CasesResume(&q->cases, &q->checkpoint, kept, has_begun(q)));
+  }
   PetscCall(PartBegin(PART_OUTPUT_START));
   PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->output));
   PetscCall(PartEnd(PART_OUTPUT_START));
@@ -282,10 +295,49 @@ static PetscErrorCode start(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Passes over stages whose start has failed, and brings the state to where the next one starts. */
+static PetscErrorCode go_on(Quoin q)
+{
+  const Scene *scene = &q->scene;
+  PetscFunctionBeginUser;
+  for (; q->stage < scene->n_stages && !CaseCanRun(&q->cases, q->stage); q->stage++) {
+    PetscCall(PetscPrintf(q->comm, "stage %-12s is not run: stage %s, from which it starts, has failed\n",
+                          scene->stages[q->stage].name, scene->stages[StageBase(scene, q->stage)].name));
+    OutputPass(&q->output);
+  }
+  if (q->stage == scene->n_stages || has_begun(q)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (CaseIsElsewhere(&q->cases, q->stage)) {
+    PetscCall(renew(q));
+    PetscCall(CaseGoBack(&q->cases, &q->checkpoint));
+    PetscCall(PetscPrintf(q->comm, "stage %-12s starts from the end of stage %s\n",
+                          scene->stages[q->stage].name, scene->stages[q->cases.at].name));
+    q->checkpoint.last_cycle = q->state.cycle;
+    q->repartition.looked = q->state.cycle - scene->repartition_every;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The stage is over: the next one comes, where there is one that starts from an equilibrium. */
+static PetscErrorCode end_stage(Quoin q)
+{
+  const PetscBool stands = (PetscBool)(q->last.verdict == VERDICT_CONVERGED ||
+                                       q->last.verdict == VERDICT_COMPLETED);
+  PetscFunctionBeginUser;
+  q->stage++;
+  PetscCall(CaseEnd(&q->cases, q->last.verdict));
+  if (stands) PetscCall(CaseKeep(&q->cases, &q->checkpoint));
+  PetscCall(go_on(q));
+  if (q->output.settled && (stands || q->stage < q->scene.n_stages))
+    PetscCall(CheckpointWrite(&q->checkpoint, q->state.cycle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode QuoinRun(Quoin q)
 {
+  const PetscBool branches = SceneBranches(&q->scene);
   PetscFunctionBeginUser;
   PetscCall(start(q));
+  PetscCall(go_on(q));
   while (q->stage < q->scene.n_stages) {
     const Stage *stage = q->scene.stages + q->stage;
     const Problem p = {&q->model, &q->contacts, &q->state, &q->relax, &q->output,
@@ -293,11 +345,13 @@ PetscErrorCode QuoinRun(Quoin q)
     PetscCall(StageRun(&p));
     PetscCall(OutputStage(&p));
     PetscCall(StateView(&q->state));
-    // after any other verdict the next stage would not start from an equilibrium
-    if (q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
-    q->stage++;
-    if (q->output.settled) PetscCall(CheckpointWrite(&q->checkpoint, q->state.cycle));
+    if (q->last.verdict == VERDICT_INTERRUPTED) break;
+    // after a stage that failed the next one would not start from an equilibrium
+    if (!branches && q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
+    PetscCall(end_stage(q));
   }
+  if (branches && q->last.verdict != VERDICT_INTERRUPTED) PetscCall(CasesTell(&q->cases, q->comm));
+  PetscCall(OutputSettle(&q->scene, &q->model, &q->output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -305,7 +359,7 @@ int QuoinExitCode(Quoin q)
 {
   static const int code[] = {QUOIN_OK,        QUOIN_OK,          QUOIN_COLLAPSED, QUOIN_DIVERGED,
                              QUOIN_UNDECIDED, QUOIN_INTERRUPTED, QUOIN_OK};
-  return code[q->last.verdict];
+  return code[CasesVerdict(&q->cases, q->last.verdict)];
 }
 
 PetscErrorCode QuoinDestroy(Quoin *q)
@@ -318,6 +372,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   PetscCall(CheckpointDestroy(&(*q)->checkpoint));
   if ((*q)->has_model) PetscCall(take_down(*q));
   PetscCall(RepartitionDestroy(&(*q)->repartition));
+  PetscCall(CasesDestroy(&(*q)->cases));
   PetscCall(SceneDestroy(&(*q)->scene));
   PetscCall(PetscFree(*q));
   PetscCall(Refuse(comm, ERROR_OUTPUT, message));

@@ -7,6 +7,37 @@
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
+/* ---- cases.c: stages that start from another one than the one before them */
+typedef struct {
+  const Scene *scene;
+  const PetscInt *stage; /* the stage that runs, or comes next */
+  PetscInt at;           /* stage at whose end the state is, or was as the present stage began; -1: the start;
+                            -2: at none that later stages could start from */
+  PetscInt *verdict;     /* (n_stages,) Verdict of the stages before; VERDICT_NONE: it was not run */
+  Archive *kept;         /* (n_stages,) states at the ends of stages that later ones start from; on rank 0 */
+} Cases;
+PetscErrorCode CasesCreate(MPI_Comm comm, const Scene *scene, const PetscInt *stage, Cases *cases);
+PetscErrorCode CasesDestroy(Cases *cases);
+/* A checkpoint part, of scenes that branch; behind the parts of the run and the state. */
+PetscErrorCode CasesArchive(Archive *archive, void *context);
+/* Collective. After a restart, with this part of its checkpoint or without; begun: the present stage has
+   begun. Refuses one that lacks what later stages start from. */
+PetscErrorCode CasesResume(Cases *cases, const Checkpoint *checkpoint, PetscBool resumed, PetscBool begun);
+/* Whether the stage from which this one starts has come to its end, and is not interrupted or failed. */
+PetscBool CaseCanRun(const Cases *cases, PetscInt stage);
+/* Whether the state is not the one that this stage starts from. */
+PetscBool CaseIsElsewhere(const Cases *cases, PetscInt stage);
+/* The stage before the present one is over. */
+PetscErrorCode CaseEnd(Cases *cases, Verdict verdict);
+/* Collective. Keeps the state as it is, where a stage behind the present one starts from it. */
+PetscErrorCode CaseKeep(Cases *cases, const Checkpoint *checkpoint);
+/* Collective. The state from which the present stage starts is read back into a model built anew. */
+PetscErrorCode CaseGoBack(Cases *cases, const Checkpoint *checkpoint);
+/* That of the run: of the first case that failed. last: of the last stage. */
+Verdict CasesVerdict(const Cases *cases, Verdict last);
+/* Says which cases have failed, and which were not run. */
+PetscErrorCode CasesTell(const Cases *cases, MPI_Comm comm);
+
 /* ---- warnings.c: rank 0; each is told once */
 /* Warns of slender blocks: they set the time step and are stiff in bending. */
 void WarnSlender(const BlockMesh *mesh);

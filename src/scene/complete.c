@@ -328,6 +328,30 @@ PetscErrorCode CompleteDynamicWater(Reader *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The stage that it starts from is one of those before it. */
+PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
+{
+  const Scene *scene = r->scene;
+  const PetscInt number = (PetscInt)(stage - scene->stages);
+  char known[512] = "none";
+  PetscInt base = number - 1;
+  size_t used = 0;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (!stage->from[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  while (base >= 0 && strcmp(scene->stages[base].name, stage->from) != 0) base--;
+  for (PetscInt s = 0; s < number && used < sizeof known; s++)
+    used += (size_t)snprintf(known + used, sizeof known - used, "%s%s", s ? ", " : "", scene->stages[s].name);
+  PetscCall(IsGiven(r, path, "from", &given));
+  if (base < 0)
+    COMPLAIN_MISSING(r, "no stage named '%s' before it; stages before it: %s", stage->from, known);
+  else
+    stage->skips = number - 1 - base;
+  if (stage->skips && scene->advise > 0.) COMPLAIN(r, "advise takes stages one behind the other only");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* An empty list of loads makes sense in three cases: a structure swings, follows its supports, or is relieved
    of the loads before. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)

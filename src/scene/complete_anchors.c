@@ -120,9 +120,11 @@ static void check_stages(Reader *r, const Anchor *a)
     if (scene->stages[s].kind != STAGE_STATIC) COMPLAIN_OF(r, a, "lock: stage %s is not static", a->lock[i]);
     if (s <= before)
       COMPLAIN_OF(r, a, "lock: stage %s does not come after %s", a->lock[i], scene->stages[before].name);
-    if (a->draw_in > 0. && s + 1 < scene->n_stages && scene->stages[s + 1].kind == STAGE_DYNAMIC)
-      COMPLAIN_OF(r, a, "draw_in: stage %s in time begins as its head slips: expected a static stage between",
-                  scene->stages[s + 1].name);
+    for (PetscInt next = s + 1; next < scene->n_stages; next++)
+      if (a->draw_in > 0. && StageBase(scene, next) == s && scene->stages[next].kind == STAGE_DYNAMIC)
+        COMPLAIN_OF(r, a,
+                    "draw_in: stage %s in time begins as its head slips: expected a static stage between",
+                    scene->stages[next].name);
     before = s;
   }
 }

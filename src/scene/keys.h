@@ -1,5 +1,5 @@
 /* keys.h: the one table of all keys of a scene. It drives reading, defaults, range checks, -help and
-   docs/scene.md. Only read.c includes it. */
+   docs/scene.md. Only read.c and help.c include it. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/reader.h"
@@ -152,12 +152,3 @@ static const Key Keys[] = {
 // clang-format on
 
 enum { KEYS = sizeof Keys / sizeof Keys[0] };
-
-/* Whether a key of this name belongs to the type in another row, where it has another default or range. */
-static PetscBool has_other_row(const Key *key, int type)
-{
-  for (const Key *k = Keys; k < Keys + KEYS; k++)
-    if (k->section == key->section && (k->loads | k->stages) & BIT(type) && !strcmp(k->name, key->name))
-      return PETSC_TRUE;
-  return PETSC_FALSE;
-}

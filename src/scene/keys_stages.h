@@ -19,6 +19,8 @@ typedef struct {
   StageKind kind;
   PetscInt n_loads; /* loads that act at its end; a load of the stage before that is not among them goes */
   PetscInt *loads;  /* (n_loads,) rows of Scene.loads */
+  char from[NAME_LENGTH]; /* as the scene gives it; "": the stage before */
+  PetscInt skips;         /* stages between it and the one from whose end it starts */
   PetscInt n_build; /* groups that are placed as it begins; a group that no stage builds is always there */
   char (*build)[NAME_LENGTH];
   DisplacementsKind displacements; /* what is written of them, from here on */
@@ -85,6 +87,8 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "loads", LOADS, Stage, loads, "= none", NULL, "",
       "modes: loads of type added_mass; all other loads stay what they are", .count = offsetof(Stage, n_loads),
       .stages = BIT(STAGE_MODES)),
+  KEY(STAGES, "from", NAME, Stage, from, "= the stage before", NULL, "",
+      "earlier stage from whose end it starts, with its joints: a case of its own, which runs whatever becomes of other cases"),
   KEY(STAGES, "build", NAMES, Stage, build, "= none", NULL, "",
       "static: groups that are placed as it begins, without stress, on what has settled so far; before, they are not there",
       .count = offsetof(Stage, n_build), .stages = BIT(STAGE_STATIC)),

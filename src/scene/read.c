@@ -7,6 +7,15 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Whether a key of this name belongs to the type in another row, where it has another default or range. */
+static PetscBool has_other_row(const Key *key, int type)
+{
+  for (const Key *k = Keys; k < Keys + KEYS; k++)
+    if (k->section == key->section && (k->loads | k->stages) & BIT(type) && !strcmp(k->name, key->name))
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 // Reads all keys of one section into the struct `base`. kind: the kind of a load or stage, which is its first
 // key.
 static PetscErrorCode read_section(Reader *r, Section section, const char *path, void *base, const void *kind)
@@ -280,16 +289,38 @@ static PetscErrorCode read_joints(Reader *r, Scene *scene, const Entry ***given)
 
 /* ------------------------------------------------------------------------------------------ stages */
 
-// The joints of a stage are those of the stage before with the stage's own changes. They are read anew from
-// where their keys are given.
-static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene, const Joint *last,
-                                        Stage *stage, const Entry **given)
+// Finds where keys of joints are given up to the end of a stage: in the section joints, `first`, and in the
+// stages that it comes of.
+static PetscErrorCode ask_joints_up_to(Reader *r, const Scene *scene, PetscInt stage,
+                                       const Entry *const *first, const Entry **given)
 {
+  char path[LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  if (stage < 0) {
+    PetscCall(PetscArraycpy(given, first, scene->n_joints * KEYS));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(ask_joints_up_to(r, scene, StageBase(scene, stage), first, given));
+  PetscCall(AskSection(r, "stages", scene->stages[stage].name, path));
+  PetscCall(AskSection(r, path, "joints", path));
+  PetscCall(ask_joints(r, path, scene->n_joints, scene->joints, given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+// The joints of a stage are those at the end of the stage from which it starts, with its own changes. They
+// are read anew from where their keys are given. given: as the stage before has left it.
+static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene,
+                                        const Entry *const *first, Stage *stage, const Entry **given)
+{
+  const PetscInt base = StageBase(scene, (PetscInt)(stage - scene->stages));
+  const Joint *last = base < 0 ? scene->joints : scene->stages[base].joints;
   char path[LABEL_LENGTH];
   const Entry **before;
   PetscBool same;
 
   PetscFunctionBeginUser;
+  if (stage->skips) PetscCall(ask_joints_up_to(r, scene, base, first, given));
   PetscCall(PetscMalloc1(scene->n_joints * KEYS, &before));
   PetscCall(PetscArraycpy(before, given, scene->n_joints * KEYS));
   PetscCall(PetscMalloc1(scene->n_joints, &stage->joints));
@@ -303,12 +334,15 @@ static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Sce
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
+static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry *const *first)
 {
   char path[LABEL_LENGTH];
+  const Entry **given;
   Name *names;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(scene->n_joints * KEYS, &given));
+  PetscCall(PetscArraycpy(given, first, scene->n_joints * KEYS));
   PetscCall(AskNames(r, "stages", &scene->n_stages, &names));
   if (!scene->n_stages) COMPLAIN_MISSING(r, "missing: at least one stage is needed");
   PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
@@ -325,8 +359,9 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
+    PetscCall(CompleteFrom(r, path, stage));
     PetscCall(CompleteLoads(r, path, stage, (PetscBool)(i == 0)));
-    PetscCall(read_stage_joints(r, path, scene, i ? stage[-1].joints : scene->joints, stage, given));
+    PetscCall(read_stage_joints(r, path, scene, first, stage, given));
     if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
     if (stage->kind == STAGE_LOAD_FACTOR) PetscCall(CompleteLoadFactor(r, path, stage));
@@ -334,6 +369,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry **given)
     if (stage->kind == STAGE_DYNAMIC) PetscCall(CompleteDamping(r, path, stage));
     if (stage->kind == STAGE_TRANSIENT) PetscCall(CompleteTransient(r, path, stage));
   }
+  PetscCall(PetscFree(given));
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -441,51 +477,5 @@ PetscErrorCode SceneDestroy(Scene *scene)
   PetscCall(PetscFree(scene->loads));
   PetscCall(PetscFree(scene->stages));
   memset(scene, 0, sizeof *scene);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* -------------------------------------------------------------------------------------------- help */
-
-// Says in words what a value may be.
-static void describe_values(const Key *key, char text[256])
-{
-  static const char *const words[] = {[TYPE_TITLE] = "text",
-                                      [TYPE_PATH] = "path",
-                                      [TYPE_NAME] = "name",
-                                      [TYPE_REAL] = "number",
-                                      [TYPE_LIMIT] = "inf or number",
-                                      [TYPE_INT] = "whole number",
-                                      [TYPE_BOOL] = "true, false",
-                                      [TYPE_TRISTATE] = "true, false",
-                                      [TYPE_PAIR] = "[number, number]",
-                                      [TYPE_NUMBERS] = "list of numbers",
-                                      [TYPE_FIX] = "x, y, xy",
-                                      [TYPE_MOTION] = "path or motions",
-                                      [TYPE_NAMES] = "list of names",
-                                      [TYPE_LOADS] = "list of loads",
-                                      [TYPE_CHANGES] = "keys"};
-
-  if (key->type == TYPE_CHOICE)
-    DescribeChoices(key->choices, text);
-  else
-    snprintf(text, 256, "%s%s%s%s%s", words[key->type], key->range ? " " : "", key->range ? key->range : "",
-             key->word ? " or " : "", key->word ? key->word : "");
-}
-
-PetscErrorCode SceneHelp(MPI_Comm comm)
-{
-  char path[LABEL_LENGTH], values[256];
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(comm, "| key | default | unit | value | meaning |\n|---|---|---|---|---|\n"));
-  for (const Key *key = Keys; key < Keys + KEYS; key++) {
-    const char *preset = key->preset ? key->preset : "required";
-    if (key->preset && !preset[0]) preset = "empty";
-    if (preset[0] == '=') preset += 2;
-    snprintf(path, sizeof path, "`%s%s`", SectionPaths[key->section], key->name);
-    describe_values(key, values);
-    PetscCall(PetscPrintf(comm, "| %-36s | %-29s | %-9s | %-26s | %s |\n", path, preset, key->unit, values,
-                          key->help));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -119,6 +119,8 @@ PetscErrorCode CompleteDynamicWater(Reader *r);
 /* ---- complete_anchors.c */
 PetscErrorCode CompleteAnchors(Reader *r);
 PetscErrorCode AnchorListsFree(const Scene *scene);
+/* Sets stage->skips. The stages before it have been read. */
+PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage);
 /* first: no stage of the scene comes before this one. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
 PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);

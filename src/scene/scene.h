@@ -85,12 +85,25 @@ typedef struct {
   char *solvers; /* options for PETSc's solvers, NULL: none; petsc_options.c */
 } Scene;
 
+/* Row of the stage from whose end a stage starts, -1: there is none. */
+static inline PetscInt StageBase(const Scene *scene, PetscInt stage)
+{
+  return stage - 1 - scene->stages[stage].skips;
+}
 /* The stage from whose end another one starts: modes in between change nothing. NULL: there is none. */
 static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
 {
-  while (stage > scene->stages)
-    if ((--stage)->kind != STAGE_MODES) return stage;
+  PetscInt s = (PetscInt)(stage - scene->stages);
+  while ((s = StageBase(scene, s)) >= 0)
+    if (scene->stages[s].kind != STAGE_MODES) return scene->stages + s;
   return NULL;
+}
+/* Whether a stage starts from another one than the one before it. */
+static inline PetscBool SceneBranches(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].skips) return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 /* [s] Damping by stiffness of a group in a stage in time. */
 static inline PetscReal BetaOf(const Material *material, const Stage *stage)
@@ -128,9 +141,10 @@ PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
 /* ---- read.c */
 /* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Refuses unknown keys. */
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
+PetscErrorCode SceneDestroy(Scene *scene);
+/* ---- help.c */
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
-PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- motion_file.c */
 /* Collective. The records of motions and of files that supports follow, scaled and their baseline
    corrected; refuses a file that is none. */

@@ -7,9 +7,9 @@
 
 /* What is absent, in a model with lifts. */
 struct _p_Lifts {
-  PetscInt stage;     /* of the groups that are there */
-  PetscInt *built_in; /* (n_groups,) stage that builds the group, -1: it is there from the start */
-  Lame *lame;         /* of all groups, when they are there */
+  PetscInt stage;   /* of the groups that are there */
+  PetscBool *built; /* (n_groups,) a stage builds the group; else it is there from the start */
+  Lame *lame;       /* of all groups, when they are there */
   PetscReal *density, *hourglass;
   PetscInt n_stages;
   PetscReal **at; /* (n_stages,) [m] vertex arrays: displacements as a stage placed its groups; NULL: it
@@ -17,6 +17,16 @@ struct _p_Lifts {
 };
 
 /* ---- what is there */
+
+/* The stage that builds a group, of those that a stage comes of, itself among them; -1: none of them. */
+static PetscInt built_in(const Scene *scene, const Model *m, PetscInt group, PetscInt stage)
+{
+  if (!m->lifts->built[group]) return -1;
+  while (stage >= 0 &&
+         NameRow(scene->stages[stage].n_build, scene->stages[stage].build, m->group_names[group]) < 0)
+    stage = StageBase(scene, stage);
+  return stage;
+}
 
 /* Collective. Sets what is there in a stage. */
 static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
@@ -26,7 +36,7 @@ static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
   PetscFunctionBeginUser;
   l->stage = stage;
   for (PetscInt g = 0; g < m->n_groups; g++) {
-    m->absent[g] = l->built_in[g] > stage;
+    m->absent[g] = (PetscBool)(l->built[g] && built_in(scene, m, g, stage) < 0);
     m->lame[g] = m->absent[g] ? (Lame){0., 0.} : l->lame[g];
     m->density[g] = m->absent[g] ? 0. : l->density[g];
     for (int i = 0; i < 3 && m->hourglass; i++)
@@ -41,23 +51,26 @@ static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
 }
 
 /* Gives the blocks that have been placed the displacements from which their strain counts. */
-static PetscErrorCode count_strain(Model *m)
+static PetscErrorCode count_strain(const Scene *scene, Model *m)
 {
   const struct _p_Lifts *l = m->lifts;
+  PetscInt *in;
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_groups, &in));
+  for (PetscInt g = 0; g < m->n_groups; g++) in[g] = built_in(scene, m, g, l->stage);
   for (int list = 0; list < ELASTIC_LISTS; list++) {
     Elements *e = m->elements + list;
     const size_t n = (size_t)e->n_nodes * (size_t)e->n_padded;
     if (!e->placed) PetscCall(PetscMalloc1(2 * n, &e->placed));
     PetscCall(PetscArrayzero(e->placed, 2 * n));
     for (PetscInt i = 0; i < e->n; i++) {
-      const PetscInt stage = l->built_in[e->group[i]];
-      const PetscReal *u = stage >= 0 && stage <= l->stage ? l->at[stage] : NULL;
+      const PetscReal *u = in[e->group[i]] >= 0 ? l->at[in[e->group[i]]] : NULL;
       for (int k = 0; k < e->n_nodes && u; k++)
         for (int x = 0; x < 2; x++)
           e->placed[(size_t)x * n + (size_t)VertexPlace(e, i, k)] = u[2 * VertexOf(e, i, k) + x];
     }
   }
+  PetscCall(PetscFree(in));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -192,10 +205,9 @@ static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const 
 static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
-  PetscInt last = 0, n_anchors;
+  PetscInt n_anchors;
   PetscFunctionBeginUser;
   (void)SceneEntries(scene, "anchors", &n_anchors);
-  for (PetscInt g = 0; g < m->n_groups; g++) last = PetscMax(last, m->lifts->built_in[g]);
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     for (PetscInt i = 0; i < stage->n_build; i++) {
@@ -205,14 +217,17 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
                         : scene->materials[g].rigid ? "is rigid: only blocks that deform are placed"
                         : scene->materials[g].law != MATERIAL_ELASTIC
                             ? "has a law that is not elastic: its history would begin before it is there"
-                        : m->lifts->built_in[g] != s ? "is built twice"
-                                                     : NULL;
+                        : built_in(scene, m, g, StageBase(scene, s)) >= 0 ? "is built twice"
+                                                                          : NULL;
       if (why) refuse(scene, stage, message, "build: the group %s %s", stage->build[i], why);
     }
     if (stage->variable)
       refuse(scene, stage, message,
              "connectivity is variable, and groups are built: expected fixed contacts");
-    if (s < last && (stage->kind == STAGE_DYNAMIC || stage->kind == STAGE_MODES))
+    PetscBool whole = PETSC_TRUE;
+    for (PetscInt g = 0; g < m->n_groups; g++)
+      whole = (PetscBool)(whole && (!m->lifts->built[g] || built_in(scene, m, g, s) >= 0));
+    if (!whole && (stage->kind == STAGE_DYNAMIC || stage->kind == STAGE_MODES))
       refuse(scene, stage, message, "groups are not built yet: expected a static stage, or one of trials");
   }
   if (n_anchors)
@@ -232,17 +247,17 @@ PetscErrorCode LiftsCreate(const Scene *scene, Model *m)
   PetscCall(PetscNew(&l));
   m->lifts = l;
   l->n_stages = scene->n_stages;
-  PetscCall(PetscMalloc4(m->n_groups, &l->built_in, m->n_groups, &l->lame, m->n_groups, &l->density,
+  PetscCall(PetscMalloc4(m->n_groups, &l->built, m->n_groups, &l->lame, m->n_groups, &l->density,
                          3 * m->n_groups, &l->hourglass));
   PetscCall(PetscCalloc2(m->n_groups, &m->absent, l->n_stages, &l->at));
   PetscCall(PetscArraycpy(l->lame, m->lame, m->n_groups));
   PetscCall(PetscArraycpy(l->density, m->density, m->n_groups));
   if (m->hourglass) PetscCall(PetscArraycpy(l->hourglass, m->hourglass, 3 * m->n_groups));
   for (PetscInt g = 0; g < m->n_groups; g++) {
-    l->built_in[g] = -1;
+    l->built[g] = PETSC_FALSE;
     for (PetscInt s = 0; s < scene->n_stages; s++)
       if (NameRow(scene->stages[s].n_build, scene->stages[s].build, m->group_names[g]) >= 0)
-        l->built_in[g] = s;
+        l->built[g] = PETSC_TRUE;
   }
   PetscCall(check_scene(scene, m));
   for (PetscInt s = scene->n_stages - 1; s >= 0; s--) { // ends in the first one
@@ -263,7 +278,7 @@ PetscErrorCode LiftsDestroy(Model *m)
   PetscFunctionBeginUser;
   if (!l) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt s = 0; s < l->n_stages; s++) PetscCall(PetscFree(l->at[s]));
-  PetscCall(PetscFree4(l->built_in, l->lame, l->density, l->hourglass));
+  PetscCall(PetscFree4(l->built, l->lame, l->density, l->hourglass));
   PetscCall(PetscFree2(m->absent, l->at));
   for (int list = 0; list < ELASTIC_LISTS; list++) PetscCall(PetscFree(m->elements[list].placed));
   PetscCall(PetscFree(m->lifts));
@@ -296,7 +311,7 @@ PetscErrorCode LiftsPlace(const Problem *p)
   PetscCall(PetscMalloc1(n, &l->at[p->number]));
   PetscCall(PetscArraycpy(l->at[p->number], u, n));
   PetscCall(be_in(p->scene, p->number, m));
-  PetscCall(count_strain(m));
+  PetscCall(count_strain(p->scene, m));
   PetscCall(ContactsPlace(p->scene, m, p->stage->joints, u, p->contacts));
   PetscCall(CondensedCheckContacts(p->scene, m, p->contacts));
   PetscCall(NewtonDestroy(&p->relax->newton)); // its factor and pattern are those of what was there
@@ -313,7 +328,7 @@ PetscErrorCode LiftsArchive(Archive *a, const Scene *scene, Model *m, State *sta
   stage = state->lifts_stage = (PetscInt)ArchiveWithin(a, "begun", stage, 0, scene->n_stages - 1);
   if (has && !state->reset) PetscCall(PetscCalloc1(ModelApplied(m), &state->reset));
   if (has) PetscCall(ArchiveApplied(a, m, "written_from", state->reset));
-  for (PetscInt s = 1; s <= stage && l; s++) {
+  for (PetscInt s = stage; s > 0 && l; s = StageBase(scene, s)) {
     char name[NAME_LENGTH];
     if (!scene->stages[s].n_build) continue;
     if (!l->at[s]) PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &l->at[s]));
@@ -325,6 +340,6 @@ PetscErrorCode LiftsArchive(Archive *a, const Scene *scene, Model *m, State *sta
   }
   if (!a->reading || !l) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(be_in(scene, stage, m));
-  PetscCall(count_strain(m));
+  PetscCall(count_strain(scene, m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -13,11 +13,12 @@ PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *
                                                                 scene->stages[s].kind == STAGE_DYNAMIC)));
   r->possible = (PetscBool)(moves && scene->repartition == REPARTITION_AUTO && m->size > 1 &&
                             !m->n_condensed_global);
-  if (!r->possible) PetscFunctionReturn(PETSC_SUCCESS);
+  r->keeps = (PetscBool)(r->possible || SceneBranches(scene));
+  if (!r->keeps) PetscFunctionReturn(PETSC_SUCCESS);
   r->scene = scene, r->model = m;
   r->mesh = *mesh;
   PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
-  if (m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (m->rank || !r->possible) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MeshConnected(&r->mesh, r->mesh.group_rigid, &r->bodies.n_rigid, &r->bodies.rigid));
   PetscCall(MeshCondensed(scene, &r->mesh, m->contact_margin, &r->bodies));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -26,12 +27,12 @@ PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *
 PetscErrorCode RepartitionDestroy(Repartition *r)
 {
   PetscFunctionBeginUser;
-  if (!r->possible) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!r->keeps) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MeshDestroy(&r->mesh));
   PetscCall(PetscFree(r->bodies.rigid));
   PetscCall(PetscFree(r->bodies.condensed));
   PetscCall(PetscFree(r->bodies.inner));
-  r->possible = PETSC_FALSE;
+  r->possible = r->keeps = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

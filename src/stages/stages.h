@@ -158,6 +158,7 @@ PetscErrorCode TransientRun(const Problem *p);
 typedef struct _p_Repartition {
   PetscBool possible; /* more than one rank, a static or dynamic stage with variable connectivity, no
                          condensed bodies */
+  PetscBool keeps;    /* keeps the mesh: for that, or because a stage goes back to an earlier end */
   const Scene *scene;
   const Model *model;
   const State *state;
@@ -168,7 +169,7 @@ typedef struct _p_Repartition {
   void *context;
   PetscInt64 looked; /* cycle at which a new partition was last tried */
 } Repartition;
-/* Collective. Takes over the mesh when the run may be dealt out anew; *mesh is empty then. */
+/* Collective. Takes over the mesh when the run may build its model anew; *mesh is empty then. */
 PetscErrorCode RepartitionCreate(const Scene *scene, const Model *model, BlockMesh *mesh,
                                  Repartition *repartition);
 PetscErrorCode RepartitionDestroy(Repartition *repartition);

@@ -171,6 +171,8 @@ static const struct {
    "scene.yaml:23: stages.sw.dt_factor: 2 is out of range: must be > 0, <= 1"},
   {"loads: [weight]", "loads: []", "", "scene.yaml:23: stages.sw.loads: no loads: only modes, a dynamic stage, or a static one behind another, need none"},
   {"loads: [weight]", "ramp: 3", "", "scene.yaml:23: stages.sw.loads: missing"},
+  {"loads: [weight, water]", "loads: [weight, water], from: hp", "",
+   "scene.yaml:24: stages.hp.from: no stage named 'hp' before it; stages before it: sw"},
   {"loads: [weight, water]", "loads: [water, water]", "", "scene.yaml:24: stages.hp.loads: 'water' twice"},
   {"- hp:", "- sw:", "", "scene.yaml:24: stages.sw: duplicate key, given in line 23 already"},
   {"- hp:", "- 2nd:", "",

@@ -236,7 +236,7 @@ def refused(case):
     second = {"second": {"loads": ["weight"], "build": ["lift_3"]}}
     for change, words in (
         (("stages", [stages[0], stages[1], second, {"third": {"loads": ["weight"], "build": ["lift_2"]}}]), "stages.second: group lift_3 hangs in the air (block"),
-        (("stages", [*stages[:4], {"again": {"loads": ["weight"], "build": ["lift_1"]}}]), "stages.first: build: the group lift_1 is built twice"),
+        (("stages", [*stages[:4], {"again": {"loads": ["weight"], "build": ["lift_1"]}}]), "stages.again: build: the group lift_1 is built twice"),
         (("materials.lift_2", {"density": RHO, "young": 1e10, "poisson": 0.2, "condensed": True}), "stages.second: build: the group lift_2 is condensed"),
         (("materials.lift_2", {"density": RHO, "rigid": True}), "stages.second: build: the group lift_2 is rigid"),
         (("stages", [*stages[:3], {"shake": {"type": "dynamic", "loads": ["weight"]}}, stages[3]]), "stages.shake: groups are not built yet: expected a static stage"),

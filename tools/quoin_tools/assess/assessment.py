@@ -89,15 +89,21 @@ class Case:
 
     @property
     def conditions(self):
-        """Stages that are judged, and as what: those named with --condition, else the last static one, as usual or by its pseudo-static loads.
+        """Stages that are judged, and as what: those named with --condition, else the last static one of each case, as usual or by its pseudo-static loads.
 
         The stages of trials end at the brink, with strengths or water that are not those of the dam."""
         kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
         static = [name for name, kind in kinds.items() if kind == "static"]
-        last = (static or self.results.stages)[-1]
-        before = self.results.stages[: self.results.stages.index(last)]
-        shaken = earthquake.loads_of(self, last), any(earthquake.loads_of(self, name) for name in before if kinds[name] == "static")
-        return self.options.conditions or {last: "earthquake" if shaken[0] else "after_earthquake" if shaken[1] else "usual"}
+        chains = {name: self.scene.stages_before(name) if name in self.scene.stages else [] for name in static}
+        passed = {earlier for chain in chains.values() for earlier in chain}
+        judged = [name for name in static if name not in passed] or self.results.stages[-1:]
+        return self.options.conditions or {name: self.usual_or_shaken(name, [n for n in chains.get(name, []) if kinds.get(n) == "static"]) for name in judged}
+
+    def usual_or_shaken(self, stage, before):
+        """The condition of a stage by its loads and those of the static stages that it comes of."""
+        if earthquake.loads_of(self, stage):
+            return "earthquake"
+        return "after_earthquake" if any(earthquake.loads_of(self, name) for name in before) else "usual"
 
     def part(self, name, path):
         if name not in self.parts:

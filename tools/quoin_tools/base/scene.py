@@ -72,17 +72,28 @@ class Scene:
             raise SceneError(f"{self.path}: stage '{stage}': the run, of an older Quoin, does not say which waters its flood has raised")
         return {name: raised(load, waters[name]) if name in waters else load for name, load in loads.items()}
 
+    def stages_before(self, stage):
+        """The stages that a stage comes of, the first one first: each starts from the one before it, or from that of its key `from`."""
+        names, chain = list(self.stages), []
+        if stage not in self.stages:
+            raise SceneError(f"{self.path}: no stage '{stage}'")
+        while at := names.index(stage):
+            named = self.stages[stage].get("from")
+            if named is not None and named not in names[:at]:
+                raise SceneError(f"{self.path}: stages.{stage}.from: no stage named '{named}' before it")
+            stage = names[at - 1] if named is None else named
+            chain.insert(0, stage)
+        return chain
+
     def joint(self, name, stage):
         """Keys of a joint in a stage, completed by `default` and the defaults of the table. Of a strength reduction, with the
         strengths of its last stable trial."""
         own = dict(self.joints.get(name, {}))
         base = dict(self.joints.get("default", {}))
-        for other, keys in self.stages.items():
-            changes = section(keys.get("joints"), f"stages.{other}.joints", self.path)
+        for other in [*self.stages_before(stage), stage]:
+            changes = section(self.stages[other].get("joints"), f"stages.{other}.joints", self.path)
             own |= changes.get(name, {})
             base |= changes.get("default", {})
-            if other == stage:
-                break
         keys = JOINT_DEFAULTS | base | own
         keys.setdefault("friction_residual", keys.get("friction"))
         found, only = self.trials.get(stage, {}), self.stages[stage].get("reduce")

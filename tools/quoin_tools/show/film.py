@@ -95,8 +95,8 @@ def stage_film(results, scene, mesh, stage, shakings, most, scale, whole):
     ground = np.array([frame.displacement[bottom].mean(axis=0) for frame in frames])
     moved = np.array([frame.displacement - base for frame, base in zip(frames, ground)], dtype=np.float32)
     factor, box = common_scale(results.mesh, moved, view(results.mesh, whole)[0], scale)
-    number = results.stages.index(stage)
-    before = results.stage(results.stages[number - 1]).contacts if number else None
+    earlier = scene.stages_before(stage) if stage in scene.stages else results.stages[: results.stages.index(stage)]
+    before = results.stage(earlier[-1]).contacts if earlier else None
     slip = np.array([slid(frame.contacts, before) for frame in frames])
     opening = np.array([frame.contacts.opening.max(initial=0.0) for frame in frames])
     least = nice(max(NOTHING, SEEN * opening.max()))

@@ -130,9 +130,11 @@ def without_result(case):
 
 def unfinished_note(case):
     """What happens in these stages may be what matters."""
-    names = without_result(case)
-    return notes([f"No result of stage{'s' * (len(names) != 1)} {', '.join(names)}: the run was refused, stopped or broke off before, or goes "
-                  "on. The sheet knows nothing of it."]) if names else ""  # fmt: skip
+    names, not_run = without_result(case), case.results.summary.get("not_run", [])
+    said = [f"Not run, because the stage from which they start has failed: {', '.join(not_run)}."] if not_run else []
+    names = [name for name in names if name not in not_run]
+    return notes(said + [f"No result of stage{'s' * (len(names) != 1)} {', '.join(names)}: the run was refused, stopped or broke off before, or goes "
+                  "on. The sheet knows nothing of it."] * bool(names)) if names or said else ""  # fmt: skip
 
 
 def limits_part(case, found):
@@ -171,7 +173,7 @@ def stages_part(case):
     rows = []
     for s in case.results.summary["stages"]:
         loads = ", ".join(case.scene.stages.get(s["name"], {}).get("loads") or ())
-        rows.append((s["name"], loads, (s["verdict"], "pass" if s["verdict"] in ("converged", "completed") else "fail"), fixed(s["applied"]["x"], 1e-3, 1),
+        rows.append((s["name"] + (f" (from {s['from']})" if "from" in s else ""), loads, (s["verdict"], "pass" if s["verdict"] in ("converged", "completed") else "fail"), fixed(s["applied"]["x"], 1e-3, 1),
                      fixed(s["applied"]["y"], 1e-3, 1), fixed(s["reaction"]["x"], 1e-3, 1), fixed(s["reaction"]["y"], 1e-3, 1)))  # fmt: skip
     rows += [(name, ", ".join(case.scene.stages[name].get("loads") or ()), ("no result", "fail"), "-", "-", "-", "-") for name in without_result(case)]
     header = ("stage", "loads at its end", "verdict", "applied x [kN]", "applied y [kN]", "supports x [kN]", "supports y [kN]")
