@@ -1,6 +1,6 @@
 # Completion of the command quoin in bash. `source tools/setup.sh` reads it; `cmake --install` puts it where bash-completion looks.
 
-_quoin_commands="new import check advise run show report study compare export help dam voronoi walls blockmesh plot_mesh section gmsh_import results plots animate assessment limit hinges motion whole verify"
+_quoin_commands="new import check advise run show report study ensemble compare export help dam voronoi walls blockmesh plot_mesh section gmsh_import results plots animate assessment limit hinges motion whole verify"
 _quoin_topics=""  # asked for once
 _quoin_keys=""
 
@@ -21,7 +21,7 @@ _quoin() {
       [ -n "$_quoin_topics" ] || _quoin_topics="$(quoin help 2>/dev/null | sed -n '2,/^Chapters/{/^  /p}' | tr -d ',') $_quoin_commands"
       mapfile -t COMPREPLY < <(compgen -W "$_quoin_topics" -- "$word")
       return ;;
-    run | check | advise | study | limit) files='!*.@(yaml|yml)' ;;
+    run | check | advise | study | limit | ensemble) files='!*.@(yaml|yml)' ;;
     import | section) files='!*.@(yaml|yml|msh)' ;;
     gmsh_import) files='!*.msh' ;;
     plot_mesh | blockmesh) files='!*.h5' ;;

@@ -27,6 +27,7 @@ base         reads scenes and the files of runs, writes files, ends a command
 mesh         makes, reads and checks block meshes
 assess       the gravity method, guidelines and limits beside the block model
 limit        limit analysis: what rigid blocks can bear at most
+ensemble     samples of a scene whose properties scatter
 show         pictures, the sheet, CSV, the comparison of runs
 front        the command `quoin`, its Python interface
 """

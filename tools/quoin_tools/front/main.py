@@ -20,6 +20,7 @@ WAY = {
     "show": ("front.show:main", "numbers of a run; --pictures, --film; picture of a mesh"),
     "report": ("show.report:main", "the sheet of a run, HTML and PDF"),
     "study": ("front.study:main", "a scene over values of its keys: a table"),
+    "ensemble": ("front.ensemble:main", "samples of a scene that scatters: how likely it fails"),
     "compare": ("show.compare:main", "two runs: what differs, by how much"),
     "export": ("show.export:main", "a run as CSV; --dxf: as drawings"),
     "help": ("front.topics:main", "keys of the scene and documents: quoin help loads"),

@@ -34,6 +34,14 @@ class Strength:
     compression: float  # [Pa]
     elastic: bool = False
 
+    def beyond_apex(self):
+        """Whether it pulls harder than c / tan(phi), where Mohr and Coulomb's lines meet."""
+        return not self.elastic and self.tension * self.friction > self.cohesion * (1 + 1e-9)
+
+    def hull(self):
+        """(tan(phi), c) of the least convex strength that holds this one: a point that pulls beyond the apex bears no shear, but its neighbour all of its own."""
+        return self.friction, max(self.cohesion, self.tension * self.friction) if self.beyond_apex() else self.cohesion
+
     def reduced(self, what, value):
         """In a trial: an angle of friction of no more than `value` degrees, or all strengths times `value`."""
         if self.elastic:

@@ -160,6 +160,9 @@ def notes(scene, stage, parts):
     elastic = [name for name, s in parts.strengths.items() if s.elastic]
     if elastic:
         said.append(f"Joints without limits (law elastic) hold whatever comes, tension too: {', '.join(elastic)}.")
+    beyond = [name for name, s in parts.strengths.items() if s.beyond_apex()]
+    if beyond:
+        said.append(f"Tensile strength beyond c / tan(phi): {', '.join(beyond)}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.")
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
         said.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
     if any(0 < s.compression < math.inf for s in parts.strengths.values()):

@@ -93,7 +93,7 @@ def strengths_of(parts, reduction=None):
     if reduction:
         what, value, only = reduction
         table = {name: s.reduced(what, value) if not only or name in only else s for name, s in table.items()}
-    return np.array([[s.friction, s.cohesion, s.tension, s.compression, s.elastic] for s in (table[name] for name in parts.contacts.joint)], dtype=float)
+    return np.array([[*s.hull(), s.tension, s.compression, s.elastic] for s in (table[name] for name in parts.contacts.joint)], dtype=float)
 
 
 def strength_rows(p, strengths, frozen=None, follow=1.0):

@@ -1,4 +1,4 @@
-"""What people look at: pictures, the sheet, tables for other programs. It imports limit, assess, mesh and base.
+"""What people look at: pictures, the sheet, tables for other programs. It imports ensemble, limit, assess, mesh and base.
 
 style      what all pictures share: colours, fonts, the part of the section they show
 plot_mesh  picture of a block mesh
@@ -25,5 +25,6 @@ verify     a sheet held against the files it is about
 export     a run as CSV
 dxf        a stage of a run as a drawing
 paraview_state  how ParaView opens a run: copied beside its results
+ensembles  what an ensemble leaves: table and pictures
 compare    two runs side by side
 """

@@ -1,0 +1,275 @@
+"""Ensembles (quoin ensemble): probabilities, intervals, fragility and sensitivity of a rigid dam that slides, against quadrature; the solver and limit analysis sample by sample; kills, parts, any number of jobs.
+
+The dam: N = 12909.96 - K 9.81 h 14 kN, H = 4.905 h^2 kN, base 28 m; R = N tan(phi) + c L, lognormal tan(phi) 0.9 (cov 0.15) and c 0.1 MPa (cov 0.5)."""
+
+import contextlib
+import csv
+import io
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import numpy as np
+import yaml
+from driver import ROOT
+from quoin_tools.ensemble import analysis, design, running
+from quoin_tools.ensemble.intervals import clopper_pearson, zero_bound
+from quoin_tools.ensemble.sampling import Sampler
+from quoin_tools.ensemble.variables import variables
+from quoin_tools.front import ensemble
+from quoin_tools.mesh.blockmesh import BlockMesh, write
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+from scipy.integrate import quad
+from scipy.stats import norm
+
+WHAT = "ensembles: exact probabilities inside their intervals, coverage, fragility, Sobol indices, design point; solver and limit analysis sample by sample; kills, parts, jobs"
+SOURCE = "quadrature over two lognormal variables; exact binomial intervals; FORM"
+
+FRICTION = {"distribution": "lognormal", "of": "tan", "mean": 0.9, "cov": 0.15}
+COHESION = {"distribution": "lognormal", "mean": 1e5, "cov": 0.5, "keys": ["joints.base.cohesion", "joints.base.cohesion_residual"]}
+ROWS = {"joints.base.friction": FRICTION, "c": COHESION}
+WEIGHT, WIDTH = 12909.96e3, 28.0
+
+
+def normal_force(h, uplift=1.0):
+    return WEIGHT - uplift * 9810 * h * WIDTH / 2
+
+
+def factor(values, h):
+    """Of the formula; values: angle [degree], cohesion [Pa]."""
+    values = np.asarray(values, dtype=float)
+    return (normal_force(h) * np.tan(np.radians(values[..., 0])) + values[..., 1] * WIDTH) / (4905 * h**2)
+
+
+def exact(h, rho=0.0, uplift=1.0):
+    """Probability of R < H by quadrature over the logarithm of tan(phi)."""
+    (m1, s1), (m2, s2) = ((math.log(mean) - 0.5 * math.log1p(cov**2), math.sqrt(math.log1p(cov**2))) for mean, cov in ((0.9, 0.15), (1e5, 0.5)))
+
+    def density(z):
+        left = (4905 * h**2 - normal_force(h, uplift) * math.exp(m1 + s1 * z)) / WIDTH
+        below = 0.0 if left <= 0 else norm.cdf((math.log(left) - m2 - rho * s2 * z) / (s2 * math.sqrt(1 - rho**2)))
+        return norm.pdf(z) * below
+
+    edge = (math.log(4905 * h**2 / normal_force(h, uplift)) - m1) / s1
+    return quad(density, -9, edge, limit=400, epsabs=1e-14)[0]
+
+
+def folder_of(case, name, **keys):
+    """A folder with mesh, scene and ensemble; the weight stands where the resultant stays within the middle of the base."""
+    folder = case.folder / name
+    folder.mkdir(parents=True)
+    dam = BlockMesh([(0, 0), (1.5, 0), (28, 0), (0, 46), (1.5, 46), (28, 46)], [(0, 1, 4, 3), (1, 2, 5, 4)], [0, 0], ["dam"], [1], {"upstream": [(0, 3)], "base": [(0, 0), (1, 0)]}, {})
+    mesh = join([renamed(rectangle(-20, -5, 80, 5, group="rock", rigid=True), {}), dam])
+    mesh.points = {"mass": 8}
+    write(str(folder / "model.h5"), mesh)
+    scene = {
+        "model": str(folder / "model.h5"),
+        "materials": {"dam": {"density": 1e-3, "rigid": True}, "rock": {"density": 2000, "rigid": True}},
+        "joints": {"base": {"k_n": 1e10, "k_s": 1e10, "friction": 42, "cohesion": 1e5, "cohesion_residual": 1e5}},
+        "supports": {"rock": {"fix": "xy"}},
+        "loads": {"mass": {"type": "point_force", "point": "mass", "value": [0, -WEIGHT]}, "water": {"type": "reservoir", "faces": "upstream", "level": 40}, "uplift": {"type": "uplift", "faces": "base", "level": 40}},
+        "stages": [{"full": {"loads": ["mass", "water", "uplift"]}}],
+    }
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    (folder / "ensemble.yaml").write_text(yaml.safe_dump({"scene": "scene.yaml", "samples": 40, "seed": 1, "variables": ROWS} | keys, sort_keys=False), encoding="utf-8")
+    return folder
+
+
+BY_LIMIT = {"judge": "limit", "fail": "limit < 1", "raises": ["water"]}
+LEVELS = {"keys": ["loads.water.level", "loads.uplift.level"], "values": [34, 36, 38, 40, 42, 44, 46]}
+
+
+def run(case):
+    os.environ["QUOIN_SOLVER"] = str(case.quoin)
+    intervals(case)
+    coverage(case)
+    spread(case)
+    sample_by_sample(case)
+    by_levels(case)
+    sensitive(case)
+    rare(case)
+    whole_sets(case)
+    killed(case)
+    refused(case)
+
+
+def command(folder, *words):
+    """(exit code, what it said)"""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        code = ensemble.main([str(folder / "ensemble.yaml"), *words])
+    return code, out.getvalue()
+
+
+def rows_of(folder):
+    wanted = design.read(str(folder / "ensemble.yaml"))
+    return wanted, running.Journal(str(folder / "out"), wanted).rows()
+
+
+def intervals(case):
+    for (k, n), low, high in (((1, 20), 0.0013, 0.2487), ((3, 50), 0.0125, 0.1655), ((7, 64), 0.0451, 0.2125), ((20, 200), 0.0622, 0.1502), ((0, 100), 0.0, 0.0362)):
+        case.check(f"E02 Clopper-Pearson of {k} of {n}", clopper_pearson(k, n), (low, high), absolute=5.1e-5)
+    case.check("bounds of no failure in 10, 30, 100, 300", [zero_bound(n) for n in (10, 30, 100, 300)], [0.259, 0.095, 0.0295, 0.0099], relative=5e-3)
+
+
+def coverage(case):
+    """100 seeds of 200 samples by the formula: how often the interval holds the exact value."""
+    for h, rho, told in ((40, 0.0, 0.157577), (40, -0.5, 0.072850), (40, 0.5, 0.216547)):
+        both = variables(ROWS, [["joints.base.friction", "c", rho]] if rho else [])
+        p = exact(h, rho)
+        case.check(f"E01 exact probability at {h} m, rho {rho:g}", p, told, relative=1e-5)
+        inside = 0
+        for seed in range(100):
+            sampler = Sampler("monte_carlo", both, seed)
+            values = both.values([sampler.normal(i) for i in range(200)])
+            low, high = clopper_pearson(int((factor(values, h) < 1).sum()), 200)
+            inside += low <= p <= high
+        case.check("... inside the 95 % interval in at least 90 of 100 seeds", inside >= 90, True)
+        case.report("... inside", inside, 95)
+
+
+def spread(case):
+    """Means and spreads come out as asked, truncation and tangents too; even samplings are nearer by far."""
+    both = variables(ROWS | {"joints.base.k_n": {"distribution": "normal", "mean": 5.0, "deviation": 2.0, "min": 3.0, "max": 6.0}}, [["joints.base.friction", "c", -0.5]])
+    for method, near in (("monte_carlo", 2e-2), ("latin_hypercube", 6e-3), ("sobol", 6e-3)):
+        sampler = Sampler(method, both, 3)
+        values = np.array(both.values([sampler.normal(i) for i in range(6400)]))
+        tangent = np.tan(np.radians(values[:, 0]))
+        case.check(f"{method}: means", [tangent.mean() / 0.9, values[:, 1].mean() / 1e5], [1, 1], absolute=near)
+        case.check("... deviations", [tangent.std() / 0.135, values[:, 1].std() / 5e4], [1, 1], absolute=5 * near)
+        case.check("... correlation of the logarithms", np.corrcoef(np.log(tangent), np.log(values[:, 1]))[0, 1], -0.5, absolute=2 * near)
+        case.check("... a normal one, cut off at 3 and 6", [bool(values[:, 2].min() >= 3), bool(values[:, 2].max() <= 6)], [True, True])
+    one, two = variables({"joints.base.friction": FRICTION}, []), variables({"x": {"distribution": "uniform", "min": 0, "max": 1}} | ROWS, [])
+    first, second = Sampler("monte_carlo", one, 7), Sampler("monte_carlo", two, 7)
+    case.check("a variable more changes no other", [first.normal(i)[0] for i in range(20)] == [second.normal(i)[1] for i in range(20)], True)
+
+
+def sample_by_sample(case):
+    """The solver, limit analysis and the formula give every sample the same verdict."""
+    for judge in ({}, BY_LIMIT):
+        folder = folder_of(case, f"one_by_one_{judge.get('judge', 'solver')}", **judge)
+        command(folder, "-o", str(folder / "out"), "-j", "2")
+        _, rows = rows_of(folder)
+        formula = ["fails" if factor(rows[i, None].values, 40) < 1 else "stands" for i in range(40)]
+        case.check(f"{judge.get('judge', 'solver')}: verdicts of 40 samples that differ from the formula's", sum(rows[i, None].outcome != formula[i] for i in range(40)), 0)
+    case.check("... and the multiplier of limit analysis is the factor", [rows[i, None].response for i in range(40)], [float(factor(rows[i, None].values, 40)) for i in range(40)], relative=1e-9)
+    code, said = command(folder, "-o", str(folder / "again"), "--sample", "17")
+    case.check("one sample alone: exit code and number", [code, f"{rows[17, None].response:.6g}" in said], [{"stands": 0, "fails": 6}[rows[17, None].outcome], True])
+
+
+def by_levels(case):
+    folder = folder_of(case, "levels", samples=400, levels=LEVELS, **BY_LIMIT)
+    _, said = command(folder, "-o", str(folder / "out"), "-j", "2")
+    wanted, rows = rows_of(folder)
+    found = analysis.probabilities(wanted, rows)
+    case.check("E03 fails at each level: never fewer at a higher one", bool((np.diff([p.fails for p in found]) >= 0).all()), True)
+    case.check("... exact values inside the intervals", sum(bool(p.low <= exact(p.level) <= p.high) for p in found) >= len(found) - 1, True)
+    curve = analysis.fragility(found)
+    case.check("... median [m]", curve.median, 42.663, absolute=0.3)
+    case.check("... 5 and 95 % [m]", [curve.level(0.05), curve.level(0.95)], [38.448, 48.262], absolute=0.8)
+    case.check("... told", [f"{curve.median:.5g}" in said, (folder / "out/fragility.png").exists()], [True, True])
+
+
+def sensitive(case):
+    """E04: indices of the factor at 37 m; it has no interaction."""
+    both = variables(ROWS, [])
+    folder = folder_of(case, "indices", samples=4 * 10000, method="sobol_indices", **BY_LIMIT)
+    wanted = design.read(str(folder / "ensemble.yaml"))
+    sampler = Sampler("sobol_indices", both, 1)
+    values = both.values([sampler.normal(i) for i in range(wanted.samples)])
+    answers = factor(values, 37)
+    rows = {(i, None): running.Row(i, None, 1.0, "stands", float(answers[i]), 0.0, "", tuple(values[i])) for i in range(wanted.samples)}
+    indices, dropped = analysis.sobol_indices(wanted, rows)
+    case.check("E04 first order of tan(phi) and c", [row[1] for row in indices], [0.3630, 0.6370], absolute=0.02)
+    case.check("... total", [row[2] for row in indices], [0.3630, 0.6370], absolute=0.02)
+    case.check("... mean and deviation of the factor", [answers[::4].mean(), answers[::4].std()], [1.46621, 0.26122], relative=2e-2)
+    rows[5, None] = running.Row(5, None, 1.0, "undecided", None, 0.0, "", tuple(values[5]))
+    case.check("... a sample without a number drops its group, told", analysis.sobol_indices(wanted, rows)[1] - dropped, 1)
+
+
+def rare(case):
+    """Importance sampling at the design point: 500 samples for one in ten thousand."""
+    folder = folder_of(case, "rare", samples=500, method="importance", **BY_LIMIT)
+    scene = yaml.safe_load((folder / "scene.yaml").read_text())
+    for name in ("water", "uplift"):
+        scene["loads"][name]["level"] = 34
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    command(folder, "-o", str(folder / "out"), "-j", "2")
+    wanted, rows = rows_of(folder)
+    point = json.loads((folder / "out/design_point.json").read_text())
+    case.check("design point at 34 m: distance (FORM)", point["distance"], 3.5956, absolute=2e-3)
+    found = analysis.probabilities(wanted, rows)[0]
+    case.check("... probability by 500 samples about it", found.value, exact(34), relative=0.25)
+    case.check("... exact value inside the interval, which is narrow", [found.low <= exact(34) <= found.high, found.half_width < 0.25 * found.value], [True, True])
+
+
+def whole_sets(case):
+    """1, 2, 3 jobs, two halves, and fewer samples first: the same table."""
+    tables = []
+    for name, calls in (("jobs_1", [["-j", "1"]]), ("jobs_3", [["-j", "3"]]), ("halves", [["-j", "1", "--part", "1/2"], ["-j", "2", "--part", "2/2"], []])):
+        folder = folder_of(case, name, samples=60, **BY_LIMIT)
+        for words in calls:
+            command(folder, "-o", str(folder / "out"), *words)
+        wanted, rows = rows_of(folder)
+        tables.append([(key, rows[key].outcome, rows[key].response, rows[key].values) for key in sorted(rows)])
+    case.check("rows of 60 samples by 1 and 3 jobs, and of two halves", [tables[0] == tables[1], tables[0] == tables[2], len(tables[0])], [True, True, 60])
+    folder = folder_of(case, "stopped", samples=400, stop={"half_width": 0.06, "batch": 20}, **BY_LIMIT)
+    command(folder, "-o", str(folder / "out"), "-j", "2")
+    wanted, rows = rows_of(folder)
+    found = analysis.probabilities(wanted, rows)[0]
+    case.check("stopped by the width of the interval: samples, width", [found.n % 20, found.n < 400, found.half_width <= 0.06], [0, True, True])
+
+
+def killed(case):
+    """The ensemble, then single samples, are killed: what is there stays, what is missing follows, none counts twice."""
+    folder = folder_of(case, "killed", samples=24)
+    words = [sys.executable, str(ROOT / "tools/quoin.py"), "ensemble", str(folder / "ensemble.yaml"), "-o", str(folder / "out"), "-j", "2"]
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    rows = folder / "out/rows_1.csv"
+    waited = time.monotonic()
+    while (not rows.exists() or rows.read_text().count("\n") < 6) and time.monotonic() - waited < 60:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = rows.read_text()
+    with open(rows, "a", encoding="utf-8") as file:
+        file.write("23,,1.0,fails,,0.4")  # a line that the kill has cut
+    command(folder, "-o", str(folder / "out"), "-j", "2")
+    lines = [line for line in csv.reader(rows.read_text().split("\n")) if line and line[0].isdigit() and len(line) > 9]
+    case.check("killed: what was there stays", rows.read_text().startswith(kept), True)
+    case.check("... every sample once", sorted(int(line[0]) for line in lines), list(range(24)))
+    script = folder / "dies.sh"
+    script.write_text(f"#!/bin/sh\ncase \"$*\" in *000003*) kill -9 $$ ;; *000005*) exit 11 ;; esac\nexec {case.quoin} \"$@\"\n")
+    script.chmod(0o755)
+    before, os.environ["QUOIN_SOLVER"] = os.environ["QUOIN_SOLVER"], str(script)
+    _, said = command(folder, "-o", str(folder / "other"), "-j", "2")
+    os.environ["QUOIN_SOLVER"] = before
+    case.check("samples that die: undecided, with the reason; no other is harmed", ["2 undecided" in said, "SIGKILL" in said, "exit code 11" in said], [True, True, True])
+
+
+def refused(case):
+    """One line each."""
+    def told(**keys):
+        folder = folder_of(case, f"refused_{case.runs}_{abs(hash(str(keys)))}", **keys)
+        try:
+            command(folder, "-o", str(folder / "out"))
+        except ValueError as error:
+            return str(error)
+        return "nothing"
+
+    normal = partial(dict, distribution="normal", mean=40)
+    for keys, words in (
+        ({"samples": 0}, "samples: 0: expected a whole number >= 1"), ({"speed": 1}, "speed: unknown key"), ({"fail": "soon"}, "fail: soon: expected collapsed, or a condition"),
+        ({"variables": {"joints.base.friction": normal()}}, "expected mean and one of deviation, cov"), ({"variables": {"joints.base.friction": normal(deviation=-1)}}, "expected more than 0"),
+        ({"variables": {"joints.base.friction": normal(deviation=1, min=50, max=40)}}, "max 40 is not above min 50"), ({"variables": {"joints.base.friction": {"distribution": "cauchy"}}}, "expected one of normal"),
+        ({"variables": {"joints.base.friction": normal(deviation=1, min=90)}}, "hardly anything of the distribution"), ({"correlation": [["joints.base.friction", "c", 1.5]]}, "between -1 and 1"),
+        ({"method": "importance"}, "needs a number that fails"), ({"judge": "limit"}, "limit analysis does not collapse"), ({"levels": {"keys": ["loads.water.level"], "values": [3, 2]}}, "numbers that rise"),
+        ({"variables": {"joints.base.fiction": normal(deviation=1)}}, "fiction"), ({"variables": {"joints.base.friction": normal(deviation=1, keys=["joints.base.friction", "joints.base.friction"])}}, "is set twice"),
+        ({"levels": {"keys": ["joints.base.friction"], "values": [40]}}, "is set twice"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind'"),
+    ):  # fmt: skip
+        case.check(f"refused: {str(keys)[:70]}", words in (said := told(**keys)) and "\n" not in said, True)

@@ -1,0 +1,154 @@
+"""What the rows of an ensemble say: a probability with its interval, at each level; sensitivity. Undecided samples are an outcome, not a hole: both ends are told."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import norm, spearmanr
+
+from quoin_tools.ensemble.intervals import clopper_pearson, of_mean, zero_bound
+
+LEVEL = 0.95
+
+
+@dataclass
+class Probability:
+    """low, high: of the interval that holds the probability with 95 %, counting undecided samples as standing for low, as failing for high."""
+
+    level: float | None
+    n: int
+    fails: int
+    undecided: int
+    value: float
+    value_high: float  # if all undecided ones fail
+    low: float
+    high: float
+    by: str  # which interval
+
+    @property
+    def half_width(self):
+        return 0.5 * (self.high - self.low)
+
+
+def counted(design, rows):
+    """The samples that count: those before the first one missing, up to where `stop` is met; blocks whole."""
+    n = 0
+    while all((n, level) in rows for level in design.levels) and n < design.samples:
+        n += 1
+    n -= n % design.block_size()
+    return met(design, rows, n) or n
+
+
+def met(design, rows, n):
+    """The first multiple of `stop.batch` at which all intervals are as narrow as asked; None: none of up to n."""
+    if design.half_width is None:
+        return None
+    narrow = (m for m in range(design.batch, n + 1, design.batch) if all(of_level(design, rows, level, m).half_width <= design.half_width for level in design.levels))
+    return next(narrow, None)
+
+
+def enough(design, rows):
+    """Whether `stop` is met by samples that are all there: so it does not depend on which came first."""
+    return design.half_width is not None and met(design, rows, counted(design, rows)) is not None
+
+
+def probabilities(design, rows):
+    n = counted(design, rows) if design.method != "sobol_indices" else 0  # its samples are not independent
+    return [of_level(design, rows, level, n) for level in design.levels] if n else []
+
+
+def of_level(design, rows, level, n):
+    mine = [rows[i, level] for i in range(n)]
+    fails, open_ones = sum(r.outcome == "fails" for r in mine), sum(r.outcome == "undecided" for r in mine)
+    if design.method == "importance":
+        return weighted(level, mine, fails, open_ones)
+    if design.method in ("latin_hypercube", "sobol"):
+        return replicated(design, level, mine, fails, open_ones)
+    low, high = clopper_pearson(fails, n, LEVEL)[0], clopper_pearson(fails + open_ones, n, LEVEL)[1]
+    return Probability(level, n, fails, open_ones, fails / n, (fails + open_ones) / n, low, high, "Clopper-Pearson")
+
+
+def weighted(level, mine, fails, open_ones):
+    """Of importance sampling: the mean of the weights of those that fail, by the normal distribution."""
+    value, low, _ = of_mean([r.weight * (r.outcome == "fails") for r in mine], LEVEL)
+    most, _, high = of_mean([r.weight * (r.outcome != "stands") for r in mine], LEVEL)
+    return Probability(level, len(mine), fails, open_ones, value, most, max(low, 0.0), min(high, 1.0), "normal, of weights")
+
+
+def replicated(design, level, mine, fails, open_ones):
+    """Of blocks, each of which fills the space evenly: by the spread of their means. Fewer than five, or no spread: Clopper-Pearson of all, which is on the safe side."""
+    n, block = len(mine), design.block_size()
+    ends = [[np.mean([r.outcome in kinds for r in mine[i : i + block]]) for i in range(0, n, block)] for kinds in (("fails",), ("fails", "undecided"))]
+    wide = clopper_pearson(fails, n, LEVEL)[0], clopper_pearson(fails + open_ones, n, LEVEL)[1]
+    if len(ends[0]) < 5 or not np.std(ends[0]) > 0:
+        return Probability(level, n, fails, open_ones, fails / n, (fails + open_ones) / n, *wide, "Clopper-Pearson, as if independent")
+    low, high = of_mean(ends[0], LEVEL)[1], of_mean(ends[1], LEVEL)[2]
+    return Probability(level, n, fails, open_ones, fails / n, (fails + open_ones) / n, max(low, 0.0), min(high, 1.0), f"{len(ends[0])} blocks")
+
+
+def words(p):
+    """One line for people."""
+    if p.fails == 0 and p.undecided == 0 and p.by == "Clopper-Pearson":
+        return f"none of {p.n} fails: less than {zero_bound(p.n, LEVEL):.3g} with 95 %"
+    text = f"{p.value:.4g}, between {p.low:.3g} and {p.high:.3g} with 95 % ({p.fails} of {p.n} fail"
+    return text + (f", {p.undecided} undecided: {p.value_high:.4g} if these fail)" if p.undecided else ")")
+
+
+# ---- fragility, sensitivity --------------------------------------------------------------------------------
+
+
+@dataclass
+class Fragility:
+    """A lognormal curve through the counts of all levels: p(h) = Phi(ln(h / median) / spread), by maximum likelihood."""
+
+    median: float
+    spread: float
+
+    def at(self, level):
+        return norm.cdf(np.log(np.asarray(level, dtype=float) / self.median) / self.spread)
+
+    def level(self, p):
+        return self.median * math.exp(self.spread * norm.ppf(p))
+
+
+def fragility(found):
+    """Of Probability rows with levels; None where fewer than two levels have both outcomes."""
+    levels, n, fails = (np.array([getattr(p, name) for p in found], dtype=float) for name in ("level", "n", "fails"))
+    if ((fails > 0) & (fails < n)).sum() < 2 or (levels <= 0).any():
+        return None
+    start = float(np.interp(0.5, np.maximum.accumulate(fails / n), levels))
+
+    def loss(x):
+        p = np.clip(norm.cdf((np.log(levels) - x[0]) / math.exp(x[1])), 1e-300, 1 - 1e-16)
+        return -float(fails @ np.log(p) + (n - fails) @ np.log1p(-p))
+
+    best = minimize(loss, [math.log(start), math.log(0.1)], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000})
+    return Fragility(math.exp(best.x[0]), math.exp(best.x[1]))
+
+
+def influence(design, rows):
+    """[(variable, rank correlation with the response, or with failure where no number is given, number of samples)] of the last level."""
+    n, level = counted(design, rows), design.levels[-1]
+    mine = [rows[i, level] for i in range(n)]
+    graded = sum(r.response is not None for r in mine) > max(10, 0.5 * n)
+    used = [r for r in mine if (r.response is not None) or not graded]
+    answer = [r.response if graded else float(r.outcome == "fails") for r in used]
+    if len(used) < 10 or np.ptp(answer) == 0:
+        return []
+    return [(name, float(spearmanr([r.values[k] for r in used], answer).statistic), len(used)) for k, name in enumerate(design.columns())]
+
+
+def sobol_indices(design, rows):
+    """[(variable, first order, total)] of the response at the last level, and how many groups were dropped because a sample gave no number (Saltelli's and Jansen's estimators)."""
+    k, level = len(design.columns()), design.levels[-1]
+    groups = [[rows[g * (k + 2) + m, level].response for m in range(k + 2)] for g in range(counted(design, rows) // (k + 2))]
+    whole = np.array([group for group in groups if None not in group], dtype=float)
+    whole = whole - whole.mean() if whole.size else whole  # or the first order would be far less sure
+    if len(whole) < 2 or not np.ptp(whole) > 0:
+        return [], len(groups) - len(whole)
+    a, b, mixed = whole[:, 0], whole[:, 1], whole[:, 2:]
+    spread = np.concatenate([a, b]).var()
+    first = [float((b * (mixed[:, v] - a)).mean() / spread) for v in range(k)]
+    total = [float(((a - mixed[:, v]) ** 2).mean() / 2 / spread) for v in range(k)]
+    return list(zip(design.columns(), first, total)), len(groups) - len(whole)

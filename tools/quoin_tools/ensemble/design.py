@@ -1,0 +1,199 @@
+"""An ensemble as its file has it (docs/ensembles.md): scene, variables, samples, what counts as failure, levels."""
+
+import hashlib
+import json
+import math
+import os
+import re
+from dataclasses import dataclass, field
+
+import yaml
+
+from quoin_tools.base.scene import Loader, numbers
+from quoin_tools.ensemble.sampling import BLOCK, METHODS
+from quoin_tools.ensemble.variables import EnsembleError, Variables, variables
+
+KEYS = ("scene", "model", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit")
+JUDGES = ("solver", "limit")
+CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*)\s*(<=|>=|<|>)\s*(\S+)\s*$")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A number of a run below or above a value. path: of summary.json within the stage; `limit`: of limit analysis."""
+
+    path: str
+    sign: str
+    value: float
+
+    def holds(self, number):
+        return {"<": number < self.value, "<=": number <= self.value, ">": number > self.value, ">=": number >= self.value}[self.sign]
+
+    def margin(self, number):
+        """Above 0 where it does not hold."""
+        return number - self.value if self.sign[0] == "<" else self.value - number
+
+
+@dataclass
+class Design:
+    """level_keys: keys of the scene that all take the value of a level. condition None: collapse alone is failure."""
+
+    path: str
+    scene: str
+    model: str
+    options: list
+    variables: Variables
+    samples: int
+    seed: int
+    method: str
+    block: int | None
+    judge: str
+    stage: str | None
+    raises: list | None
+    condition: Condition | None
+    response: str | None
+    level_keys: list = field(default_factory=list)
+    levels: list = field(default_factory=lambda: [None])
+    half_width: float | None = None
+    batch: int = 50
+    time_limit: float | None = None
+    mark: str = ""  # of all that a sample depends on
+
+    def columns(self):
+        return self.variables.names()
+
+    def block_size(self):
+        """Samples that count together."""
+        return len(self.columns()) + 2 if self.method == "sobol_indices" else self.block or BLOCK.get(self.method, 1)
+
+
+def read(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            data = numbers(yaml.load(file.read(), Loader))  # noqa: S506 (a SafeLoader)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise EnsembleError(f"{path}: {' '.join(str(error).split())}") from error
+    if not isinstance(data, dict):
+        raise EnsembleError(f"{path}: expected an ensemble, a file with the keys {', '.join(KEYS)}")
+    try:
+        return made(data, path)
+    except EnsembleError as error:
+        raise EnsembleError(f"{path}: {error}") from error
+
+
+def made(data, path):
+    for key in data:
+        if key not in KEYS:
+            raise EnsembleError(f"{key}: unknown key; there are {', '.join(KEYS)}")
+    scene = beside(path, needed(data, "scene", str))
+    if not os.path.isfile(scene):
+        raise EnsembleError(f"scene: {scene}: no such file")
+    found = variables(data.get("variables"), data.get("correlation"))
+    judge, method = one_of(data, "judge", JUDGES, "solver"), one_of(data, "method", METHODS, "monte_carlo")
+    condition = condition_of(data.get("fail", "collapsed"), judge)
+    stop = data.get("stop") or {}
+    if not isinstance(stop, dict) or set(stop) - {"half_width", "batch"}:
+        raise EnsembleError("stop: expected half_width and, if you like, batch")
+    levels, keys = levels_of(data.get("levels"))
+    settled = [key for one in found.each for key in one.keys] + keys
+    for name in settled:
+        if settled.count(name) > 1:
+            raise EnsembleError(f"{name} is set twice, by variables or levels")
+    options = data.get("options") or []
+    if not isinstance(options, list):
+        raise EnsembleError("options: expected a list of words for the solver, such as [-stages, sw]")
+    response = data.get("response") or (condition.path if condition else None)
+    if method == "importance" and (condition is None or len(levels) > 1):
+        raise EnsembleError("method: importance needs a number that fails (fail: ... < ...), not collapse alone, and one level")
+    design = Design(path, scene, beside(path, str(data["model"])) if data.get("model") else "", [str(word) for word in options], found, whole(data, "samples", 1), whole(data, "seed", 0, 0),
+                    method, whole(data, "block", 2, None), judge, data.get("stage"), raises_of(data, judge), condition, response, keys, levels, number(stop, "half_width"), whole(stop, "batch", 1, 50),
+                    number(data, "time_limit"))  # fmt: skip
+    if method == "sobol_indices" and response is None:
+        raise EnsembleError("method: sobol_indices needs a number (response: joints.base.sliding_factor_peak, or fail: ... < ...), not stands or falls")
+    if method == "sobol_indices" and (design.block or design.half_width):
+        raise EnsembleError("method: sobol_indices has no block and no stop")
+    design.mark = mark_of(design, data)
+    return design
+
+
+def beside(path, name):
+    return name if os.path.isabs(name) else os.path.join(os.path.dirname(path), name)
+
+
+def needed(data, key, kind):
+    if not isinstance(data.get(key), kind):
+        raise EnsembleError(f"{key}: {data.get(key)}: expected {'a path' if kind is str else kind.__name__}")
+    return data[key]
+
+
+def one_of(data, key, allowed, default):
+    value = data.get(key, default)
+    if value not in allowed:
+        raise EnsembleError(f"{key}: {value}: expected one of {', '.join(allowed)}")
+    return value
+
+
+def whole(data, key, least, *default):
+    value = data.get(key, *default) if default else data.get(key)
+    if value is None and default:
+        return None
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+        raise EnsembleError(f"{key}: {value}: expected a whole number >= {least}")
+    return value
+
+
+def number(data, key):
+    value = data.get(key)
+    if value is not None and (not isinstance(value, (int, float)) or isinstance(value, bool) or not value > 0):
+        raise EnsembleError(f"{key}: {value}: expected a number > 0")
+    return None if value is None else float(value)
+
+
+def condition_of(text, judge):
+    if text == "collapsed":
+        if judge == "limit":
+            raise EnsembleError("fail: limit analysis does not collapse: expected a condition such as limit < 1")
+        return None
+    match = CONDITION.match(str(text))
+    try:
+        value = float(match[3])
+    except (TypeError, ValueError) as error:
+        raise EnsembleError(f"fail: {text}: expected collapsed, or a condition such as joints.base.sliding_factor_peak < 1.2") from error
+    if judge == "limit" and match[1] != "limit":
+        raise EnsembleError(f"fail: {match[1]}: limit analysis gives `limit` only")
+    return Condition(match[1], match[2], value)
+
+
+def raises_of(data, judge):
+    raises = data.get("raises")
+    if raises is not None and (judge != "limit" or not isinstance(raises, list) or not raises):
+        raise EnsembleError("raises: expected a list of loads that limit analysis multiplies (judge: limit)")
+    return raises
+
+
+def levels_of(data):
+    """(values, keys that take them)"""
+    if data is None:
+        return [None], []
+    if not isinstance(data, dict) or set(data) != {"keys", "values"}:
+        raise EnsembleError("levels: expected keys (of the scene) and values")
+    keys = [data["keys"]] if isinstance(data["keys"], str) else data["keys"]
+    values = data["values"]
+    if not isinstance(keys, list) or not keys or not all(isinstance(key, str) for key in keys):
+        raise EnsembleError("levels.keys: expected names of keys of the scene")
+    if not isinstance(values, list) or not values or not all(isinstance(value, (int, float)) and math.isfinite(value) for value in values):
+        raise EnsembleError("levels.values: expected numbers")
+    if sorted(set(values)) != values:
+        raise EnsembleError("levels.values: expected numbers that rise, each once")
+    return [float(value) for value in values], keys
+
+
+def mark_of(design, data):
+    """Checksum of what samples depend on: the file but for how many there are, scene and mesh."""
+    kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
+    digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
+    for path in (design.scene, design.model):
+        if path and os.path.isfile(path):
+            with open(path, "rb") as file:
+                digest.update(file.read())
+    return digest.hexdigest()[:16]

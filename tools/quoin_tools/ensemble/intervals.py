@@ -1,0 +1,30 @@
+"""How sure a probability is that was counted: k of n.
+
+Clopper and Pearson's interval covers at least what it says, also for few samples and rare failures, where those of Wald and Wilson fail (95 % of Wald at p = 0.02, n = 50 is 63 %).
+"""
+
+import numpy as np
+from scipy.stats import beta, norm
+
+
+def clopper_pearson(k, n, level=0.95):
+    """(low, high); of no failure the one-sided bound would be `zero_bound`."""
+    if n == 0:
+        return 0.0, 1.0
+    out = (1 - level) / 2
+    low = 0.0 if k == 0 else float(beta.ppf(out, k, n - k + 1))
+    high = 1.0 if k == n else float(beta.ppf(1 - out, k + 1, n - k))
+    return low, high
+
+
+def zero_bound(n, level=0.95):
+    """One-sided bound of the probability where none of n has failed."""
+    return 1.0 - (1.0 - level) ** (1.0 / n)
+
+
+def of_mean(values, level=0.95):
+    """(mean, low, high) of independent numbers, by the normal distribution; for weighted samples and replicates."""
+    values = np.asarray(values, dtype=float)
+    mean, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("inf")
+    reach = float(norm.ppf(0.5 + level / 2)) * error
+    return mean, mean - reach, mean + reach

@@ -1,0 +1,144 @@
+"""What a sample is judged by: the solver as a process of its own, whose end harms no other sample; or limit analysis.
+
+    judged = Solver(design, folder).judge(values, sample, level)        (outcome, response or None, why)
+"""
+
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+
+from quoin_tools.base import scene as scenes
+from quoin_tools.base import solver
+from quoin_tools.ensemble.variables import EnsembleError
+from quoin_tools.limit import bounds
+from quoin_tools.limit.assembly import LimitError
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.meshing import separated
+
+REFUSED, UNDECIDED, COLLAPSED = 2, (3, 4, 5), 6  # exit codes of the solver
+
+
+class Refused(EnsembleError):
+    """The scene of a sample is bad input: the ensemble ends."""
+
+
+def keys_of(design, values, level):
+    """{key: value} of a sample."""
+    given = {key: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys}
+    return given | {key: level for key in design.level_keys if level is not None}
+
+
+def number_at(summary, path):
+    """A number of a stage by its path, joints.base.sliding_factor_peak; None where there is none."""
+    place = summary
+    for name in path.split("."):
+        if not isinstance(place, dict) or name not in place:
+            return None
+        place = place[name]
+    return float(place) if isinstance(place, (int, float)) and not isinstance(place, bool) else None
+
+
+class Solver:
+    processes = False  # children of threads
+
+    def __init__(self, design, folder, keep=False):
+        self.design, self.folder, self.keep = design, folder, keep
+
+    def words(self, values, level, output):
+        """The command line of a sample, that anybody can run again."""
+        given = [word for key, value in keys_of(self.design, values, level).items() for word in ("-" + key.replace(".", "_"), repr(value) if isinstance(value, float) else str(value))]
+        model = ["-model", self.design.model] if self.design.model else []
+        return solver.command(["-options_file", self.design.scene, *model, *self.design.options, *given, "-output", output])
+
+    def judge(self, values, sample, level):
+        output = os.path.join(self.folder, "runs", f"{sample:06d}" + ("" if level is None else f"_{level:g}"))
+        shutil.rmtree(output, ignore_errors=True)
+        try:
+            done = subprocess.run(self.words(values, level, output), env=solver.environment(), check=False, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                  timeout=self.design.time_limit)  # fmt: skip
+        except subprocess.TimeoutExpired:
+            shutil.rmtree(output, ignore_errors=True)
+            return "undecided", None, f"longer than {self.design.time_limit:g} s"
+        said = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "")
+        if done.returncode == REFUSED:
+            raise Refused(f"sample {sample}: {said}")
+        if done.returncode < 0:
+            return "undecided", None, f"ended by {signal.Signals(-done.returncode).name}"
+        answer = self.outcome(done.returncode, output, said)
+        if not self.keep:
+            shutil.rmtree(output, ignore_errors=True)
+        return answer
+
+    def outcome(self, code, output, said):
+        try:
+            with open(os.path.join(output, "summary.json"), encoding="utf-8") as file:
+                stages = json.load(file)["stages"]
+        except (OSError, ValueError, KeyError):
+            return "undecided", None, said or f"exit code {code} without results"
+        wanted = self.design.stage
+        stage = next((s for s in stages if s["name"] == wanted), None) if wanted else stages[-1]
+        if stage is None:
+            return ("fails", None, "collapsed before") if code == COLLAPSED else ("undecided", None, f"stage {wanted} was not reached (exit code {code})")
+        if stage["verdict"] == "collapsed":
+            return "fails", None, "collapsed"
+        if stage["verdict"] != "converged":
+            return "undecided", None, stage["verdict"]
+        condition, response = self.design.condition, self.design.response
+        value = None if response is None else number_at(stage, response)
+        if condition is None:
+            return "stands", value, ""
+        number = number_at(stage, condition.path)
+        if number is None:
+            return "undecided", value, f"no number {condition.path} in stage {stage['name']}"
+        return ("fails" if condition.holds(number) else "stands"), value, ""
+
+
+class Limit:
+    """By limit analysis: milliseconds, no contact history; an upper bound (docs/limit_analysis.md)."""
+
+    processes = True  # of their own, as they compute here
+
+    def __init__(self, design, folder, keep=False):
+        self.design = design
+        scene = scenes.read(design.scene)
+        named = design.model or scene.model
+        where = named if os.path.isfile(named) else scenes.find(os.path.dirname(os.path.abspath(design.scene)), named)
+        if where is None:
+            raise EnsembleError(f"{design.scene}: the block mesh '{named}' is not there")
+        single = [name for name, keys in scene.materials.items() if keys.get("macroblocks", True) in (False, 0)]
+        self.scene, self.mesh = scene, separated(blockmesh.read(where), single)
+        self.stage = design.stage or list(scene.stages)[-1]
+        bounds.bound(self.mesh, scene, self.stage, design.raises)  # what it cannot do for the scene as it is, it says once
+
+    def judge(self, values, sample, level):
+        given = keys_of(self.design, values, level)
+        try:
+            answer = bounds.bound(self.mesh, with_keys(self.scene, given), self.stage, self.design.raises)
+        except LimitError as error:
+            return "undecided", None, str(error)
+        if answer.value is None:
+            return "fails", None, "stands at no size of the loads"
+        value = float(answer.value)
+        return ("fails" if self.design.condition.holds(value) else "stands"), (value if math.isfinite(value) else None), ""
+
+
+def with_keys(scene, given):
+    """The scene with other values of some keys, section.name.key."""
+    from copy import deepcopy
+
+    changed = deepcopy(scene)
+    for key, value in given.items():
+        section, _, rest = key.partition(".")
+        name, _, what = rest.rpartition(".")
+        rows = getattr(changed, section, None)
+        if not isinstance(rows, dict) or name not in rows or not what:
+            raise EnsembleError(f"variables.{key}: the scene has no such row: expected section.name.key")
+        rows[name] = rows[name] | {what: value}
+    return changed
+
+
+def model_of(design, folder, keep=False):
+    return (Solver if design.judge == "solver" else Limit)(design, folder, keep)

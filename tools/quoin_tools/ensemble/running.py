@@ -1,0 +1,65 @@
+"""Samples that are missing are run, several at a time, each written as soon as it is done."""
+
+import time
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolExecutor, wait
+
+from quoin_tools.ensemble import analysis
+from quoin_tools.ensemble.journal import Journal, Row
+from quoin_tools.ensemble.models import model_of
+from quoin_tools.ensemble.sampling import Sampler
+
+AHEAD = 2  # tasks a worker that wait for it
+
+
+class Samples:
+    """Values and weight of each index."""
+
+    def __init__(self, design, centre=None):
+        self.design, self.sampler = design, Sampler(design.method, design.variables, design.seed, design.block, centre)
+
+    def of(self, index):
+        return tuple(self.design.variables.values([self.sampler.normal(index)])[0]), self.sampler.weight(index)
+
+
+def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None):
+    """{(sample, level): Row} of all that is there when it ends. part: (k, m), every m-th sample from k on. tell(rows, done, left, began): progress."""
+    journal = Journal(folder, design, str(part[0]) if part[1] == 1 else f"{part[0]}_of_{part[1]}")
+    rows, samples, began = journal.rows(), Samples(design, centre), time.monotonic()
+    todo = [(i, level) for i in range(part[0] - 1, design.samples, part[1]) for level in design.levels if (i, level) not in rows]
+    if not todo:
+        return rows
+    journal.open()
+    model = model_of(design, folder, keep)
+    pool = ProcessPoolExecutor(jobs) if model.processes and jobs > 1 else ThreadPoolExecutor(jobs)
+    waiting, done, queue = {}, 0, iter(todo)
+    try:
+        with pool:
+            while True:
+                for index, level in queue if len(waiting) < AHEAD * jobs else ():
+                    values, weight = samples.of(index)
+                    waiting[pool.submit(timed, model, values, index, level)] = (index, level, values, weight)
+                    if len(waiting) >= AHEAD * jobs:
+                        break
+                if not waiting:
+                    break
+                for ended in wait(waiting, return_when=FIRST_COMPLETED).done:
+                    index, level, values, weight = waiting.pop(ended)
+                    (outcome, response, why), seconds = ended.result()
+                    rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(float(v) for v in values))
+                    journal.write(rows[index, level])
+                    done += 1
+                if tell:
+                    tell(rows, done, len(todo) - done, began)
+                if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
+                    queue = iter(())
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    finally:
+        journal.close()
+    return rows
+
+
+def timed(model, values, index, level):
+    began = time.monotonic()
+    return model.judge(values, index, level), time.monotonic() - began

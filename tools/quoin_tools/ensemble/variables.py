@@ -1,0 +1,169 @@
+"""What scatters: a distribution for a key of the scene, cut off where it says, and numbers for it that depend on seed, sample and name alone.
+
+So any sample can be run again by itself, on any number of processes the samples are the same, and one more variable changes no other.
+"""
+
+import hashlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import brentq
+from scipy.special import gamma, ndtr
+
+EULER = 0.5772156649015329
+
+
+class EnsembleError(ValueError):
+    """What is wrong with an ensemble, in one line."""
+
+
+KINDS = {  # distribution: names of its two numbers, others that may stand for the second
+    "normal": ("mean", "deviation", "cov"),
+    "lognormal": ("mean", "deviation", "cov"),
+    "weibull": ("mean", "deviation", "cov"),
+    "gumbel": ("mean", "deviation", "cov"),
+    "uniform": ("min", "max"),
+    "integer": ("min", "max"),
+}
+COMMON = ("distribution", "min", "max", "of", "keys")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One number that sets one or several keys. of: value, or tan: what is distributed is the tangent of the key's angle. low, high: where it is cut off; what is beyond is shared out by the rest."""
+
+    name: str
+    kind: str
+    shape: object  # frozen distribution of scipy
+    low: float = -math.inf
+    high: float = math.inf
+    of: str = "value"
+    keys: tuple = ()  # of the scene that take the value
+
+    def at(self, u):
+        """Values of the key where the distribution, cut off, has reached u (array)."""
+        below, above = self.shape.cdf(self.low), self.shape.cdf(self.high)
+        value = self.shape.ppf(below + u * (above - below))
+        if self.kind == "integer":
+            return np.floor(value).astype(int)
+        value = np.clip(value, self.low, self.high)  # rounding
+        return np.degrees(np.arctan(value)) if self.of == "tan" else value
+
+    def words(self):
+        cut = f", cut off at {self.low:g} and {self.high:g}" if self.kind not in ("uniform", "integer") and (math.isfinite(self.low) or math.isfinite(self.high)) else ""
+        what = f"tan({self.name})" if self.of == "tan" else self.name
+        if self.kind == "integer":
+            return f"{what}: whole numbers {self.shape.support()[0]:g} to {self.shape.support()[1] - 1:g}"
+        return f"{what}: {self.kind}, mean {self.shape.mean():.6g}, deviation {self.shape.std():.6g}{cut}"
+
+
+def variable(name, keys):
+    """From its keys in the file; EnsembleError where they are not enough, or too many."""
+    if not isinstance(keys, dict):
+        raise EnsembleError(f"variables.{name}: expected a distribution and its numbers")
+    kind = keys.get("distribution")
+    if kind not in KINDS:
+        raise EnsembleError(f"variables.{name}.distribution: {kind}: expected one of {', '.join(KINDS)}")
+    for key, value in keys.items():
+        if key not in (*COMMON, *KINDS[kind]):
+            raise EnsembleError(f"variables.{name}.{key}: unknown; {kind} has {', '.join(KINDS[kind])}, and {', '.join(COMMON[1:])}")
+        if key not in ("distribution", "of", "keys") and (not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value)):
+            raise EnsembleError(f"variables.{name}.{key}: {value}: expected a number")
+    of = keys.get("of", "value")
+    if of not in ("value", "tan"):
+        raise EnsembleError(f"variables.{name}.of: {of}: expected value or tan")
+    given = keys.get("keys", [name])
+    if not isinstance(given, list) or not given or not all(isinstance(key, str) for key in given):
+        raise EnsembleError(f"variables.{name}.keys: {given}: expected a list of keys of the scene")
+    low, high = keys.get("min", -math.inf), keys.get("max", math.inf)
+    if kind in ("uniform", "integer"):
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise EnsembleError(f"variables.{name}: {kind} needs min and max")
+        if kind == "integer" and (low != int(low) or high != int(high)):
+            raise EnsembleError(f"variables.{name}: integer needs whole numbers as min and max")
+        shape = stats.uniform(low, high - low + (kind == "integer"))
+        high = high + 1 - 1e-9 if kind == "integer" else high
+    else:
+        shape = shaped(name, kind, *moments(name, keys))
+    if not high > low:
+        raise EnsembleError(f"variables.{name}: max {high:g} is not above min {low:g}")
+    if not shape.cdf(high) - shape.cdf(low) > 1e-6:
+        raise EnsembleError(f"variables.{name}: hardly anything of the distribution lies between min {low:g} and max {high:g}")
+    return Variable(name, kind, shape, low, high, of, tuple(given))
+
+
+def moments(name, keys):
+    """(mean, standard deviation)"""
+    if "mean" not in keys or ("cov" in keys) == ("deviation" in keys):
+        raise EnsembleError(f"variables.{name}: expected mean and one of deviation, cov")
+    mean = float(keys["mean"])
+    deviation = float(keys["deviation"]) if "deviation" in keys else float(keys["cov"]) * abs(mean)
+    if not deviation > 0:
+        raise EnsembleError(f"variables.{name}: its deviation is {deviation:g}: expected more than 0; what does not scatter is a key of the scene")
+    return mean, deviation
+
+
+def shaped(name, kind, mean, deviation):
+    if kind == "normal":
+        return stats.norm(mean, deviation)
+    if kind == "gumbel":
+        scale = deviation * math.sqrt(6) / math.pi
+        return stats.gumbel_r(mean - EULER * scale, scale)
+    if not mean > 0:
+        raise EnsembleError(f"variables.{name}: {kind} has a mean above 0, not {mean:g}")
+    cov = deviation / mean
+    if kind == "lognormal":
+        spread = math.sqrt(math.log1p(cov**2))
+        return stats.lognorm(spread, scale=mean * math.exp(-0.5 * spread**2))
+    if not 0.01 < cov < 10:
+        raise EnsembleError(f"variables.{name}: weibull with a coefficient of variation of {cov:g}: expected 0.01 to 10")
+    power = brentq(lambda k: math.sqrt(gamma(1 + 2 / k) / gamma(1 + 1 / k) ** 2 - 1) - cov, 0.15, 150)
+    return stats.weibull_min(power, scale=mean / gamma(1 + 1 / power))
+
+
+# ---- numbers for them --------------------------------------------------------------------------------------
+
+
+def stream(seed, name, index):
+    """A number in (0, 1) of this seed, name and sample; a counter-based generator (Philox)."""
+    key = int.from_bytes(hashlib.sha256(f"{seed}/{name}".encode()).digest()[:16], "little")
+    raw = int(np.random.Philox(key=key, counter=int(index)).random_raw())
+    return ((raw >> 11) + 0.5) * 2.0**-53
+
+
+@dataclass(frozen=True)
+class Variables:
+    """In the order of the file. root: Cholesky's of the correlation of the normal numbers behind them (Gaussian copula); of lognormal ones that of the logarithms."""
+
+    each: tuple
+    root: np.ndarray
+
+    def names(self):
+        return [one.name for one in self.each]
+
+    def values(self, normal):
+        """Values of the keys (n, k) from independent normal numbers (n, k)."""
+        u = ndtr(np.asarray(normal) @ self.root.T)
+        columns = [one.at(u[:, k]).tolist() for k, one in enumerate(self.each)]
+        return [list(row) for row in zip(*columns)]
+
+
+def variables(rows, correlation):
+    """From the sections of the file: name to keys; list of [name, name, number]."""
+    if not isinstance(rows, dict) or not rows:
+        raise EnsembleError("variables: expected at least one, with its distribution")
+    each = tuple(variable(str(name), keys) for name, keys in rows.items())
+    names, matrix = [one.name for one in each], np.eye(len(each))
+    for row in correlation or []:
+        if not isinstance(row, list) or len(row) != 3 or row[0] not in names or row[1] not in names or row[0] == row[1]:
+            raise EnsembleError(f"correlation: {row}: expected two different variables and a number")
+        if not isinstance(row[2], (int, float)) or not -1 < row[2] < 1:
+            raise EnsembleError(f"correlation: {row[2]}: expected a number between -1 and 1")
+        i, j = names.index(row[0]), names.index(row[1])
+        matrix[i, j] = matrix[j, i] = float(row[2])
+    try:
+        return Variables(each, np.linalg.cholesky(matrix))
+    except np.linalg.LinAlgError as error:
+        raise EnsembleError("correlation: these numbers cannot be together (the matrix is not positive definite)") from error

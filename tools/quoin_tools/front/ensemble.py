@@ -1,0 +1,136 @@
+"""Samples of a scene whose properties scatter: how likely does it fail?
+
+    quoin ensemble ensemble.yaml [-o FOLDER] [-j JOBS]
+                   [--part 2/8] [--sample 17] [--keep]
+
+The file names a scene, distributions for keys of it, and what counts as
+failure (docs/ensembles.md). Each sample is a run of the solver on one
+rank, JOBS of them at a time. Rows go into FOLDER as samples end; begun
+again it goes on where it was. --part K/M runs every M-th sample, as a
+job of an array: any of them, begun once more without --part, tells what
+all have found. --sample N runs one sample alone and keeps its folder."""
+
+import json
+import os
+import sys
+import time
+
+from quoin_tools.base.command import Parser
+from quoin_tools.base.files import write_file
+from quoin_tools.base.results import table
+from quoin_tools.ensemble import analysis, design, importance, running
+from quoin_tools.ensemble.models import model_of
+from quoin_tools.ensemble.variables import EnsembleError
+from quoin_tools.show import ensembles
+
+OUTCOMES = {"stands": 0, "fails": 6, "undecided": 4}  # exit codes of one sample, as the solver's
+
+
+def main(words):
+    if words[:1] in (["-h"], ["--help"]):
+        print(__doc__.strip())
+        return 0
+    parser = Parser(prog="quoin ensemble", add_help=False)
+    parser.add_argument("file")
+    parser.add_argument("-o", "--output", default=os.path.join("out", "ensemble"))
+    parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--part", default="1/1")
+    parser.add_argument("--sample", type=int)
+    parser.add_argument("--keep", action="store_true")
+    given = parser.parse_args(words)
+    wanted = design.read(given.file)
+    if given.jobs < 1:
+        raise EnsembleError(f"-j {given.jobs}: expected a number >= 1")
+    centre, said = centre_of(wanted, given.output)
+    if given.sample is not None:
+        return one(wanted, given.output, given.sample, centre)
+    part = part_of(given.part)
+    rows = running.run(wanted, given.output, given.jobs, part, given.keep, Progress(wanted) if sys.stderr.isatty() else None, centre)
+    if part[1] > 1 and len({i for i, _ in rows}) < wanted.samples:
+        print(f"part {given.part}: done; {len(rows)} rows of {wanted.samples * len(wanted.levels)} are there")
+        return 0
+    told(wanted, rows, given.output, said)
+    return 0
+
+
+def part_of(text):
+    try:
+        k, m = (int(word) for word in text.split("/"))
+    except ValueError as error:
+        raise EnsembleError(f"--part {text}: expected two numbers such as 2/8") from error
+    if not 1 <= k <= m:
+        raise EnsembleError(f"--part {text}: expected 1/{max(m, 1)} to {max(m, 1)}/{max(m, 1)}")
+    return k, m
+
+
+def centre_of(wanted, folder):
+    """(design point or None, a sentence): of importance sampling; kept in the folder, since all rows hang on it."""
+    if wanted.method != "importance":
+        return None, []
+    path = os.path.join(folder, "design_point.json")
+    if os.path.exists(path):
+        with open(path, encoding="utf-8") as file:
+            found = json.load(file)
+        if found["ensemble"] != wanted.mark:
+            raise EnsembleError(f"{path}: of another ensemble: use another folder, or remove it")
+    else:
+        point, distance, asked = importance.design_point(wanted, model_of(wanted, folder))
+        found = {"ensemble": wanted.mark, "point": point.tolist(), "distance": distance, "samples": asked}
+        os.makedirs(folder, exist_ok=True)
+        write_file(path, json.dumps(found, indent=1) + "\n")
+    values = wanted.variables.values([found["point"]])[0]
+    return found["point"], [f"design point after {found['samples']} samples: " + ", ".join(f"{name} {value:.5g}" for name, value in zip(wanted.columns(), values))
+                            + f"; {found['distance']:.4f} deviations from the mean"]  # fmt: skip
+
+
+def one(wanted, folder, index, centre):
+    if not 0 <= index < wanted.samples:
+        raise EnsembleError(f"--sample {index}: expected 0 to {wanted.samples - 1}")
+    values, _ = running.Samples(wanted, centre).of(index)
+    worst = 0
+    for level in wanted.levels:
+        model = model_of(wanted, folder, keep=True)
+        outcome, response, why = model.judge(values, index, level)
+        at = "" if level is None else f" at {level:g}"
+        print(f"sample {index}{at}: {outcome}{f' ({why})' if why else ''}{'' if response is None else f', {wanted.response} {response:.6g}'}; "
+              + ", ".join(f"{name} {value:.6g}" for name, value in zip(wanted.columns(), values)))  # fmt: skip
+        worst = max(worst, OUTCOMES[outcome])
+    return worst
+
+
+class Progress:
+    """A line that is written over: done, time left, the interval so far."""
+
+    def __init__(self, wanted):
+        self.wanted, self.last = wanted, 0.0
+
+    def __call__(self, rows, done, left, began):
+        now = time.monotonic()
+        if left and now - self.last < 0.5:
+            return
+        self.last = now
+        found = analysis.probabilities(self.wanted, rows)
+        so_far = f"; {found[-1].low:.3g} to {found[-1].high:.3g}" if found else ""
+        print(f"\r{done} done, {left} left, {left * (now - began) / done:.0f} s{so_far}   ", end="" if left else "\n", file=sys.stderr, flush=True)
+
+
+def told(wanted, rows, folder, said):
+    found = analysis.probabilities(wanted, rows)
+    lines = [one_variable.words() for one_variable in wanted.variables.each] + said
+    if not found and wanted.method != "sobol_indices":
+        lines.append("no whole sample yet")
+    lines += [("probability of failure" if p.level is None else f"{', '.join(wanted.level_keys)} = {p.level:g}") + f": {analysis.words(p)}" for p in found]
+    curve = analysis.fragility(found) if wanted.level_keys else None
+    if curve:
+        lines.append(f"curve: half of the samples fail at {curve.median:.5g}, 5 % at {curve.level(0.05):.5g}, 95 % at {curve.level(0.95):.5g} (lognormal)")
+    influence = [] if wanted.method == "sobol_indices" else analysis.influence(wanted, rows)
+    if influence:
+        lines += table(("variable", "rank correlation", "samples"), [(name, f"{value:+.3f}", n) for name, value, n in influence])
+    if wanted.method == "sobol_indices":
+        indices, dropped = analysis.sobol_indices(wanted, rows)
+        lines += table(("variable", "first order", "total"), [(name, f"{first:.4f}", f"{total:.4f}") for name, first, total in indices])
+        lines += [f"{dropped} groups are left out, because a sample of them gave no number"] if dropped else []
+    reasons = [row.why for row in rows.values() if row.outcome == "undecided"]
+    lines += [f"undecided {reasons.count(why)} times: {why}" for why in sorted(set(reasons))]
+    print("\n".join(lines))
+    print("\n".join(f"wrote {path}" for path in ensembles.write(wanted, rows, found, curve, folder)))

@@ -1,0 +1,88 @@
+"""What an ensemble leaves: one table of its samples (HDF5), what they say (JSON), and pictures."""
+
+import json
+import os
+from dataclasses import asdict
+
+import h5py
+import numpy as np
+from matplotlib import pyplot
+
+import quoin_tools
+from quoin_tools.base.files import write_file
+from quoin_tools.ensemble import analysis
+from quoin_tools.ensemble.journal import OUTCOMES
+from quoin_tools.show.style import GREY, LINES, STYLE, save
+
+OFTEN = 0.5  # of samples that have a number: then it is drawn
+
+
+def write(design, rows, found, curve, folder):
+    """Paths of samples.h5, ensemble.json and pictures."""
+    kept = [rows[key] for key in sorted(rows, key=lambda key: (key[0], key[1] is not None, key[1] or 0.0))]
+    written = [write_samples(design, kept, os.path.join(folder, "samples.h5")), os.path.join(folder, "ensemble.json")]
+    said = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "fail": str(design.condition or "collapsed"),
+            "probabilities": [asdict(p) for p in found], "fragility": curve and asdict(curve)}  # fmt: skip
+    write_file(written[1], json.dumps(said, indent=1, default=str) + "\n")
+    with pyplot.rc_context(STYLE):
+        if design.level_keys and found:
+            written.append(fragility_picture(design, found, curve, os.path.join(folder, "fragility.png")))
+        if len(design.columns()) > 1 and kept:
+            written.append(scatter_picture(design, kept, os.path.join(folder, "samples.png")))
+    return written
+
+
+def write_samples(design, kept, path):
+    """One dataset a column; undecided and missing numbers are NaN."""
+    part = path + ".part"
+    with h5py.File(part, "w") as file:
+        file.attrs.update({"format": "quoin-ensemble", "version": 1, "ensemble": design.mark, "quoin": quoin_tools.__version__, "seed": design.seed, "method": design.method})
+        file["sample"] = np.array([r.sample for r in kept], dtype=np.int64)
+        file["level"] = np.array([np.nan if r.level is None else r.level for r in kept], dtype=float)
+        file["weight"] = np.array([r.weight for r in kept], dtype=float)
+        file["outcome"] = np.array([OUTCOMES.index(r.outcome) for r in kept], dtype=np.int32)
+        file["outcome"].attrs["meaning"] = ", ".join(f"{k} {name}" for k, name in enumerate(OUTCOMES))
+        file["response"] = np.array([np.nan if r.response is None else r.response for r in kept], dtype=float)
+        file["response"].attrs["what"] = design.response or ""
+        file["seconds"] = np.array([r.seconds for r in kept], dtype=float)
+        for k, one in enumerate(design.variables.each):
+            file[f"variables/{one.name}"] = np.array([r.values[k] for r in kept], dtype=float)
+            file[f"variables/{one.name}"].attrs["distribution"] = one.words()
+    os.replace(part, path)
+    return path
+
+
+def fragility_picture(design, found, curve, path):
+    figure, axes = pyplot.subplots(figsize=(7, 4.6))
+    levels, value = np.array([p.level for p in found]), np.array([p.value for p in found])
+    low, high = np.array([p.low for p in found]), np.array([p.high for p in found])
+    axes.errorbar(levels, value, yerr=[np.maximum(value - low, 0), np.maximum(high - value, 0)], fmt="o", color=LINES[0], capsize=3, label="samples, 95 % interval")
+    if curve:
+        at = np.linspace(levels.min(), levels.max(), 200)
+        axes.plot(at, curve.at(at), color=LINES[1], label=f"lognormal: median {curve.median:.4g}, spread {curve.spread:.3g}")
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlabel(", ".join(design.level_keys))
+    axes.set_ylabel("probability of failure [-]")
+    axes.set_title(f"{found[0].n} common samples at each level")
+    axes.legend(loc="upper left")
+    save(figure, path)
+    return path
+
+
+def scatter_picture(design, kept, path):
+    """The two variables that matter most, samples by outcome, at the last level."""
+    mine = [r for r in kept if r.level == design.levels[-1]]
+    names = design.columns()
+    rank = {name: abs(value) for name, value, _ in analysis.influence(design, {r.key(): r for r in kept})} if design.method != "sobol_indices" else {}
+    x, y = sorted(range(len(names)), key=lambda k: -rank.get(names[k], 0.0))[:2]
+    figure, axes = pyplot.subplots(figsize=(6.4, 5))
+    for outcome, colour, mark in (("stands", LINES[0], "o"), ("fails", LINES[1], "x"), ("undecided", GREY, "+")):
+        at = np.array([(r.values[x], r.values[y]) for r in mine if r.outcome == outcome]).reshape(-1, 2)
+        if len(at):
+            axes.plot(*at.T, mark, color=colour, markersize=4, alpha=0.7, linestyle="none", label=f"{outcome} ({len(at)})")
+    axes.set_xlabel(names[x])
+    axes.set_ylabel(names[y])
+    axes.legend(loc="best")
+    axes.set_title("Samples" if design.levels[-1] is None else f"Samples at {', '.join(design.level_keys)} = {design.levels[-1]:g}")
+    save(figure, path)
+    return path
