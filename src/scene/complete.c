@@ -44,6 +44,9 @@ static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
     COMPLAIN(r, "it is for a law that yields: law: mohr_coulomb");
   PetscCall(IsGiven(r, path, "fracture_energy", &given));
   if (given && m->law != MATERIAL_DAMAGE) COMPLAIN(r, "it is for a law that cracks: law: damage");
+  PetscCall(IsGiven(r, path, "softening", &given));
+  if (m->softening == SOFTENING_LINEAR && m->law != MATERIAL_DAMAGE)
+    COMPLAIN(r, "it is for a law that cracks: law: damage");
   if (m->law == MATERIAL_ELASTIC) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(IsGiven(r, path, "element", &given));
   if (!given) m->element = ELEMENT_BENDING;

@@ -1,6 +1,7 @@
 /* keys_blocks.h: what a scene says of groups of blocks: section materials. */
 #ifdef KEY_STRUCTS
 typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
+typedef enum { SOFTENING_EXPONENTIAL, SOFTENING_LINEAR } Softening;
 /* Of deformable blocks; the place is that of the row in laws.c. */
 typedef enum { MATERIAL_ELASTIC, MATERIAL_MOHR_COULOMB, MATERIAL_DAMAGE, MATERIAL_LAWS } MaterialLaw;
 
@@ -26,11 +27,13 @@ typedef struct {
   MaterialLaw law;
   PetscReal dilation;        /* [degree] MATERIAL_MOHR_COULOMB */
   PetscReal fracture_energy; /* [N/m] MATERIAL_DAMAGE; NaN: not given */
+  Softening softening;       /* MATERIAL_DAMAGE: how it falls with the opening */
   int line;                  /* line in the scene file, for messages, here and below; 0: command line */
 } Material;
 #endif
 #ifdef KEY_WORDS
 static const char *const Formulations[] = {"full", "bending", "reduced", "Formulation", "ELEMENT_", NULL};
+static const char *const Softenings[] = {"exponential", "linear", "Softening", "SOFTENING_", NULL};
 static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damage",
                                            "MaterialLaw", "MATERIAL_",    NULL};
 #endif
@@ -69,6 +72,8 @@ static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damag
       "law: mohr_coulomb: angle of the plastic flow, at most friction"),
   KEY(MATERIALS, "fracture_energy", REAL, Material, fracture_energy, "= none", "> 0", "N/m",
       "law: damage: what a crack takes for each square metre"),
+  KEY(MATERIALS, "softening", CHOICE, Material, softening, "exponential", NULL, "",
+      "law: damage: how what a crack bears falls as it opens", .choices = Softenings),
 
   KEY(MATERIALS, "beta", REAL, Material, beta, "= that of the stage", ">= 0", "s",
       "dynamic stages: stiffness-proportional damping of its blocks"),

@@ -231,6 +231,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
   State *state = p->state;
   StageResult *result = p->result;
   PetscReal *const reached = &p->relax->reached, *const step = &p->relax->step;
+  const PetscReal *u_0;
   char creep[128]; // the evidence of creep, if the last increment took any
   PetscBool works;
   PetscFunctionBeginUser;
@@ -260,6 +261,9 @@ PetscErrorCode NewtonRelax(const Problem *p)
       break;
     }
     *reached = target;
+    PetscCall(VecGetArrayRead(p->relax->newton->u, &u_0));
+    PetscCall(ConfirmStep(p, u_0));
+    PetscCall(VecRestoreArrayRead(p->relax->newton->u, &u_0));
     PetscCall(commit(p));
     PetscCall(OutputHistory(p));
     if (result->verdict != VERDICT_NONE) break;

@@ -50,6 +50,7 @@ typedef struct _p_Relaxation {
   PetscReal most_work;     /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
   Effort spent;            /* effort when a limit ended Newton's method; no evaluations: none has */
   PetscBool told;          /* a warning has said that the stage's slip depends on the path */
+  PetscInt told_step;      /* the stage, counted from 1, whose long step a warning has told of */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
@@ -138,6 +139,13 @@ PetscErrorCode ConfirmRound(const Problem *p);
    these were before they moved. This warns where the moments that are missing so make displacements too
    small. */
 PetscErrorCode ConfirmCondensed(const Problem *p);
+
+/* ---- confirm_blocks.c */
+/* Collective. Warns where blocks would have yielded otherwise if the step from displacements u_0 (n_dof,), of
+   the last equilibrium, had been several. Call it before the history is committed. */
+PetscErrorCode ConfirmStep(const Problem *p, const PetscReal *u_0);
+/* Collective. Warns of a ramp so short that blocks crack by it. */
+PetscErrorCode ConfirmRamp(const Problem *p);
 
 /* ---- guard.c */
 /* Opens the account: from this state on the kinetic energy is checked against what the loads do. Call it with

@@ -303,6 +303,9 @@ static PetscErrorCode end(Loop *loop)
   // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
+  if (p->result->verdict == VERDICT_CONVERGED && relax->effort.explicit)
+    PetscCall(ConfirmStep(p, relax->account.u));
+  if (relax->effort.explicit) PetscCall(ConfirmRamp(p));
   PetscCall(LoadsCarriedSay(p));
   p->contacts->held = PETSC_FALSE;
   p->state->beta = p->state->local = 0., p->state->caution = 1.;

@@ -74,6 +74,19 @@ typedef struct {
 } LawTold;
 /* told: (n,) of the list, at u. */
 void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold *told);
+/* How far the forces of blocks that have lost something since the last equilibrium are from those that they
+   would have if they had come to u from u_0 in LAW_STEPS even steps; of this rank. */
+enum { LAW_STEPS = 8 };
+typedef struct {
+  PetscReal warns;    /* a larger fraction counts */
+  PetscReal fraction; /* of the largest force of a block: the worst one */
+  PetscReal plastic;  /* [-] largest plastic strain */
+  PetscInt block;     /* of the mesh */
+  PetscInt n[2];      /* blocks that have lost something; of them, those that count */
+} LawSteps;
+void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, LawSteps *steps);
+/* Whether a block of this rank has cracked further since the last equilibrium. */
+PetscBool LawsCrack(const Model *model);
 /* The name of the measure of a law. */
 const char *LawMeasure(MaterialLaw law);
 

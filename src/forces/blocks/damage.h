@@ -16,7 +16,8 @@
    where h is the width of the block across the crack, as it is when it first cracks: then the block loses
    Gf for each square metre of the crack, whatever its size. M = lambda + 2 mu is the stiffness across one
    crack, whose energy is (M e_f) e_f/2 with M e_f = E kappa. B > 0 is needed: a wider block would give
-   back more than the crack takes. */
+   back more than the crack takes. With softening: linear, (e_0/kappa) (1 - (kappa - e_0)/(2 B)), 0 from
+   kappa = e_0 + 2 B on: the same energy, the same B > 0. */
 #pragma once
 #include "forces/blocks/law_point.h"
 
@@ -29,11 +30,12 @@ enum {
   DM_YOUNG,           /* [Pa] */
   DM_SOFT,            /* [1/Pa] 1/E */
   DM_NU,
-  DM_SIDE /* nu/(1 - nu) */
+  DM_SIDE,  /* nu/(1 - nu) */
+  DM_LINEAR /* 1: softening: linear; 0: exponential */
 };
 
 static const PetscReal DM_SHARP = 1e-12; /* of kappa: beyond it damage grows */
-static const PetscReal DM_LEAST = 1e-3;  /* that is left of the stiffness against bending */
+static const PetscReal DM_LEAST = 1e-6;  /* that is left of the stiffness against bending */
 
 KERNEL Lanes LanesExp(Lanes a)
 {
@@ -54,11 +56,22 @@ KERNEL LanesStress DmFracture(const LanesLaw *law, const LanesStress *s, const L
   return StrainOf(&a, t, LawConstant(law, DM_SOFT), nu);
 }
 
+/* What one crack still bears, over the tensile strength. */
+KERNEL Lanes DmBears(const LanesLaw *law, Lanes kappa, Lanes band)
+{
+  const Lanes over = (kappa - LawConstant(law, DM_ONSET)) / band;
+  const Mask linear = LawConstant(law, DM_LINEAR) > 0.;
+  if (!Any(linear)) return LanesExp(-over);
+  return Select(linear, NotNegative(1. - 0.5 * over), LanesExp(-over));
+}
+
 /* [J/m3] What a point with one crack has lost, times E/M. */
 KERNEL Lanes DmSpent(const LanesLaw *law, Lanes kappa, Lanes band, Lanes left)
 {
-  const Lanes onset = LawConstant(law, DM_ONSET), strength = LawConstant(law, DM_STRENGTH);
-  const Lanes work = strength * (0.5 * onset + band * (1. - left * kappa / onset));
+  const Lanes onset = LawConstant(law, DM_ONSET), strength = LawConstant(law, DM_STRENGTH),
+              bears = left * kappa / onset;
+  const Lanes gone = 1. - Select(LawConstant(law, DM_LINEAR) > 0., bears * bears, bears),
+              work = strength * (0.5 * onset + band * gone);
   return Keep(kappa > onset, work - 0.5 * left * LawConstant(law, DM_YOUNG) * kappa * kappa);
 }
 
@@ -69,7 +82,7 @@ KERNEL void DmGrow(const LanesLaw *law, const LanesShape *shape, const LanesPlan
   const Lanes onset = LawConstant(law, DM_ONSET);
   const Lanes width = Select(h[DM_WIDTH] > 0., h[DM_WIDTH], WidthAcross(shape, p));
   const Lanes band = LawConstant(law, DM_BAND) / width - 0.5 * onset;
-  const Lanes left = onset / kappa * LanesExp((onset - kappa) / band);
+  const Lanes left = onset / kappa * DmBears(law, kappa, band);
   const Lanes spent = DmSpent(law, kappa, band, left) -
                       DmSpent(law, h[DM_KAPPA], band, 1. - h[HISTORY_MEASURE]);
   const Lanes share = energy / (0.5 * LawConstant(law, DM_YOUNG) * kappa * kappa);

@@ -32,6 +32,7 @@ static void damage(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS])
   const PetscReal nu = m->poisson;
   c[DM_ONSET] = m->tension / m->young, c[DM_STRENGTH] = m->tension;
   c[DM_BAND] = m->fracture_energy * (lame.lambda + 2. * lame.mu) / (m->young * m->tension);
+  c[DM_LINEAR] = m->softening == SOFTENING_LINEAR;
   c[DM_YOUNG] = m->young, c[DM_SOFT] = 1. / m->young, c[DM_NU] = nu, c[DM_SIDE] = nu / (1. - nu);
 }
 
@@ -161,6 +162,90 @@ void LawMatrices(const Model *model, const Elements *e, PetscInt first, const Pe
       }
     }
   }
+}
+
+/* ---- the way of a step */
+
+/* Where a number of a point of a block stands in a history. */
+static PetscInt place_of(const LawHistory *h, PetscInt block, int point, int number)
+{
+  return ((block / LANES * h->points + point) * h->width + number) * LANES + block % LANES;
+}
+
+/* Whether a block has lost more than at the last equilibrium. */
+static PetscBool has_lost(const LawHistory *h, PetscInt block)
+{
+  for (int k = 0; k < h->points; k++) {
+    const PetscInt at = place_of(h, block, k, HISTORY_LOST);
+    if (h->now[at] > h->held[at]) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+static PetscReal most_measure(const LawHistory *h, PetscInt block)
+{
+  PetscReal most = 0.;
+  for (int k = 0; k < h->points; k++) most = PetscMax(most, h->now[place_of(h, block, k, HISTORY_MEASURE)]);
+  return most;
+}
+
+/* Forces of LANES blocks at the end of n even steps from U_0 to U, from the held history. */
+static void in_steps(const Model *model, const Elements *e, PetscInt first, int n, const LanesVector X[4],
+                     const LanesVector U_0[4], const LanesVector U[4], LanesVector F[4])
+{
+  PetscReal way[2][4 * HISTORY_MOST * LANES];
+  LanesHistory h = LoadHistory(e->history, first, LawKinds[e->law].width, 0, 0);
+  for (int step = 1; step <= n; step++) {
+    const PetscReal part = (PetscReal)step / n;
+    LanesVector at[4];
+    for (int i = 0; i < e->n_nodes; i++)
+      at[i] = (LanesVector){U_0[i].x + part * (U[i].x - U_0[i].x), U_0[i].y + part * (U[i].y - U_0[i].y)};
+    h.to = way[step % 2];
+    memcpy(h.to, h.from, LANES * e->history->points * LawKinds[e->law].width * sizeof *h.to);
+    block_of(model, e, first, h, X, at, F);
+    h.from = h.to;
+  }
+}
+
+static void compare(const Elements *e, PetscInt b, const LanesVector *one, const LanesVector *more,
+                    LawSteps *steps)
+{
+  const int lane = (int)(b % LANES);
+  PetscReal most = 0., apart = 0.;
+  for (int i = 0; i < e->n_nodes; i++) {
+    most = PetscMax(most, hypot(one[i].x[lane], one[i].y[lane]));
+    apart = PetscMax(apart, hypot(more[i].x[lane] - one[i].x[lane], more[i].y[lane] - one[i].y[lane]));
+  }
+  const PetscReal fraction = most > 0. ? apart / most : 0.;
+  steps->n[0]++, steps->n[1] += fraction > steps->warns;
+  if (fraction > steps->fraction || (fraction == steps->fraction && e->file[b] > steps->block))
+    steps->fraction = fraction, steps->block = e->file[b];
+}
+
+void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, LawSteps *steps)
+{
+  for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
+    for (PetscInt b = 0; b < e->n && e->history; b++) {
+      if (!e->owned[b] || !has_lost(e->history, b)) continue;
+      if (e->law == MATERIAL_MOHR_COULOMB)
+        steps->plastic = PetscMax(steps->plastic, most_measure(e->history, b));
+      const PetscInt first = b - b % LANES, *vertex = LaneVertices(e, e->n_nodes, first);
+      LanesVector X[4], U_0[4], U[4], one[4], more[4];
+      Gather(e->n_nodes, model->X, vertex, X);
+      Gather(e->n_nodes, u_0, vertex, U_0);
+      Gather(e->n_nodes, u, vertex, U);
+      in_steps(model, e, first, 1, X, U_0, U, one);
+      in_steps(model, e, first, LAW_STEPS, X, U_0, U, more);
+      compare(e, b, one, more, steps);
+    }
+}
+
+PetscBool LawsCrack(const Model *model)
+{
+  for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
+    for (PetscInt b = 0; b < e->n && e->history && e->law == MATERIAL_DAMAGE; b++)
+      if (has_lost(e->history, b)) return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 
 /* ---- stresses and energies, of the history now */

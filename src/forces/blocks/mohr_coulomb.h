@@ -42,7 +42,8 @@ enum {
 
 static const PetscReal MC_SHARP = 1e-11; /* of the stresses: beyond it a point yields */
 static const PetscReal MC_ROUND = 1e-14; /* of stiffness times strain: what rounding makes of no stress */
-static const PetscReal MC_LEAST = 1e-3;  /* that is left of the stiffness against bending */
+static const PetscReal MC_NONE = 1e-9;   /* of the stiffness against bending: so little bears nothing */
+static const PetscReal MC_LEAST = 0.01;  /* of the stress at a point, that forces against bending keep */
 
 /* The stress of a strain without its plastic part. */
 KERNEL LanesStress McElastic(const LanesLaw *law, const LanesTensor *E, const LanesStress *plastic)
@@ -110,8 +111,8 @@ KERNEL Lanes StrainSize(const LanesStress *e)
 
 /* What is left of the stiffness against bending of a block of one point: the square of elastic over whole
    strain, of deviators. So these forces fade as the block flows. With the first power they would keep the
-   size of the stress at the point, and in bands of flow as wide as a block that is a fifth of what it
-   bears. */
+   size of the stress at the point, and in bands of flow as wide as a block that is a fifth of what it bears.
+   They keep a hundredth of it: a least stiffness, however small, would in the end bear a mechanism. */
 KERNEL Lanes McWhole(const LanesLaw *law, const LanesStress *s, const LanesStress *plastic)
 {
   const Lanes third = (s->xx + s->yy + s->zz) * (1. / 3.),
@@ -120,7 +121,7 @@ KERNEL Lanes McWhole(const LanesLaw *law, const LanesStress *s, const LanesStres
   const Lanes elastic = StrainSize(&deviator), lost = two_mu * StrainSize(plastic);
   const Mask none = lost == 0.;
   const Lanes share = elastic / Select(none, LanesOf(1.), elastic + lost);
-  return Select(none, LanesOf(1.), Larger(LanesOf(MC_LEAST), share * share));
+  return Select(none, LanesOf(1.), Larger(LanesOf(MC_NONE), share * Larger(LanesOf(MC_LEAST), share)));
 }
 
 KERNEL LanesStress McLoad(const Lanes *from)

@@ -46,6 +46,7 @@ def run(case):
     meshes(case)
     others(case)
     refused(case)
+    ramps(case)
     newton(case)
     ranks_and_restart(case)
 
@@ -81,9 +82,15 @@ def meshes(case):
 def others(case):
     """Blocks four times as wide as across the crack, or as long; four points; triangles; Poisson's ratio; large strain."""
     for name, mesh, more in (("wide blocks", bar(11, 3), {}), ("long blocks", bar(3, 8), {}), ("four points", bar(5), {"element": "full"}), ("triangles", bar(5, triangles=True), {}),
-                             ("Poisson's ratio 0.2", bar(5), {"poisson": 0.2})):  # fmt: skip
+                             ("Poisson's ratio 0.2", bar(5), {"poisson": 0.2}), ("linear softening", bar(5), {"softening": "linear"})):  # fmt: skip
         result = pulled(case, mesh, 1200e-6, **more)
         case.check(f"{name}: energy lost in the crack [J/m2]", told(result)["lost"], GF, relative=0.02)
+    history = result.history
+    force, u = -history["left_fx_N"], history["bottom_right_ux_m"]
+    down, levels = np.argmax(np.abs(force)), np.array([0.8, 0.5, 0.2, 0.05])
+    e0, last = 0.999 * FT / E, 2 * GF / (0.2 * 0.999 * FT)
+    case.check("linear softening: end displacement at 0.8, 0.5, 0.2, 0.05 ft on the way down, by hand [um]", 1e6 * np.interp(-levels * FT, -np.abs(force[down:]), u[down:]),
+               1e6 * (0.8 * levels * FT / E + 0.2 * (last - levels / 0.999 * (last - e0))), relative=3e-3)
     large = pulled(case, bar(5), 900e-6, strain="large")
     case.check("large strain: energy lost in the crack [J/m2]", told(large)["lost"], GF, relative=0.02)
 
@@ -113,6 +120,16 @@ def wall():
         "loads": {"weight": {"type": "self_weight"}, "water": {"type": "reservoir", "faces": "upstream", "level": 6}},
         "stages": [{"own": {"loads": ["weight"]}}, {"full": {"loads": ["weight", "water"]}}, {"empty": {"loads": ["weight"]}},
                    {"shaken": {"type": "dynamic", "loads": ["weight", "water"], "duration": 0.02}}]}  # fmt: skip
+
+
+def ramps(case):
+    """A bar at 0.98 of its strength stands when it is pulled slowly; pulled at once it breaks, and that is told."""
+    scene = {"materials": {"bar": BAR, "weak": BAR | {"tension": 0.999 * FT}}, "supports": {"left": {"fix": "x"}, "bottom": {"fix": "y"}},
+             "loads": {"pull": {"type": "traction", "faces": "right", "value": [0.98 * FT, 0]}}, "stages": [{"pull": {"loads": ["pull"]}}]}
+    for ramp, verdict in ((1000, True), (0, False)):
+        result = case.run(bar(20), scene | {"relaxation": {"ramp": ramp, "max_cycles": 5000}})
+        case.check(f"bar at 0.98 of its strength, ramp of {ramp} cycles: stands, nothing is told",
+                   [result.stage_summary("pull")["verdict"] == "converged", "blocks crack while loads rise in 0 cycles" not in result.stderr], [verdict] * 2)
 
 
 def newton(case):

@@ -32,6 +32,7 @@ def run(case):
     held(case)
     free(case)
     collapses(case)
+    sheared(case)
     ring(case)
     footing(case)
     ranks_and_restart(case)
@@ -114,6 +115,21 @@ def collapses(case):
             case.check(f"sides free under {part} of the strength", found, verdict)
         else:
             case.check(f"... under {part} of it: no equilibrium", found in ("collapsed", "undecided", "diverged"), True)
+
+
+def sheared(case):
+    """A block that stands on its bottom, pushed along its top: what it cannot bear is no equilibrium, however far it flows. A step that is long is told."""
+    def on_top(part, load, **relax):
+        scene = compressed(FREE | {"density": 24}, "bending", [0] * part, supports={"bottom": {"fix": "xy"}}, relaxation=relax)
+        loads = {f"p{i}": {"type": "traction", "faces": "top", "value": [x * (i + 1) / part for x in load]} for i in range(part)}
+        return case.run(block("bending", 4), changed(scene, ("loads", loads), ("stages", [{f"s{i}": {"loads": [f"p{i}"]}} for i in range(part)])))
+    far = on_top(1, (1.4e6, -1.7e6), max_cycles=10000)
+    case.check("pushed along its top, beyond what it bears: no equilibrium", far.stage_summary("s0")["verdict"] == "converged", False)
+    stages, steps, one = on_top(8, (0.4e6, -0.375e6)), *(on_top(1, (0.4e6, -0.375e6), method="preconditioned", increments=n) for n in (32, 1))
+    case.check("... half of that in 8 stages: told that one is too long", "stage s5: its load comes in one step, and what yields depends on the way" in stages.stderr, True)
+    case.check("... in 32 increments: not told", steps.stderr, "")
+    reached = [r.summary["stages"][-1]["probes"]["top_right"]["u_x"] for r in (one, stages, steps)]
+    case.check("... it does depend: displacement in 1, 8, 32 steps falls, by 3 to 6 % in all", [bool(reached[0] > reached[1] > reached[2]), bool(0.03 < reached[0] / reached[2] - 1 < 0.06)], [True] * 2)
 
 
 # ---- thick ring

@@ -316,16 +316,39 @@ static void TestCracks(void)
   }
 }
 
-/* However many steps and whatever Poisson's ratio and size: the energy of the crack. */
+/* Linear softening: by hand, sigma = ft (e_u - e)/(e_u - e_0) with e_u = 2 Gf/(h ft) = 2e-3, e_0 = 1e-4. */
+static void TestLinearSoftening(void)
+{
+  static const PetscReal rows[][2] = {
+      {1e-4, 1e6}, {5e-4, 1.5 / 1.9 * 1e6}, {2.5e-4, 0.75 / 1.9 * 1e6}, {1.05e-3, 0.5e6}, {2e-3, 0.},
+      {3e-3, 0.}};
+  Material m = CRACKS;
+  LanesVector X[4];
+  Point p;
+  PetscReal s[4];
+  m.softening = SOFTENING_LINEAR;
+  Rectangle(0.1, 0.37, 0., X);
+  PointOf(&m, &p);
+  for (int i = 0; i < 6; i++) {
+    Crack(&p, X, (PetscReal[3]){rows[i][0], 0., 0.}, s);
+    ENSURE_NEAR(s[0], rows[i][1], 1e-3);
+    if (i == 3)
+      ENSURE_NEAR(p.history[HISTORY_LOST][0], 1e6 * (1e-3 - 0.25 * 1.9e-3 * 0.5) - 0.25e6 * 1.05e-3, 1e-3);
+  }
+  ENSURE_NEAR(0.1 * p.history[HISTORY_LOST][0], 100., 1e-6);
+  ENSURE(p.history[HISTORY_MEASURE][0] == 1.);
+}
+
+/* However many steps and whatever Poisson's ratio, size and softening: the energy of the crack. */
 static void TestFractureEnergy(void)
 {
-  for (int nu = 0; nu < 2; nu++)
+  for (int nu = 0; nu < 4; nu++)
     for (int steps = 1; steps <= 1000; steps *= 10) {
       Material m = CRACKS;
       LanesVector X[4];
       Point p;
       PetscReal s[4];
-      m.poisson = 0.25 * nu;
+      m.poisson = 0.25 * (nu % 2), m.softening = nu < 2 ? SOFTENING_EXPONENTIAL : SOFTENING_LINEAR;
       Rectangle(0.2, 0.1, 0., X);
       PointOf(&m, &p);
       for (int i = 1; i <= steps; i++) Crack(&p, X, (PetscReal[3]){0.03 * i / steps, 0., 0.}, s);
@@ -368,6 +391,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestOracle);
   RUN_TEST(TestWork);
   RUN_TEST(TestCracks);
+  RUN_TEST(TestLinearSoftening);
   RUN_TEST(TestFractureEnergy);
   RUN_TEST(TestCrackWork);
   int failed = CheckSummary();
