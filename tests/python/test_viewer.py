@@ -364,6 +364,7 @@ def test_charts_and_the_joint(dam, page):
 @chromium
 def test_zoom_drag_and_keys(dam, page):
     page.click("#all")
+    page.value("choice.picked = null; redraw()")
     everything = page.number("drawn")
     page.value("document.activeElement.blur()")
     for _ in range(8):

@@ -267,8 +267,8 @@ class Results:
             self._joint_history = histories.joint_history(self.folder, self.summary)
         return self._joint_history
 
-    def joint_profile(self, stage, joint):
-        """Distance from the start of the joint [m], sigma, tau [Pa]: each (n, 2), a row per contact in order.
+    def joint_profile(self, stage, joint, *more):
+        """Distance from the start of the joint [m], sigma, tau [Pa], more fields by name: each (n, 2), a row per contact in order.
 
         None for a joint that is no line, and for one between blocks that are not written. tau is positive when the upper side pushes the lower one to the end.
         """
@@ -284,7 +284,7 @@ class Results:
         order = np.argsort(distance, axis=1, kind="stable")
         columns = [
             np.take_along_axis(array, order, axis=1)
-            for array in (distance, contacts.sigma[mine], -contacts.tau[mine])
+            for array in (distance, contacts.sigma[mine], -contacts.tau[mine], *(getattr(contacts, name)[mine] for name in more))
         ]
         rows = np.argsort(columns[0].sum(axis=1), kind="stable")
         return tuple(array[rows] for array in columns)

@@ -3,6 +3,7 @@
 style      what all pictures share: colours, fonts, the part of the section they show
 plot_mesh  picture of a block mesh
 seepage    pictures of the water in joints
+joints     pictures of what joints carry
 ties       pictures of anchors
 stress     pictures of stress, and of its envelope over time
 shaking    pictures of a stage in time

@@ -5,7 +5,7 @@
 mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
 stress_<stage>.png          principal stresses as contours, and as crosses
 temperature_<stage>.png     change of temperature, where a load has changed it
-joint_<joint>_<stage>.png   stresses along a joint against the straight line of the gravity method
+joint_<joint>_<stage>.png   stresses and opening along a joint, beside the gravity method without tension
 mode_<k>_<stage>.png        shapes of the slowest free vibrations of a stage of type modes
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
 water_<stage>.png           pressure and discharge of the water in joints, where it flows
@@ -29,10 +29,12 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.command import Parser
-from quoin_tools.base.results import Results, ResultsError, sliding
+from quoin_tools.base.results import Results, ResultsError, trials_of
 from quoin_tools.show import modes, seepage, shaking, ties
+from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
 from quoin_tools.show.style import (
@@ -51,7 +53,8 @@ from quoin_tools.show.style import (
 )
 
 FAR = 2.0  # views; blocks that have moved farther are drawn short, or they would leave nothing of the rest to see
-NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
+NAME_ROWS = 3  # of names of stages above the histories
+SHORTEST = 0.35  # of an even share: no stage is narrower on the axis of the histories
 CROSSES = 26  # along the longer side of the view
 
 
@@ -103,58 +106,6 @@ def plot_mesh(results, path, whole=False):
     save(figure, path)
 
 
-# ---- joints
-
-
-def plot_joint(results, stage, joint, path):
-    """False when the joint is no line of several contacts."""
-    profile = results.joint_profile(stage, joint)
-    if profile is None or len(profile[0]) < 2:
-        return False
-    facts = results.stage_summary(stage)["joints"][joint]
-    distance, sigma, tau = profile
-    figure, (above, below) = pyplot.subplots(2, 1, figsize=(8.0, 6.4), sharex=True)
-    for axes, values, colour in ((above, sigma, LINES[0]), (below, tau, LINES[2])):
-        axes.add_collection(
-            LineCollection(np.stack([distance, values / 1e3], axis=2), colors=colour, linewidths=1.8)
-        )
-        axes.plot(
-            distance.ravel(), values.ravel() / 1e3, ".", ms=4, color=colour, label="Quoin, ends of contacts"
-        )
-        axes.axhline(0.0, color=GREY, lw=0.7)
-        axes.grid(alpha=0.3)
-    length, depth = facts["chord"], results.thickness
-    linear = np.array([facts["sigma_linear_start"], facts["sigma_linear_end"]]) / 1e3
-    above.plot([0, length], linear, "--", lw=1.5, color=LINES[1], label="gravity method, −N/L ± 6M/L²")
-    mean = facts["T"] / (length * depth) / 1e3
-    below.plot([0, length], [mean, mean], "--", lw=1.5, color=LINES[1], label="mean, T/L")
-    above.set_ylabel("normal stress σ [kPa]\n(tension positive)")
-    below.set_ylabel("shear stress τ [kPa]\n(+ towards the end)")
-    below.set_xlabel(
-        f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m "
-        f"to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
-    )
-    for axes, values in ((above, sigma), (below, tau)):
-        if np.abs(values).max() < NOTHING:
-            axes.set_ylim(-1.0, 1.0)  # an open joint: no scale of rounding
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
-    figure.suptitle(f"Joint {joint}, stage {stage}: {joint_facts(facts)}", fontsize=11)
-    save(figure, path)
-    return True
-
-
-def joint_facts(facts):
-    words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
-    if facts["sliding_factor_peak"] is not None:
-        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)} (c on {facts['length'] - facts['open_length']:.2f} m closed)")
-    words += [
-        f"{word} {facts[word + '_length']:.2f} m"
-        for word in ("open", "slipping")
-        if facts[word + "_length"] > 0
-    ]
-    return ", ".join(words)
-
-
 # ---- history
 
 
@@ -166,24 +117,35 @@ def stage_spans(history):
     return [(names[a], a, b) for a, b in zip(starts, np.append(cuts, len(names)))]
 
 
-def mark_stages(panels, history):
-    """A line where a stage ends, its name above the picture."""
+def stage_axis(panels, history):
+    """An axis over cycles on which every stage can be seen: as long as it ran, but no narrower than SHORTEST; a line where it ends, its name above."""
     cycle, spans = history["cycle"], stage_spans(history)
-    whole = cycle[-1] - cycle[0]
-    for number, (name, first, after) in enumerate(spans):
-        start = cycle[first - 1] if number else cycle[0]
-        if number:
-            for axes in panels:
-                axes.axvline(start, color=GREY, lw=0.9, ls=":")
-        if cycle[after - 1] - start >= 0.011 * len(name) * whole or len(spans) == 1:
-            panels[0].text(
-                0.5 * (start + cycle[after - 1]),
-                1.03,
-                name,
-                ha="center",
-                va="bottom",
-                transform=panels[0].get_xaxis_transform(),
-            )
+    edges = np.array([cycle[0], *(cycle[after - 1] for _, _, after in spans)])
+    widths = np.maximum(np.diff(edges) / max(edges[-1] - edges[0], 1e-300), SHORTEST / len(spans))
+    places = np.concatenate([[0.0], np.cumsum(widths / widths.sum())])
+    for axes in panels:
+        axes.set_xscale("function", functions=(lambda x: np.interp(x, edges, places), lambda place: np.interp(place, places, edges)))
+        axes.set_xlim(edges[0], max(edges[-1], edges[0] + 1))
+        for end in edges[1:-1]:
+            axes.axvline(end, color=GREY, lw=0.9, ls=":")
+    panels[-1].set_xticks(ticks_with_room(edges, places) if len(spans) > 1 else MaxNLocator(6).tick_values(edges[0], edges[-1]))
+    panels[-1].xaxis.set_major_formatter(lambda value, _: plain(value))
+    free = [-1.0] * NAME_ROWS
+    for (name, *_), left, right in zip(spans, places, places[1:]):
+        middle, half = 0.5 * (left + right), 0.006 * len(name) + 0.005
+        row = next((row for row in range(NAME_ROWS) if middle - half >= free[row]), None)
+        if row is not None:
+            panels[0].text(middle, 1.03 + 0.11 * row, name, ha="center", va="bottom", transform=panels[0].transAxes)
+            free[row] = middle + half
+
+
+def ticks_with_room(edges, places):
+    """Ends of stages whose numbers do not cover each other; the last one always."""
+    kept = [0]
+    for i in range(1, len(edges) - 1):
+        if places[i] - places[kept[-1]] >= 0.09 and places[-1] - places[i] >= 0.09:
+            kept.append(i)
+    return edges[[*kept, len(edges) - 1]]
 
 
 def moving_points(history):
@@ -200,7 +162,9 @@ def cut_runaway(axes, results):
     moving = [f"{p}_{x}_m" for p in moving_points(history) for x in ("ux", "uy")] or ["u_max_m"]
     values = 1e3 * np.array([history[column] for column in moving])
     held = [name for name in results.stages if results.stage(name).verdict in ("converged", "completed")]
-    kept = values[:, np.isin(history["stage"], held)]
+    tried = [name for name in held if trials_of(results.stage_summary(name))]
+    at_end = [after - 1 for name, _, after in stage_spans(history) if name in tried]  # of trials only where they ended
+    kept = np.concatenate([values[:, np.isin(history["stage"], [name for name in held if name not in tried])], values[:, at_end]], axis=1)
     kept = kept[np.isfinite(kept)]
     finite = values[np.isfinite(values)]
     if not len(kept) or np.ptp(finite) <= 4 * np.ptp(kept):
@@ -245,11 +209,11 @@ def plot_history(results, path):
     panels[2].plot(cycle, history["alpha_dt"], color=LINES[1], lw=1.2)
     panels[2].set_ylabel("damping α Δt [-]")
     panels[2].set_ylim(bottom=0)
-    panels[2].set_xlabel("cycle [-]")
+    panels[2].set_xlabel("cycle at the ends of stages [-]" if len(stage_spans(history)) > 1 else "cycle [-]")
     for axes in panels:
         axes.grid(alpha=0.3)
         axes.margins(x=0.01)
-    mark_stages(panels, history)
+    stage_axis(panels, history)
     figure.align_ylabels(panels)
     save(figure, path)
     return True

@@ -12,12 +12,14 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from quoin_tools.show.plot_mesh import outline_width, silhouette
 from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, save, set_view, view
 
+INSET = (0.43, 0.27)  # parts of width and height of a panel
 CROSSES = 26  # along the longer side of the view
 FACTORS = (0, 0.5, 1, 1.5, 2, 3, 5, 10)  # contours of the least local failure factor
 FACTOR_FILLS = ("#7f0000", "#d7301f", "#fc8d59", "#fdcc8a", "#c7e9b4", "#7fcdbb", "#41b6c4")  # red below 1
@@ -84,6 +86,36 @@ def contour_panel(axes, mesh, values, chosen, box, kind):
     bar = axes.figure.colorbar(filled, ax=axes, shrink=0.85, aspect=28, pad=0.02)
     bar.ax.set_title("MPa", fontsize=9, pad=10)
     extreme_mark(axes, mesh, values, deformable, box, kind)
+
+
+def whole_inset(axes, mesh, stage, kind, box):
+    """The whole section with its rock, small in an upper corner that is free, in colours of its own range; a frame is what the picture shows."""
+    values = getattr(stage, kind)
+    there, left = np.isfinite(values), free_corner(mesh, box)
+    if left is None or there.sum() == np.isfinite(values[np.isin(mesh.block_group, view(mesh)[1])]).sum():
+        return  # no room, or the rock is rigid and has no stresses
+    all_of_it, _ = view(mesh, whole=True)
+    inset = axes.inset_axes([left, 1 - INSET[1] - 0.01, *INSET])
+    low, high = np.percentile(values[there], [2, 98]) / 1e6
+    inset.add_collection(PolyCollection(mesh.rings()[there], array=values[there] / 1e6, cmap="RdYlBu_r" if kind == "s1" else "viridis",
+                                        norm=Normalize(-max(abs(low), abs(high)), max(abs(low), abs(high))) if kind == "s1" else Normalize(low, high), edgecolors="face", linewidths=0.2))  # fmt: skip
+    inset.add_patch(Rectangle((box[0], box[2]), box[1] - box[0], box[3] - box[2], fill=False, ec="black", lw=0.8))
+    inset.set_xlim(all_of_it[:2])
+    inset.set_ylim(all_of_it[2:])
+    inset.set_aspect("equal", anchor="NE")
+    inset.set_xticks([])
+    inset.set_yticks([])
+    inset.set_xlabel(f"{low:.2f} to {high:.2f} MPa".replace("-", "−"), fontsize=7, labelpad=2)
+
+
+def free_corner(mesh, box):
+    """Left end, as a part of the width, of an inset in an upper corner of the view that covers no block; None: there is none."""
+    at = (mesh.vertices - [box[0], box[2]]) / [box[1] - box[0], box[3] - box[2]]
+    low = 1 - INSET[1] - 0.09  # its words are below it
+    for left in (1 - INSET[0] - 0.01, 0.01):
+        if not ((at[:, 0] > left - 0.01) & (at[:, 0] < left + INSET[0] + 0.01) & (at[:, 1] > low) & (at[:, 1] < 1)).any():
+            return left
+    return None
 
 
 def extreme_mark(axes, mesh, values, chosen, box, kind):
@@ -153,6 +185,8 @@ def plot_stress(results, name, path, whole=False):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
     cross_panel(panels[2], mesh, stage, chosen, box)
     outline_panels(panels, standing(mesh, stage), box)
+    for axes, kind in zip(panels, ("s1", "s2") if not chosen.all() else ()):
+        whole_inset(axes, mesh, stage, kind, box)
     figure.suptitle(f"Stage {stage.name} ({stage.verdict}): principal stresses, tension positive")
     save(figure, path)
     return True

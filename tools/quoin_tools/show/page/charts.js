@@ -28,6 +28,7 @@ function rangeOfAll(arrays, log) {
 }
 
 // Where stages end on an axis over cycles: as long as they ran, but none so short that it cannot be seen.
+const NAME_ROWS = 2; // of names of stages above a chart
 const SHORTEST = 0.35; // of an even share
 
 function stretched(spans) {
@@ -164,7 +165,7 @@ function placeOf(chart, step) {
 function drawChart(drawn, chart, step) {
   const [width, height] = sized(drawn), ink = drawn.getContext("2d"), x = at(chart.x), lines = linesOf(chart);
   ink.clearRect(0, 0, width, height);
-  const top = drawNames(ink, lines.map(([name]) => name), width) + (chart.spans.length > 1 ? 14 : 0);
+  const top = drawNames(ink, lines.map(([name]) => name), width) + (chart.spans.length > 1 ? 13 * NAME_ROWS : 0);
   const ends = rangeOfAll([x]), panel = panelOf([64, width - 10, top, height - 38], [x[0], Math.max(x[x.length - 1], x[0] + 1e-12)], rangeOfAll(lines.map(([, y]) => y), chart.log), chart.log, chart.spans);
   drawPanel(ink, panel, chart.label, `${chart.title.split(",")[0]} [${chart.unit}]`);
   lines.forEach(([, y], i) => drawCourse(ink, panel, x, y, lineOf(i)));
@@ -192,7 +193,7 @@ function drawSpans(ink, panel, spans) {
   ink.lineWidth = 0.8;
   ink.textAlign = "center";
   ink.textBaseline = "bottom";
-  let free = -Infinity;
+  const free = Array(NAME_ROWS).fill(-Infinity);
   spans.forEach(([name, from, to], i) => {
     const start = i ? spans[i - 1][2] : from, middle = 0.5 * (panel.px(start) + panel.px(to)), half = 0.5 * ink.measureText(name).width + 3;
     if (i) {
@@ -202,9 +203,10 @@ function drawSpans(ink, panel, spans) {
       ink.lineTo(panel.px(start), panel.box[3]);
       ink.stroke();
     }
-    if (middle - half > free && middle + half < panel.box[1] + 10) {
-      ink.fillText(name, middle, panel.box[2] - 1);
-      free = middle + half;
+    const row = free.findIndex((end) => middle - half > end);
+    if (row >= 0 && middle + half < panel.box[1] + 10) {
+      ink.fillText(name, middle, panel.box[2] - 1 - 13 * row);
+      free[row] = middle + half;
     }
   });
 }

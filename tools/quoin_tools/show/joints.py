@@ -1,0 +1,105 @@
+"""Pictures of what joints that are lines carry, for plots.py: stresses beside the gravity method's, and by how much the joint is open.
+
+joint_<joint>_<stage>.png
+"""
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection
+
+from quoin_tools.assess.gravity import Base, Hand, crack_of
+from quoin_tools.base.results import sliding
+from quoin_tools.show.style import GREY, LINES, plain, save
+
+NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
+OPEN = "#f6dcdc"  # behind what is open
+
+
+def joint_facts(facts):
+    words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
+    if facts["sliding_factor_peak"] is not None:
+        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)} (c on {facts['length'] - facts['open_length']:.2f} m closed)")
+    words += [f"{word} {facts[word + '_length']:.2f} m" for word in ("open", "slipping") if facts[word + "_length"] > 0]
+    return ", ".join(words)
+
+
+def no_tension(facts, thickness):
+    """Distances [m] and stresses [Pa] of the gravity method under N and M of the joint, as in its tables without tension; None and why there are none."""
+    base = Base(*((facts[end]["x"], facts[end]["y"]) for end in ("start", "end")), thickness)
+    crack, where, refused = crack_of(base, facts["N"], facts["M"])
+    if refused:
+        return None, refused
+    hand = Hand(base, facts["N"], facts["T"], facts["M"], crack=crack, crack_at=where)
+    if crack == 0:
+        return (np.array([0, base.length]), np.array(hand.linear)), "gravity method, −N/L ± 6M/L²"
+    at, stress = np.array([0, crack, base.length]), np.array([0, 0, -hand.compression])
+    at, stress = (at, stress) if where == "start" else (base.length - at[::-1], stress[::-1])
+    return (at, stress), f"gravity method, no tension: crack {crack:.2f} m"
+
+
+def open_stretches(distance, opening):
+    """From and to [m] of what is open; opening runs straight between the ends of a contact."""
+    found = []
+    for (a, b), (u, v) in zip(distance, opening):
+        if u <= 0 and v <= 0:
+            continue
+        zero = a + (b - a) * u / (u - v) if u * v < 0 else None
+        found.append((a if u > 0 else zero if zero is not None else a, b if v > 0 else zero if zero is not None else b))
+    return found
+
+
+def draw_course(axes, distance, values, colour, label):
+    axes.add_collection(LineCollection(np.stack([distance, values], axis=2), colors=colour, linewidths=1.8))
+    axes.plot(distance.ravel(), values.ravel(), ".", ms=4, color=colour, label=label)
+
+
+def panels_of(carries, is_open):
+    """Keys of the panels, and their heights: stresses where there are any, the opening where there is one."""
+    keys = (["sigma", "tau"] if carries else []) + (["opening"] if is_open or not carries else [])
+    return keys, [1.0 if key != "opening" or not carries else 0.55 for key in keys]
+
+
+def plot_joint(results, stage, joint, path):
+    """False when the joint is no line of several contacts."""
+    profile = results.joint_profile(stage, joint, "opening")
+    if profile is None or len(profile[0]) < 2:
+        return False
+    facts = results.stage_summary(stage)["joints"][joint]
+    distance, sigma, tau, opening = profile
+    carries, is_open = max(np.abs(sigma).max(), np.abs(tau).max()) >= NOTHING, facts["open_length"] > 0
+    keys, heights = panels_of(carries, is_open)
+    figure, panels = pyplot.subplots(len(keys), 1, figsize=(8.0, 1.4 + 2.5 * sum(heights)), sharex=True, squeeze=False, height_ratios=heights)
+    for key, axes in zip(keys, panels[:, 0]):
+        if key == "sigma":
+            draw_sigma(axes, distance, sigma, facts, results.thickness)
+        elif key == "tau":
+            draw_course(axes, distance, tau / 1e3, LINES[2], "Quoin, ends of contacts")
+            mean = facts["T"] / (facts["chord"] * results.thickness) / 1e3
+            axes.plot([0, facts["chord"]], [mean, mean], "--", lw=1.5, color=LINES[1], label="mean, T/L")
+            axes.set_ylabel("shear stress τ [kPa]\n(+ towards the end)")
+        else:
+            draw_course(axes, distance, 1e3 * np.maximum(opening, 0.0), LINES[3], f"Quoin, {plain(1e3 * opening.max())} mm at most")
+            axes.set_ylabel("opening [mm]")
+            axes.set_ylim(bottom=0)
+        for stretch in open_stretches(distance, opening) if is_open else ():
+            axes.axvspan(*stretch, color=OPEN, lw=0, zorder=0)
+        axes.axhline(0.0, color=GREY, lw=0.7)
+        axes.grid(alpha=0.3)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
+    panels[-1, 0].set_xlabel(f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
+                             + ("; behind colour: open" if is_open else ""))  # fmt: skip
+    words = joint_facts(facts) if carries else "it carries nothing, " + (f"open over {facts['open_length']:.2f} of {facts['length']:.2f} m" if is_open else "and is closed")
+    figure.suptitle(f"Joint {joint}, stage {stage}: {words}", fontsize=11)
+    figure.align_ylabels(panels[:, 0])
+    save(figure, path)
+    return True
+
+
+def draw_sigma(axes, distance, sigma, facts, thickness):
+    draw_course(axes, distance, sigma / 1e3, LINES[0], "Quoin, ends of contacts")
+    line, words = no_tension(facts, thickness)
+    if line:
+        axes.plot(line[0], line[1] / 1e3, "--", lw=1.5, color=LINES[1], label=words)
+    else:
+        axes.plot([], [], " ", label=f"gravity method: {words}")
+    axes.set_ylabel("normal stress σ [kPa]\n(tension positive)")
