@@ -191,6 +191,7 @@ PetscErrorCode QuoinView(Quoin q)
                           q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
                           q->model.condensed_wall));
   PetscCall(CondensedSay(&q->model));
+  if (!q->model.rank) TellDoubtful(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -47,5 +47,7 @@ void WarnLocking(const Scene *scene);
 void WarnExplicit(const Scene *scene);
 /* Warns of joints that have a strength, but no law that uses it. */
 void WarnElastic(const Scene *scene);
+/* Warns of numbers that are likely to be in another unit, and tells which loads no stage lists. */
+void TellDoubtful(const Scene *scene);
 /* Warns of stages in which a material law has no part. */
 void WarnLaws(const Scene *scene);

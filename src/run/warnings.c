@@ -108,3 +108,68 @@ void WarnLaws(const Scene *scene)
     }
   fflush(stderr);
 }
+
+/* ---- numbers that are likely to be in another unit */
+
+/* Warns of a number that is far from what such things have; 0, and what nobody gave, is left alone. */
+static void doubt(const char *section, const char *name, const char *key, PetscReal x, PetscReal low,
+                  PetscReal high, const char *unit, const char *why)
+{
+  if (!(x > 0.) || x >= PETSC_INFINITY || (x >= low && x <= high)) return;
+  fprintf(stderr, "quoin: warning: %s.%s.%s: %.6g %s is not within %g to %g: %s\n", section, name, key,
+          (double)x, unit, (double)low, (double)high, why);
+}
+
+static void doubt_material(const Material *m)
+{
+  const char *const of = "materials", *const stress = "1 MPa is 1e6 Pa, and such a value may carry its unit";
+  doubt(of, m->name, "density", m->density, 100., 20000., "kg/m3", "24 kN/m3 would be 2400 kg/m3");
+  if (m->rigid) return;
+  doubt(of, m->name, "young", m->young, 1e7, 1e12, "Pa",
+        "stone and concrete have 1 to 100 GPa, 1e9 to 1e11 Pa");
+  doubt(of, m->name, "tension", m->tension, 1e3, 1e8, "Pa", stress);
+  doubt(of, m->name, "compression", m->compression, 1e4, 1e9, "Pa", stress);
+  doubt(of, m->name, "cohesion", m->cohesion, 100., 1e8, "Pa", stress);
+  doubt(of, m->name, "friction", m->friction, 2., 80., "degree", "it is an angle, not its tangent");
+  doubt(of, m->name, "expansion", m->expansion, 1e-7, 1e-4, "1/K", "stone and concrete have 5e-6 to 1.2e-5");
+}
+
+static void doubt_joint(const Joint *j)
+{
+  const char *const of = "joints", *const stress = "1 MPa is 1e6 Pa, and such a value may carry its unit";
+  char closes[96];
+  snprintf(closes, sizeof closes, "it closes by %.3g m under 1 MPa", 1e6 / (double)j->k_n);
+  doubt(of, j->name, "k_n", j->k_n, 1e7, 1e14, "Pa/m", closes);
+  doubt(of, j->name, "friction", j->friction[0], 2., 80., "degree", "it is an angle, not its tangent");
+  doubt(of, j->name, "cohesion", j->cohesion[0], 100., 1e8, "Pa", stress);
+  doubt(of, j->name, "tension", j->tension[0], 100., 1e8, "Pa", stress);
+  doubt(of, j->name, "compression", j->compression, 1e4, 1e10, "Pa", stress);
+}
+
+/* Whether a stage lists the load. */
+static PetscBool is_listed(const Scene *scene, PetscInt load)
+{
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    for (PetscInt i = 0; i < s->n_loads; i++)
+      if (s->loads[i] == load) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+void TellDoubtful(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  PetscInt unused = 0;
+  if (told) return;
+  told = PETSC_TRUE;
+  for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (scene->joints[j].defined) doubt_joint(scene->joints + j);
+  for (PetscInt l = 0; l < scene->n_loads; l++)
+    doubt("loads", scene->loads[l].name, "density", scene->loads[l].density, 500., 3000., "kg/m3",
+          "9.81 kN/m3 would be 1000 kg/m3");
+  for (PetscInt l = 0; l < scene->n_loads; l++)
+    if (!is_listed(scene, l))
+      fprintf(stderr, "%s %s", unused++ ? "," : "quoin: warning: no stage lists:", scene->loads[l].name);
+  if (unused) fprintf(stderr, "\n");
+  fflush(stderr);
+}

@@ -72,8 +72,8 @@ static const char *const LoadTypes[] = {
 #include "scene/keys_temperature.h"
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
       .loads = BIT(LOAD_POINT_FORCE)),
-  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa or N/m",
-      "x, y of a traction [Pa] or of a point_force [N per m of thickness]",
-      .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction: x, y", .loads = BIT(LOAD_TRACTION)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force: x, y, per metre of thickness",
+      .loads = BIT(LOAD_POINT_FORCE)),
 #endif
     // clang-format on

@@ -98,6 +98,8 @@ PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **name
 void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n, Name *names);
 /* Writes the value or default of the key last asked for into its field of the struct `base`. */
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
+/* ---- units.c: makes plain numbers, in the unit of the key, of an entry with units. */
+PetscErrorCode TakeUnits(Reader *r, const Key *key, Entry *entry);
 /* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
    the whole text, once scene->model is found: free with PetscFree. */
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);

@@ -330,10 +330,11 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
                                   key->type == TYPE_NAMES || key->type == TYPE_LOADS ||
                                   key->type == TYPE_MOTION);
   PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
-  const char *text = entry ? entry->value : key->preset;
   char unit[32];
 
   PetscFunctionBeginUser;
+  if (entry) PetscCall(TakeUnits(r, key, r->entries.entries + (entry - r->entries.entries)));
+  const char *text = entry ? entry->value : key->preset;
   describe_unit(key, unit);
   if (entry && !entry->line && (key->type == TYPE_BOOL || key->type == TYPE_TRISTATE))
     may_be_bare = PETSC_TRUE;

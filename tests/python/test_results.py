@@ -572,6 +572,34 @@ def test_strength_of_elastic_joints_is_told(runs):
 
 
 @solver
+def test_numbers_in_another_unit_are_doubted(runs):
+    """Each kind of number that is likely to be in another unit has one line; usual numbers have none."""
+    def told(*options):
+        return [line for line in run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1].splitlines() if "is not within" in line]
+
+    assert told() == []
+    for option, value, words in (
+        ("joints_joint_k_n", "20", "joints.joint.k_n: 20 Pa/m is not within 1e+07 to 1e+14: it closes by 5e+04 m under 1 MPa"),
+        ("joints_default_friction", "0.7", "joints.default.friction: 0.7 degree is not within 2 to 80: it is an angle, not its tangent"),
+        ("joints_joint_cohesion", "0.2", "joints.joint.cohesion: 0.2 Pa"),
+        ("materials_upper_density", "23.5", "materials.upper.density: 23.5 kg/m3 is not within 100 to 20000: 24 kN/m3 would be 2400 kg/m3"),
+        ("materials_upper_young", "12000", "materials.upper.young: 12000 Pa"),
+        ("materials_upper_tension", "2", "materials.upper.tension: 2 Pa"),
+    ):
+        line, = told("-" + option, value)
+        assert words in line
+
+
+@solver
+def test_loads_that_no_stage_lists_are_told(runs):
+    def told(*options):
+        return [line for line in run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1].splitlines() if "no stage lists" in line]
+
+    assert told() == []
+    assert told("-stages", "weight") == ["quoin: warning: no stage lists: push"]
+
+
+@solver
 def test_stages_that_newtons_method_leaves_out_are_told(runs):
     def told(*options):
         return [line for line in run_quoin(runs, 1, "-output", "/dev/null/out", *options)[1].splitlines() if "fixed connectivity" in line]

@@ -171,6 +171,54 @@ static PetscErrorCode TestJoints(void)
   return 0;
 }
 
+/* Values with units are those without, to the last bit. */
+static PetscErrorCode TestUnits(void)
+{
+  static const char text[] = "model: m.h5\ngravity: %s\ncontact: {tolerance: %s}\nmaterials: {a: {density: "
+                             "%s, young: %s, tension: %s}}\n"
+                             "joints: {default: {k_n: %s, k_s: %s, friction: %s, cohesion: %s}}\n"
+                             "loads: {w: {type: self_weight}, p: {type: point_force, point: x, value: %s}, "
+                             "t: {type: traction, faces: f, "
+                             "value: %s}}\nstages: {one: {loads: [w], type: dynamic, duration: %s}}\n";
+  static const char *const plain[] = {"9.81", "0.0012", "2400", "12.3e9",     "1.1e6",      "1e10",
+                                      "4e9",  "30",     "2e5",  "[-7000, 5]", "[1e3, 0.3]", "180"},
+                           *const units[] = {"981 cm/s2", "1.2 mm",           "2.4 t/m3",     "12.3 GPa",
+                                             "1.1N/mm2",  "10 GN/m3",         "4 MPa/mm",     "30 deg",
+                                             "200 kN/m2", "[-7 kN/m, 5 N/m]", "[1 kPa, 0.3]", "3 min"};
+  char a[1024], b[1024];
+  Scene s[2];
+#define WRITE(to, x)                                                                                         \
+  snprintf(to, sizeof to, text, (x)[0], (x)[1], (x)[2], (x)[3], (x)[4], (x)[5], (x)[6], (x)[7], (x)[8],      \
+           (x)[9], (x)[10], (x)[11])
+  WRITE(a, plain), WRITE(b, units);
+#undef WRITE
+  PetscCall(Read(a, "", &s[0]));
+  EnsureMessage("", "plain");
+  PetscCall(Read(b, "", &s[1]));
+  EnsureMessage("", "units");
+  const Material *m = s[0].materials, *n = s[1].materials;
+  ENSURE(s[0].gravity == s[1].gravity && s[0].contact_tolerance == s[1].contact_tolerance);
+  ENSURE(m->density == n->density && m->young == n->young && m->tension == n->tension);
+  ENSURE(s[0].joints->k_n == s[1].joints->k_n && s[0].joints->k_s == s[1].joints->k_s);
+  ENSURE(s[0].joints->friction[0] == s[1].joints->friction[0] &&
+         s[0].joints->cohesion[0] == s[1].joints->cohesion[0]);
+  for (int l = 1; l < 3; l++)
+    for (int x = 0; x < 2; x++) ENSURE(s[0].loads[l].traction[x] == s[1].loads[l].traction[x]);
+  ENSURE(s[0].stages->duration == s[1].stages->duration);
+  ENSURE(strstr(s[1].echo, "young: 12.3e9  # Pa\n"));
+  PetscCall(SceneDestroy(&s[0]));
+  PetscCall(SceneDestroy(&s[1]));
+
+  PetscCall(Read("model: m.h5\nmaterials: {a: {density: 24 kN/m3}}\nloads: {w: {type: self_weight}}\n"
+                 "joints: {default: {k_n: 1, k_s: 1, friction: 0.5 rad}}\nstages: {one: {loads: [w]}}\n",
+                 "-materials_a_highest_frequency 1kHz", &s[0]));
+  EnsureMessage("", "weight");
+  ENSURE(s[0].materials->density == 24e3 / 9.81 && s[0].materials->highest_frequency == 1000);
+  ENSURE(s[0].joints->friction[0] == 0.5 * (180. / PETSC_PI));
+  PetscCall(SceneDestroy(&s[0]));
+  return 0;
+}
+
 static PetscErrorCode TestCommandLine(void)
 {
   Scene s;
@@ -519,6 +567,7 @@ int main(int argc, char **argv)
   PetscCallMPI(MPI_Bcast(folder, sizeof folder, MPI_CHAR, 0, PETSC_COMM_WORLD));
   RUN_TEST(TestValues);
   RUN_TEST(TestJoints);
+  RUN_TEST(TestUnits);
   RUN_TEST(TestCommandLine);
   RUN_TEST(TestUnderscores);
   RUN_TEST(TestEchoIsAScene);
