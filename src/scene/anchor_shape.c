@@ -51,13 +51,33 @@ PetscBool AnchorIsPulled(const Stage *stage, const Anchor *a)
   return PETSC_FALSE;
 }
 
+PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *a, PetscInt s)
+{
+  const Stage *stage = scene->stages + s;
+  if (AnchorIsPulled(stage, a) || !strcmp(a->from, stage->name)) return PETSC_TRUE;
+  for (PetscInt i = 0; i < a->n_locks; i++)
+    if (!strcmp(a->lock[i], stage->name)) return PETSC_TRUE;
+  return (PetscBool)(!a->n_forces && !a->from[0] && StageBase(scene, s) < 0);
+}
+
+PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage)
+{
+  PetscBool any = PETSC_FALSE;
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    any = (PetscBool)(any || NameRow(scene->stages[s].n_build, scene->stages[s].build, group) >= 0);
+  while (any && stage >= 0 && NameRow(scene->stages[stage].n_build, scene->stages[stage].build, group) < 0)
+    stage = StageBase(scene, stage);
+  return (PetscBool)(!any || stage >= 0);
+}
+
 PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *a)
 {
-  PetscReal last = a->prestress[0];
-  for (PetscInt s = 0; s < scene->n_stages && strcmp(scene->stages[s].name, stage->name); s++)
+  PetscInt s = 0;
+  while (s < scene->n_stages && strcmp(scene->stages[s].name, stage->name)) s++;
+  for (s = s < scene->n_stages ? StageBase(scene, s) : -1; s >= 0; s = StageBase(scene, s))
     for (PetscInt i = 0; i < a->n_locks; i++)
-      if (!strcmp(a->lock[i], scene->stages[s].name)) last = a->prestress[i];
-  return last;
+      if (!strcmp(a->lock[i], scene->stages[s].name)) return a->prestress[i];
+  return a->prestress[0];
 }
 
 /* A beam on an elastic foundation, bent by the slip of a joint between its halves:

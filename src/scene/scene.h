@@ -208,6 +208,10 @@ PetscReal AnchorMostPull(const Anchor *anchor);
 const Anchor *AnchorNamed(const Scene *scene, const char *name);
 /* Whether the stage finds the force of this anchor. */
 PetscBool AnchorIsPulled(const Stage *stage, const Anchor *anchor);
+/* Whether it is stressed in a stage, or comes with it. */
+PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *anchor, PetscInt stage);
+/* Whether a group is there in a stage. */
+PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage);
 /* [N] of which that stage tries parts: the force of the last stressing before it, else of the first. */
 PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *anchor);
 /* [N/m], [N] of the dowel that it is where it crosses a joint; 0: none. */

@@ -205,9 +205,7 @@ static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const 
 static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
-  PetscInt n_anchors;
   PetscFunctionBeginUser;
-  (void)SceneEntries(scene, "anchors", &n_anchors);
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     for (PetscInt i = 0; i < stage->n_build; i++) {
@@ -230,9 +228,6 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
     if (!whole && (stage->kind == STAGE_DYNAMIC || stage->kind == STAGE_MODES))
       refuse(scene, stage, message, "groups are not built yet: expected a static stage, or one of trials");
   }
-  if (n_anchors)
-    refuse(scene, scene->stages, message,
-           "anchors, and groups are built in stages: that is not possible together");
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

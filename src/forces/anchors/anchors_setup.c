@@ -46,13 +46,14 @@ PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCoupl
 typedef struct {
   PetscInt block, body, other_body; /* lowest block that holds it, lowest and highest macroblock; block
                                        PETSC_MAX_INT: none */
+  PetscInt group;                   /* that holds it, one that no stage builds before others */
   PetscInt gid[4];                  /* of its vertices, -1: it is a triangle */
   PetscReal weight[4];
 } End;
 
 /* Calls for each block of this rank that holds the point: the lowest one, and the bodies. full: also its
    vertices, from the rank that writes it. */
-static void look_for(const Model *m, const PetscReal point[2], PetscBool full, End *end)
+static void look_for(const Scene *scene, const Model *m, const PetscReal point[2], PetscBool full, End *end)
 {
   for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) {
@@ -64,6 +65,8 @@ static void look_for(const Model *m, const PetscReal point[2], PetscBool full, E
       if (!full) {
         end->block = PetscMin(end->block, list->gid[e]);
         end->body = PetscMin(end->body, body), end->other_body = PetscMax(end->other_body, body);
+        const PetscInt later = GroupIsBuilt(scene, m->group_names[list->group[e]], 0) ? 0 : m->n_groups;
+        end->group = PetscMin(end->group, list->group[e] + later);
         continue;
       }
       for (PetscInt k = 0; k < list->n_nodes; k++)
@@ -72,21 +75,24 @@ static void look_for(const Model *m, const PetscReal point[2], PetscBool full, E
 }
 
 /* Collective. The blocks at all ends, in two rounds: which, then their vertices. */
-static PetscErrorCode find_ends(const Model *m, PetscInt n, const Anchor *anchors, End *ends)
+static PetscErrorCode find_ends(const Scene *scene, const Model *m, PetscInt n, const Anchor *anchors,
+                                End *ends)
 {
   PetscInt *least, *gid;
   PetscReal *weight;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc3(6 * n, &least, 8 * n, &gid, 8 * n, &weight));
+  PetscCall(PetscMalloc3(8 * n, &least, 8 * n, &gid, 8 * n, &weight));
   for (PetscInt i = 0; i < 2 * n; i++) {
-    ends[i] = (End){PETSC_MAX_INT, PETSC_MAX_INT, -1, {-1, -1, -1, -1}, {0., 0., 0., 0.}};
-    look_for(m, end_of(anchors, i), PETSC_FALSE, ends + i);
-    least[3 * i] = ends[i].block, least[3 * i + 1] = ends[i].body, least[3 * i + 2] = -ends[i].other_body;
+    ends[i] = (End){PETSC_MAX_INT, PETSC_MAX_INT, -1, PETSC_MAX_INT, {-1, -1, -1, -1}, {0., 0., 0., 0.}};
+    look_for(scene, m, end_of(anchors, i), PETSC_FALSE, ends + i);
+    least[4 * i] = ends[i].block, least[4 * i + 1] = ends[i].body, least[4 * i + 2] = -ends[i].other_body,
+              least[4 * i + 3] = ends[i].group;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, (PetscMPIInt)(6 * n), MPIU_INT, MPI_MIN, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, (PetscMPIInt)(8 * n), MPIU_INT, MPI_MIN, m->comm));
   for (PetscInt i = 0; i < 2 * n; i++) {
-    ends[i].block = least[3 * i], ends[i].body = least[3 * i + 1], ends[i].other_body = -least[3 * i + 2];
-    look_for(m, end_of(anchors, i), PETSC_TRUE, ends + i);
+    ends[i].block = least[4 * i], ends[i].body = least[4 * i + 1], ends[i].other_body = -least[4 * i + 2],
+    ends[i].group = least[4 * i + 3];
+    look_for(scene, m, end_of(anchors, i), PETSC_TRUE, ends + i);
     for (int k = 0; k < 4; k++) gid[4 * i + k] = ends[i].gid[k], weight[4 * i + k] = ends[i].weight[k];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, gid, (PetscMPIInt)(8 * n), MPIU_INT, MPI_MAX, m->comm));
@@ -98,7 +104,8 @@ static PetscErrorCode find_ends(const Model *m, PetscInt n, const Anchor *anchor
 }
 
 /* Refuses an end that no block holds, one between two bodies, and an anchor within one block. */
-static void check_ends(const Scene *scene, PetscInt n, const Anchor *anchors, const End *ends, char *message)
+static void check_ends(const Scene *scene, const Model *m, PetscInt n, const Anchor *anchors, const End *ends,
+                       char *message)
 {
   for (PetscInt i = 0; i < 2 * n; i++) {
     const Anchor *of = anchors + i / 2;
@@ -116,6 +123,8 @@ static void check_ends(const Scene *scene, PetscInt n, const Anchor *anchors, co
                (double)point[1]);
     else if (!bonded && i % 2 && ends[i].block == ends[i - 1].block)
       Complain(message, scene->file, of->entry.line, key, "head and root lie in one block");
+    else if (held)
+      CheckBuilt(scene, of, m->group_names[ends[i].group % m->n_groups], key, message);
   }
 }
 
@@ -244,8 +253,8 @@ PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
   PetscFunctionBeginUser;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc2(2 * n, &ends, n, &chains));
-  PetscCall(find_ends(v->m, n, anchors, ends));
-  check_ends(v->scene, n, anchors, ends, message);
+  PetscCall(find_ends(v->scene, v->m, n, anchors, ends));
+  check_ends(v->scene, v->m, n, anchors, ends, message);
   PetscCall(ChainsCreate(v->scene, v->m, n, anchors, chains, message));
   for (PetscInt i = 0; i < n && message[0]; i++) PetscCall(ChainDestroy(chains + i));
   if (message[0]) PetscCall(PetscFree2(ends, chains));

@@ -114,7 +114,7 @@ static void break_line(const TermView *v, Line *line, PetscReal *f)
 {
   LineHistory *h = &line->now;
   apply(v->m, v->state, line, line->T, PETSC_TRUE, f);
-  h->most = PetscMax(h->most, line->T);
+  h->most = PetscMax(h->most, LineLargest(line));
   h->lost += LineStored(line);
   h->phase = LINE_BROKEN;
   LineKeep(line, CHAIN_NOW, CHAIN_HELD);
@@ -134,7 +134,7 @@ PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *re
   for (PetscInt i = 0; i < all->n; i++) {
     Line *line = all->line + i;
     if (!line->here || !LineBreaks(line)) continue;
-    T[i] = line->T;
+    T[i] = LineLargest(line);
     break_line(v, line, f);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, T, (PetscMPIInt)all->n, MPIU_REAL, MPI_MAX, m->comm));

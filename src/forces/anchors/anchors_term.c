@@ -9,6 +9,8 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
     Line *line = all->line + i;
     if (!line->here) continue;
     LineEvaluate(line, at->m, at->u);
+    PetscCheck(!line->unsolved, PETSC_COMM_SELF, PETSC_ERR_CONV_FAILED,
+               "anchor %s: no slips in the grout balance the bar", line->of->entry.name);
     if (all->in_time) LineGoesOn(line);
     if (line->now.phase != LINE_BROKEN) LineResist(line, 1., f);
   }
@@ -124,7 +126,7 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; all && i < all->n; i++) {
     Line *line = all->line + i;
-    if (what == COMMIT) line->now.most = PetscMax(line->now.most, line->T);
+    if (what == COMMIT) line->now.most = PetscMax(line->now.most, LineLargest(line));
     if (what == COMMIT) LineKeep(line, CHAIN_NOW, CHAIN_HELD);
     if (what == GO_BACK) LineKeep(line, CHAIN_HELD, CHAIN_NOW);
     if (what == KEEP_STABLE) LineKeep(line, CHAIN_NOW, CHAIN_STABLE);

@@ -89,11 +89,12 @@ void ChainPlace(Chain *c, const PetscReal *u)
   empty(c);
 }
 
-void ChainEvaluate(Chain *c, const PetscReal *u)
+PetscBool ChainEvaluate(Chain *c, const PetscReal *u)
 {
   place(c, u);
-  ChainSolve(c);
+  const PetscBool found = ChainSolve(c);
   remember(c);
+  return found;
 }
 
 void ChainComes(Chain *c)

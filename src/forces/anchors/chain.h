@@ -81,8 +81,8 @@ typedef struct {
 /* ---- chain.c */
 /* Where it runs at displacements u, a vertex array; it carries nothing. */
 void ChainPlace(Chain *c, const PetscReal *u);
-/* Also what it carries, from the history held. */
-void ChainEvaluate(Chain *c, const PetscReal *u);
+/* Also what it carries, from the history held. Whether its slips have been found. */
+PetscBool ChainEvaluate(Chain *c, const PetscReal *u);
 /* It is there from now on, without force: but for a free piece that is stressed. */
 void ChainComes(Chain *c);
 /* Adds its forces on blocks to f, a vertex array, each times `times`. */
@@ -105,8 +105,8 @@ void ChainBound(const Chain *c, PetscReal times, PetscReal *k);
 
 /* ---- chain_solve.c */
 /* Finds slips and forces for the elongations g; the forces that would move the dowels elastically are
-   known. */
-void ChainSolve(Chain *c);
+   known. Whether it has. */
+PetscBool ChainSolve(Chain *c);
 /* Factors the tridiagonal matrix of the present slopes, and solves it for the right side x. */
 void ChainFactor(Chain *c);
 void ChainBack(const Chain *c, PetscReal *x);
@@ -134,4 +134,6 @@ void ChainRow(const Chain *c, const Anchor *of, PetscInt row, PetscReal *x);
 /* Collective. Chains of the bonded anchors; chains: (n,), NULL: it is not bonded. message: what is wrong. */
 PetscErrorCode ChainsCreate(const Scene *scene, const Model *m, PetscInt n, const Anchor *anchors,
                             Chain **chains, char *message);
+/* Refuses an anchor that is there before the group is which holds it; key: of its place in the scene. */
+void CheckBuilt(const Scene *scene, const Anchor *of, const char *group, const char *key, char *message);
 PetscErrorCode ChainDestroy(Chain **chain);

@@ -6,10 +6,11 @@
 
 /* A part of a bar that lies in one block, as all ranks know it. */
 typedef struct {
-  PetscInt anchor, gid, body, leaves, n, vertex[4]; /* leaves: face of the block, see LocateLine */
-  PetscReal t[2], X[8];                             /* from head to root, 0 to 1 */
+  PetscInt anchor, gid, body, leaves, n, group; /* leaves: face of the block, see LocateLine */
+  PetscInt vertex[4];
+  PetscReal t[2], X[8]; /* from head to root, 0 to 1 */
 } Passage;
-enum { PART_NUMBERS = 5 + 4 + 2 + 8 };
+enum { PART_WHOLE = 6, PART_NUMBERS = PART_WHOLE + 4 + 2 + 8 };
 
 /* A stretch of a bar in one body. */
 typedef struct {
@@ -30,11 +31,12 @@ typedef struct {
 
 static void to_numbers(const Passage *part, PetscReal *x)
 {
-  const PetscInt whole[5] = {part->anchor, part->gid, part->body, part->leaves, part->n};
-  for (int i = 0; i < 5; i++) x[i] = (PetscReal)whole[i];
-  for (int k = 0; k < 4; k++) x[5 + k] = (PetscReal)part->vertex[k];
-  for (int k = 0; k < 2; k++) x[9 + k] = part->t[k];
-  for (int k = 0; k < 8; k++) x[11 + k] = part->X[k];
+  const PetscInt whole[PART_WHOLE] = {part->anchor, part->gid, part->body,
+                                      part->leaves, part->n,   part->group};
+  for (int i = 0; i < PART_WHOLE; i++) *x++ = (PetscReal)whole[i];
+  for (int k = 0; k < 4; k++) *x++ = (PetscReal)part->vertex[k];
+  for (int k = 0; k < 2; k++) *x++ = part->t[k];
+  for (int k = 0; k < 8; k++) *x++ = part->X[k];
 }
 
 static Passage from_numbers(const PetscReal *x)
@@ -43,10 +45,12 @@ static Passage from_numbers(const PetscReal *x)
                   .gid = (PetscInt)x[1],
                   .body = (PetscInt)x[2],
                   .leaves = (PetscInt)x[3],
-                  .n = (PetscInt)x[4]};
-  for (int k = 0; k < 4; k++) part.vertex[k] = (PetscInt)x[5 + k];
-  for (int k = 0; k < 2; k++) part.t[k] = x[9 + k];
-  for (int k = 0; k < 8; k++) part.X[k] = x[11 + k];
+                  .n = (PetscInt)x[4],
+                  .group = (PetscInt)x[5]};
+  x += PART_WHOLE;
+  for (int k = 0; k < 4; k++) part.vertex[k] = (PetscInt)*x++;
+  for (int k = 0; k < 2; k++) part.t[k] = *x++;
+  for (int k = 0; k < 8; k++) part.X[k] = *x++;
   return part;
 }
 
@@ -66,6 +70,7 @@ static PetscErrorCode own_parts(const Model *m, PetscInt n, const Anchor *anchor
           continue;
         for (PetscInt k = 0; k < part.n; k++) part.vertex[k] = m->vertex_gid[VertexOf(list, e, k)];
         part.body = m->vertex_body[VertexOf(list, e, 0)];
+        part.group = list->group[e];
         PetscCall(PetscSegBufferGet(buffer, PART_NUMBERS, &to));
         to_numbers(&part, to);
       }
@@ -146,6 +151,15 @@ static PetscBool has_joints(const Way *way, PetscReal widest, char *what, size_t
   return (PetscBool)!what[0];
 }
 
+void CheckBuilt(const Scene *scene, const Anchor *of, const char *group, const char *key, char *message)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (AnchorBeginsIn(scene, of, s) && !GroupIsBuilt(scene, group, s))
+      Complain(message, scene->file, of->entry.line, key,
+               "the group %s, which holds it, is not built yet in stage %s, from which on it is there", group,
+               scene->stages[s].name);
+}
+
 static void check_way(const Scene *scene, const Model *m, const Way *way, PetscReal shared, char *message)
 {
   char what[LABEL_LENGTH] = "", key[LABEL_LENGTH];
@@ -160,6 +174,11 @@ static void check_way(const Scene *scene, const Model *m, const Way *way, PetscR
     (void)has_joints(way, PetscMax(m->contact_margin, way->tolerance), what, sizeof what);
   snprintf(key, sizeof key, "anchors.%s", way->of->entry.name);
   if (what[0]) Complain(message, scene->file, way->of->entry.line, key, "%s", what);
+  for (const Passage *p = way->part; p < way->part + way->n_parts; p++) {
+    const PetscReal length = AnchorLength(way->of), from = PetscMax(way->of->free_length, p->t[0] * length);
+    if (p->t[1] * length - from > way->tolerance)
+      CheckBuilt(scene, way->of, m->group_names[p->group], key, message);
+  }
 }
 
 /* ---- places */

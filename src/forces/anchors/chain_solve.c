@@ -2,12 +2,18 @@
 
    The energy is convex, its pieces are parabolas and straight lines, so Newton's method with a search along
    each step ends: where the step has not changed what yields, slips or goes slack, it has solved exactly. It
-   starts from the slips of the evaluation before, so mostly one step is all. */
+   starts from the slips of the evaluation before, so mostly one step is all.
+
+   Where most of the bond slips at once, the slopes nearly vanish, steps are far too long and would run to and
+   fro. So a step that had to be cut makes the next one stiffer, by a part of the elastic stiffness, until
+   whole steps do again (Levenberg and Marquardt). */
 #include "forces/anchors/chain.h"
 
-enum { MOST_STEPS = 200, MOST_CUTS = 40 };
-static const PetscReal LOOSE = 1e-9;    /* of the elastic stiffness: less holds nothing */
-static const PetscReal ROUNDED = 1e-13; /* of the largest force: a residual that is none */
+enum { MOST_STEPS = 2000, MOST_CUTS = 40 };
+static const PetscReal LEAST_MORE = 1e-7, MOST_MORE = 1e-3, MORE_BY = 10.; /* of the elastic stiffness */
+static const PetscReal LOOSE = 1e-9;     /* of the elastic stiffness: less holds nothing */
+static const PetscReal ROUNDED = 1e-13;  /* of the largest force: a residual that is none */
+static const PetscReal NOT_FOUND = 1e-6; /* of that: a residual with which nobody may go on */
 
 /* Force and slope of a piece that is longer by x than without force. */
 static void pull(Chain *c, PetscInt j, PetscReal x)
@@ -54,16 +60,25 @@ static void evaluate(Chain *c, const PetscReal *s, PetscReal *r)
   if (c->head) r[0] = 0.;
 }
 
-void ChainFactor(Chain *c)
+/* more: stiffness that is added, over the elastic one. Whether that is the matrix, nothing added. */
+static PetscBool factor(Chain *c, PetscReal more)
 {
+  PetscBool exact = (PetscBool)(more == 0.);
   for (PetscInt i = 0; i < c->n; i++) {
     const PetscReal left = i ? c->k_now[i - 1] : 0., right = i + 1 < c->n ? c->k_now[i] : 0.,
                     elastic = (i ? c->k[i - 1] : 0.) + (i + 1 < c->n ? c->k[i] : 0.) + c->c[i];
-    PetscReal pivot = left + right + c->c_now[i];
+    PetscReal pivot = left + right + c->c_now[i] + more * elastic;
     if (i > (PetscInt)c->head) pivot -= left * left * c->pivot[i - 1];
+    exact = (PetscBool)(exact && pivot >= LOOSE * elastic);
     c->pivot[i] = 1. / PetscMax(pivot, LOOSE * elastic);
   }
   if (c->head) c->pivot[0] = 0.;
+  return exact;
+}
+
+void ChainFactor(Chain *c)
+{
+  (void)factor(c, 0.);
 }
 
 void ChainBack(const Chain *c, PetscReal *x)
@@ -81,13 +96,24 @@ static PetscReal product(const Chain *c, const PetscReal *a, const PetscReal *b)
   return sum;
 }
 
-/* Whether the residual is no more than rounding. */
-static PetscBool balanced(const Chain *c)
+/* Largest residual at the slips s, and what may be taken for rounding: of forces, and of slips in them. */
+static PetscReal residual(const Chain *c, const PetscReal *s, PetscReal part, PetscReal *rounding)
 {
-  PetscReal most = 0., rest = 0.;
-  for (PetscInt j = 0; j + 1 < c->n; j++) most = PetscMax(most, PetscAbsReal(c->N[j]));
+  PetscReal most = 0., way = 0., rest = 0.;
+  for (PetscInt j = 0; j + 1 < c->n; j++) {
+    most = PetscMax(most, PetscAbsReal(c->N[j]));
+    way = PetscMax(way, c->k[j] * (PetscAbsReal(s[j]) + PetscAbsReal(s[j + 1]) + PetscAbsReal(c->g[j])));
+  }
   for (PetscInt i = c->head; i < c->n; i++) rest = PetscMax(rest, PetscAbsReal(c->r[i]));
-  return (PetscBool)(rest <= ROUNDED * most);
+  *rounding = part * most + 4. * PETSC_MACHINE_EPSILON * way;
+  return rest;
+}
+
+static PetscBool balanced(const Chain *c, const PetscReal *s)
+{
+  PetscReal rounding;
+  const PetscReal rest = residual(c, s, ROUNDED, &rounding);
+  return (PetscBool)(rest <= rounding);
 }
 
 /* Goes along the step as far as the energy falls. whole: by all of it. */
@@ -101,7 +127,7 @@ static void advance(Chain *c, PetscReal *s, PetscBool *whole)
     for (PetscInt i = c->head; i < c->n; i++) c->try[i] = s[i] + at * c->step[i];
     evaluate(c, c->try, c->r);
     slope = product(c, c->r, c->step);
-    if ((slope <= 0.1 * start && (at == 1. || slope >= -0.5 * start)) || balanced(c)) break;
+    if ((slope <= 0.1 * start && (at == 1. || slope >= -0.5 * start)) || balanced(c, c->try)) break;
     *whole = PETSC_FALSE;
     if (slope > 0.)
       high = at;
@@ -112,28 +138,31 @@ static void advance(Chain *c, PetscReal *s, PetscBool *whole)
   for (PetscInt i = c->head; i < c->n; i++) s[i] = c->try[i];
 }
 
-static PetscBool same_branches(const Chain *c)
+static PetscBool same_branches(const Chain *c, const PetscReal *s)
 {
   PetscBool smooth = PETSC_TRUE;
   for (PetscInt i = 0; i < 2 * c->n - 1; i++) {
     if (c->branch[i] != c->before[i]) return PETSC_FALSE;
     smooth = (PetscBool)(smooth && c->branch[i] != WITH_DOWEL);
   }
-  return smooth || balanced(c);
+  return smooth || balanced(c, s);
 }
 
-void ChainSolve(Chain *c)
+PetscBool ChainSolve(Chain *c)
 {
-  PetscReal *s = c->memory[CHAIN_NOW].slip;
+  PetscReal *s = c->memory[CHAIN_NOW].slip, more = 0., rounding;
   PetscBool whole = PETSC_FALSE;
   evaluate(c, s, c->r);
   for (int step = 0; step < MOST_STEPS; step++) {
-    if (step && balanced(c)) return;
+    if (step && balanced(c, s)) return PETSC_TRUE;
     memcpy(c->before, c->branch, (2 * c->n - 1) * sizeof *c->before);
-    ChainFactor(c);
+    const PetscBool exact = factor(c, more);
     for (PetscInt i = 0; i < c->n; i++) c->step[i] = -c->r[i];
     ChainBack(c, c->step);
     advance(c, s, &whole);
-    if (whole && same_branches(c)) return;
+    if (exact && whole && same_branches(c, s)) return PETSC_TRUE;
+    more = whole ? more / MORE_BY : PetscMin(MOST_MORE, PetscMax(LEAST_MORE, MORE_BY * more));
+    if (more < LEAST_MORE) more = 0.;
   }
+  return (PetscBool)(residual(c, s, NOT_FOUND, &rounding) <= rounding);
 }

@@ -32,20 +32,25 @@ PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now)
   return T > 0. ? T_y : -T_y;
 }
 
-/* A bonded bar: its force is that at the head, or the largest where it has none. */
+PetscReal LineLargest(const Line *line)
+{
+  return line->chain ? ChainLargest(line->chain) : line->T;
+}
+
+/* A bonded bar: its force is that of its free length, or the largest where it has none. */
 static void evaluate_chain(Line *line, const PetscReal *u)
 {
   Chain *c = line->chain;
   line->now = line->held;
   c->jack = line->held.phase == LINE_STRESSED ? line->held.pulls : -1.;
   if (line->held.phase == LINE_STRESSED || line->held.phase == LINE_HELD) {
-    ChainEvaluate(c, u);
+    line->unsolved = (PetscBool)!ChainEvaluate(c, u);
     line->now.plastic = ChainPlastic(c), line->now.lost = ChainLost(c);
   } else {
     ChainPlace(c, u);
   }
   line->s = ChainElongation(c);
-  line->T = line->held.phase != LINE_HELD ? 0. : c->head ? c->N[0] : ChainLargest(c);
+  line->T = line->held.phase != LINE_HELD ? 0. : line->of->free_length > 0. ? c->N[0] : ChainLargest(c);
 }
 
 void LineEvaluate(Line *line, const Model *m, const PetscReal *u)
@@ -70,7 +75,7 @@ PetscBool LineBreaks(const Line *line)
 {
   const Anchor *of = line->of;
   if (line->now.phase != LINE_HELD) return PETSC_FALSE;
-  if (line->chain) return (PetscBool)(ChainLargest(line->chain) > of->breaking_force);
+  if (line->chain) return (PetscBool)(LineLargest(line) > of->breaking_force);
   const PetscReal strain = (line->now.plastic + line->T / line->stiffness) * line->stiffness /
                            (of->young * of->area);
   return (PetscBool)(line->T > of->breaking_force || strain > of->strain_limit);
@@ -79,7 +84,7 @@ PetscBool LineBreaks(const Line *line)
 void LineGoesOn(Line *line)
 {
   LineHistory *h = &line->now;
-  h->most = PetscMax(h->most, line->T);
+  h->most = PetscMax(h->most, LineLargest(line));
   if (LineBreaks(line)) {
     h->lost += LineStored(line);
     h->phase = LINE_BROKEN, line->T = 0.;

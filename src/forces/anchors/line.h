@@ -65,6 +65,7 @@ typedef struct {
   PetscReal s, T;       /* [m], [N] of the last evaluation */
   PetscReal e[2], span; /* [-], [m] its direction from root to head, and length, then */
   Chain *chain;         /* NULL: it is not bonded */
+  PetscBool unsolved;   /* the slips of that have not been found */
 } Line;
 
 typedef struct {
@@ -81,6 +82,8 @@ void LinePlace(Line *line, const Model *m, const PetscReal *u);
 PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now);
 /* Places it and finds its force. */
 void LineEvaluate(Line *line, const Model *m, const PetscReal *u);
+/* [N] Largest force along it. */
+PetscReal LineLargest(const Line *line);
 /* [N/m] dT/ds of the last evaluation. */
 PetscReal LineTangent(const Line *line);
 /* In time: breaks it where it is beyond its limits; the next evaluation starts from this one. */

@@ -75,6 +75,7 @@ def pull_out(case):
             case.check("... stiffness [N/m]", told(result, "at0")["stiffness"], EA / (1 / LAMBDA + 1.5), relative=1e-9)
     slip(case)
     opening(case)
+    breaks(case)
     column(case)
     dowel(case)
     stressing(case)
@@ -144,6 +145,53 @@ def opening(case):
             case.check(f"VA03, head at {head[1]} m, {method}: opening [m]", [result.probe(f"at{i}", "mark")[1] for i in range(2)], [0.0002, 0.99 * yields], relative=0.01)
             case.check("... largest force [N]", [told(result, f"at{i}")["force"] for i in range(2)], forces, relative=1e-6)
             case.check("... the joint may open until the bar yields, embedments long [m]", told(result, "at0")["reserve"], (T_y - forces[0]) * 2 / EA / LAMBDA, relative=1e-6)
+
+
+def breaks(case):
+    """Two bars across a joint; the weak one breaks, what it carried goes to the other; in time a bar breaks as the joint opens."""
+    k = [EA * LAMBDA * math.tanh(LAMBDA * length) for length in (2, 1)]
+    both = k[0] * k[1] / (k[0] + k[1])
+    mesh = join([renamed(rectangle(-1, -3, 2, 3, 1, 2, group="base", rigid=True), {}), renamed(rectangle(-1, 0, 2, 2, group="block", rigid=True), {"top": "top"}, {"mark": "bottom_left"})])
+    limit = 150e3
+    for plate in (False, True):  # held at its head, too, where it carries nothing
+        bars = {"weak": bar((-0.5, 1), (-0.5, -2), breaking_force=limit, plate=plate, dowel_stiffness=1e7), "strong": bar((0.5, 1), (0.5, -2))}
+        for method in ("explicit", "preconditioned"):
+            for pull, broken in ((0.97 * limit, False), (1.06 * limit, True)):
+                loads = {"P": {"type": "traction", "faces": "top", "value": [0, pull]}}
+                whole = scene(bars, [{"pulled": {"loads": ["P"]}}, {"after": {"loads": ["P"]}}], loads=loads, strain="small", relaxation={"method": method, "tolerance": 1e-9, "allow_floating": True})
+                result = case.run(mesh, whole)
+                what = f"two bars pulled with {2 * pull:g} N, {method}{', a plate' if plate else ''}"
+                state = told(result, "after", "weak")
+                case.check(f"{what}: state", state["state"], "broken" if broken else "elastic")
+                case.check("... forces [N]", [told(result, "after", name)["force"] for name in bars], [0, 2 * pull] if broken else [pull, pull], absolute=0.01 * pull)
+                if not broken:
+                    continue
+                case.check("... told", result.stdout.count("anchor weak breaks at 159"), 1)
+                case.check("... largest so far [N]", state["largest"], pull, relative=0.01)
+                case.check("... lost [J]", state["lost"], pull * pull / both / 2, relative=0.02)
+                case.check("... opening [m]", result.probe("after", "mark")[1], 2 * pull / both, relative=0.02)
+                rows = result.stage("after").bars
+                case.check("... nothing along it", np.abs(rows.force[rows.of(0)]).max() + np.abs(rows.bond[rows.of(0)]).max(), 0.0, absolute=1e-9)
+    opens = limit / both
+    for end, broken in ((0.97, False), (1.1, True)):
+        apart = {"head": bar((0, 1), (0, -2), breaking_force=limit)}
+        clock = renamed(rectangle(9, 0, 1, 1, group="clock"), {})
+        stages = [{"opens": {"type": "dynamic", "loads": [], "duration": 0.1, "dt_factor": 0.2}}, {"on": {"type": "dynamic", "loads": [], "duration": 0.05, "dt_factor": 0.2}}]
+        moving = scene(apart, stages, supports={"base": {"fix": "xy"}, "block": {"fix": "xy", "motion": "path.csv"}}, relaxation={"allow_floating": True, "history_every": 100},
+                       joints={"default": {"k_n": 4e9, "k_s": 4e9, "friction": 0}})  # fmt: skip
+        moving["materials"]["clock"] = {"density": 2400, "young": 20e9, "poisson": 0.2}
+        folder = case.prepare(join([mesh, clock]), moving)
+        v = end * opens / 0.1
+        (folder / "path.csv").write_text(f"t,x,y\n0,0,{v:.17g}\n0.1,0,{v:.17g}\n0.1000001,0,0\n1,0,0\n", encoding="utf-8")
+        result = case.again(folder)
+        state = told(result, "on", "head")
+        case.check(f"in time, opened to {end} of where it breaks: state", state["state"], "broken" if broken else "elastic")
+        case.check("... force [N]", state["force"], 0 if broken else end * limit, absolute=0.01 * limit)
+        work = min(end, 1) ** 2 * limit * opens / 2
+        energy = result.stage_summary("opens")["energy"]
+        case.check("... work of the support [J]", energy["supports"], work, relative=0.01)
+        case.check("... lost and stored [J]", state["lost"] + state["stored"], work, relative=0.01)
+        case.check("... balance over that work, both stages", [result.stage_summary(stage)["energy"]["balance"] / work for stage in ("opens", "on")], [0, 0], absolute=2e-3)
 
 
 # ---- VA10

@@ -52,6 +52,7 @@ def run(case):
     soft(case)
     half_built(case)
     reset(case)
+    anchored(case)
     ranks_and_restart(case)
     refused(case)
 
@@ -208,6 +209,45 @@ def reset(case):
     same = [np.abs(a.displacement[v] - d).max(axis=1).min() for ends, moved in zip(at, c.displacement, strict=True) for v, d in zip(ends, moved, strict=True)]
     case.check("... points of joints move as the vertices there [m]", same, 0.0, absolute=1e-15)
     case.check("... probe, largest [m]", [anew.probe("second", "top_1")[1], anew.stage_summary("rock")["checksum"] == kept.stage_summary("rock")["checksum"]], [kept.probe("second", "top_1")[1], True], relative=1e-9)
+
+
+def anchored(case):
+    """Ties from the first lift to the second, which come with it: soft ones, so the settlements are those of the column by hand."""
+    k, T, shares = 1e3, 5e5, 10 * GAMMA / E
+    second = {5: -shares * 5, 15: -shares * 10 - GAMMA / E * (10 * 5 - 12.5)}  # what the second lift settles
+    third = {y: -shares * y for y in second}
+    def tie(**keys):
+        return {"head": [1, 15], "root": [1, 5], "young": 200e9, "area": k * 10 / 200e9} | keys
+    ties = {"bar": tie(compression=True, **{"from": "s2"}), "later": tie(compression=True, **{"from": "s3"}), "tendon": tie(prestress=T, lock="s2"),
+            "bonded": tie(bond_stiffness=1e12, plate=True, segment=2.5, **{"from": "s2"})}  # fmt: skip
+    mesh = lifted(renamed(rectangle(0, 0, 2, H, 1, 12, group="x"), {"bottom": "bottom"}), 3)
+    whole = changed(scene(3, supports={"bottom": {"fix": "xy"}}), ("anchors", ties))
+    folder = case.prepare(mesh, changed(whole, ("checkpoint", {"every": 2000, "keep": 1000})))
+    for method in ("explicit", "preconditioned"):
+        result = case.again(folder) if method == "explicit" else case.run(mesh, changed(whole, ("relaxation.method", method)))
+        def force(stage, name, result=result):
+            return result.stage_summary(stage)["anchors"][name]["force"]
+        bare = case.run(mesh, changed(whole, ("anchors", {name: ties[name] for name in ("bar", "later")}), ("relaxation.method", method)))
+        case.check(f"ties between lifts, {method}: they come with the second lift: states", [result.stage_summary("s1")["anchors"][name]["state"] for name in ties], ["absent"] * 4)
+        case.check("... without the tendon: a bar presses as the second lift settles, then the third [N]", [force(stage, "bar", bare) for stage in ("s2", "s3")],
+                   np.cumsum([k * (u[15] - u[5]) for u in (second, third)]), relative=1e-5)
+        case.check("... one that comes with the third [N]", force("s3", "later", bare), k * (third[15] - third[5]), relative=1e-5)
+        case.check("... a tendon that is stressed as the second comes [N]", force("s2", "tendon"), T, relative=1e-9)
+        case.check("... loses as the third comes [N]", force("s3", "tendon") - T, k * (third[15] - third[5]), relative=1e-5)
+    first = case.again(folder)
+    sums = [stage["checksum"] for stage in first.summary["stages"]]
+    for ranks in (2, 3):
+        case.check(f"... {ranks} ranks: checksums", [stage["checksum"] for stage in case.run(mesh, whole, ranks=ranks).summary["stages"]], sums)
+    case.again(folder, "-output", "kept")
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    for at in (len(kept) // 2, len(kept) - 2):
+        again = case.again(folder, "-restart", kept[at], ranks=2)
+        case.check(f"... restart from checkpoint {at} of {len(kept)}: checksums", [stage["checksum"] for stage in again.summary["stages"]], sums)
+        case.check("... forces", [stage["anchors"] for stage in again.summary["stages"]] == [stage["anchors"] for stage in first.summary["stages"]], True)
+    for name, keys, key in (("bar", {"from": "s1"}, "head"), ("tendon", {"lock": "s1"}, "head"), ("bonded", {"from": "s1", "plate": False}, "")):
+        result = case.run(mesh, changed(whole, ("anchors", {name: ties[name] | keys})))
+        words = f"anchors.{name}{'.' * bool(key)}{key}: the group lift_2, which holds it, is not built yet in stage s1, from which on it is there"
+        case.check(f"refused: {words}", [result.exit_code, words in result.stderr, result.stderr.count("\n")], [2, True, 1])
 
 
 def ranks_and_restart(case):

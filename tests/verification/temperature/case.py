@@ -45,6 +45,7 @@ def run(case):
     several(case)
     trials(case)
     in_time(case)
+    anchored(case)
     ranks_and_restart(case)
 
 
@@ -219,6 +220,27 @@ def in_time(case):
         rest = changed(one, ("stages", [{"winter": {"loads": ["warm"]}}, {"still": {"type": "dynamic", "loads": ["warm"], "duration": 0.01, "dt_factor": 0.5}}]))
         result = case.run(mesh, rest)
         case.check("... from rest it stays: drift over alpha T L", (result.probe("still", "bottom_right")[0] - result.probe("winter", "bottom_right")[0]) / (ALPHA * T * 10), 0.0, absolute=1e-6)
+
+
+def anchored(case):
+    """Soft ties in a block that is free to shrink: their ends move with it, their steel stays as warm as it was. A grouted bar is strained all along."""
+    e, k, spring = -ALPHA * T * (1 + NU), 1e3, 1e4
+    (x0, y0), (x1, y1) = (0.3, 0.2), (3.7, 1.8)
+    length = math.hypot(x1 - x0, y1 - y0)
+    ties = {"bar": {"head": [x0, y0], "root": [x1, y1], "area": k * length / 200e9, "young": 200e9, "compression": True},
+            "tendon": {"head": [x0, y0], "root": [x1, y1], "area": k * length / 200e9, "young": 200e9, "prestress": 1e4, "lock": "lock"},
+            "bonded": {"head": [x0, y0], "root": [x1, y1], "area": spring / 200e9, "young": 200e9, "bond_stiffness": 16 * spring, "segment": 0.02}}  # fmt: skip
+    stages = [{"lock": {"loads": ["none"]}}, {"winter": {"loads": ["warm"]}}]
+    loads = {"warm": {"type": "temperature", "change": -T}, "none": {"type": "temperature", "change": 0}}
+    for name, keys in (("full", {}), ("condensed", {"condensed": True})):
+        for measure in ("small", "large"):
+            for method in ("explicit", "preconditioned"):
+                one = changed(scene(stages=stages, loads=loads, anchors=ties), ("strain", measure), ("relaxation.method", method), ("materials.stone", STONE | keys))
+                result = case.run(rectangle(0, 0, 4, 2, 8, 6, group="stone") if name == "condensed" else block(), one)
+                lock, winter = (result.stage_summary(stage)["anchors"] for stage in ("lock", "winter"))
+                what = f"ties in a block that shrinks, {name}, {measure} strain, {method}"
+                case.check(f"{what}: bar, and what a tendon loses [N]", [winter[tie]["force"] - lock[tie]["force"] for tie in ("bar", "tendon")], [k * e * length] * 2, relative=1e-3 if measure == "large" else 2e-6)
+                case.check("... a grouted bar in the middle, ends free [N]", winter["bonded"]["force"] - lock["bonded"]["force"], spring * e * (1 - 1 / math.cosh(4 * length / 2)), relative=2e-3)
 
 
 def wall():

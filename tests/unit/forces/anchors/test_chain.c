@@ -184,6 +184,31 @@ static PetscErrorCode TestForceAndStiffness(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ends free, a bond that slips nearly everywhere while the bar yields: slips are found all the same. */
+static PetscErrorCode TestSlides(void)
+{
+  int slides = 0, yields = 0;
+  PetscFunctionBeginUser;
+  for (int draw = 0; draw < 3000; draw++) {
+    PetscReal u[DOFS];
+    Drawn d;
+    const PetscReal way = pow(10., Random(-5., -0.5)), strength = pow(10., Random(1.5, 5.));
+    Draw((PetscBool)(draw % 3 == 0), (PetscBool)(draw % 2),
+         draw % 4 ? Random(1., 8.) * strength : PETSC_INFINITY, strength, draw % 5 ? 1e4 : PETSC_INFINITY,
+         &d);
+    for (int i = 0; i < DOFS; i++) u[i] = Random(-way, way);
+    for (int step = 0; step < 2; step++) { // from no slips, then from those
+      for (int i = 0; i < DOFS; i++) u[i] *= Random(-1., 1.);
+      ENSURE(ChainEvaluate(&d.chain, u));
+      CheckBalance(&d.chain);
+    }
+    for (int i = 0; i < PLACES; i++) slides += PetscAbsReal(d.b[i]) == d.B[i];
+    for (int j = 0; j + 1 < PLACES; j++) yields += PetscAbsReal(d.N[j]) == d.chain.T_y;
+  }
+  ENSURE(slides > 3000 && yields > 100);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Row sums of a stiffness are no more than its bound; those of the eliminated bar may be, its eigenvalues are
    not: x'kx <= x' diag(bound) x for random x. */
 static PetscErrorCode TestBound(void)
@@ -254,6 +279,7 @@ int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TestForceAndStiffness);
+  RUN_TEST(TestSlides);
   RUN_TEST(TestBound);
   RUN_TEST(TestEllipse);
   int failed = CheckSummary();
