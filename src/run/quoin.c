@@ -262,7 +262,7 @@ static PetscBool has_begun(Quoin q)
 /* Starts the run, from its beginning or from where a checkpoint left off. */
 static PetscErrorCode start(Quoin q)
 {
-  PetscBool resumed;
+  PetscBool resumed, kept = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(OutputLock(q->comm, &q->scene, &q->output)); // before anything in the folder is read
   q->has_output = PETSC_TRUE;
@@ -272,11 +272,9 @@ static PetscErrorCode start(Quoin q)
   PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "state", archive_state, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "relaxation", archive_relaxation, q, &resumed));
-  if (SceneBranches(&q->scene)) {
-    PetscBool kept;
+  if (SceneBranches(&q->scene))
     PetscCall(CheckpointAttach(&q->checkpoint, "cases", CasesArchive, &q->cases, &kept));
-    if (resumed) PetscCall(CasesResume(&q->cases, &q->checkpoint, kept, has_begun(q)));
-  }
+  if (resumed) PetscCall(CasesResume(&q->cases, &q->checkpoint, kept, has_begun(q)));
   PetscCall(PartBegin(PART_OUTPUT_START));
   PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->output));
   PetscCall(PartEnd(PART_OUTPUT_START));
