@@ -17,11 +17,14 @@ from functools import partial
 import numpy as np
 import yaml
 from driver import ROOT
+from quoin_tools.base import scene as scenes
 from quoin_tools.ensemble import analysis, design, running
 from quoin_tools.ensemble.intervals import clopper_pearson, zero_bound
 from quoin_tools.ensemble.sampling import Sampler
 from quoin_tools.ensemble.variables import variables
 from quoin_tools.front import ensemble
+from quoin_tools.limit.bounds import bound
+from quoin_tools.mesh import blockmesh, voronoi
 from quoin_tools.mesh.blockmesh import BlockMesh, write
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 from scipy.integrate import quad
@@ -95,6 +98,7 @@ def run(case):
     rare(case)
     whole_sets(case)
     killed(case)
+    fabrics(case)
     refused(case)
 
 
@@ -250,6 +254,22 @@ def killed(case):
     _, said = command(folder, "-o", str(folder / "other"), "-j", "2")
     os.environ["QUOIN_SOLVER"] = before
     case.check("samples that die: undecided, with the reason; no other is harmed", ["2 undecided" in said, "SIGKILL" in said, "exit code 11" in said], [True, True, True])
+
+
+def fabrics(case):
+    """A mesh for each sample: the fabric is that of the command run by hand."""
+    folder = folder_of(case, "fabrics", samples=2, mesh=["voronoi", "--square", "--side", "6", "--seed", "{seed}"], stage="less", judge="limit", fail="limit > 12",
+                       variables={"fabric": {"distribution": "integer", "min": 1, "max": 1000, "keys": ["mesh.seed"]}})  # fmt: skip
+    scene = {"materials": {"dam": {"density": 2400, "rigid": True}, "facing": {"density": 2400, "rigid": True}}, "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "friction": 45}},
+             "supports": {"base": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}}, "stages": [{"less": {"type": "strength_reduction", "loads": ["weight"]}}]}  # fmt: skip
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    command(folder, "-o", str(folder / "out"), "-j", "2")
+    _, rows = rows_of(folder)
+    with contextlib.redirect_stdout(io.StringIO()):
+        voronoi.main(["--square", "--side", "6", "--seed", str(int(rows[1, None].values[0])), "-o", str(folder / "model.h5")])
+    alone = bound(blockmesh.read(folder / "model.h5"), scenes.read(str(folder / "scene.yaml")), "less")
+    case.check("a fabric of the ensemble and the same by hand: least friction [degree]", rows[1, None].response, alone.value, relative=1e-9)
+    case.check("... two fabrics, two numbers", rows[0, None].response != rows[1, None].response, True)
 
 
 def refused(case):

@@ -123,15 +123,17 @@ def heads_of(load, chord):
     return replace(heads, drain_head=uplift.rule_named(load["rule"]).at_drain(before, 0.0))
 
 
-def uplift_loads(mesh, scene, stage, part):
-    """JointUplift of every uplift load of a stage that presses on the part."""
-    found = []
+def uplift_loads(mesh, scene, stage, part, known=None):
+    """JointUplift of every uplift load of a stage that presses on the part. known: {face set: joined()} of calls before, for this mesh."""
+    found, known = [], {} if known is None else known
     for name, load in scene.stage_loads(stage).items():
         if load.get("type") != "uplift":
             continue
         if load["faces"] not in mesh.face_sets:
             raise GravityError(f"the mesh has no face set '{load['faces']}'")
-        blocks, joint = joined(mesh, mesh.face_sets[load["faces"]])
+        if load["faces"] not in known:
+            known[load["faces"]] = joined(mesh, mesh.face_sets[load["faces"]])
+        blocks, joint = known[load["faces"]]
         segments = boundary(part, blocks, joint)
         if not len(segments):
             continue

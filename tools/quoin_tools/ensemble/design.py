@@ -13,8 +13,9 @@ from quoin_tools.base.scene import Loader, numbers
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
 from quoin_tools.ensemble.variables import EnsembleError, Variables, variables
 
-KEYS = ("scene", "model", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit")
+KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit")
 JUDGES = ("solver", "limit")
+MAKERS = ("voronoi", "dam", "walls")  # commands of quoin that make a mesh
 CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*)\s*(<=|>=|<|>)\s*(\S+)\s*$")
 
 
@@ -41,6 +42,7 @@ class Design:
     path: str
     scene: str
     model: str
+    mesh: list  # words of the command that makes the mesh of a sample; {name}: the value of the variable that sets mesh.name
     options: list
     variables: Variables
     samples: int
@@ -105,7 +107,7 @@ def made(data, path):
     response = data.get("response") or (condition.path if condition else None)
     if method == "importance" and (condition is None or len(levels) > 1):
         raise EnsembleError("method: importance needs a number that fails (fail: ... < ...), not collapse alone, and one level")
-    design = Design(path, scene, beside(path, str(data["model"])) if data.get("model") else "", [str(word) for word in options], found, whole(data, "samples", 1), whole(data, "seed", 0, 0),
+    design = Design(path, scene, beside(path, str(data["model"])) if data.get("model") else "", mesh_of(data, found), [str(word) for word in options], found, whole(data, "samples", 1), whole(data, "seed", 0, 0),
                     method, whole(data, "block", 2, None), judge, data.get("stage"), raises_of(data, judge), condition, response, keys, levels, number(stop, "half_width"), whole(stop, "batch", 1, 50),
                     number(data, "time_limit"))  # fmt: skip
     if method == "sobol_indices" and response is None:
@@ -162,6 +164,20 @@ def condition_of(text, judge):
     if judge == "limit" and match[1] != "limit":
         raise EnsembleError(f"fail: {match[1]}: limit analysis gives `limit` only")
     return Condition(match[1], match[2], value)
+
+
+def mesh_of(data, found):
+    words = data.get("mesh") or []
+    if not isinstance(words, list) or (words and words[0] not in MAKERS):
+        raise EnsembleError(f"mesh: expected words of a command that makes a mesh ({', '.join(MAKERS)}), such as [voronoi, --seed, '{{seed}}']")
+    if words and data.get("model"):
+        raise EnsembleError("mesh: with model, too; one of them makes the mesh")
+    words = [str(word) for word in words]
+    wanted = {name for word in words for name in re.findall(r"{(\w+)}", word)}
+    there = {key.partition(".")[2] for one in found.each for key in one.keys if key.startswith("mesh.")}
+    if wanted != there:
+        raise EnsembleError(f"mesh: {{{'}, {'.join(sorted(wanted ^ there))}}}: expected each mesh.<name> of the variables in the words of mesh, and the other way round")
+    return words
 
 
 def raises_of(data, judge):

@@ -3,12 +3,17 @@
     judged = Solver(design, folder).judge(values, sample, level)        (outcome, response or None, why)
 """
 
+import contextlib
+import importlib
+import io
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
+import threading
 
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
@@ -18,7 +23,8 @@ from quoin_tools.limit.assembly import LimitError
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.meshing import separated
 
-REFUSED, UNDECIDED, COLLAPSED = 2, (3, 4, 5), 6  # exit codes of the solver
+REFUSED, COLLAPSED = 2, 6  # exit codes of the solver
+MAKING = threading.Lock()  # meshes are made one after the other: what the command says is caught
 
 
 class Refused(EnsembleError):
@@ -26,9 +32,25 @@ class Refused(EnsembleError):
 
 
 def keys_of(design, values, level):
-    """{key: value} of a sample."""
-    given = {key: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys}
+    """{key of the scene: value} of a sample."""
+    given = {key: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if not key.startswith("mesh.")}
     return given | {key: level for key in design.level_keys if level is not None}
+
+
+def make_mesh(design, values, path):
+    """The mesh of a sample, by a command of quoin as its words say."""
+    given = {key.partition(".")[2]: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if key.startswith("mesh.")}
+    words = [re.sub(r"{(\w+)}", lambda found: plain(given[found[1]]), word) for word in design.mesh[1:]]
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    said = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+        code = importlib.import_module(f"quoin_tools.mesh.{design.mesh[0]}").main([*words, "-o", path])
+    if code:
+        raise Refused(f"mesh: {' '.join(said.getvalue().split())}")
+
+
+def plain(value):
+    return str(int(value)) if float(value).is_integer() else repr(float(value))
 
 
 def number_at(summary, path):
@@ -47,17 +69,21 @@ class Solver:
     def __init__(self, design, folder, keep=False):
         self.design, self.folder, self.keep = design, folder, keep
 
-    def words(self, values, level, output):
+    def words(self, values, level, output, mesh):
         """The command line of a sample, that anybody can run again."""
         given = [word for key, value in keys_of(self.design, values, level).items() for word in ("-" + key.replace(".", "_"), repr(value) if isinstance(value, float) else str(value))]
-        model = ["-model", self.design.model] if self.design.model else []
+        model = ["-model", mesh or self.design.model] if mesh or self.design.model else []
         return solver.command(["-options_file", self.design.scene, *model, *self.design.options, *given, "-output", output])
 
     def judge(self, values, sample, level):
         output = os.path.join(self.folder, "runs", f"{sample:06d}" + ("" if level is None else f"_{level:g}"))
         shutil.rmtree(output, ignore_errors=True)
+        mesh = os.path.join(output, "model.h5") if self.design.mesh else ""
+        if mesh:
+            with MAKING:
+                make_mesh(self.design, values, mesh)
         try:
-            done = subprocess.run(self.words(values, level, output), env=solver.environment(), check=False, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            done = subprocess.run(self.words(values, level, output, mesh), env=solver.environment(), check=False, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                   timeout=self.design.time_limit)  # fmt: skip
         except subprocess.TimeoutExpired:
             shutil.rmtree(output, ignore_errors=True)
@@ -104,19 +130,34 @@ class Limit:
     def __init__(self, design, folder, keep=False):
         self.design = design
         scene = scenes.read(design.scene)
+        self.folder, self.scene, self.stage = folder, scene, design.stage or list(scene.stages)[-1]
+        self.kept = None
+        if design.mesh:
+            return
         named = design.model or scene.model
         where = named if os.path.isfile(named) else scenes.find(os.path.dirname(os.path.abspath(design.scene)), named)
         if where is None:
             raise EnsembleError(f"{design.scene}: the block mesh '{named}' is not there")
-        single = [name for name, keys in scene.materials.items() if keys.get("macroblocks", True) in (False, 0)]
-        self.scene, self.mesh = scene, separated(blockmesh.read(where), single)
-        self.stage = design.stage or list(scene.stages)[-1]
-        bounds.bound(self.mesh, scene, self.stage, design.raises)  # what it cannot do for the scene as it is, it says once
+        self.mesh, self.kept = self.read(where), bounds.Kept()
+        bounds.bound(self.mesh, scene, self.stage, design.raises, kept=self.kept)  # what it cannot do for the scene as it is, it says once
+
+    def read(self, path):
+        single = [name for name, keys in self.scene.materials.items() if keys.get("macroblocks", True) in (False, 0)]
+        return separated(blockmesh.read(path), single)
+
+    def mesh_of(self, values, sample):
+        if not self.design.mesh:
+            return self.mesh
+        path = os.path.join(self.folder, "runs", f"{sample:06d}", "model.h5")
+        make_mesh(self.design, values, path)
+        mesh = self.read(path)
+        shutil.rmtree(os.path.dirname(path))
+        return mesh
 
     def judge(self, values, sample, level):
         given = keys_of(self.design, values, level)
         try:
-            answer = bounds.bound(self.mesh, with_keys(self.scene, given), self.stage, self.design.raises)
+            answer = bounds.bound(self.mesh_of(values, sample), with_keys(self.scene, given), self.stage, self.design.raises, kept=self.kept)
         except LimitError as error:
             return "undecided", None, str(error)
         if answer.value is None:
@@ -131,12 +172,13 @@ def with_keys(scene, given):
 
     changed = deepcopy(scene)
     for key, value in given.items():
-        section, _, rest = key.partition(".")
-        name, _, what = rest.rpartition(".")
+        section, *names, what = key.split(".")
         rows = getattr(changed, section, None)
-        if not isinstance(rows, dict) or name not in rows or not what:
-            raise EnsembleError(f"variables.{key}: the scene has no such row: expected section.name.key")
-        rows[name] = rows[name] | {what: value}
+        for name in names:
+            rows = rows.get(name) if isinstance(rows, dict) else None
+        if not isinstance(rows, dict) or not names:
+            raise EnsembleError(f"variables: {key}: the scene has no such row: expected section.name.key")
+        rows[what] = value
     return changed
 
 

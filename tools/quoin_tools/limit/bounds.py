@@ -11,13 +11,14 @@ import numpy as np
 
 from quoin_tools.base.scene import SceneError, raised
 from quoin_tools.limit import forces, program
-from quoin_tools.limit.assembly import Assembly, LimitError, assembly
+from quoin_tools.limit.assembly import Assembly, LimitError, assembly, strength_of
 from quoin_tools.limit.friction import Estimate, estimate
 from quoin_tools.limit.program import Limit, missing
 
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 NARROW = 1e-7  # bracket of a level or a strength, over its size
 DOUBLINGS = 40
+MOST_KEPT = 1000  # loads
 
 
 @dataclass
@@ -34,33 +35,58 @@ class Bound:
     notes: list = field(default_factory=list)
 
 
-def bound(mesh, scene, stage, raises=None, sequence=False, largest=None):
-    """raises: names of the loads that are raised, in place of what the stage says. sequence: the estimate without dilation too. largest: number of contacts beyond which it is refused."""
-    scene = replace(scene, trials={})  # as it was written, whatever trials of a run have found
-    parts = assembly(mesh, scene, stage)
+class Kept:
+    """What samples of one mesh share: bodies and contacts, loads that have not changed."""
+
+    def __init__(self):
+        self.parts, self.loads, self.known = None, {}, forces.Known()
+
+    def assembly(self, mesh, scene, stage):
+        if self.parts is None:
+            self.parts = assembly(mesh, scene, stage)
+        return replace(self.parts, strengths={name: strength_of(scene, name, stage) for name in self.parts.strengths})
+
+    def forces(self, mesh, scene, stage, parts):
+        """As body_forces: only loads that have changed are worked out anew."""
+        mark = repr((scene.gravity, scene.thickness, [(name, keys.get("density")) for name, keys in scene.materials.items()]))
+        wanted = {name: repr((load, mark)) for name, load in scene.stage_loads(stage).items()}
+        new = {name for name, key in wanted.items() if (name, key) not in self.loads}
+        if new:
+            fresh = forces.body_forces(mesh, scene, stage, parts, new, self.known)
+            self.loads |= {(name, wanted[name]): fresh.get(name) for name in new}
+        while len(self.loads) > MOST_KEPT:
+            del self.loads[next(iter(self.loads))]
+        return {name: self.loads[name, key] for name, key in wanted.items() if self.loads.get((name, key)) is not None}
+
+
+def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=None):
+    """raises: names of the loads that are raised, in place of what the stage says. sequence: the estimate without dilation too. largest: number of contacts beyond which it is refused.
+    kept: of samples before, whose mesh, supports and anchors are the same."""
+    scene, kept = replace(scene, trials={}), kept or Kept()  # the scene as it was written, whatever trials of a run have found
+    parts = kept.assembly(mesh, scene, stage)
     if largest and len(parts.contacts) > largest:
         raise LimitError(f"{len(parts.contacts)} contacts, more than {largest}: run quoin limit by itself")
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
     if raises or kind in ("static", "load_factor"):
-        found = factor_of(mesh, scene, stage, parts, raises or keys.get("raises"))
+        found = factor_of(mesh, scene, stage, parts, raises or keys.get("raises"), kept)
         if sequence:
             loads = found.loads
             live = sum(loads[name] for name in found.raised)
             dead = sum((loads[name] for name in loads if name not in found.raised), np.zeros_like(live))
             found.estimate = estimate(parts, dead, live, found.limit)
     elif kind == "flood":
-        found = level_of(mesh, scene, stage, parts)
+        found = level_of(mesh, scene, stage, parts, kept)
     elif kind == "strength_reduction":
-        found = strength_of(mesh, scene, stage, parts)
+        found = reduction_of(mesh, scene, stage, parts, kept)
     else:
         raise LimitError(f"stages.{stage} is of type {kind}: limit analysis is for static stages and trials (load_factor, flood, strength_reduction)")
     found.notes = notes(scene, stage, parts)
     return found
 
 
-def factor_of(mesh, scene, stage, parts, raises):
-    loads = forces.body_forces(mesh, scene, stage, parts)
+def factor_of(mesh, scene, stage, parts, raises, kept):
+    loads = kept.forces(mesh, scene, stage, parts)
     names = list(raises) if raises else [name for name in loads if scene.loads[name].get("type") != "self_weight"]
     for name in names:
         if name not in loads:
@@ -73,7 +99,7 @@ def factor_of(mesh, scene, stage, parts, raises):
     return Bound(stage, "load_factor", limit.factor, "-", parts, loads, names, limit)
 
 
-def level_of(mesh, scene, stage, parts):
+def level_of(mesh, scene, stage, parts, kept):
     """Bisection on the rise of what a flood raises."""
     rising, tails = risers(scene, stage)
     top = max(float(scene.loads[name]["level"]) for name in rising)
@@ -83,9 +109,9 @@ def level_of(mesh, scene, stage, parts):
         for name in tails:
             levels.setdefault(name, {})["tailwater"] = float(scene.loads[name]["tailwater"]) + rise
         moved = replace(scene, loads={name: raised(load, levels[name]) if name in levels else load for name, load in scene.loads.items()})
-        return sum(forces.body_forces(mesh, moved, stage, parts).values())
+        return sum(kept.forces(mesh, moved, stage, parts).values())
 
-    loads = forces.body_forces(mesh, scene, stage, parts)
+    loads = kept.forces(mesh, scene, stage, parts)
     if missing(parts, total(0.0))[0] > STANDS:
         return Bound(stage, "flood", None, "m", parts, loads, rising)
     size = max(float(np.ptp(mesh.vertices[:, 1])), 1.0)
@@ -126,9 +152,9 @@ def density(load):
     return float(load.get("density", 1000.0))
 
 
-def strength_of(mesh, scene, stage, parts):
+def reduction_of(mesh, scene, stage, parts, kept):
     """Bisection on the angle of friction or on the part of the strengths that is left."""
-    keys, loads = scene.stages[stage], forces.body_forces(mesh, scene, stage, parts)
+    keys, loads = scene.stages[stage], kept.forces(mesh, scene, stage, parts)
     what, only, total = keys.get("what", "friction"), keys.get("reduce"), sum(loads.values())
     only = [only] if isinstance(only, str) else only
     reducible = [s for name, s in parts.strengths.items() if not s.elastic and (not only or name in only)]

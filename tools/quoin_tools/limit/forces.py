@@ -3,6 +3,7 @@
     loads = body_forces(mesh, scene, "water", parts)     name of the load: (n, 3) X, Y [N], M [N m] about the centres of the bodies
 """
 
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -38,9 +39,20 @@ class BodyPart(cut.Part):
         return region
 
 
-def body_forces(mesh, scene, stage, parts):
-    forces, bodies = {}, {}
+@dataclass
+class Known:
+    """What does not change with the loads: bodies as parts of a cut, faces across the joints of uplifts."""
+
+    bodies: dict = field(default_factory=dict)
+    across: dict = field(default_factory=dict)
+
+
+def body_forces(mesh, scene, stage, parts, only=None, known=None):
+    """only: names of the loads that are wanted. known: of calls before, for this mesh."""
+    forces, known = {}, known or Known()
     for name, load in scene.stage_loads(stage).items():
+        if only is not None and name not in only:
+            continue
         kind = load.get("type")
         if kind in FLOWING:
             raise LimitError(f"loads.{name}: water that flows in joints (type {kind}) is not known to limit analysis; use an uplift load")
@@ -50,8 +62,10 @@ def body_forces(mesh, scene, stage, parts):
             raise LimitError(f"loads.{name}: a load of type {kind} is not known to limit analysis")
         total = inertia(mesh, scene, load, parts) if kind in HEAVY else np.zeros((parts.n, 3))
         for b in touched(mesh, load, parts):
-            part = bodies.setdefault(b, BodyPart(mesh, parts.body == b))
-            total[b] = about(parts.centre[b], pressed(mesh, scene, stage, name, part) if kind == "uplift" else cut.KINDS[kind](mesh, scene, load, part))
+            if b not in known.bodies:
+                known.bodies[b] = BodyPart(mesh, parts.body == b)
+            part = known.bodies[b]
+            total[b] = about(parts.centre[b], pressed(mesh, scene, stage, name, part, known) if kind == "uplift" else cut.KINDS[kind](mesh, scene, load, part))
         forces[name] = total
     return forces
 
@@ -84,10 +98,10 @@ def touched(mesh, load, parts):
     return [] if load.get("type") in HEAVY else range(parts.n)
 
 
-def pressed(mesh, scene, stage, name, part):
+def pressed(mesh, scene, stage, name, part, known):
     """(X, Y, M) of an uplift on a body, along the joint as it is: a crack is not followed."""
     return sum((water.forces(water.chord, 0.0) * (scene.thickness / water.chord.thickness)
-                for water in uplift_loads(mesh, scene, stage, part) if water.name == name), np.zeros(3))  # fmt: skip
+                for water in uplift_loads(mesh, scene, stage, part, known.across) if water.name == name), np.zeros(3))  # fmt: skip
 
 
 def about(centre, force):
