@@ -17,7 +17,7 @@ mpirun -n 2 build/quoin -options_file "$example/scene.yaml" -model "$out/model.h
 echo
 python examples/compare.py guilhofrei "$out"
 echo
-python -m quoin_tools.plots "$out"
+quoin show "$out" --pictures
 
 echo
 echo "Files written in $PWD/$out:"

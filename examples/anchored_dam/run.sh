@@ -10,5 +10,5 @@ mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene.yaml" -model "$ou
 mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene_without.yaml" -model "$out/model.h5" -output "$out/without"
 python "$here/chart.py" "$out"
 python "$here/force.py" "$out/model.h5" "$out/force" 1.3
-python -m quoin_tools.plots "$out/with"
-python -m quoin_tools.report "$out/with"
+quoin show "$out/with" --pictures
+quoin report "$out/with"

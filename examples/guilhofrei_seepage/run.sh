@@ -8,4 +8,4 @@ python "$here/mesh.py" "$out/model.h5"
 mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene.yaml" -model "$out/model.h5" -output "$out" \
   -stages rock,sw,rule,present,grouted,drained,clogged
 python "$here/chart.py" "$out"
-python -m quoin_tools.plots "$out" # pressures and discharge in the joints, among others
+quoin show "$out" --pictures # pressures and discharge in the joints, among others

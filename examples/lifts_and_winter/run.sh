@@ -9,4 +9,4 @@ python "$here/mesh.py" "$out/model.h5"
 mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene.yaml" -model "$out/model.h5" -output "$out/lifts"
 mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene_whole.yaml" -model "$out/model.h5" -output "$out/whole"
 python "$here/table.py" "$out"
-python -m quoin_tools.plots "$out/lifts"
+quoin show "$out/lifts" --pictures

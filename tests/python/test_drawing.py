@@ -242,7 +242,7 @@ def test_a_block_of_the_drawing_and_a_pattern(tmp_path):
 
 
 @pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
-def test_the_draft_of_a_scene_runs(tmp_path):
+def test_the_draft_of_a_scene_runs(tmp_path, capsys):
     """With drain and anchor of the drawing; reactions are the weight, and the drain is where its line meets the base."""
     drawn(tmp_path)
     model, scene = tmp_path / "m.h5", tmp_path / "draft.yaml"
@@ -254,7 +254,15 @@ def test_the_draft_of_a_scene_runs(tmp_path):
     stages = Results(tmp_path / "out").summary["stages"]
     assert [stage["verdict"] for stage in stages] == ["converged"] * 3
     assert stages[0]["reaction"]["y"] == pytest.approx(2400 * 9.81 * (60 - 1.5 - math.pi / 8), rel=1e-3)
-    assert section.main(arguments) == 2  # what is there is not written over
+    for path, taken in ((model, scene), (model, model)):  # refused before anything is written
+        capsys.readouterr()
+        before = path.read_bytes()
+        path.unlink()
+        assert section.main([*arguments[:3], "--scene", str(taken)]) == 2
+        words = capsys.readouterr().err
+        assert words.count("\n") == 1 and f"{taken}: is " in words and "expected a new file for the draft" in words
+        assert not path.exists() and scene.read_text() == text
+        path.write_bytes(before)
 
 
 BAD = [

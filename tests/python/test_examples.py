@@ -18,6 +18,8 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import compare  # noqa: E402
 import paper_figures  # noqa: E402
+from quoin_tools.assess.assessment import assess, load_case  # noqa: E402
+from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
@@ -374,6 +376,37 @@ def test_anchored_dam(tmp_path):
     assert float(found[-2].split(", ")[1].split()[0]) == pytest.approx(float(found[-1].split()[2]), rel=5e-3)
 
 
+BARS = """  one: {head: [1.5, 34], root: [1.5, -6], area: 2.0e-3, young: 200e9, yield: 500e6, spacing: 0.5, segment: 0.5, bond_stiffness: 2e9, bond_strength: 4e5, dowel_foundation: 2e9}
+  two: {head: [8.0, 12], root: [5.0, -6], area: 2.0e-3, young: 200e9, yield: 500e6, spacing: 0.5, segment: 0.5, bond_stiffness: 2e9, dowel_foundation: 2e9}
+loads:
+"""
+
+
+def test_grouted_bars_in_the_sheet(tmp_path):
+    """Across two joints, and inclined: at each base the gravity method has the force that the bar has there, not its largest, and that of the dowel."""
+    example = ROOT / "examples/anchored_dam"
+    text = (example / "scene.yaml").read_text(encoding="utf-8").replace("  - stressing: {loads: [weight]}\n", "")
+    scene = tmp_path / "bars.yaml"
+    scene.write_text(text[: text.index("  # 23 strands")] + BARS + text[text.index("loads:\n") + 7 :], encoding="utf-8")
+    command(example / "mesh.py", tmp_path / "model.h5")
+    subprocess.run([QUOIN, "-options_file", scene, "-output", tmp_path / "out", "-stages", "own,at46"], cwd=tmp_path, check=True, timeout=120, stdout=subprocess.DEVNULL)
+    case = load_case(str(tmp_path / "out"), options_from(parser("report", "").parse_args([str(tmp_path / "out")])))
+    found = {(a.stage, a.name): a for a in assess(case)[0]}
+    results = Results(str(tmp_path / "out"))
+    stage = results.stage("at46")
+    for name in ("base", "lift"):
+        a = found["at46", name]
+        assert [a.hand.N, a.hand.T] == pytest.approx([a.block["N"], a.block["T"]], abs=2e3) and a.untied is not None
+    of_one = stage.bars.force[stage.bars.of(0)]
+    at_lift = 0.5 * found["at46", "lift"].anchored[0]  # a metre has two
+    assert at_lift < 0.2 * np.abs(of_one).max() == pytest.approx(0.2 * abs(stage.anchors.force[0]))
+    assert abs(found["at46", "base"].anchored[1]) > 50e3 and found["at46", "base"].tied[0] > found["at46", "base"].untied[0] + 0.05
+    command("-m", "quoin_tools.report", tmp_path / "out")
+    sheet = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert "Bases with and without anchors" in sheet and "largest use of the bond" in sheet and f">{np.abs(of_one).max() / 1e3:.2f}<" in sheet
+    assert is_drawn(tmp_path / "out/bars_at46.png")
+
+
 # ---- lifts and a winter
 
 
@@ -390,4 +423,87 @@ def test_lifts_and_winter(tmp_path):
     subprocess.run([sys.executable, "-m", "quoin_tools.plots", tmp_path / "lifts"], cwd=ROOT, env=environment, check=True, timeout=120)
     assert is_drawn(tmp_path / "lifts" / "temperature_winter.png") and not (tmp_path / "lifts" / "temperature_full.png").exists()
     lifts = Results(str(tmp_path / "lifts"))
+    case = load_case(str(tmp_path / "lifts"), options_from(parser("report", "").parse_args([str(tmp_path / "lifts")])))
+    for a in assess(case)[0]:  # what is not built weighs nothing in the gravity method either
+        assert [a.hand.N, a.hand.T] == pytest.approx([a.block["N"], a.block["T"]], abs=100), a.stage
+    command("-m", "quoin_tools.report", tmp_path / "lifts", "--condition", "lift_3=usual")
+    sheet = (tmp_path / "lifts/report.html").read_text(encoding="utf-8")
+    assert "<td>lift_1</td><td>lift_1</td>" in sheet and "count from here" in sheet and ">-10.65<" in sheet and "is not what was run" not in sheet
     assert lifts.stage("lift_2").built.sum() == (lifts.mesh.block_group <= lifts.mesh.group_names.index("lift_2")).sum()
+
+
+# ---- masonry that yields and cracks
+
+
+def example_of(name, module):
+    """A module of an example, its neighbours within reach."""
+    folder = ROOT / "examples" / name
+    sys.path.insert(0, str(folder))
+    try:
+        return load(folder / f"{module}.py")
+    finally:
+        sys.path.remove(str(folder))
+
+
+def command(*words):
+    done = subprocess.run([sys.executable, *map(str, words)], cwd=ROOT, env=dict(os.environ, PYTHONPATH=str(ROOT / "tools"), QUOIN=QUOIN), capture_output=True, text=True,
+                          check=True, timeout=300)  # fmt: skip
+    return done.stdout
+
+
+def test_guilhofrei_yielding(tmp_path):
+    """8 columns, scenario 3: strengths may fall far below those of the first yield; picture, table and sheet say where and how much."""
+    command(ROOT / "examples/guilhofrei_yielding/mesh.py", tmp_path / "model.h5", "8")
+    strengths = example_of("guilhofrei_yielding", "strengths")
+    strengths.QUOIN = QUOIN
+    empty, full = strengths.rows_of(str(tmp_path / "model.h5"), str(tmp_path), scenarios=(3,))
+    assert empty["yields_x_m"] < 3 < 20 < full["yields_x_m"]  # heel, toe
+    assert full["local_factor"] == pytest.approx(1.93, abs=0.02) and full["first_yield"] == pytest.approx(3.1)
+    for row in (empty, full):
+        assert row["first_yield"] + 1 < row["stable"] < row["failing"] == pytest.approx(row["stable"] + 0.1) and row["area_m2"] > 80
+    folder = tmp_path / f"3_swhp_{full['stable']:.1f}"
+    command("-m", "quoin_tools.report", folder)
+    assert is_drawn(folder / "plastic_swhp.png") and not (folder / "cracks_swhp.png").exists()
+    results = Results(str(folder))
+    facts = results.stage_summary("swhp")["laws"]["dam"]
+    strain, area = results.stage("swhp").plastic_strain, results.mesh.areas()
+    assert facts["area"] == pytest.approx(area[strain > 0].sum()) and facts["plastic_strain"] == pytest.approx(np.nanmax(strain))
+    sheet = (folder / "report.html").read_text(encoding="utf-8")
+    assert "<h2>Blocks that yield or crack</h2>" in sheet and f">{facts['area']:.2f}<" in sheet and f">{facts['lost']:.4g}<" in sheet and "lost in dam, which yielded" in sheet
+    assert "<td>dam</td><td>bending</td><td>yields</td>" in sheet and "Plastic strain, stage swhp." in sheet
+
+
+def test_guilhofrei_cracks(tmp_path):
+    """8 columns, scenarios 2 and 3: the weaker one cracks first; the crack runs along the base; open cracks are as long as the row of blocks that has them."""
+    command(ROOT / "examples/guilhofrei_yielding/mesh.py", tmp_path / "model.h5", "8")
+    cracks = example_of("guilhofrei_yielding", "cracks")
+    cracks.QUOIN = QUOIN
+    runs = {scenario: cracks.solved(str(tmp_path / "model.h5"), str(tmp_path), scenario) for scenario in (2, 3)}
+    rows = dict(cracks.rows_of(runs))
+    assert rows["level 39 m: open cracks [m], widest [mm]"] == ["none", "none"] and rows["level 42 m: open cracks [m], widest [mm]"][0] == "none"
+    assert rows["flood: last level that it stands, first that it does not [m]"] == ["51, 52", "48, 49"]
+    stage = runs[2].stage("flood")
+    mesh = runs[2].mesh
+    lengths = cracks.open_cracks(mesh, stage) * (mesh.centres()[:, 1] < 5)  # one row of blocks above the base, of which all that are open are neighbours
+    along = np.ptp(mesh.rings()[lengths > 0][..., 0])
+    assert len(np.unique(mesh.blocks[lengths > 0])) == 2 * ((lengths > 0).sum() + 1)
+    assert 0.8 * along < lengths.sum() < along / np.cos(np.arctan(0.1)) and cracks.crack(runs[2], "flood")[0] >= lengths.sum()
+    command("-m", "quoin_tools.plots", runs[2].folder)
+    assert is_drawn(tmp_path / "heel_2" / "cracks_flood.png") and not (tmp_path / "heel_2" / "cracks_at39.png").exists()
+
+
+def test_guilhofrei_continuum(tmp_path):
+    """Polygons of 4 m: stones with joints stand where a continuum of the same strength fails, and no continuum is better than the worst plane by hand."""
+    friction = example_of("guilhofrei_continuum", "friction")
+    friction.QUOIN, coarse = QUOIN, ("--side", "4", "--course", "2")
+    command(ROOT / "examples/guilhofrei_continuum/mesh.py", tmp_path / "stones_1.h5", "1", *coarse)
+    command(ROOT / "examples/guilhofrei_continuum/mesh.py", tmp_path / "continuum.h5", "1", *coarse, "--continuous")
+    rows = friction.rows_of(str(tmp_path), seeds=(1,), of_stones=(0.0, 50e3), of_continuum=(50e3, 150e3))
+    hand = [row["by hand"] for row in rows.values()]
+    assert hand == pytest.approx([55.0, 35.9, 12.1], abs=0.1)  # without cohesion a little less than the steepest face, 58 degrees, over the crest's width
+    for row in rows.values():
+        assert row.get("seed 1", (0, 0))[1] is None or row.get("seed 1", (0, 0))[1] < row["by hand"]
+        assert row.get("continuum", (90, 90))[1] > row["by hand"]
+    assert rows[150e3]["continuum"][0] < 25
+    friction.draw(rows, str(tmp_path / "friction.png"))
+    assert is_drawn(tmp_path / "friction.png")

@@ -65,6 +65,9 @@ class Assessment:
     computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
     straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
     yields: list = field(default_factory=list)  # rows of earthquake.py
+    anchored: tuple | None = None  # [N] what anchors do across and along the base; tied, untied: (sliding factor, open length) with and without them
+    tied: tuple | None = None
+    untied: tuple | None = None
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -177,7 +180,7 @@ def assess_base(case, stage, name, path, kind, strength):
     path = path if kind == "joint" else cut.trimmed(path, case.body)
     base = Base(path[0], path[-1], case.scene.thickness)
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
-    anchors = tied.pulls(case, stage, part)
+    anchors = tied.pulls(case, stage, part, path)
     dry = cut.total(forces | anchors)
     bent = wedge.is_bent(path)
     flowing = base_water.computed(case, stage, part)
@@ -201,7 +204,7 @@ def assess_base(case, stage, name, path, kind, strength):
     asked = uplift_under(case, stage, name, base)
     under = (asked or water, None if asked else others)
     found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total + cut.total(anchors), *under), strength)
-    found.notes += tied.words(anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
+    tied.compare(found, anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
     if flowing.any():
         found.computed = flowing
         found.straight = None if bent else base_water.straight(case, stage, base, dry)

@@ -7,6 +7,8 @@ A force system is an array (X, Y, M): resultant [N] and moment about the origin 
 of the mesh, undeformed. The path must cut the body right through.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 from shapely.geometry import LineString
@@ -211,11 +213,23 @@ IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads o
 KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
 
 
+def standing(mesh, scene, stage):
+    """Mesh and scene without the weight and the faces of groups that are placed later; blocks keep their numbers."""
+    absent = scene.absent(stage)
+    if not absent:
+        return mesh, scene
+    there = ~np.isin(mesh.block_group, [row for row, name in enumerate(mesh.group_names) if name in absent])
+    faces = {name: rows[there[rows[:, 0]]] for name, rows in mesh.face_sets.items()}
+    materials = {name: keys | {"density": 0.0} if name in absent else keys for name, keys in scene.materials.items()}
+    return replace(mesh, face_sets=faces), replace(scene, materials=materials)
+
+
 def stage_forces(mesh, scene, stage, part=WHOLE):
     """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know.
 
     Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest, and a temperature none on a part as a whole."""
     forces, left_out = {}, []
+    mesh, scene = standing(mesh, scene, stage)
     for name, load in scene.stage_loads(stage).items():
         kind = KINDS.get(load.get("type"))
         if load.get("type") in IN_JOINTS or load.get("type") in ("added_mass", "temperature"):

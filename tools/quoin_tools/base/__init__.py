@@ -6,6 +6,7 @@ files    files written whole or not at all
 whole    are the files of a run what it wrote? checksums and headers
 flow     water that flows in joints, of a stage
 anchors  forces of anchors, of a stage
+laws     blocks that yield or crack, of a stage
 modes    free vibrations of a stage
 results  reader of a run: the only module that knows the files of an output folder
 scene    reader of scenes as PETSc reads them

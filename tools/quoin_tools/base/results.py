@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from quoin_tools.base import anchors, flow, histories, modes
+from quoin_tools.base import anchors, flow, histories, laws, modes
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import reading
 from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
@@ -461,6 +461,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
     *flow.SECTIONS,
     *modes.SECTIONS,
     *anchors.SECTIONS,
+    *laws.SECTIONS,
     ("Trials to failure", "value|last stable|first failing|factor, last stable|factor, first failing|moved mm", bracket_rows),
     ("Factors of joints whose friction was reduced", "joint|friction deg|last stable|first failing|in the mechanism", factor_rows),
     ("How it fails: joints of the mechanism, and their speed over that of the fastest vertex", "joint|it|sliding|opening", mechanism_rows),

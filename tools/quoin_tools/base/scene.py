@@ -85,6 +85,16 @@ class Scene:
             chain.insert(0, stage)
         return chain
 
+    def placed(self, stage):
+        """Groups that a stage places as it begins."""
+        names = self.stages.get(stage, {}).get("build") or []
+        return [names] if isinstance(names, str) else [str(name) for name in names]
+
+    def absent(self, stage):
+        """Groups that are placed in some stage, and neither in this one nor in those that it comes of: they are not there."""
+        there = {name for one in [*self.stages_before(stage), stage] for name in self.placed(one)}
+        return {name for one in self.stages for name in self.placed(one)} - there
+
     def joint(self, name, stage):
         """Keys of a joint in a stage, completed by `default` and the defaults of the table. Of a strength reduction, with the
         strengths of its last stable trial."""

@@ -430,11 +430,12 @@ def report(mesh):
     return lines
 
 
-def write_new(path, text):
-    """A file that is not there yet: what someone has written by hand stays."""
-    if os.path.exists(path):
+def check_new(path, mesh_path):
+    """Refuses, before any work, a draft that would take the place of a file: what someone has written by hand stays."""
+    if os.path.realpath(path) == os.path.realpath(mesh_path):
+        raise MeshError(f"{path}: is the mesh already, expected a new file for the draft")
+    if os.path.lexists(path):
         raise MeshError(f"{path}: is there already, expected a new file for the draft")
-    write_file(path, text)
 
 
 def imported(arguments):
@@ -450,11 +451,13 @@ def main(arguments=None):
     parser.add_argument("--scene", help="a first scene to write, with the names of the mesh")
     options = parser.parse_args(arguments)
     try:
+        if options.scene:
+            check_new(options.scene, options.output)
         mesh, made, notes = mesh_of(options.section)
         write(options.output, mesh)
         if options.scene:
             beside = os.path.dirname(options.scene) == os.path.dirname(options.output)
-            write_new(options.scene, draft(made, mesh, os.path.basename(options.output) if beside else options.output, made.title))
+            write_file(options.scene, draft(made, mesh, os.path.basename(options.output) if beside else options.output, made.title))
     except DeclaredError as error:
         print("\n".join(error.faults), file=sys.stderr)
         return 2

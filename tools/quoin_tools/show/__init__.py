@@ -6,6 +6,7 @@ seepage    pictures of the water in joints
 joints     pictures of what joints carry
 ties       pictures of anchors
 stress     pictures of stress, and of its envelope over time
+laws       pictures of blocks that yield or crack
 shaking    pictures of a stage in time
 plots      pictures of a run
 mechanism  how a stage fails
@@ -21,6 +22,8 @@ viewer_data  what that page holds
 browser    HTML to PDF
 hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
+anchors_part  that about anchors
+materials_part  those about materials, lifts, temperature
 report     the sheet: HTML and PDF
 verify     a sheet held against the files it is about
 export     a run as CSV

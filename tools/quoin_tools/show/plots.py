@@ -5,6 +5,8 @@
 mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
 stress_<stage>.png          principal stresses as contours, and as crosses
 temperature_<stage>.png     change of temperature, where a load has changed it
+plastic_<stage>.png         plastic strain of blocks that have yielded
+cracks_<stage>.png          damage of blocks that have cracked, width of cracks
 joint_<joint>_<stage>.png   stresses and opening along a joint, beside the gravity method without tension
 mode_<k>_<stage>.png        shapes of the slowest free vibrations of a stage of type modes
 history.png                 unbalanced ratio, displacement of named points, damping, over the cycles
@@ -33,7 +35,7 @@ from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, trials_of
-from quoin_tools.show import modes, seepage, shaking, ties
+from quoin_tools.show import laws, modes, seepage, shaking, ties
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
@@ -272,6 +274,7 @@ def plot_all(results, whole=False, shaken=None):
             for joint in results.stage_summary(stage)["joints"]:
                 if plot_joint(results, stage, joint, path(f"joint_{joint}_{stage}")):
                     written.append(path(f"joint_{joint}_{stage}"))
+            written += laws.plot_stage(results, stage, whole)
             written += seepage.plot_stage(results, stage, whole)
             if plot_envelope(results, stage, path(f"envelope_{stage}"), whole):
                 written.append(path(f"envelope_{stage}"))

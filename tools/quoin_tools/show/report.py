@@ -14,7 +14,7 @@ import quoin_tools
 from quoin_tools.assess import base_water, guidelines, uplift
 from quoin_tools.assess.assessment import ERRORS, account_complaints, assess, beside, cell, gathered, lines, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
-from quoin_tools.base import anchors, scene
+from quoin_tools.base import scene
 from quoin_tools.base.files import write_file
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.modes import mode_rows
@@ -29,8 +29,10 @@ from quoin_tools.base.results import (
     trials_of,
 )
 from quoin_tools.show import browser, plots, section, verify
+from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.hypertext import esc, file_picture, notes, picture, table
 from quoin_tools.show.limit_part import limit_part
+from quoin_tools.show.materials_part import cell_of, history_part, laws_part, materials_table
 from quoin_tools.show.mechanism import plot_mechanisms
 from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
@@ -46,7 +48,7 @@ table { border-collapse: collapse; width: 100%; margin: 6px 0 12px; font-size: 1
 th { text-align: left; font-weight: 600; border-bottom: 1.5px solid var(--ink); padding: 4px 8px; vertical-align: bottom }
 td { border-bottom: 1px solid var(--rule); padding: 3px 8px; vertical-align: top; overflow-wrap: break-word }
 section { break-inside: avoid }
-.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
+.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap } th.n { white-space: normal }
 .verdict { border: 1.5px solid; border-left-width: 9px; padding: 8px 14px; margin: 14px 0; break-inside: avoid }
 .verdict b { font-size: 19px } .verdict span { color: var(--ink) } .pass { color: #10692e } .fail { color: #a81919 } .open { color: #8a5a00 }
 td.pass, td.fail, td.open { font-weight: 600; white-space: nowrap }
@@ -258,15 +260,13 @@ def blocks_of(case, name):
     material, mesh = case.scene.materials[name], case.results.mesh
     if name in mesh.group_names and mesh.group_rigid[mesh.group_names.index(name)]:
         return "rigid"
-    return "condensed" if material.get("condensed") is True else str(material.get("element", "full"))
+    usual = "full" if material.get("law", "elastic") == "elastic" else "bending"
+    return "condensed" if material.get("condensed") is True else str(material.get("element", usual))
 
 
 def inputs_part(case):
     """Materials, and joints as they are in the last stage."""
     last = case.results.stages[-1]
-    materials = [(name, blocks_of(case, name), cell(m.get("density"), 0), cell_of(m.get("young"), 1e-9, 2),
-                  cell_of(m.get("poisson"), 1, 2), cell_of(m.get("tension"), 1e-3, 0), cell_of(m.get("compression"), 1e-3, 0),
-                  cell_of(m.get("cohesion"), 1e-3, 0), cell_of(m.get("friction"), 1, 1)) for name, m in case.scene.materials.items()]  # fmt: skip
     joints = []
     for name in case.results.stage_summary(last)["joints"]:
         j = case.scene.joint(name, last)
@@ -277,21 +277,17 @@ def inputs_part(case):
     shown = 11 if any(row[-2] != "-" for row in joints) else 9  # apertures where water may flow
     loads = [(name, load.get("type", ""), ", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"))
              for name, load in case.scene.loads.items()]  # fmt: skip
-    return ("<h2>Materials, joints and loads</h2>" + table(("group", "blocks", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"), materials, range(2, 9))
+    return ("<h2>Materials, joints and loads</h2>" + materials_table(case, blocks_of)
             + f"<h3>Joints in stage {esc(last)}</h3>"
             + table(("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]", "aperture [mm]",
                      "residual [mm]")[:shown], [row[:shown] for row in joints], range(3, shown))
-            + "<h3>Loads</h3>" + table(("load", "type", "keys (SI)"), loads))  # fmt: skip
+            + "<h3>Loads</h3>" + table(("load", "type", "keys (SI)"), loads) + history_part(case))  # fmt: skip
 
 
 def words(value):
     if isinstance(value, bool):
         return "true" if value else "false"
     return " ".join(map(words, value)) if isinstance(value, list) else f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def cell_of(value, factor, digits):
-    return "-" if not isinstance(value, (int, float)) else cell(value * factor, digits)
 
 
 def uplift_part(case):
@@ -355,17 +351,6 @@ def water_part(case, found):
     return f"<h2>Water in joints</h2>{part}{note}" if part else ""
 
 
-def anchors_part(case):
-    """Forces of anchors, stage by stage."""
-    part = ""
-    for s in case.results.summary["stages"]:
-        found = anchors.rows(s)
-        if found:
-            part += f"<section><h3>Stage {esc(s['name'])}</h3>" + table(anchors.COLUMNS, found, range(2, 8)) + notes(anchors.remarks(s)) + "</section>"
-    note = "<p><small>Forces of one anchor, and of all in a metre of thickness. A force that a jack holds is that of its stage.</small></p>"
-    return f"<h2>Anchors</h2>{part}{note}" if part else ""
-
-
 def convergence_part(case, pictures):
     rows = [(s["name"], s["verdict"], s["evidence"], s["cycles"], "-" if s["ratio"] is None else f"{s['ratio']:.2e}", s["checksum"])
             for s in case.results.summary["stages"]]  # fmt: skip
@@ -391,6 +376,9 @@ CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress":
             "time": "Joint over time, {}: forces, sliding factor at the time, slip, opening.", "shaking": "Motion over time, stage {}.",
             "spectrum": "Response spectra of the record and of the highest point, stage {}.", "envelope": "Largest s1, least s2 and least local failure factor over time, stage {}.", "energy": "Energy over time, stage {}.",
             "transient": "Levels, force of the water in joints and discharge in time, stage {}.",
+            "temperature": "Change of temperature, stage {}.", "plastic": "Plastic strain, stage {}.",
+            "cracks": "Damage; width and way of cracks, stage {}.",
+            "anchors": "Anchors, stage {}.", "anchor": "Anchors over the stages: {}.", "bars": "Along bonded bars, stage {}.",
             "mode": "Shape of a free vibration, mode {}.",
             "mechanism": "How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {}."}
 
@@ -440,7 +428,7 @@ def page(case, pictures, shaken):
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case), trials_part(case), limit_part(case), modes_part(case), shaken_part(case, shaken), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case, found), trials_part(case), limit_part(case), modes_part(case), shaken_part(case, shaken), laws_part(case), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip

@@ -1,6 +1,7 @@
 """Drawing of the section with its loads, for the sheet: SVG of one stage."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 from matplotlib import pyplot
@@ -12,6 +13,7 @@ from quoin_tools.assess.uplift import head_line
 from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
 from quoin_tools.show import style
+from quoin_tools.show.stress import standing
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
 REACH = 0.15  # largest pressure, drawn, over the size of the view
@@ -82,7 +84,10 @@ def draw_other(axes, case, name, load, force, size):
     if "point" in load:
         at = case.mesh.vertices[case.mesh.points[load["point"]]]
     elif "faces" in load:
-        at = cut.wet_segments(case.mesh, load).reshape(-1, 2).mean(axis=0)
+        segments = cut.wet_segments(case.mesh, load)
+        if not len(segments):  # on what is not placed yet
+            return
+        at = segments.reshape(-1, 2).mean(axis=0)
     else:
         return
     direction = force[:2] / max(np.hypot(*force[:2]), 1e-300)
@@ -152,10 +157,11 @@ def draw_anchors(axes, case, stage):
 
 def section_svg(case, stage, assessed):
     """SVG text. assessed: of this stage."""
-    mesh = case.results.mesh
-    box, _ = style.view(mesh)
+    mesh = standing(case.results.mesh, case.results.stage(stage))
+    box, _ = style.view(case.results.mesh)
     size = max(box[1] - box[0], box[3] - box[2])
-    box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, box[3] + 0.04 * size)
+    levels = [float(load["level"]) for load in case.scene.stage_loads(stage).values() if load.get("type") == "reservoir"]  # some stand above the crest
+    box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, max([box[3], *levels]) + 0.04 * size)
     with pyplot.rc_context(style.STYLE | {"svg.fonttype": "path"}):
         figure, axes = pyplot.subplots(figsize=(8.2, min(8.2, max(4.0, 7.2 * (box[3] - box[2]) / (box[1] - box[0])))))
         for row in np.unique(mesh.block_group):
@@ -163,6 +169,8 @@ def section_svg(case, stage, assessed):
             axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.4))
         axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.8))
         forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
+        there, in_place = cut.standing(case.mesh, case.scene, stage)
+        case = replace(case, mesh=there, scene=in_place)
         for name, force in forces.items():
             load = case.scene.stage_loads(stage)[name]
             if load["type"] in ("self_weight", "pseudo_static"):

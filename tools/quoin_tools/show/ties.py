@@ -1,6 +1,7 @@
 """Pictures of anchors, for plots.py: only of scenes that have some.
 
 anchors_<stage>.png    their lines on the section, coloured by force; beside bonded bars the diagram of the force along them
+bars_<stage>.png       force along each bonded bar, and how much of the bond's strength is used
 anchor_forces.png      force of each over the stages, and over the trials of a flood or load factor
 """
 
@@ -11,6 +12,7 @@ from matplotlib import pyplot
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.lines import Line2D
 
 from quoin_tools.base.anchors import STATES, facts_of
 from quoin_tools.show import style
@@ -80,6 +82,40 @@ def plot_section(results, stage, path, whole=False):
     return True
 
 
+def plot_bars(results, stage, path):
+    """Force and use of the bond over the distance from the head; False: no bar is bonded."""
+    bars = results.stage(stage).bars
+    if bars is None or not len(bars.anchor):
+        return False
+    facts = facts_of(results.stage_summary(stage))
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(9.5, 5.2), sharey=True)
+    for row, name in enumerate(facts):
+        at = bars.of(row)
+        if not len(at):
+            continue
+        line = {"color": style.LINES[row % len(style.LINES)], "ls": ("-", "--", ":")[row // len(style.LINES) % 3], "lw": 1.5}
+        left.plot(bars.force[at] / 1e3, bars.from_head[at], label=name, **line)
+        right.plot(bars.bond_use[at], bars.from_head[at], **line)
+        for dowel in facts[name].get("dowels", []):
+            left.plot(np.interp(dowel["from_head"], bars.from_head[at], bars.force[at] / 1e3), dowel["from_head"], "x", color="black", ms=7, zorder=5)
+    handles, labels = left.get_legend_handles_labels()
+    if any(facts[name].get("dowels") for name in facts):
+        handles.append(Line2D([], [], color="black", ls="none", marker="x", label="crosses a joint"))
+    left.invert_yaxis()
+    left.axvline(0, color=style.GREY, lw=0.8)
+    right.axvline(1, color=style.GREY, lw=0.8, ls="--")
+    left.set_ylabel("distance from the head [m]")
+    left.set_xlabel("force of one bar [kN], tension positive")
+    right.set_xlabel("bond over its strength [-]; 1: it slips")
+    right.set_xlim(left=0)
+    for axes in (left, right):
+        axes.grid(alpha=0.3)
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), frameon=False)
+    figure.suptitle(f"Stage {stage}: bonded bars, largest force {style.plain(np.abs(bars.force).max() / 1e3)} kN")
+    style.save(figure, path)
+    return True
+
+
 def places_of(summary):
     """Words and members `anchors`, a place for each stage, or for each of its trials that was stable."""
     places = []
@@ -118,6 +154,7 @@ def plot_all(results, whole=False):
         return os.path.join(results.folder, name + ".png")
 
     written = [path(f"anchors_{stage}") for stage in results.stages if plot_section(results, stage, path(f"anchors_{stage}"), whole)]
+    written += [path(f"bars_{stage}") for stage in results.stages if plot_bars(results, stage, path(f"bars_{stage}"))]
     if plot_forces(results, path("anchor_forces")):
         written.append(path("anchor_forces"))
     return written

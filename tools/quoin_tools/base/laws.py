@@ -1,0 +1,67 @@
+"""Blocks that yield or crack: what summary.json and results.h5 say of them (docs/results_format.md).
+
+for group, facts in laws_of(stage_summary).items(): ...     # the largest plastic strain or damage, where, how much yields, energy
+lengths = open_cracks(results.mesh, results.stage("full"))   # [m] by block
+"""
+
+import numpy as np
+
+from quoin_tools.base.flow import printed
+
+MOSTLY = 0.5  # damage beyond which a block counts as cracked through
+
+
+def laws_of(s):
+    """What a stage of summary.json says of groups that can yield or crack; empty: none can."""
+    return s.get("laws") or {}
+
+
+def most_of(facts):
+    """(word, the largest measure of a group, its unit)"""
+    return ("damage", facts["damage"]) if "damage" in facts else ("plastic strain", facts["plastic_strain"])
+
+
+def open_cracks(mesh, stage):
+    """[m] (n_blocks,) Mean way of a crack through the block, where more than half of its stiffness is gone and the crack is open now; 0 elsewhere.
+
+    The crack runs across the largest principal stress; the way is the area over the block's extent across the crack."""
+    lengths = np.zeros(len(mesh.blocks))
+    if stage.crack_width is None:
+        return lengths
+    with np.errstate(invalid="ignore"):
+        chosen = np.flatnonzero((stage.damage > MOSTLY) & (stage.crack_width > 0) & np.isfinite(stage.angle))
+    across = np.stack([np.cos(stage.angle[chosen]), np.sin(stage.angle[chosen])], axis=1)
+    lengths[chosen] = mesh.areas()[chosen] / np.ptp(np.einsum("nkx,nx->nk", mesh.rings()[chosen], across), axis=1)
+    return lengths
+
+
+def areas_of(mesh):
+    """[m2] of each group, by name."""
+    area = np.bincount(mesh.block_group, mesh.areas(), minlength=len(mesh.group_names))
+    return dict(zip(mesh.group_names, area, strict=True))
+
+
+def energies(s):
+    """(kind, [J]) of what a stage has stored, and of what has been lost for good since the start of the run, in that order."""
+    energy, stored = s["energy"], [("stored in blocks", "strain"), ("stored in joints", "joints"), ("kinetic", "kinetic")]
+    rows = [(words, energy.get(name)) for words, name in stored]
+    for group, facts in laws_of(s).items():
+        rows.append((f"lost in {group}, which {'cracked' if 'damage' in facts else 'yielded'}", facts["lost"]))
+    anchors = sum(a["lost"] for a in (s.get("anchors") or {}).values())
+    return rows + ([("lost in anchors", anchors)] if anchors else [])
+
+
+# ---- rows of the table for the terminal; s: a stage of summary.json
+
+
+def rows(s):
+    found = []
+    for group, facts in laws_of(s).items():
+        word, most = most_of(facts)
+        at = "-" if facts["x"] is None else f"({facts['x']:.2f}, {facts['y']:.2f})"
+        found.append((group, word, printed(most, ".4g"), at, facts["blocks"], printed(facts["area"], ".2f"), printed(facts.get("crack_width"), ".4g", 1e3), printed(facts["lost"], ".4g")))
+    return found
+
+
+COLUMNS = ("group", "measure", "largest", "at [m]", "blocks with any", "their area [m²]", "widest crack now [mm]", "lost [J]")
+SECTIONS = (("Blocks that yield or crack", "group|measure|largest|at m|blocks with any|area m2|widest crack mm|lost J", rows),)  # as those of results.py

@@ -1,0 +1,72 @@
+"""Part of the sheet about anchors: forces, bonded bars along their length, dowels, bases with and without them, the force that a factor takes."""
+
+import numpy as np
+
+from quoin_tools.assess.assessment import cell
+from quoin_tools.base import anchors
+from quoin_tools.base.flow import printed
+from quoin_tools.base.results import sliding
+from quoin_tools.show.hypertext import esc, notes, table
+
+BAR_COLUMNS = ("bar", "largest force [kN]", "per metre [kN/m]", "at [m] from the head", "largest use of the bond [-]", "slip in the grout [mm]", "slipped [m]",
+               "yielded [m]", "stored [J]", "lost in yield, bond, dowels [J]")  # fmt: skip
+DOWEL_COLUMNS = ("bar", "x [m]", "y [m]", "force across [kN]", "slip of the joint [mm]", "plastic [mm]", "use [-]")
+
+
+def bar_rows(case, s):
+    """Each bonded bar at the end of a stage; where along it the force is largest."""
+    stage, rows = case.results.stage(s["name"]), []
+    if stage.bars is None:
+        return rows
+    for row, (name, a) in enumerate((s.get("anchors") or {}).items()):
+        mine = stage.bars.of(row)
+        if len(mine):
+            top = mine[np.abs(stage.bars.force[mine]).argmax()]
+            lost = ", ".join(printed(a.get(key), ".3g") for key in ("lost_yield", "lost_bond", "lost_dowel"))
+            rows.append((name, cell(stage.bars.force[top] / 1e3, 2), cell(stage.bars.force[top] / stage.anchors.spacing[row] / 1e3, 2), cell(stage.bars.from_head[top], 2),
+                         cell(stage.bars.bond_use[mine].max(), 3), cell(1e3 * a["slip"], 3), cell(a["slipped_length"], 2), cell(a["yielded_length"], 2), printed(a["stored"], ".4g"), lost))  # fmt: skip
+    return rows
+
+
+def base_rows(found):
+    """Bases that anchors cross, with and without them, by the gravity method; the block model has them."""
+    rows = []
+    for a in found:
+        if a.untied is not None:
+            with_, bare, (pull, across) = a.tied, a.untied, a.anchored
+            block = (a.block or {}).get("peak")
+            factors = (sliding(x) if x is not None else "-" for x in (block, with_[0], bare[0]))
+            rows.append((a.stage, a.name, cell(pull / 1e3, 1), cell(across / 1e3, 1), *factors, *(cell(x, 2) for x in (with_[1], bare[1]))))
+    return rows
+
+
+def needed_rows(s):
+    """Of a stage of anchor_force: factor, and the force of each anchor that gives it."""
+    return [(s["name"], *row) for row in anchors.needed_rows(s)]
+
+
+def anchors_part(case, found):
+    part = ""
+    for s in case.results.summary["stages"]:
+        rows = anchors.rows(s)
+        if rows:
+            part += f"<section><h3>Stage {esc(s['name'])}</h3>" + table(anchors.COLUMNS, rows, range(2, 8))
+            bars, dowels = bar_rows(case, s), anchors.dowel_rows(s)
+            part += table(BAR_COLUMNS, bars, range(1, 10)) if bars else ""
+            part += table(DOWEL_COLUMNS, dowels, range(1, 7)) if dowels else ""
+            part += notes(anchors.remarks(s)) + "</section>"
+    if not part:
+        return ""
+    rows = base_rows(found)
+    if rows:
+        part += "<h3>Bases with and without anchors</h3>" + table(
+            ("stage", "base", "pull across it [kN]", "along it [kN]", "sliding factor, block model", "gravity method, with", "without", "open length, with [m]", "without [m]"),
+            rows, range(2, 9))  # fmt: skip
+        part += ("<p><small>Pull: what the anchors that cross the base do to the part above, in the slice: across positive where it presses the base, along positive towards the end. "
+                 "Without: the same loads and no anchors, by the gravity method; “-”: without them there is no equilibrium without tension.</small></p>")  # fmt: skip
+    needed = [row for s in case.results.summary["stages"] for row in needed_rows(s)]
+    if needed:
+        part += "<h3>Force that a factor takes</h3>" + table(
+            ("stage", "anchor", "required factor", "fails with [kN]", "stands with [kN]", "fails with [kN/m]", "stands with [kN/m]"), needed, range(2, 7))  # fmt: skip
+    return (f"<h2>Anchors</h2>{part}<p><small>Forces of one anchor, and of all in a metre of thickness. A force that a jack holds is that of its stage. Of a bonded bar the force "
+            "is the largest along it; use of the bond is over its strength; figures show both along the bar.</small></p>")  # fmt: skip
