@@ -1,17 +1,23 @@
 """Figures, looked at before they are saved: the gravity method without tension, openings of the results, every stage, the rock in an inset that covers nothing."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
+from quoin_tools.assess.assessment import assess, load_case
+from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base.results import Results
-from quoin_tools.show import joints, plots, stress, style
+from quoin_tools.show import joints, plots, section, section_marks, stress, style
 
 ROOT = Path(__file__).resolve().parents[2]
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+DENSITY = 2400  # [kg/m3] of the dam of examples/engineers_dam
 solver = pytest.mark.skipif(not QUOIN.exists(), reason="the program is not built")
 
 
@@ -130,3 +136,101 @@ def test_histories_show_every_stage(dam, drawn):
     assert np.diff(places).min() > 0.04 and places[0] == pytest.approx(0, abs=1e-6) and places[-1] == pytest.approx(1)
     ticks = [tick.get_text() for tick in figure.axes[2].get_xticklabels()]
     assert ticks[-1].replace("\u202f", "") == f"{ends[-1]:.0f}"
+
+
+# ---- the section of the sheet
+
+
+SILTED = (("  water: {type: reservoir", "  silt: {type: reservoir, faces: upstream, level: 14, density: 950}\n  drained: {type: uplift, faces: base, level: 33, rule: npb, drain: 4.72}\n"
+           "  water: {type: reservoir"), ("loads: [weight, water]", "loads: [weight, water, silt, drained]"))  # fmt: skip
+
+
+@pytest.fixture
+def section_of(monkeypatch):
+    """The figure of a section, before it is text."""
+    figures = []
+    monkeypatch.setattr(section.pyplot, "close", figures.append)
+
+    def made(folder, stage):
+        case = load_case(folder, options_from(parser("report", "").parse_args([str(folder)])))
+        found, _ = assess(case)
+        section.section_svg(case, stage, [one for one in found if one.stage == stage])
+        return figures[-1]
+
+    return made
+
+
+def label_boxes(figure):
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    return {text.get_text(): (text.get_bbox_patch() or text).get_window_extent(renderer) for text in figure.axes[0].texts if text.get_text()}
+
+
+def assert_apart(figure):
+    boxes, inside = list(label_boxes(figure).values()), figure.axes[0].get_window_extent()
+    assert not any(section_marks.overlap(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :])
+    assert all(inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1 for box in boxes)
+
+
+@solver
+def test_silt_is_no_level_of_water(section_of, tmp_path):
+    """Guilhofrei with silt to 14 m and a drain: one level, that of the water; the silt named with its density, in another colour; drain, crest and toe drawn; no label covers another."""
+    subprocess.run([sys.executable, ROOT / "examples/guilhofrei/mesh.py", tmp_path / "model.h5"], check=True, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
+    text = (ROOT / "examples/guilhofrei/scene.yaml").read_text(encoding="utf-8")
+    for old, new in SILTED:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
+    command = [QUOIN, "-options_file", tmp_path / "scene.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path / "out", "-stages", "sw,swhp"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    figure = section_of(str(tmp_path / "out"), "swhp")
+    words = list(label_boxes(figure))
+    assert [word for word in words if word.endswith(" m") and word[0].isdigit()] == ["33.00 m"]
+    assert [word for word in words if word.startswith("silt ")] == [f"silt  {np.hypot(1, 0.05) * 9.81 * 0.95 * 14**2 / 2:.1f} kN (950 kg/m³)"]
+    assert {"crest 33.00 m", "lowest 0.00 m", "drain of drained"} <= set(words)
+    levels = [line for line in figure.axes[0].get_lines() if np.ptp(line.get_ydata()) == 0 and line.get_color() == section.WATER]
+    assert [line.get_ydata()[0] for line in levels] == [33.0]
+    reach = {colour: max(-np.array(lines.get_segments())[..., 0].min() for lines in figure.axes[0].collections if isinstance(lines, LineCollection)
+                         and to_hex(lines.get_colors()[0]) == colour) for colour in (section.WATER, section_marks.SILT)}  # fmt: skip
+    assert reach[section_marks.SILT] / reach[section.WATER] == pytest.approx(950 * 14 / (1000 * 33), rel=0.05)  # one scale
+    drain = next(line for line in figure.axes[0].get_lines() if line.get_color() == section_marks.DRAIN).get_xydata()
+    assert np.allclose(drain, 4.72 * np.array([22.8, 2.28]) / np.hypot(22.8, 2.28))
+    assert_apart(figure)
+
+
+@solver
+def test_labels_of_the_anchored_dam_are_apart(dam, section_of):
+    figure = section_of(dam.folder, "back")
+    assert {"crest 36.00 m", "lift", "base"} <= set(label_boxes(figure))
+    assert_apart(figure)
+
+
+def test_labels_on_one_place_part():
+    """Ten on one place, some at the edge: all are read, and stay in the picture."""
+    figure, axes = joints.pyplot.subplots(figsize=(6, 4))
+    axes.set_xlim(0, 10)
+    axes.set_ylim(0, 10)
+    for number in range(10):
+        axes.text(5 if number < 6 else 9.9, 5, f"label {number}", bbox={"fc": "white"})
+    axes.annotate("beside a place", (5, 5), (4, 4), textcoords="offset points")
+    section_marks.spread(figure, axes)
+    assert len(label_boxes(figure)) == 11 and axes.get_lines()
+    assert_apart(figure)
+    joints.pyplot.close(figure)
+
+
+@solver
+def test_weight_of_what_is_in_view(section_of, tmp_path):
+    """Where rock has weight too its centre is far below the picture: the weight of the dam is drawn."""
+    for name in ("section.yaml", "scene.yaml"):
+        shutil.copy(ROOT / "examples/engineers_dam" / name, tmp_path)
+    subprocess.run([sys.executable, "-m", "quoin_tools.section", "section.yaml", "-o", "model.h5"], check=True, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")}, capture_output=True)
+    subprocess.run([QUOIN, "-options_file", "scene.yaml", "-stages", "empty,full"], check=True, cwd=tmp_path, capture_output=True)
+    figure = section_of(str(tmp_path / "out"), "full")
+    mesh, words = Results(tmp_path / "out").mesh, list(label_boxes(figure))
+    of_dam = mesh.areas()[mesh.block_group == mesh.group_names.index("dam")].sum() * DENSITY * 9.81
+    drawn = next(word for word in words if " of dam " in word)
+    assert abs(float(drawn.split(" ")[-2].replace("\u202f", "")) - of_dam / 1e3) < 1e-3 * of_dam / 1e3
+    assert sum(word.startswith("drain of ") for word in words) == 2
+    assert_apart(figure)

@@ -17,6 +17,7 @@ animate    film of a stage in time: to a file
 film       what a film shows
 motion     a record, its spectrum, a block that slides on it, points of a run
 section    the section and its bases, for the sheet
+section_marks  elevations, drains, labels off each other in it
 viewer     one page to look into a run; its script and style are in page/
 viewer_data  what that page holds
 browser    HTML to PDF

@@ -12,7 +12,7 @@ from quoin_tools.assess.assessment import contacts_on
 from quoin_tools.assess.uplift import head_line
 from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
-from quoin_tools.show import style
+from quoin_tools.show import section_marks, style
 from quoin_tools.show.stress import standing
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
@@ -42,27 +42,28 @@ def draw_pressure(axes, segments, pressures, scale, fill, edge):
     return tips
 
 
-def draw_water(axes, case, name, load, force, box):
+def draw_water(axes, case, name, load, force, box, largest):
     """Pressure on the faces in view, level, resultant."""
-    segments = cut.wet_segments(case.mesh, load)
     level = float(load["level"])
-    pressures = np.maximum(level - segments[..., 1], 0.0)
-    shown = (pressures.max(axis=1) > 0) & style.inside(segments.mean(axis=1), box)
-    if not shown.any():
+    segments, pressures = section_marks.wet_in_view(case, load, box)
+    if not len(segments):
         return
-    segments, pressures = segments[shown], pressures[shown]
     size = max(box[1] - box[0], box[3] - box[2])
-    draw_pressure(axes, segments, pressures, REACH * size / pressures.max(), WATER_FILL, WATER)
+    is_water = section_marks.is_water(load)
+    colour = WATER if is_water else section_marks.SILT
+    draw_pressure(axes, segments, pressures, REACH * size / largest, WATER_FILL if is_water else section_marks.SILT_FILL, colour)
     direction = force[:2] / np.hypot(*force[:2])
     x, y = segments[..., 0].mean(), segments[..., 1].mean()
     if abs(direction[0]) > LEVEL:
         y = (x * force[1] - force[2]) / force[0]
         side, top = box[0] if force[0] > 0 else box[1], segments.reshape(-1, 2)[segments[..., 1].argmax()]
-        axes.plot([side, top[0]], [level, level], color=WATER, lw=1.4)
-        axes.text(0.97 * side + 0.03 * top[0], level, f"{level:.2f} m", color=WATER, va="bottom",
-                  ha="left" if force[0] > 0 else "right", fontsize=9)  # fmt: skip
-    arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), WATER)
-    axes.text(*(np.array([x, y]) - 0.55 * REACH * size * direction + [0, 0.02 * size]), force_text(name, force), color=WATER, ha="center",
+        if is_water:  # silt is no level of water
+            axes.plot([side, top[0]], [level, level], color=WATER, lw=1.4)
+            axes.text(0.97 * side + 0.03 * top[0], level, f"{level:.2f} m", color=WATER, va="bottom",
+                      ha="left" if force[0] > 0 else "right", fontsize=9)  # fmt: skip
+    arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), colour)
+    words = force_text(name, force) + ("" if is_water else f" ({style.plain(float(load['density']))} kg/m³)")
+    axes.text(*(np.array([x, y]) - 0.55 * REACH * size * direction + [0, 0.02 * size]), words, color=colour, ha="center",
               va="bottom", zorder=7, **LABEL)  # fmt: skip
 
 
@@ -72,6 +73,13 @@ def draw_weight(axes, case, name, load, force, size):
     if weights.sum() <= 0 or not force[:2].any():
         return
     at = weights @ centres / weights.sum()
+    box, groups = style.view(case.results.mesh)
+    if not style.inside(at[None], box)[0]:  # most of it is rock far below: the weight of what is in view
+        names = [case.results.mesh.group_names[row] for row in groups]
+        mine = np.where(np.isin(case.mesh.block_group, [case.mesh.group_names.index(group) for group in names]), weights, 0.0)
+        if mine.sum() <= 0:
+            return
+        at, force, name = mine @ centres / mine.sum(), np.array(force) * mine.sum() / weights.sum(), f"{name} of {', '.join(names)}"
     axes.plot(*at, "o", ms=4, color=WEIGHT, zorder=6)
     direction = force[:2] / np.hypot(*force[:2])
     arrow(axes, at, at + 0.16 * size * direction, WEIGHT)
@@ -176,7 +184,7 @@ def section_svg(case, stage, assessed):
             if load["type"] in ("self_weight", "pseudo_static"):
                 draw_weight(axes, case, name, load, force, size)
             elif load["type"] == "reservoir":
-                draw_water(axes, case, name, load, force, box)
+                draw_water(axes, case, name, load, force, box, section_marks.largest_pressure(case, stage, box))
             else:
                 draw_other(axes, case, name, load, force, size)
         draw_anchors(axes, case, stage)
@@ -185,6 +193,9 @@ def section_svg(case, stage, assessed):
         draw_bases(axes, assessed, size)
         style.set_view(axes, box)
         axes.set_ylabel("y [m]")
+        section_marks.draw_elevations(axes, mesh, box)
+        section_marks.draw_drains(axes, case, stage, box)
+        section_marks.spread(figure, axes)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.08, metadata={"Date": None})
         pyplot.close(figure)

@@ -1,0 +1,109 @@
+"""What the drawing of the section (section.py) has beside its loads: elevations, drains; and labels moved off each other."""
+
+import numpy as np
+
+from quoin_tools.assess import cut
+from quoin_tools.assess.joint_uplift import chord_of, joined
+from quoin_tools.show import style
+
+DRAIN = "#0a7d4f"
+LABEL = {"fontsize": 8, "bbox": {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.0}}
+WATER = 1000.0  # [kg/m3]
+THIN_WATER = 0.05  # of that: what a load of type reservoir of another density stands for (silt) is no water
+SILT, SILT_FILL = "#7a4f1d", "#e6d3b8"
+FARTHEST = 9  # heights of a label: farther from its place it is not moved
+
+
+def is_water(load):
+    return abs(float(load.get("density", WATER)) / WATER - 1) <= THIN_WATER
+
+
+def wet_in_view(case, load, box):
+    """Wet faces (n, 2, 2) of a reservoir in view, and density times depth at their ends."""
+    segments = cut.wet_segments(case.mesh, load)
+    pressures = float(load.get("density", WATER)) * np.maximum(float(load["level"]) - segments[..., 1], 0.0)
+    shown = (pressures.max(axis=1, initial=0.0) > 0) & style.inside(segments.mean(axis=1), box)
+    return segments[shown], pressures[shown]
+
+
+def largest_pressure(case, stage, box):
+    """Density times depth, over all reservoirs of a stage: they are drawn to one scale."""
+    loads = [load for load in case.scene.stage_loads(stage).values() if load.get("type") == "reservoir"]
+    return max((wet_in_view(case, load, box)[1].max(initial=0.0) for load in loads), default=0.0)
+
+
+def draw_elevations(axes, mesh, box):
+    """Highest and lowest elevation of the groups in view, at the side downstream; y of the mesh [m]."""
+    _, groups = style.view(mesh)
+    low, high = style.corners_of(mesh, groups)
+    width = box[1] - box[0]
+    for y, place in ((high[1], "crest"), (low[1], "lowest")):
+        axes.plot([box[1] - 0.16 * width, box[1]], [y, y], color=style.GREY, lw=0.8, ls=(0, (6, 2, 1, 2)), zorder=5)
+        axes.annotate(f"{place} {y:.2f} m", (box[1] - 0.01 * width, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right", va="bottom", zorder=7, fontsize=8)
+
+
+def drains_of(case, stage):
+    """Name and ends (2, 2) of each drain of a stage; a drain of an uplift load is a place on its joint."""
+    found = []
+    for name, load in case.scene.stage_loads(stage).items():
+        faces = load.get("faces") if load.get("type") == "uplift" else load.get("joint")
+        distance = load.get("drain") if load.get("type") == "uplift" else load.get("distance") if load.get("type") == "drain" else None
+        if distance is not None and faces in case.mesh.face_sets:
+            place = chord_of(joined(case.mesh, case.mesh.face_sets[faces])[1], load.get("heel", "start")).at(float(distance))
+            found.append((name, np.array([place, place])))
+        elif load.get("type") == "drain" and load.get("from") and load.get("to"):
+            found.append((name, np.array([load["from"], load["to"]], dtype=float)))
+    return found
+
+
+def draw_drains(axes, case, stage, box):
+    for name, ends in drains_of(case, stage):
+        if style.inside(ends, box).any():
+            axes.plot(*ends.T, color=DRAIN, lw=1.8, ls=(0, (4, 2)), marker="o", ms=5, mfc="white", zorder=8)
+            words = f"drain of {name}" if (ends[0] == ends[1]).all() else name
+            axes.annotate(words, ends[0], (7, 4), textcoords="offset points", color=DRAIN, va="bottom", zorder=8, **LABEL)
+
+
+# ---- labels
+
+
+def overlap(a, b):
+    return a.x0 < b.x1 and b.x0 < a.x1 and a.y0 < b.y1 and b.y0 < a.y1
+
+
+def places_round(height):
+    """Shifts [px], the nearest first."""
+    steps = np.arange(-FARTHEST, FARTHEST + 1)
+    shifts = np.array([(2.0 * i * height, 0.55 * j * height) for i in steps for j in steps])
+    return shifts[np.argsort(np.hypot(*shifts.T), kind="stable")]
+
+
+def shift_text(text, shift, dpi):
+    """Moves a label by [px], whether it stands at a place or beside one."""
+    if getattr(text, "anncoords", None) == "offset points":
+        text.set_position(np.array(text.get_position()) + np.array(shift) * 72 / dpi)
+        return
+    transform = text.get_transform()
+    text.set_position(transform.inverted().transform(transform.transform(text.get_position()) + shift))
+
+
+def spread(figure, axes):
+    """Moves labels that would cover others to the nearest room within the picture; a thin line leads back from where one had to go far."""
+    figure.canvas.draw()
+    renderer, inside, taken = figure.canvas.get_renderer(), axes.get_window_extent(), []
+    for text in [text for text in axes.texts if text.get_text()]:
+        patch = text.get_bbox_patch()
+        box = (patch or text).get_window_extent(renderer)
+        for shift in places_round(box.height):
+            there = box.translated(*shift)
+            if not any(overlap(there, other) for other in taken) and inside.x0 <= there.x0 and there.x1 <= inside.x1 and inside.y0 <= there.y0 and there.y1 <= inside.y1:
+                break
+        else:
+            shift, there = np.zeros(2), box
+        taken.append(there)
+        if shift.any():
+            shift_text(text, shift, figure.dpi)
+            if np.hypot(*shift) > 1.6 * box.height:
+                back = axes.transData.inverted()
+                ends = [back.transform(0.5 * (bounds.min + bounds.max)) for bounds in (box, there)]
+                axes.plot(*np.transpose(ends), color=text.get_color(), lw=0.6, zorder=6)
