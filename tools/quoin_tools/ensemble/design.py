@@ -30,6 +30,9 @@ class Condition:
     def holds(self, number):
         return {"<": number < self.value, "<=": number <= self.value, ">": number > self.value, ">=": number >= self.value}[self.sign]
 
+    def words(self):
+        return f"{self.path} {self.sign} {self.value:g}"
+
     def margin(self, number):
         """Above 0 where it does not hold."""
         return number - self.value if self.sign[0] == "<" else self.value - number

@@ -30,6 +30,7 @@ verify     a sheet held against the files it is about
 export     a run as CSV
 dxf        a stage of a run as a drawing
 paraview_state  how ParaView opens a run: copied beside its results
+ensemble_part  the page of the sheet about an ensemble
 ensembles  what an ensemble leaves: table and pictures
 compare    two runs side by side
 """

@@ -14,15 +14,17 @@ from quoin_tools.ensemble import analysis
 from quoin_tools.ensemble.journal import OUTCOMES
 from quoin_tools.show.style import GREY, LINES, STYLE, save
 
-OFTEN = 0.5  # of samples that have a number: then it is drawn
+UNITS = "[SI; angles in degrees]"  # as keys of a scene
 
 
 def write(design, rows, found, curve, folder):
     """Paths of samples.h5, ensemble.json and pictures."""
     kept = [rows[key] for key in sorted(rows, key=lambda key: (key[0], key[1] is not None, key[1] or 0.0))]
     written = [write_samples(design, kept, os.path.join(folder, "samples.h5")), os.path.join(folder, "ensemble.json")]
-    said = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "fail": str(design.condition or "collapsed"),
-            "probabilities": [asdict(p) for p in found], "fragility": curve and asdict(curve)}  # fmt: skip
+    said = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "judge": design.judge, "stage": design.stage,
+            "fail": design.condition.words() if design.condition else "collapsed", "variables": [one.words() for one in design.variables.each], "level_keys": design.level_keys,
+            "probabilities": [asdict(p) | {"words": analysis.words(p)} for p in found], "fragility": curve and asdict(curve),
+            "influence": [] if design.method == "sobol_indices" else analysis.influence(design, rows)}  # fmt: skip
     write_file(written[1], json.dumps(said, indent=1, default=str) + "\n")
     with pyplot.rc_context(STYLE):
         if design.level_keys and found:
@@ -61,7 +63,7 @@ def fragility_picture(design, found, curve, path):
         at = np.linspace(levels.min(), levels.max(), 200)
         axes.plot(at, curve.at(at), color=LINES[1], label=f"lognormal: median {curve.median:.4g}, spread {curve.spread:.3g}")
     axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel(", ".join(design.level_keys))
+    axes.set_xlabel(f"{', '.join(design.level_keys)} {UNITS}")
     axes.set_ylabel("probability of failure [-]")
     axes.set_title(f"{found[0].n} common samples at each level")
     axes.legend(loc="upper left")
@@ -80,8 +82,8 @@ def scatter_picture(design, kept, path):
         at = np.array([(r.values[x], r.values[y]) for r in mine if r.outcome == outcome]).reshape(-1, 2)
         if len(at):
             axes.plot(*at.T, mark, color=colour, markersize=4, alpha=0.7, linestyle="none", label=f"{outcome} ({len(at)})")
-    axes.set_xlabel(names[x])
-    axes.set_ylabel(names[y])
+    axes.set_xlabel(f"{names[x]} {UNITS}")
+    axes.set_ylabel(f"{names[y]} {UNITS}")
     axes.legend(loc="best")
     axes.set_title("Samples" if design.levels[-1] is None else f"Samples at {', '.join(design.level_keys)} = {design.levels[-1]:g}")
     save(figure, path)

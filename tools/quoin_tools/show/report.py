@@ -28,8 +28,10 @@ from quoin_tools.base.results import (
     no_single_factor,
     trials_of,
 )
+from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.show import browser, plots, section, verify
 from quoin_tools.show.anchors_part import anchors_part
+from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.hypertext import esc, file_picture, notes, picture, table
 from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.materials_part import cell_of, history_part, laws_part, materials_table
@@ -423,22 +425,22 @@ def style(case):
     return STYLE.replace("STATE", state)
 
 
-def page(case, pictures, shaken):
+def page(case, pictures, shaken, ensemble=None):
     found, complaints = assess(case)
     title = case.results.summary["title"] or case.results.summary["model"]
     body = "".join((
         heading(case), account_boxes(case), verdict_box(case, found, complaints), unfinished_note(case), SIGNATURES, limits_part(case, found), sections_part(case, found),
-        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case, found), trials_part(case), limit_part(case), modes_part(case), shaken_part(case, shaken), laws_part(case), local_part(case),
+        stages_part(case), inputs_part(case), assessments_part(case, found, complaints), water_part(case, found), anchors_part(case, found), trials_part(case), limit_part(case), ensemble_part(ensemble), modes_part(case), shaken_part(case, shaken), laws_part(case), local_part(case),
         displacements_part(case), figures_part(pictures), convergence_part(case, pictures), echo_part(case)))  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
-def write(folder, options, with_pdf=False):
+def write(folder, options, with_pdf=False, ensemble=None):
     """Paths of what was written."""
     case = load_case(folder, options)
     shaken = Shaken(case.results, options.ky)
-    text = verify.signed(page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken))
+    text = verify.signed(page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken, ensemble))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
     if with_pdf:
@@ -449,13 +451,14 @@ def write(folder, options, with_pdf=False):
 def main(arguments=None):
     options = parser("report", "One self-contained HTML sheet about a run, FOLDER/report.html.")
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
+    options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
     given = options.parse_args(arguments)
     try:
-        print("\n".join(write(given.folder, options_from(given), given.pdf)))
+        print("\n".join(write(given.folder, options_from(given), given.pdf, given.ensemble)))
     except browser.BrowserError as error:
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3
-    except (*ERRORS, OSError) as error:
+    except (*ERRORS, EnsembleError, OSError) as error:
         print(f"report: {error}", file=sys.stderr)
         return 2
     return 0
