@@ -56,6 +56,8 @@ PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
 PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 /* Corrects what is said of the blocks of a list. */
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers);
+/* Collective. What a term tells of things with names; n_rows 0: none does. */
+PetscErrorCode TermsLook(const TermView *view, TermLook *look);
 /* Rank 0. The tables of all terms that have one. */
 PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables);
 PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables);

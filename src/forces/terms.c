@@ -326,6 +326,14 @@ PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode TermsLook(const TermView *view, TermLook *look)
+{
+  PetscFunctionBeginUser;
+  *look = (TermLook){.n_rows = 0};
+  EACH(look, &of, look);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables)
 {
   PetscFunctionBeginUser;

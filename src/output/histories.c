@@ -1,22 +1,27 @@
 /* histories.c: what looks of a dynamic stage see of joints, supports and points, kept until the stage ends:
-   the rows of joint_history.csv, columns of history.csv, the peaks of summary.json. */
+   the rows of joint_history.csv and anchor_history.csv, columns of history.csv, the peaks of summary.json. */
 #include "output/output.h"
 
 static const Peak None = {NAN, NAN, NAN, NAN, NAN, NAN};
 
 static PetscInt peaks_of(const Histories *h)
 {
-  return h->n_joints * LOOK_COLUMNS + 2 * (h->n_supports + 1) + 4 * h->n_points;
+  return h->n_joints * LOOK_COLUMNS + 2 * (h->n_supports + 1) + 4 * h->n_points + h->n_things;
 }
 
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
 {
+  const TermView view = ViewOf(p);
+  TermLook things;
   PetscFunctionBeginUser;
   PetscCall(HistoriesDestroy(h));
+  PetscCall(TermsLook(&view, &things));
   *h = (Histories){.n_joints = p->scene->n_joints,
                    .n_supports = p->scene->n_supports,
                    .n_points = p->m->n_points,
-                   .joint_time = NAN};
+                   .n_things = things.n_rows * things.n_columns,
+                   .joint_time = NAN,
+                   .things_time = NAN};
   PetscCall(PetscCalloc1(2 * h->n_joints + 1, &h->direction));
   PetscCall(PetscCalloc1(h->n_joints + 1, &h->carried));
   PetscCall(PetscCalloc1(LOOK_COLUMNS * h->n_joints + 1, &h->joint));
@@ -25,6 +30,7 @@ PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
   for (PetscInt i = 0; i < peaks_of(h); i++) h->joint_peak[i] = None;
   h->support_peak = h->joint_peak + h->n_joints * LOOK_COLUMNS;
   h->probe_peak = h->support_peak + 2 * (h->n_supports + 1);
+  h->things_peak = h->probe_peak + 4 * h->n_points;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,6 +87,20 @@ void HistoriesOfProbes(const Problem *p)
       PeakTake(h->probe_peak + 4 * i + x, u, p->state->time);
       PeakTake(h->probe_peak + 4 * i + 2 + x, u - ground[x], p->state->time);
     }
+}
+
+PetscErrorCode HistoriesLook(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(JointHistoryLook(p));
+  PetscCall(TermHistoryLook(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void HistoriesRows(const Problem *p)
+{
+  JointHistoryRows(p);
+  TermHistoryRows(p);
 }
 
 /* ---- summary.json */
@@ -145,6 +165,7 @@ void SummaryPeaks(FILE *f, const Problem *p)
   fprintf(f, "      \"peaks\": {\n");
   put_joints(f, p);
   put_supports(f, p);
+  TermHistoryPeaks(f, p);
   put_probes(f, p);
   fprintf(f, "      },\n");
 }

@@ -1,12 +1,46 @@
-/* history_file.c: a CSV file that grows while the run goes on: history.csv, joint_history.csv. It is called
-   <name>.part until the first stage is whole, its checksum stands in summary.json and in the checkpoint, and
-   a restart cuts it back to the rows of its checkpoint. Rank 0 only. */
+/* history_file.c: a CSV file that grows while the run goes on: history.csv, joint_history.csv,
+   anchor_history.csv. It is called <name>.part until the first stage is whole, its checksum stands in
+   summary.json and in the checkpoint, and a restart cuts it back to the rows of its checkpoint. Rank 0
+   only. */
 #include "output/output.h"
 #include <errno.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 enum { PATH_LENGTH = PETSC_MAX_PATH_LEN + 64 };
+static const char *const FileNames[HISTORY_FILES] = {"history.csv", "joint_history.csv",
+                                                     "anchor_history.csv"};
+
+void HistoriesName(const Scene *scene, HistoryFile *files)
+{
+  PetscInt n_anchors;
+  (void)SceneEntries(scene, "anchors", &n_anchors);
+  const PetscBool has[HISTORY_FILES] = {PETSC_TRUE, SceneInTime(scene), (PetscBool)(n_anchors > 0)};
+  for (int i = 0; i < HISTORY_FILES; i++) files[i].name = has[i] ? FileNames[i] : NULL;
+}
+
+void HistoriesDrop(const HistoryFile *files, const char *folder)
+{
+  char path[PATH_LENGTH];
+  for (int i = 0; i < HISTORY_FILES; i++) {
+    snprintf(path, sizeof(path), "%s/%s", folder, FileNames[i]);
+    if (!files[i].name) (void)unlink(path);
+  }
+}
+
+PetscErrorCode HistoryFilesArchive(Archive *a, HistoryFile *files)
+{
+  PetscInt64 counts[2 * HISTORY_FILES];
+  PetscFunctionBeginUser;
+  for (int i = 0; i < HISTORY_FILES; i++)
+    counts[2 * i] = files[i].bytes, counts[2 * i + 1] = (PetscInt64)files[i].checksum;
+  PetscCall(ArchiveCounts(a, "histories", 2 * HISTORY_FILES, counts));
+  for (int i = 0; i < HISTORY_FILES && a->reading; i++) {
+    files[i].bytes = ArchiveWithin(a, FileNames[i], counts[2 * i], 0, INT64_MAX);
+    files[i].checksum = (uint64_t)counts[2 * i + 1];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* named: it has its final name. */
 static void path_of(const HistoryFile *h, const char *folder, PetscBool named, char path[PATH_LENGTH])

@@ -161,7 +161,7 @@ void JointHistoryHeader(FILE *f)
 void JointHistoryRows(const Problem *p)
 {
   Histories *h = &p->output->histories;
-  FILE *f = p->output->joint_history.file;
+  FILE *f = p->output->files[JOINT_HISTORY].file;
   if (!f || !h->joint || PetscIsNanReal(h->joint_time)) return;
   for (PetscInt j = 0; j < h->n_joints; j++) {
     const PetscReal *row = h->joint + LOOK_COLUMNS * j;

@@ -89,23 +89,13 @@ static PetscBool named(const Output *o)
 
 static void check_histories(const Output *o, char message[MESSAGE_LENGTH])
 {
-  HistoryCheck(&o->history, o->folder, named(o), message);
-  HistoryCheck(&o->joint_history, o->folder, named(o), message);
+  for (int i = 0; i < HISTORY_FILES; i++) HistoryCheck(o->files + i, o->folder, named(o), message);
 }
 
 /* Rank 0. Puts the histories as far as they go on the disk. */
 static void settle_histories(Output *o, char message[MESSAGE_LENGTH])
 {
-  HistorySettle(&o->history, o->folder, named(o), message);
-  HistorySettle(&o->joint_history, o->folder, named(o), message);
-}
-
-/* Rank 0. A history of joints that an older run has left is none of this one, which runs nothing in time. */
-static void drop_old_history(const Output *o)
-{
-  char path[PETSC_MAX_PATH_LEN + 64];
-  snprintf(path, sizeof(path), "%s/joint_history.csv", o->folder);
-  if (!o->joint_history.name && !o->n_settled) (void)unlink(path);
+  for (int i = 0; i < HISTORY_FILES; i++) HistorySettle(o->files + i, o->folder, named(o), message);
 }
 
 /* Rank 0. Gives the files of all finished stages their names. */
@@ -115,9 +105,8 @@ static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, 
   PetscFunctionBeginUser;
   // stages that were passed over have added nothing to it
   if (o->results.part > 0) ResultsFileFinish(&o->results, o->n_stages - 1, message);
-  if (!o->n_settled) HistoryName(&o->history, o->folder, message);
-  if (!o->n_settled) HistoryName(&o->joint_history, o->folder, message);
-  drop_old_history(o);
+  for (int i = 0; i < HISTORY_FILES && !o->n_settled; i++) HistoryName(o->files + i, o->folder, message);
+  if (!o->n_settled) HistoriesDrop(o->files, o->folder);
   check_histories(o, message);
   settle_histories(o, message);
   PetscCall(SummaryWrite(scene, model, o, message));
@@ -149,21 +138,12 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   else if (!a->reading && !a->rank)
     settle_histories(o, a->message);
   const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
-  PetscInt64 counts[] = {o->n_stages,
-                         o->results.n_frames,
-                         t->n,
-                         t->mechanism != NULL,
-                         o->history.bytes,
-                         (PetscInt64)o->history.checksum,
-                         written,
-                         (PetscInt64)o->results.run,
-                         o->joint_history.bytes,
-                         (PetscInt64)o->joint_history.checksum,
-                         o->n_contacts,
-                         o->n_dofs};
-  PetscCall(ArchiveCounts(a, "counts", 12, counts));
+  PetscInt64 counts[] = {o->n_stages, o->results.n_frames,        t->n,          t->mechanism != NULL,
+                         written,     (PetscInt64)o->results.run, o->n_contacts, o->n_dofs};
+  PetscCall(ArchiveCounts(a, "counts", 8, counts));
+  PetscCall(HistoryFilesArchive(a, o->files));
   if (a->reading) {
-    if (!a->rank && counts[6] != written)
+    if (!a->rank && counts[4] != written)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
     PetscInt most = a->n; // trials have a text each
@@ -171,17 +151,13 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     counts[0] = ArchiveWithin(a, "stages", counts[0], 0, memory->scene->n_stages);
     counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
     counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most);
-    counts[4] = ArchiveWithin(a, "bytes of history.csv", counts[4], 0, INT64_MAX);
     if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
     if (!a->anew) { // the same run goes on, on another partition
-      o->results.origin = (uint64_t)counts[7];
+      o->results.origin = (uint64_t)counts[5];
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     }
     t->n = (PetscInt)counts[2];
-    o->history.bytes = counts[4], o->history.checksum = (uint64_t)counts[5];
-    o->joint_history.bytes = ArchiveWithin(a, "bytes of joint_history.csv", counts[8], 0, INT64_MAX);
-    o->joint_history.checksum = (uint64_t)counts[9];
-    o->n_contacts = (PetscInt)counts[10], o->n_dofs = (PetscInt)counts[11];
+    o->n_contacts = (PetscInt)counts[6], o->n_dofs = (PetscInt)counts[7];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
     if (counts[3]) {
       PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
@@ -204,10 +180,7 @@ static PetscErrorCode refuse(Output *o, const char *message)
 {
   char dropped[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  if (message[0]) {
-    HistoryClose(&o->history, o->folder, dropped);
-    HistoryClose(&o->joint_history, o->folder, dropped);
-  }
+  for (int i = 0; i < HISTORY_FILES && message[0]; i++) HistoryClose(o->files + i, o->folder, dropped);
   PetscCall(CheckpointRefuse(o->checkpoint, ERROR_OUTPUT, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -246,16 +219,19 @@ static uint64_t checksum_of_program(void)
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
 {
-  PetscBool anew[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscBool anew[HISTORY_FILES] = {PETSC_FALSE}, any = PETSC_FALSE;
   PetscFunctionBeginUser;
   write_echo(o->folder, scene, message);
   MotionsWrite(scene, o->folder, message);
-  anew[0] = HistoryOpen(&o->history, o->folder, named(o), resumed, message);
-  if (anew[0]) history_header(o->history.file, scene, model, o);
-  if (o->joint_history.name) anew[1] = HistoryOpen(&o->joint_history, o->folder, named(o), resumed, message);
-  if (anew[1]) JointHistoryHeader(o->joint_history.file);
+  for (int i = 0; i < HISTORY_FILES; i++) {
+    if (o->files[i].name) anew[i] = HistoryOpen(o->files + i, o->folder, named(o), resumed, message);
+    any = (PetscBool)(any || anew[i]);
+  }
+  if (anew[HISTORY]) history_header(o->files[HISTORY].file, scene, model, o);
+  if (anew[JOINT_HISTORY]) JointHistoryHeader(o->files[JOINT_HISTORY].file);
+  if (anew[TERM_HISTORY]) TermHistoryHeader(o->files[TERM_HISTORY].file);
   check_histories(o, message);
-  if (resumed && o->n_settled && (anew[0] || anew[1])) { // no stage may be left that would write it
+  if (resumed && o->n_settled && any) { // no stage may be left that would write it
     settle_histories(o, message);
     PetscCall(SummaryWrite(scene, model, o, message));
   }
@@ -293,8 +269,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   output->checkpoint = checkpoint;
   PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
   output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
-  output->history.name = "history.csv";
-  output->joint_history.name = SceneInTime(scene) ? "joint_history.csv" : NULL;
+  HistoriesName(scene, output->files);
   PetscCall(GroundCreate(scene, &output->ground, message));
   output->ground_moves = (PetscBool)(SceneInTime(scene) && !message[0] &&
                                      MotionMoves(&output->ground.motion));
@@ -340,7 +315,7 @@ static void history_supports(FILE *f, const Problem *p)
 
 static void history_row(const Problem *p, PetscReal u_max)
 {
-  FILE *f = p->output->history.file;
+  FILE *f = p->output->files[HISTORY].file;
   const PetscReal *probes = p->output->probes;
   const State *s = p->state;
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
@@ -361,9 +336,9 @@ PetscErrorCode OutputHistory(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(update_probes(p, &u_max));
   HistoriesOfProbes(p);
-  if (p->output->history.file) {
+  if (p->output->files[HISTORY].file) {
     history_row(p, u_max);
-    JointHistoryRows(p);
+    HistoriesRows(p);
     check_histories(p->output, message);
   }
   PetscCall(refuse(p->output, message));
@@ -375,7 +350,7 @@ PetscErrorCode OutputJointHistory(const Problem *p)
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (!p->m->rank) {
-    JointHistoryRows(p);
+    HistoriesRows(p);
     check_histories(p->output, message);
   }
   PetscCall(refuse(p->output, message));
@@ -441,7 +416,9 @@ PetscErrorCode OutputStage(const Problem *p)
       &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
+  if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistoryLook(p));
   if (!p->m->rank) {
+    TermHistoryRows(p);
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));
@@ -481,8 +458,7 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   message[0] = '\0';
-  HistoryClose(&output->history, output->folder, message);
-  HistoryClose(&output->joint_history, output->folder, message);
+  for (int i = 0; i < HISTORY_FILES; i++) HistoryClose(output->files + i, output->folder, message);
   if (output->lock >= 0) FolderUnlock(output->folder, output->lock);
   output->lock = -1;
   PetscCall(PetscFree(output->memory));

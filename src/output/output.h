@@ -2,6 +2,7 @@
    results.xdmf, summary.json, history.csv, the results of trials, lines on the terminal. */
 #pragma once
 #include "motion/motion.h"
+#include "output/history_file.h"
 
 /* ---- fields.c */
 typedef struct {
@@ -282,27 +283,6 @@ Hinges HingesOf(const Problem *p, const StageFields *fields);
 /* Writes the "hinges" member of a stage or trial, if it has hinges. */
 void SummaryHinges(FILE *f, const Hinges *hinges);
 
-/* ---- history_file.c */
-typedef struct {
-  const char *name;  /* history.csv; NULL: the run has none */
-  FILE *file;        /* NULL: closed */
-  PetscInt64 bytes;  /* length of the file at the last look */
-  uint64_t checksum; /* FileChecksum at that length */
-} HistoryFile;
-/* Rank 0. named: it has its final name, without .part. All do nothing while it is closed, but HistoryOpen.
-   HistoryOpen says whether it is new and wants its header. */
-PetscBool HistoryOpen(HistoryFile *history, const char *folder, PetscBool named, PetscBool resumed,
-                      char message[MESSAGE_LENGTH]);
-void HistoryName(const HistoryFile *history, const char *folder, char message[MESSAGE_LENGTH]);
-/* Checks that the file of that name has the rows. */
-void HistoryCheck(const HistoryFile *history, const char *folder, PetscBool named,
-                  char message[MESSAGE_LENGTH]);
-/* Puts the file as far as it goes on the disk. */
-void HistorySettle(HistoryFile *history, const char *folder, PetscBool named, char message[MESSAGE_LENGTH]);
-/* Writes the member of summary.json that tells the file's length and checksum. */
-void HistorySummary(FILE *f, const HistoryFile *history, const char *member);
-void HistoryClose(HistoryFile *history, const char *folder, char message[MESSAGE_LENGTH]);
-
 /* ---- peaks.c */
 /* Extremes of series in time. */
 typedef struct {
@@ -348,10 +328,18 @@ typedef struct {
   Peak *joint_peak;      /* (n_joints, LOOK_COLUMNS) */
   Peak *support_peak;    /* (n_supports + 1,2) the last of all together */
   Peak *probe_peak;      /* (n_points,4) u x,y; over the ground x,y */
+  PetscInt n_things;     /* numbers of a look at things that terms have names of */
+  TermLook things;       /* the last look at them */
+  PetscReal things_time; /* [s] of it; NaN: its rows are written */
+  Peak *things_peak;     /* (n_things,) */
 } Histories;
 /* Empty ones for the dynamic stage that begins. */
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *histories);
 PetscErrorCode HistoriesDestroy(Histories *histories);
+/* Collective. Looks at joints, and at what else has names, at the forces just evaluated. */
+PetscErrorCode HistoriesLook(const Problem *p);
+/* Rank 0. Writes the rows of the last look, once. */
+void HistoriesRows(const Problem *p);
 /* Collective. Finds which joints are lines, at the start of the stage. */
 PetscErrorCode HistoriesBegin(const Problem *p);
 /* Collective, see archive.h. */
@@ -371,6 +359,15 @@ PetscErrorCode JointHistoryLook(const Problem *p);
 PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign);
 /* Rank 0. Writes the rows of the last look, once. */
 void JointHistoryRows(const Problem *p);
+
+/* ---- term_history.c */
+/* Collective. Looks at what terms have names of. */
+PetscErrorCode TermHistoryLook(const Problem *p);
+/* Rank 0. */
+void TermHistoryHeader(FILE *f);
+void TermHistoryRows(const Problem *p);
+/* Writes the "anchors" member of the peaks. */
+void TermHistoryPeaks(FILE *f, const Problem *p);
 
 /* ---- support_forces.c */
 /* Finds where boundaries let waves out; again on a new partition. */
@@ -429,27 +426,27 @@ PetscErrorCode StageReport(const Problem *p);
 #endif
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;                  /* stages that are over */
-  PetscInt n_settled;                 /* rank 0: finished stages that the files with their final names hold */
-  PetscBool settled;                  /* the files hold all finished stages: a checkpoint is due */
-  double settle_wall;                 /* rank 0: [s] that these files took to write last */
-  PetscInt n_contacts;                /* contacts at the end of the last stage */
-  PetscInt n_dofs;                    /* degrees of freedom at that end */
-  char **stages;                      /* rank 0: (n_stages,) their objects in summary.json; NULL: it was not
+  PetscInt n_stages;                /* stages that are over */
+  PetscInt n_settled;               /* rank 0: finished stages that the files with their final names hold */
+  PetscBool settled;                /* the files hold all finished stages: a checkpoint is due */
+  double settle_wall;               /* rank 0: [s] that these files took to write last */
+  PetscInt n_contacts;              /* contacts at the end of the last stage */
+  PetscInt n_dofs;                  /* degrees of freedom at that end */
+  char **stages;                    /* rank 0: (n_stages,) their objects in summary.json; NULL: it was not
                                          run, because the stage from which it starts has failed */
-  PetscReal *probes;                  /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
-  MeshFields mesh;                    /* while a file is being written */
-  ResultsFile results;                /* rank 0 */
-  HistoryFile history, joint_history; /* rank 0; the latter only where a stage runs in time */
-  Histories histories;                /* of the dynamic stage that runs */
-  Envelope envelope;                  /* likewise */
-  Ground ground;                      /* that supports move */
-  PetscBool ground_moves;    /* all supports that move do so alike, in a scene with a dynamic stage */
-  uint64_t program_checksum; /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
-  int lock;                  /* rank 0: lock of the folder, -1: none */
-  Trials trials;             /* trials of the stage that runs */
-  BodyMotion bodies;         /* bodies of the dynamic stage that runs */
-  Vibration vibration;       /* of the stage of modes that runs */
+  PetscReal *probes;                /* (n_points,4) x y [m], u_x u_y [m]; the same on all ranks */
+  MeshFields mesh;                  /* while a file is being written */
+  ResultsFile results;              /* rank 0 */
+  HistoryFile files[HISTORY_FILES]; /* rank 0; name NULL: this run has none */
+  Histories histories;              /* of the dynamic stage that runs */
+  Envelope envelope;                /* likewise */
+  Ground ground;                    /* that supports move */
+  PetscBool ground_moves;           /* all supports that move do so alike, in a scene with a dynamic stage */
+  uint64_t program_checksum;        /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
+  int lock;                         /* rank 0: lock of the folder, -1: none */
+  Trials trials;                    /* trials of the stage that runs */
+  BodyMotion bodies;                /* bodies of the dynamic stage that runs */
+  Vibration vibration;              /* of the stage of modes that runs */
   struct _p_Checkpoint *checkpoint;
   void *memory; /* output.c: memory for the checkpoint */
 } Output;

@@ -319,8 +319,9 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
   }
   fprintf(f, "  \"stages\": [\n");
   put_stages(f, scene, o);
-  HistorySummary(f, &o->history, "history");
-  HistorySummary(f, &o->joint_history, "joint_history");
+  HistorySummary(f, o->files + HISTORY, "history");
+  HistorySummary(f, o->files + JOINT_HISTORY, "joint_history");
+  HistorySummary(f, o->files + TERM_HISTORY, "anchor_history");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PartText(o->folder, "summary.json", text, size, "  \"crc32\": \"", "\"\n}\n", message);
   free(text);

@@ -378,7 +378,7 @@ static PetscErrorCode cycle(Loop *loop)
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
-  if (loop->looks) PetscCall(JointHistoryLook(p));
+  if (loop->looks) PetscCall(HistoriesLook(p));
   if (loop->looks) CondensedInertial(p->m, p->state); // for the forces of supports
   if (stage->envelope_every && pace->done % (stage->envelope_every * PaceTicks(pace, 0)) == 0)
     PetscCall(EnvelopeTake(p));
@@ -456,7 +456,7 @@ static PetscErrorCode end(Loop *loop)
   PetscFunctionBeginUser;
   p->contacts->rate = -1.;
   PetscCall(evaluate(p, d));
-  if (p->result->finite) PetscCall(JointHistoryLook(p));
+  if (p->result->finite) PetscCall(HistoriesLook(p));
   if (p->result->finite && p->stage->envelope_every) PetscCall(EnvelopeTake(p));
   PetscCall(OutputJointHistory(p));
   PetscCall(follow_motion(p));

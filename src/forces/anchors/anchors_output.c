@@ -97,6 +97,32 @@ void AnchorsSummary(FILE *f, const TermView *v)
   }
 }
 
+/* ---- as time goes on */
+
+static const char *const Seen[] = {"force_N", "largest_so_far_N", "elongation_m", "plastic_m", "lost_J"};
+enum { SEEN = sizeof Seen / sizeof *Seen };
+
+PetscErrorCode AnchorsLook(const TermView *v, TermLook *look)
+{
+  Anchors *all = v->memory;
+  PetscFunctionBeginUser;
+  if (!all) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AnchorsGather(v->m->comm, all));
+  if (!all->name) PetscCall(PetscMalloc1(all->n, &all->name));
+  if (!all->seen) PetscCall(PetscMalloc1(all->n * SEEN, &all->seen));
+  for (PetscInt i = 0; i < all->n; i++) {
+    const Line *line = all->line + i;
+    const PetscReal *x = all->told + i * LINE_NUMBERS;
+    const Told t = tell(line, x);
+    const PetscReal row[SEEN] = {t.state == TOLD_ABSENT ? NAN : t.force, PetscMax(x[LINE_MOST], t.force),
+                                 t.elongation, x[LINE_PLASTIC], x[LINE_LOST]};
+    all->name[i] = line->of->entry.name;
+    PetscCall(PetscArraycpy(all->seen + i * SEEN, row, SEEN));
+  }
+  *look = (TermLook){all->n, SEEN, all->name, Seen, all->seen};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Room for rows of columns of these widths. */
 typedef struct {
   const char *name;

@@ -279,6 +279,8 @@ PetscErrorCode AnchorsDestroy(const Scene *scene, void **memory)
     for (PetscInt i = 0; i < all->n; i++) PetscCall(ChainDestroy(&all->line[i].chain));
     PetscCall(PetscFree(all->line));
     PetscCall(PetscFree(all->told));
+    PetscCall(PetscFree(all->name));
+    PetscCall(PetscFree(all->seen));
   }
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);

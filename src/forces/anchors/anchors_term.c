@@ -155,5 +155,6 @@ const TermKind Anchors_term = {.name = "anchors",
                                .history = history,
                                .archive = AnchorsArchive,
                                .archive_stable = AnchorsArchiveStable,
+                               .look = AnchorsLook,
                                .table = AnchorsTable,
                                .summary = AnchorsSummary};

@@ -73,6 +73,8 @@ typedef struct {
   Line *line;        /* (n,) in the order of the scene */
   PetscBool in_time; /* a dynamic stage: history goes on with every evaluation */
   PetscReal *told;   /* (n, LINE_NUMBERS) on all ranks, after AnchorsGather; anchors_memory.c */
+  const char **name; /* (n,) */
+  PetscReal *seen;   /* (n, numbers) at the last look, see anchors_output.c */
 } Anchors;
 
 /* ---- line.c */
@@ -124,4 +126,5 @@ PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *re
 /* ---- anchors_output.c */
 PetscErrorCode AnchorsSurvey(const TermView *v, PetscBool tell);
 void AnchorsSummary(FILE *f, const TermView *v);
+PetscErrorCode AnchorsLook(const TermView *v, TermLook *look);
 PetscErrorCode AnchorsTable(const TermView *v, PetscInt which, TermTable *table);

@@ -96,6 +96,14 @@ typedef struct {
   TermColumn columns[TERM_COLUMNS];
 } TermTable;
 
+/* What a term tells of things that have names, as time goes on: a row each, alike on all ranks. The memory is
+   the term's, until it is asked again. */
+typedef struct {
+  PetscInt n_rows, n_columns;
+  const char *const *names, *const *columns; /* of rows, of columns */
+  const PetscReal *values;                   /* (n_rows, n_columns); NaN: it is not there */
+} TermLook;
+
 /* What results say of the blocks of a list, by their total strain until terms have corrected it. NULL: not
    asked for. */
 typedef struct {
@@ -166,6 +174,7 @@ typedef struct {
   PetscErrorCode (*history)(const TermView *v, TermHistory what); /* not collective */
 
   /* memory and answers */
+  PetscErrorCode (*look)(const TermView *v, TermLook *look); /* collective; one row of the table has it */
   PetscErrorCode (*of_blocks)(const TermView *v, const Elements *list, BlockAnswers *answers);
   PetscErrorCode (*archive)(Archive *archive, const TermView *v);
   PetscErrorCode (*archive_stable)(Archive *archive, const TermView *v); /* what KEEP_STABLE has kept */

@@ -4,9 +4,11 @@ By hand: springs in series and in parallel, a block on a plane with the force of
 
 import math
 import sys
+from pathlib import Path
 
 import numpy as np
 from driver import ROOT, changed
+from quoin_tools.base.anchors import read_history
 from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split_triangles
 from scipy.optimize import brentq
@@ -327,6 +329,12 @@ def yields(case):
         case.check("... plastic elongation [m]", told(result, "leg5")["plastic"], 0.02 - T_y / k, relative=1e-6)
         case.check("... lost [J]", told(result, "leg5")["lost"], T_y * (0.02 - T_y / k), relative=1e-6)
         case.check("... states", [told(result, f"leg{i}")["state"] for i in (1, 2, 4, 5)], ["elastic", "yielded", "slack", "yielded"])
+        seen = read_history(result.folder)["a"]
+        wanted = np.array([0.0, *(min(y, T_y / k) if i < 3 else max(y - 0.02 + T_y / k, 0) for i, (_, y) in enumerate(path[1:], 1))])
+        case.check("... anchor_history.csv: forces at the ends of the legs [N]", np.interp([t for t, _ in path], seen["time_s"], seen["force_N"])[1:], k * wanted[1:], absolute=2e-3 * T_y)
+        peak = result.stage_summary("leg2")["peaks"]["anchors"]["a"]
+        case.check("... peaks of leg 2: force, elongation [N], [m]", [peak["force"]["largest"], peak["elongation"]["largest"]], [T_y, 0.02], relative=1e-6)
+        case.check("... when it yields first [s]", peak["force"]["time_largest"], 0.1 + 0.1 * (T_y / k - 0.009) / 0.011, absolute=2e-4)
         energy = result.stage_summary("leg2")["energy"]
         case.check("... work of the support in leg 2 [J]", energy["supports"], T_y * (0.01 + 0.5 * (0.01 - 0.009) * 1.9), relative=2e-3)
         case.check("... energy balance over it", energy["balance"] / energy["supports"], 0, absolute=2e-3)
@@ -423,6 +431,10 @@ def checksums(result):
     return [stage["checksum"] for stage in result.summary["stages"]]
 
 
+def seen_by(result):
+    return (Path(result.folder) / "anchor_history.csv").read_text(encoding="utf-8")
+
+
 def everything():
     """A deformable dam of two bodies on ground, tied by tendons that cross all of it: stressed, yielding, in trials, in time."""
     lower, upper = (renamed(quad_patch((0, y), (w0, y), (w1, y + 4), (0, y + 4), 6, 4, group="block"), {"upstream": "left"}, {}) for y, w0, w1 in ((0, 6, 4.5), (4, 4.5, 3)))
@@ -459,11 +471,13 @@ def ranks_and_restart(case):
         result = case.run(mesh, whole, ranks=ranks)
         case.check(f"checksums on {ranks} ranks", checksums(result), checksums(first))
         case.check("... the same numbers of all anchors", anchors_of(result) == anchors_of(first), True)
+        case.check("... the same anchor_history.csv", seen_by(result) == seen_by(first), True)
     kept = sorted((folder / "kept" / "checkpoints").iterdir())
     for i, at in enumerate((len(kept) // 8, len(kept) // 3, 2 * len(kept) // 3, len(kept) - 2)):
         again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
         case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
         case.check("... the same numbers of all anchors", anchors_of(again) == anchors_of(first), True)
+        case.check("... the same anchor_history.csv", seen_by(again) == seen_by(first), True)
         case.check("... cycles of the trials of the flood", trials_of(again), trials_of(first))
 
 

@@ -4,6 +4,8 @@ anchors = Results("out").stage("full").anchors   # None: the scene has none
 anchors.force, anchors.per_metre()               # a row for each anchor, in the order of the scene
 """
 
+import csv
+import os
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -64,6 +66,15 @@ class Bars:
     def of(self, anchor):
         """Rows of one anchor."""
         return np.flatnonzero(self.anchor == anchor)
+
+
+def read_history(folder):
+    """Anchor to its columns of anchor_history.csv (docs/results_format.md)."""
+    with open(os.path.join(folder, "anchor_history.csv"), encoding="utf-8", newline="") as file:
+        header, *rows = (row for row in csv.reader(file) if row)
+    rows = [row for row in rows if len(row) == len(header)]  # the last one may be cut off in a run that goes on
+    columns = {name: np.array([row[i] for row in rows], dtype=str if name in ("stage", "anchor") else float) for i, name in enumerate(header)}
+    return {str(one): {name: array[columns["anchor"] == one] for name, array in columns.items() if name != "anchor"} for one in dict.fromkeys(columns["anchor"])}
 
 
 def column_names(table=Anchors):

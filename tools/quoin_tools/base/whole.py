@@ -157,9 +157,10 @@ def check_folder(folder):
     read_text(paths["results.xdmf"])
     summary = read_summary(paths["summary.json"])
     check_history(paths["history.csv"], summary)
-    if "joint_history" in summary:  # a run with a dynamic stage
-        paths["joint_history.csv"] = os.path.join(folder, "joint_history.csv")
-        check_history(paths["joint_history.csv"], summary, "joint_history")
+    for member in ("joint_history", "anchor_history"):  # a run with a dynamic stage, with anchors
+        if member in summary:
+            paths[f"{member}.csv"] = os.path.join(folder, f"{member}.csv")
+            check_history(paths[f"{member}.csv"], summary, member)
     return [f"{path}: whole, {os.path.getsize(path)} bytes" for path in (*paths.values(), *check_made(folder))]
 
 
