@@ -159,7 +159,9 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   PetscFunctionBeginUser;
   for (const Elements *e = next_list(v->m, NULL); e; e = next_list(v->m, e)) {
     PetscInt in_time = e->history->in_time;
-    PetscCall(ArchiveInts(a, e->n_nodes == 4 ? "in_time_4" : "in_time_3", 1, &in_time));
+    char name[NAME_LENGTH];
+    PetscCall(PetscSNPrintf(name, sizeof(name), "%s_%d_in_time", LawKinds[e->law].name, e->n_nodes));
+    PetscCall(ArchiveInts(a, name, 1, &in_time));
     e->history->in_time = (PetscBool)in_time;
     PetscCall(archive_numbers(a, v->m, e, "held", e->history->held));
     PetscCall(archive_numbers(a, v->m, e, "now", e->history->now));

@@ -49,6 +49,7 @@ def run(case):
     ramps(case)
     newton(case)
     ranks_and_restart(case)
+    both_laws(case)
 
 
 def told(result, stage="pull"):
@@ -164,3 +165,18 @@ def ranks_and_restart(case):
     for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
         again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
         case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
+
+
+def both_laws(case):
+    """Blocks that crack on ground that yields: each law has its own history in a checkpoint."""
+    mesh, scene = wall()
+    ground = {"density": 2400, "young": 10e9, "poisson": 0.2, "law": "mohr_coulomb", "cohesion": 1e5, "friction": 30, "tension": 2e4}
+    scene = changed(scene, ("materials.ground", ground), ("stages", scene["stages"][:2]), ("checkpoint", {"every": 1000, "keep": 1000}))
+    folder = case.prepare(mesh, scene)
+    first = case.again(folder)
+    laws = first.stage_summary("full")["laws"]
+    case.check("two laws in one scene: ground yields, wall cracks", [laws["ground"]["plastic_strain"] > 0, laws["block"]["damage"] > 0], [True] * 2)
+    case.again(folder, "-output", "kept")
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    for ranks in (1, 2):
+        case.check(f"... restart on {ranks} ranks: checksums", checksums(case.again(folder, "-restart", kept[len(kept) // 2], ranks=ranks)), checksums(first))
