@@ -26,6 +26,7 @@ shaken_part  the part of the sheet about earthquakes in time
 anchors_part  that about anchors
 materials_part  those about materials, lifts, temperature
 report     the sheet: HTML and PDF
+spreadsheet  its tables as a spreadsheet
 verify     a sheet held against the files it is about
 export     a run as CSV
 dxf        a stage of a run as a drawing

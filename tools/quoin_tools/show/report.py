@@ -436,25 +436,33 @@ def page(case, pictures, shaken, ensemble=None):
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
-def write(folder, options, with_pdf=False, ensemble=None):
+def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None):
     """Paths of what was written."""
     case = load_case(folder, options)
     shaken = Shaken(case.results, options.ky)
     text = verify.signed(page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken, ensemble))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
+    written = [path]
+    if with_xlsx:
+        from quoin_tools.show import spreadsheet
+
+        written.append(os.path.join(folder, "report.xlsx"))
+        spreadsheet.write(written[-1], text)
     if with_pdf:
-        browser.pdf(path, os.path.join(os.path.abspath(folder), "report.pdf"))
-    return [path] + ([os.path.join(folder, "report.pdf")] if with_pdf else [])
+        written.append(os.path.join(folder, "report.pdf"))
+        browser.pdf(path, os.path.abspath(written[-1]))
+    return written
 
 
 def main(arguments=None):
     options = parser("report", "One self-contained HTML sheet about a run, FOLDER/report.html.")
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
+    options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
     given = options.parse_args(arguments)
     try:
-        print("\n".join(write(given.folder, options_from(given), given.pdf, given.ensemble)))
+        print("\n".join(write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble)))
     except browser.BrowserError as error:
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3
