@@ -197,7 +197,7 @@ function option(value, words) {
 function listFields(step) {
   const shapes = [...new Set(scene.steps.filter((s) => s.stage === step.stage).flatMap((s) => s.shapes.map(([name]) => name)))];
   byId("shape").replaceChildren(option("", "displacements"), ...shapes.map((name) => option(name, name)));
-  byId("fill").replaceChildren(option("groups", "groups"), ...Object.entries(scene.fields).filter(([name]) => step.blocks[name]).map(([name, [words, unit]]) => option(name, `${words} [${unitFor(unit, 1e6)[0]}]`)));
+  byId("fill").replaceChildren(option("groups", "groups"), ...Object.entries(scene.fields).filter(([name]) => step.blocks[name]).map(([name, [words]]) => option(name, words))); // the scale has the unit
   for (const [id, key] of [["shape", "shape"], ["fill", "fill"]]) {
     byId(id).value = choice[key];
     if (byId(id).selectedIndex < 0) byId(id).selectedIndex = 0;
@@ -298,7 +298,7 @@ function listen() {
   byId("stage").addEventListener("change", () => goTo(scene.steps.findLastIndex((s) => s.stage === byId("stage").value)));
   byId("scale").max = SCALES.length - 1;
   byId("scale").addEventListener("input", () => rescale(Number(byId("scale").value)));
-  byId("joints").append(...Object.entries(KINDS).map(([value, words]) => option(value, UNITS[value] ? `${words} [${unitFor(UNITS[value], 1e3)[0]}]` : words)));
+  byId("joints").append(...Object.entries(KINDS).map(([value, words]) => option(value, words)));
   byId("joints").value = choice.joints;
   for (const id of ["shape", "fill", "joints"]) byId(id).addEventListener("change", () => { choice[id] = byId(id).value; redraw(); });
   for (const id of ["crosses", "water", "anchors", "points"]) byId(id).addEventListener("change", () => { choice[id] = byId(id).checked; redraw(); });
