@@ -222,10 +222,10 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
 {
   // what a load of each kind has as its target, none: it acts on groups alone; TermKind.loads has room for 32
   static const int kinds[32] = {
-      [LOAD_RESERVOIR] = FACE_SETS,  [LOAD_TRACTION] = FACE_SETS,      [LOAD_POINT_FORCE] = POINTS,
-      [LOAD_UPLIFT] = FACE_SETS,     [LOAD_HEAD] = FACE_SETS,          [LOAD_DRAIN] = FACE_SETS,
-      [LOAD_INFLOW] = FACE_SETS,     [LOAD_PSEUDO_STATIC] = FACE_SETS, [LOAD_ADDED_MASS] = FACE_SETS,
-      [LOAD_TEMPERATURE] = FACE_SETS};
+      [LOAD_RESERVOIR] = FACE_SETS,   [LOAD_TRACTION] = FACE_SETS,      [LOAD_POINT_FORCE] = POINTS,
+      [LOAD_UPLIFT] = FACE_SETS,      [LOAD_HEAD] = FACE_SETS,          [LOAD_DRAIN] = FACE_SETS,
+      [LOAD_INFLOW] = FACE_SETS,      [LOAD_PSEUDO_STATIC] = FACE_SETS, [LOAD_ADDED_MASS] = FACE_SETS,
+      [LOAD_TEMPERATURE] = FACE_SETS, [LOAD_SILT] = FACE_SETS,          [LOAD_ICE] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {

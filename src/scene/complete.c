@@ -232,6 +232,20 @@ PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Silt at rest gives its lateral pressure, or the friction from which Rankine's active pressure follows. */
+PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load)
+{
+  const PetscReal angle = load->rest_angle * PETSC_PI / 180.;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "lateral", &given));
+  if (isnan(load->lateral) == isnan(load->rest_angle))
+    COMPLAIN_MISSING(r, "silt needs lateral [-] or friction [degree], one of them");
+  if (isnan(load->lateral)) load->lateral = (1. - sin(angle)) / (1. + sin(angle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Conditions of water that flows in joints. */
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
 {

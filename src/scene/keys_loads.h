@@ -15,7 +15,9 @@ typedef enum {
   LOAD_INFLOW,
   LOAD_PSEUDO_STATIC,
   LOAD_ADDED_MASS,
-  LOAD_TEMPERATURE
+  LOAD_TEMPERATURE,
+  LOAD_SILT,
+  LOAD_ICE
 } LoadKind;
 
 typedef struct {
@@ -29,6 +31,8 @@ typedef struct {
   PetscReal coefficient[2];        /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
   HydroKeys hydro;                 /* pseudo_static, added_mass: the water's inertia */
   HeatKeys heat;                   /* temperature */
+  PetscReal lateral;               /* [-] silt: horizontal over vertical pressure */
+  PetscReal rest_angle;            /* [degree] silt: its friction, NaN: not given */
   PetscReal traction[2];           /* [Pa] traction x, y; point_force: [N/m of thickness] */
   UpliftKeys uplift;               /* of an uplift; target, level and density as of a reservoir */
   char levels[PETSC_MAX_PATH_LEN]; /* head, reservoir: CSV file of t [s], level [m]; "": none */
@@ -42,8 +46,9 @@ typedef struct {
 #include "scene/keys_seismic.h"
 #include "scene/keys_water.h"
 static const char *const LoadTypes[] = {
-    "self_weight", "reservoir",     "traction",   "point_force", "uplift",   "head",  "drain", "curtain",
-    "inflow",      "pseudo_static", "added_mass", "temperature", "LoadKind", "LOAD_", NULL};
+    "self_weight", "reservoir", "traction", "point_force",   "uplift",     "head",
+    "drain",       "curtain",   "inflow",   "pseudo_static", "added_mass", "temperature",
+    "silt",        "ice",       "LoadKind", "LOAD_",         NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -54,19 +59,27 @@ static const char *const LoadTypes[] = {
       .count = offsetof(Load, n_groups),
       .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_TEMPERATURE)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
-      "reservoir, added_mass, traction: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
+      "reservoir, added_mass, traction, silt, ice: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) |
-               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS)),
+               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS) | BIT(LOAD_SILT) | BIT(LOAD_ICE)),
   KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
       .loads = BIT(LOAD_DRAIN)),
   KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
-      "reservoir, added_mass, uplift, head: elevation of the water surface; faces above that of a head seep",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) | BIT(LOAD_ADDED_MASS)),
+      "reservoir, added_mass, uplift, head: elevation of the water surface; faces above that of a head seep; silt: of its top; ice: where it pushes",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) | BIT(LOAD_ADDED_MASS) |
+               BIT(LOAD_SILT) | BIT(LOAD_ICE)),
   KEY(LOADS, "levels", PATH, Load, levels, "", NULL, "",
       "reservoir, head: CSV file of t [s] since the start of a transient stage, level [m], in place of level there",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_HEAD)),
   KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift, pseudo_static, added_mass: of the water",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS)),
+  KEY(LOADS, "density", REAL, Load, density, NULL, "> 0", "kg/m3", "silt: of what it weighs in water", .loads = BIT(LOAD_SILT)),
+  KEY(LOADS, "lateral", REAL, Load, lateral, "= from friction", "> 0", "-", "silt: horizontal over vertical pressure",
+      .loads = BIT(LOAD_SILT)),
+  KEY(LOADS, "friction", REAL, Load, rest_angle, "= none", ">= 0, < 90", "degree",
+      "silt: its angle of friction, in place of lateral, which is (1 - sin) / (1 + sin) then", .loads = BIT(LOAD_SILT)),
+  KEY(LOADS, "force", REAL, Load, traction, NULL, "> 0", "N/m", "ice: horizontal, into the face, per metre of thickness",
+      .loads = BIT(LOAD_ICE)),
 #include "scene/keys_water.h"
 #include "scene/keys_seismic.h"
 #include "scene/keys_temperature.h"

@@ -129,7 +129,7 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     load->uplift.drain = load->uplift.gallery = load->uplift.tailwater = load->uplift.efficiency = NAN;
     load->flow.from[0] = load->flow.from[1] = load->flow.to[0] = load->flow.to[1] = NAN;
     load->flow.distance = load->flow.factor = load->flow.aperture = load->hydro.bottom = NAN;
-    load->heat.change = load->heat.amplitude = NAN, load->heat.factor = 1.;
+    load->heat.change = load->heat.amplitude = load->lateral = load->rest_angle = NAN, load->heat.factor = 1.;
     load->coefficient[1] = -1.; // of self_weight, which has no such key
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
@@ -137,6 +137,7 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
     if (load->kind == LOAD_PSEUDO_STATIC) PetscCall(CompletePseudoStatic(r, path, load));
     if (load->kind == LOAD_TEMPERATURE) PetscCall(CompleteTemperature(r, path, load));
+    if (load->kind == LOAD_SILT) PetscCall(CompleteSilt(r, path, load));
     PetscCall(CompleteFlow(r, path, load));
   }
   PetscCall(PetscFree(names));

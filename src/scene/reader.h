@@ -114,6 +114,7 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load);
+PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);

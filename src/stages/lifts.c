@@ -194,7 +194,7 @@ static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const 
       any = all = PETSC_TRUE; // joints of the network are not there
     else if (load->target[0] && load->kind != LOAD_TEMPERATURE)
       PetscCall(is_absent(m, load->target, &any, &all));
-    if (!(load->kind == LOAD_RESERVOIR ? all : any) || message[0]) continue;
+    if (!(load->kind == LOAD_RESERVOIR || load->kind == LOAD_SILT ? all : any) || message[0]) continue;
     refuse(scene, stage, message, "loads.%s acts where groups are not built yet", load->name);
   }
   PetscCall(CheckMessage(m->comm, message));

@@ -1,4 +1,4 @@
-/* reservoir.c: water of a reservoir on the faces it touches. */
+/* reservoir.c: water of a reservoir, or silt, on the faces it touches. */
 #include "forces/water/water.h"
 
 void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4])
@@ -57,25 +57,29 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
   }
 }
 
-/* Water at rest. */
+/* Water at rest; or silt, whose horizontal pressure is `lateral` of the vertical one. */
 typedef struct {
-  PetscReal level, rho_g, thickness; /* [m], [N/m3], [m] */
+  PetscReal level, rho_g, thickness, lateral; /* [m], [N/m3], [m], [-] */
 } Water;
 
 static void press(const PetscReal x[4], const void *context, PetscReal f[4])
 {
   const Water *water = context;
   WaterOnFace(x, water->level, water->rho_g, water->thickness, f);
+  f[0] *= water->lateral, f[2] *= water->lateral;
 }
 
 static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vertex)
 {
   const Load *load = v->scene->loads + row;
-  const Water water = {load->level, load->density * v->scene->gravity, v->m->thickness};
+  const Water water = {load->level, load->density * v->scene->gravity, v->m->thickness,
+                       load->kind == LOAD_SILT ? load->lateral : 1.};
   PetscFunctionBeginUser;
   PressOnFaces(v, load->target, press, &water, f_vertex);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const TermKind Reservoir_term = {
-    .name = "reservoir", .loads = 1u << LOAD_RESERVOIR, .presses = PETSC_TRUE, .applied = applied};
+const TermKind Reservoir_term = {.name = "reservoir",
+                                 .loads = 1u << LOAD_RESERVOIR | 1u << LOAD_SILT,
+                                 .presses = PETSC_TRUE,
+                                 .applied = applied};

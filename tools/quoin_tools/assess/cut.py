@@ -7,6 +7,7 @@ A force system is an array (X, Y, M): resultant [N] and moment about the origin 
 of the mesh, undeformed. The path must cut the body right through.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -173,9 +174,9 @@ def wet_segments(mesh, load, part=WHOLE):
 
 
 def water(mesh, scene, load, part=WHOLE):
-    """Pressure on the wet part of the faces, exact for straight faces."""
+    """Pressure on the wet part of the faces, exact for straight faces; of silt its horizontal part is `lateral` of the vertical one."""
     unit, level = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness, float(load["level"])
-    total = np.zeros(3)
+    total, lateral = np.zeros(3), silt_lateral(load) if load.get("type") == "silt" else 1.0
     for a, b in wet_segments(mesh, load, part):
         depth = level - np.array([a[1], b[1]])
         if (depth <= 0).all():
@@ -184,9 +185,27 @@ def water(mesh, scene, load, part=WHOLE):
             crossing = a + (b - a) * depth[0] / (depth[0] - depth[1])
             a, b = (crossing, b) if depth[0] < 0 else (a, crossing)
             depth = np.maximum(depth, 0.0)
-        push = np.array([a[1] - b[1], b[0] - a[0]])  # inward normal times length
+        push = np.array([lateral * (a[1] - b[1]), b[0] - a[0]])  # inward normal times length
         at = (depth[0] + 2 * depth[1]) / (3 * depth.sum())
         total += force_at(unit * 0.5 * depth.sum() * push, a + at * (b - a))
+    return total
+
+
+def silt_lateral(load):
+    """Horizontal over vertical pressure: given, or Rankine's active one."""
+    if load.get("lateral") is not None:
+        return float(load["lateral"])
+    sine = math.sin(math.radians(float(load["friction"])))
+    return (1 - sine) / (1 + sine)
+
+
+def ice(mesh, scene, load, part=WHOLE):
+    """A horizontal force into the face at its level."""
+    level, total = float(load["level"]), np.zeros(3)
+    for a, b in wet_segments(mesh, load, part):
+        if min(a[1], b[1]) <= level < max(a[1], b[1]):
+            at = a + (b - a) * (level - a[1]) / (b[1] - a[1])
+            total += force_at(np.array([scene.thickness * float(load["force"]) * np.sign(a[1] - b[1]), 0.0]), at)
     return total
 
 
@@ -210,7 +229,7 @@ def point_force(mesh, scene, load, part=WHOLE):
 
 
 IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads of water in joints
-KINDS = {"self_weight": weight, "reservoir": water, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
+KINDS = {"self_weight": weight, "reservoir": water, "silt": water, "ice": ice, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
 
 
 def standing(mesh, scene, stage):
