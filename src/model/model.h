@@ -43,7 +43,7 @@ typedef struct {
   PetscInt *file;       /* (n,) file id */
   bool *owned;          /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
   PetscReal *placed;    /* [m] (2, n_padded / BATCH, n_nodes, BATCH) x, y: displacements from which strain
-                           counts; NULL: the scene builds nothing; lifts.c */
+                           counts; NULL: from none; lifts.c, at_rest.c */
   MaterialLaw law;      /* of all of them */
   struct _p_LawHistory *history; /* NULL: the law is elastic, and has none; laws.c */
 } Elements;

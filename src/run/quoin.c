@@ -118,6 +118,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscCall(CondensedDestroy(&q->model));
   PetscCall(LawsDestroy(&q->model));
   PetscCall(LiftsDestroy(&q->model));
+  PetscCall(AtRestDestroy(&q->model));
   PetscCall(ModelDestroy(&q->model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -59,11 +59,28 @@ static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Stress of the ground before anything is built. */
+static PetscErrorCode complete_ground(Reader *r, const char *path, const Material *m)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "surface", &given));
+  if (given && isnan(m->k0)) COMPLAIN(r, "it is for ground with k0");
+  PetscCall(IsGiven(r, path, "k0", &given));
+  if (!given) PetscFunctionReturn(PETSC_SUCCESS);
+  if (isnan(m->surface)) COMPLAIN(r, "it needs surface [m]: the level up to which the ground stands");
+  if (!(m->density > 0.)) COMPLAIN(r, "ground without density has no stress at rest");
+  if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "stress at rest is known in plane: strain only");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
 {
   PetscBool given = PETSC_FALSE;
 
   PetscFunctionBeginUser;
+  PetscCall(complete_ground(r, path, m));
   PetscCall(IsGiven(r, path, "cohesion", &given));
   if (given && isnan(m->friction)) COMPLAIN(r, "the shear strength needs friction [degree] too");
   PetscCall(IsGiven(r, path, "friction", &given));

@@ -27,6 +27,7 @@ typedef struct {
   MaterialLaw law;
   PetscReal dilation;        /* [degree] MATERIAL_MOHR_COULOMB */
   PetscReal fracture_energy; /* [N/m] MATERIAL_DAMAGE; NaN: not given */
+  PetscReal k0, surface;     /* [-], [m] ground at rest: sideways over vertical stress, level; NaN: none */
   Softening softening;       /* MATERIAL_DAMAGE: how it falls with the opening */
   int line;                  /* line in the scene file, for messages, here and below; 0: command line */
 } Material;
@@ -66,6 +67,9 @@ static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damag
   KEY(MATERIALS, "cohesion", REAL, Material, cohesion, "= none", ">= 0", "Pa", "c, for (41), with friction"),
   KEY(MATERIALS, "friction", REAL, Material, friction, "= none", ">= 0, < 90", "degree",
       "angle of friction, for (41), with cohesion"),
+  KEY(MATERIALS, "k0", REAL, Material, k0, "= none", ">= 0", "-",
+      "ground at rest: horizontal over vertical stress, with its weight and its sides held"),
+  KEY(MATERIALS, "surface", REAL, Material, surface, "= none", NULL, "m", "k0: y of the ground's surface"),
   KEY(MATERIALS, "law", CHOICE, Material, law, "elastic", NULL, "",
       "of its blocks: linear elastic; yields at cohesion, friction and tension; cracks at tension", .choices = MaterialLaws),
   KEY(MATERIALS, "dilation", REAL, Material, dilation, "0", ">= 0, < 90", "degree",

@@ -55,7 +55,7 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
     m->line = names[i].line;
     m->young = m->poisson = NAN; // NaN until SceneResolve knows whether the mesh says rigid
     m->tension = m->compression = m->cohesion = m->friction = NAN;
-    m->highest_frequency = m->beta = m->fracture_energy = NAN;
+    m->highest_frequency = m->beta = m->fracture_energy = m->k0 = m->surface = NAN;
     m->rigid = -1;
     PetscCall(AskSection(r, "materials", m->name, path));
     PetscCall(EchoSection(r, 2, m->name));

@@ -16,12 +16,14 @@ static const PetscReal MOST_PLASTIC =
 static const PetscReal SLOW_PERIODS = 2.; /* of the slowest motion: in them a ramp does not overshoot */
 static const PetscReal NOT_FAST = 1000.;  /* [cycles] where they are not known */
 
-/* The vertex array of displacements by degrees of freedom, ghosts too. */
-static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, PetscReal **at)
+/* The vertex array of displacements u by degrees of freedom, ghosts too. Vertices of rigid bodies are taken
+   where they are now. */
+static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, const PetscReal *now, PetscReal **at)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), at));
-  PetscCall(PetscArraycpy(*at, u + 3 * m->n_bodies, 2 * m->n_owned));
+  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), at));
+  PetscCall(PetscArraycpy(*at, now, 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArraycpy(*at, u + 3 * m->n_bodies, 2 * m->n_deformable));
   PetscCall(GhostBegin(m, *at));
   PetscCall(GhostEnd(m, *at));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -55,7 +57,7 @@ PetscErrorCode ConfirmStep(const Problem *p, const PetscReal *u_0)
   for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
     any = (PetscBool)(any || e->history);
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(at_vertices(m, u_0, &from));
+  PetscCall(at_vertices(m, u_0, p->state->u + 3 * m->n_bodies, &from));
   LawsInSteps(m, from, p->state->u + 3 * m->n_bodies, &mine);
   PetscCall(PetscFree(from));
   PetscCall(say_far(p, mine.plastic));

@@ -42,6 +42,7 @@ static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
     for (int i = 0; i < 3 && m->hourglass; i++)
       m->hourglass[3 * g + i] = m->absent[g] ? 0. : l->hourglass[3 * g + i];
   }
+  LawsPresent(m);
   PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
   PetscCall(ElementMasses(m, mass));
   PetscCall(PetscArraycpy(m->vertex_mass, mass, m->n_owned));
@@ -58,7 +59,7 @@ static PetscErrorCode count_strain(const Scene *scene, Model *m)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_groups, &in));
   for (PetscInt g = 0; g < m->n_groups; g++) in[g] = built_in(scene, m, g, l->stage);
-  for (int list = 0; list < ELASTIC_LISTS; list++) {
+  for (int list = 0; list < DEFORMABLE_LISTS; list++) {
     Elements *e = m->elements + list;
     const size_t n = (size_t)e->n_nodes * (size_t)e->n_padded;
     if (!e->placed) PetscCall(PetscMalloc1(2 * n, &e->placed));
@@ -71,6 +72,7 @@ static PetscErrorCode count_strain(const Scene *scene, Model *m)
     }
   }
   PetscCall(PetscFree(in));
+  AtRest(scene, m);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -213,8 +215,8 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
       const char *why = scene->materials[g].condensed
                             ? "is condensed: its factor is made once, with all that holds it"
                         : scene->materials[g].rigid ? "is rigid: only blocks that deform are placed"
-                        : scene->materials[g].law != MATERIAL_ELASTIC
-                            ? "has a law that is not elastic: its history would begin before it is there"
+                        : !PetscIsNanReal(scene->materials[g].k0)
+                            ? "has k0: what is built is no ground at rest"
                         : built_in(scene, m, g, StageBase(scene, s)) >= 0 ? "is built twice"
                                                                           : NULL;
       if (why) refuse(scene, stage, message, "build: the group %s %s", stage->build[i], why);
@@ -275,7 +277,6 @@ PetscErrorCode LiftsDestroy(Model *m)
   for (PetscInt s = 0; s < l->n_stages; s++) PetscCall(PetscFree(l->at[s]));
   PetscCall(PetscFree4(l->built, l->lame, l->density, l->hourglass));
   PetscCall(PetscFree2(m->absent, l->at));
-  for (int list = 0; list < ELASTIC_LISTS; list++) PetscCall(PetscFree(m->elements[list].placed));
   PetscCall(PetscFree(m->lifts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -66,6 +66,17 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
 PetscErrorCode LawsCreate(const Scene *scene, Model *model);
 PetscErrorCode LawsDestroy(Model *model);
 
+/* Blocks of groups that are absent have no stiffness (lifts.c): their constants follow the model's. */
+void LawsPresent(const Model *model);
+
+/* ---- at_rest.c */
+/* Collective. Room for what strain counts from in ground under stress; refuses groups that never deform by
+   themselves. */
+PetscErrorCode AtRestCreate(const Scene *scene, Model *model);
+/* Adds it. */
+void AtRest(const Scene *scene, Model *model);
+PetscErrorCode AtRestDestroy(Model *model);
+
 /* What a block with a history has to tell: the worst of its points. */
 typedef struct {
   PetscReal measure; /* [-] plastic strain or damage */

@@ -61,6 +61,7 @@ PetscErrorCode BlocksCreate(const Scene *scene, Model *m)
   PetscCall(PartBegin(PART_MODEL));
   PetscCall(hourglass(scene, m));
   PetscCall(LawsCreate(scene, m));
+  PetscCall(AtRestCreate(scene, m));
   PetscCall(RigidBodiesCreate(m));
   PetscCall(fill_dofs(scene, m));
   PetscCall(ElementChunksDone(m));

@@ -72,8 +72,7 @@ KERNEL void LawLoop(int law, const Model *model, const Elements *e, int n_nodes,
     const LanesMaterial material = MaterialOf(&c);
     LanesHistory history = LoadHistory(h, first, LawWidth(law), h->in_time, keep);
     LanesVector X[4], U[4], F[4];
-    Gather(n_nodes, model->X, vertex, X);
-    Gather(n_nodes, u, vertex, U);
+    GatherBlocks(model, e, n_nodes, first, large, u, X, U);
     LawBlock(law, n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
     ScatterAdd(n_nodes, F, vertex, f);
   }
@@ -137,10 +136,8 @@ static LanesHistory freeze(const Model *model, const Elements *e, PetscInt first
 void LawMatrices(const Model *model, const Elements *e, PetscInt first, const PetscReal *u, PetscReal K[][64])
 {
   const int n_nodes = e->n_nodes;
-  const PetscInt *vertex = LaneVertices(e, n_nodes, first);
   LanesVector X[4], U[4], F[2][4];
-  Gather(n_nodes, model->X, vertex, X);
-  Gather(n_nodes, u, vertex, U);
+  GatherBlocks(model, e, n_nodes, first, e->strain == STRAIN_LARGE, u, X, U);
   PetscReal frozen[4 * HISTORY_MOST * LANES];
   LanesHistory history = LoadHistory(e->history, first, LawKinds[e->law].width, e->history->in_time, 0);
   if (e->law == MATERIAL_DAMAGE) history = freeze(model, e, first, history, X, U, frozen);
@@ -229,11 +226,11 @@ void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, L
       if (!e->owned[b] || !has_lost(e->history, b)) continue;
       if (e->law == MATERIAL_MOHR_COULOMB)
         steps->plastic = PetscMax(steps->plastic, most_measure(e->history, b));
-      const PetscInt first = b - b % LANES, *vertex = LaneVertices(e, e->n_nodes, first);
+      const PetscInt first = b - b % LANES;
+      const int large = e->strain == STRAIN_LARGE;
       LanesVector X[4], U_0[4], U[4], one[4], more[4];
-      Gather(e->n_nodes, model->X, vertex, X);
-      Gather(e->n_nodes, u_0, vertex, U_0);
-      Gather(e->n_nodes, u, vertex, U);
+      GatherBlocks(model, e, e->n_nodes, first, large, u_0, X, U_0);
+      GatherBlocks(model, e, e->n_nodes, first, large, u, X, U);
       in_steps(model, e, first, 1, X, U_0, U, one);
       in_steps(model, e, first, LAW_STEPS, X, U_0, U, more);
       compare(e, b, one, more, steps);
@@ -345,10 +342,8 @@ void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold 
 {
   for (PetscInt i = 0; i < e->n; i++) told[i] = (LawTold){0., -1., 0.};
   for (PetscInt first = 0; first < e->n; first += LANES) {
-    const PetscInt *vertex = LaneVertices(e, e->n_nodes, first);
     LanesVector V[4], U[4];
-    Gather(e->n_nodes, model->X, vertex, V);
-    Gather(e->n_nodes, u, vertex, U);
+    GatherBlocks(model, e, e->n_nodes, first, e->strain == STRAIN_LARGE, u, V, U);
     const LanesModes X = ElementModes(e->n_nodes, V), uM = ElementModes(e->n_nodes, U);
     for (int k = 0; k < e->history->points; k++) {
       SeenPoint p;
@@ -380,6 +375,19 @@ static PetscErrorCode check_group(const Scene *scene, const Material *material, 
       "%s: materials.%s.law: %s is for blocks that deform by themselves, and these are %s: expected elastic",
       scene->file, material->name, LawKinds[material->law].name, material->rigid ? "rigid" : "condensed"));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void LawsPresent(const Model *m)
+{
+  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+    for (PetscInt g = 0; g < m->n_groups && e->history; g++) {
+      PetscReal *c = e->history->constants + g * LAW_CONSTANTS * LANES;
+      for (int lane = 0; lane < LANES; lane++) {
+        c[LANES * LAW_LAMBDA + lane] = m->lame[g].lambda, c[LANES * LAW_MU + lane] = m->lame[g].mu;
+        for (int i = 0; i < 3 && m->hourglass; i++)
+          c[LANES * (LAW_HOURGLASS + i) + lane] = m->hourglass[3 * g + i];
+      }
+    }
 }
 
 static void fill_constants(const Material *material, const Model *m, PetscInt g, PetscReal *constants)

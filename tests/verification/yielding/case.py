@@ -33,6 +33,7 @@ def run(case):
     free(case)
     collapses(case)
     sheared(case)
+    lifts(case)
     ring(case)
     footing(case)
     ranks_and_restart(case)
@@ -115,6 +116,32 @@ def collapses(case):
             case.check(f"sides free under {part} of the strength", found, verdict)
         else:
             case.check(f"... under {part} of it: no equilibrium", found in ("collapsed", "undecided", "diverged"), True)
+
+
+def lifts(case):
+    """Two lifts of rock with held sides, by hand: a block stiffens from M to E as it yields (edge return with dilation 0), and strain counts from when it is placed."""
+    weight, n = 60e3 * 9.81, 8
+    side, yields = (1 - NU) / (1 + NU) / (1 - 2 * NU) * E, 2.77128e6
+    def strain(s):
+        return min(s, yields) / side + max(s - yields, 0) / E
+    mesh = rectangle(0, 0, 1, 8, 1, 2 * n, group="low")
+    mesh.group_names, mesh.group_rigid = ["low", "high"], np.zeros(2, dtype=np.int32)
+    mesh.block_group[mesh.vertices[mesh.blocks[:, :4]][..., 1].mean(axis=1) > 4] = 1
+    rock = HELD | {"density": 60e3}
+    scene = {"strain": "small", "relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9, "ramp": 300}, "materials": {"low": rock, "high": rock},
+             "supports": {"bottom": {"fix": "y"}, "left": {"fix": "x"}, "right": {"fix": "x"}}, "loads": {"weight": {"type": "self_weight"}},
+             "stages": [{"one": {"loads": ["weight"]}}, {"two": {"loads": ["weight"], "build": ["high"], "displacements": "reset"}}]}  # fmt: skip
+    for method in ("explicit", "preconditioned"):
+        result = case.run(mesh, changed(scene, ("relaxation.method", method)))
+        top = [result.stage(name).displacement[np.abs(mesh.vertices[:, 1] - y) < 1e-9, 1].mean() for name, y in (("one", 4), ("two", 4), ("two", 8))]
+        t = 4 / n
+        z = t * (np.arange(2 * n) + 0.5)
+        first = t * sum(strain(weight * (4 - y)) for y in z[:n])
+        low = t * sum(strain(weight * (8 - y)) for y in z[:n]) - first
+        high = t * sum(strain(weight * (8 - y)) for y in z[n:])
+        case.check(f"lifts, {method}: settlement of the first, then of it and of the second since placing [m]", top, [-first, -low, -low - high], relative=1e-4)
+        yielded = [result.stage(name).plastic_strain[rows] > 0 for name, rows in (("one", slice(n)), ("two", slice(None)))]
+        case.check("... blocks have yielded where by hand they do", [row.tolist() for row in yielded], [(weight * (4 - z[:n]) > yields).tolist(), (weight * (8 - z) > yields).tolist()])
 
 
 def sheared(case):
