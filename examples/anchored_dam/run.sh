@@ -9,6 +9,6 @@ python "$here/mesh.py" "$out/model.h5"
 mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene.yaml" -model "$out/model.h5" -output "$out/with"
 mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene_without.yaml" -model "$out/model.h5" -output "$out/without"
 python "$here/chart.py" "$out"
-python "$here/force.py" "$out/model.h5" "$out/force" 1.3
+mpirun -n "${RANKS:-1}" build/quoin -options_file "$here/scene_force.yaml" -model "$out/model.h5" -output "$out/force"
 quoin show "$out/with" --pictures
 quoin report "$out/with"

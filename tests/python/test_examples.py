@@ -370,10 +370,14 @@ def test_anchored_dam(tmp_path):
     sheet = (tmp_path / "with" / "report.html").read_text(encoding="utf-8")
     assert "<h2>Anchors</h2>" in sheet and f"{anchors.force[0] / 1e3:.2f}" in sheet
     assert "Sliding factor by the gravity method 1.257, without them 1.105" in sheet
-    found = subprocess.run([sys.executable, example / "force.py", tmp_path / "model.h5", tmp_path / "force", "1.3"], cwd=ROOT, env=environment, capture_output=True,
-                           text=True, check=True, timeout=120).stdout.splitlines()  # fmt: skip
-    assert float(found[-2].split("factor ")[1].split(",")[0]) == pytest.approx(1.3, rel=1e-3)
-    assert float(found[-2].split(", ")[1].split()[0]) == pytest.approx(float(found[-1].split()[2]), rel=5e-3)
+    subprocess.run([QUOIN, "-options_file", example / "scene_force.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path / "force"], cwd=ROOT, check=True, timeout=120)
+    found = Results(str(tmp_path / "force")).stage_summary("force")["anchor_force"]["forces"]["tendon"]
+    assert found["failing"] - 5e3 < 5791.8e3 < found["stable"] + 5e3 and found["stable"] - found["failing"] < 0.003 * 4500e3  # by statics
+    said = {module: subprocess.run([sys.executable, "-m", f"quoin_tools.{module}", tmp_path / "force"], cwd=ROOT, env=environment, capture_output=True, text=True,
+                                   check=True, timeout=120).stdout for module in ("results", "report")}  # fmt: skip
+    assert "Force that anchors need, each" in said["results"] and f"{found['stable'] / 1e3:.2f}" in said["results"]
+    sheet = (tmp_path / "force" / "report.html").read_text(encoding="utf-8")
+    assert "pull of tendon over prestress" in sheet and f"{found['stable'] / 1e3:.2f}" in sheet
 
 
 BARS = """  one: {head: [1.5, 34], root: [1.5, -6], area: 2.0e-3, young: 200e9, yield: 500e6, spacing: 0.5, segment: 0.5, bond_stiffness: 2e9, bond_strength: 4e5, dowel_foundation: 2e9}

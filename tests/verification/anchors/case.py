@@ -121,6 +121,8 @@ def stressing_keys(case):
         case.check(f"stressed again, {strain} strain [N]", [force(result, stage) for stage in ("first", "after", "more", "last")], [T, T, 1.2 * T, 1.2 * T], relative=1e-9)
         case.check("... the joint bears [N]", [result.stage_summary(stage)["joints"]["default"]["N"] for stage in ("after", "more", "last")],
                    [4 * RHO * G + T, 4 * RHO * G + 1.2 * T, 4 * RHO * G + 1.2 * T], relative=1e-8)
+    row = changed(again, ("anchors.a.lock", ["first", "more"]), ("stages", under_weight("own", "first", "more", "last")))
+    case.check("stressed in two stages in a row: work of the jacks [J]", told(case.run(on_joint(), row), "last")["work"], T * T / K + 1.2 * T * 0.2 * T / K, relative=1e-7)
     P = 1e6  # pushed down, then pulled up
     bars = {"from_first": tendon((0, 1.7), (0, -3.2), k), "later": tendon((0, 1.7), (0, -3.2), k, **{"from": "pulled"}),
             "bar": tendon((0, 1.7), (0, -3.2), k, compression=True)}

@@ -62,7 +62,7 @@ class Scene:
             raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
         loads = {name: self.loads[name] for name in names}
         found = self.trials.get(stage, {})
-        if "steps" not in found and (found.get("stable") is None or "what" in found):
+        if "steps" not in found and (found.get("stable") is None or "what" in found or "forces" in found):
             return loads
         if "raises" in found:
             return {name: factored(load, found["stable"]) if name in found["raises"] else load for name, load in loads.items()}
@@ -97,7 +97,7 @@ class Scene:
 
     def joint(self, name, stage):
         """Keys of a joint in a stage, completed by `default` and the defaults of the table. Of a strength reduction, with the
-        strengths of its last stable trial."""
+        strengths of its last stable trial; of a search for the force of anchors, divided by what is required."""
         own = dict(self.joints.get(name, {}))
         base = dict(self.joints.get("default", {}))
         for other in [*self.stages_before(stage), stage]:
@@ -108,9 +108,10 @@ class Scene:
         keys.setdefault("friction_residual", keys.get("friction"))
         found, only = self.trials.get(stage, {}), self.stages[stage].get("reduce")
         only = [only] if isinstance(only, str) else only
-        if found.get("stable") is None or "what" not in found or keys["law"] == "elastic" or (only and name not in only):
+        what, value = ("strengths", 1 / found["required"]) if "forces" in found else (found.get("what"), found.get("stable"))
+        if value is None or what is None or keys["law"] == "elastic" or (only and name not in only):
             return keys
-        return keys | reduced(keys, found["what"], found["stable"])
+        return keys | reduced(keys, what, value)
 
 
 def raised(load, water):
