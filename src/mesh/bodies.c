@@ -122,7 +122,7 @@ static void keep_in_time(const Scene *scene, const BlockMesh *mesh, PetscBool *i
 PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin, BodyNumbers *bodies)
 {
   PetscInt *chosen;
-  PetscBool *inner;
+  PetscBool *inner, *calm;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(mesh->n_groups, &chosen));
   for (PetscInt g = 0; g < mesh->n_groups; g++) chosen[g] = scene->materials[g].condensed;
@@ -135,8 +135,10 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
         inner[mesh->blocks[i]] = (PetscBool)!pass;
   if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
   if (bodies->n_condensed) PetscCall(keep_anchors(scene, mesh, inner));
+  PetscCall(PetscMalloc1(mesh->n_vertices, &calm));
+  PetscCall(PetscArraycpy(calm, inner, mesh->n_vertices)); // what is kept from here on nothing strikes
   if (bodies->n_condensed && SceneVibrates(scene)) keep_in_time(scene, mesh, inner);
   for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
-  bodies->inner = inner;
+  bodies->inner = inner, bodies->calm = calm;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

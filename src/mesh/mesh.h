@@ -35,6 +35,7 @@ typedef struct {
   PetscInt n_rigid, n_condensed;
   PetscInt *rigid, *condensed; /* (n_blocks,) number of the body, -1: none */
   PetscBool *inner;            /* (n_vertices,) the vertex belongs to a condensed body and is not kept */
+  PetscBool *calm; /* (n_vertices,) the same, or it is kept for a support, water or a probe alone */
 } BodyNumbers;
 
 /* ---- resolve.c */
@@ -132,7 +133,8 @@ PetscErrorCode GridRows(PetscInt n, const PetscReal *box, GridFilter filter, con
    (n_blocks,) number of the block's body, -1: its group is not chosen; free with PetscFree. */
 PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
                              PetscInt **body);
-/* Rank 0. Finds the condensed bodies and their inner vertices: bodies->condensed, inner. */
+/* Rank 0. Finds the condensed bodies and their inner vertices: bodies->condensed, inner,
+   calm. */
 PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscReal margin,
                              BodyNumbers *bodies);
 

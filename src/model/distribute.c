@@ -35,6 +35,7 @@ static PetscErrorCode fill_records(const BlockMesh *mesh, const BodyNumbers *bod
                               .rigid = -1,
                               .condensed = -1,
                               .inner = bodies->inner[v],
+                              .calm = bodies->calm[v],
                               .X = {mesh->X[2 * v], mesh->X[2 * v + 1]}};
   for (PetscInt b = 0; b < nb; b++) {
     r[b] = (PointRecord){.gid = b,
@@ -216,5 +217,6 @@ PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, Dea
   PetscCall(PetscFree(bodies.rigid));
   PetscCall(PetscFree(bodies.condensed));
   PetscCall(PetscFree(bodies.inner));
+  PetscCall(PetscFree(bodies.calm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -199,7 +199,8 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
-  if (m->n_condensed_global) PetscCall(PetscMalloc1(m->n_owned, &m->vertex_condensed));
+  if (m->n_condensed_global)
+    PetscCall(PetscMalloc2(m->n_owned, &m->vertex_condensed, m->n_owned, &m->vertex_calm));
   for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
     const PointRecord *r = b->d.record + v;
     const PetscInt i = b->index[v];
@@ -207,7 +208,8 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
     PetscCall(PetscArraycpy(m->X + 2 * i, r->X, 2));
     m->vertex_gid[i] = r->gid, m->vertex_file[i] = r->file;
     m->vertex_body[i] = r->body, m->vertex_rigid[i] = r->rigid;
-    if (m->vertex_condensed) m->vertex_condensed[i] = r->condensed;
+    if (!m->vertex_condensed) continue;
+    m->vertex_condensed[i] = r->condensed, m->vertex_calm[i] = (PetscBool)r->calm;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -398,7 +400,7 @@ PetscErrorCode ModelDestroy(Model *m)
     PetscCall(PetscFree2(list->vertex, list->group));
     PetscCall(PetscFree2(list->file, list->owned));
   }
-  PetscCall(PetscFree(m->vertex_condensed));
+  PetscCall(PetscFree2(m->vertex_condensed, m->vertex_calm));
   PetscCall(FacesDestroy(m));
   PetscCall(PetscFree(m->ghosts));
   PetscCall(PetscFree6(m->group_names, m->group_rigid, m->group_condensed, m->lame, m->density,

@@ -106,6 +106,7 @@ typedef struct {
   PetscInt *vertex_file;      /* (n_vertices,) */
   PetscInt *vertex_body;      /* (n_vertices,) macroblock */
   PetscInt *vertex_rigid;     /* (n_vertices,) rigid body (global number), -1: deformable */
+  PetscBool *vertex_calm;     /* (n_owned,) of condensed bodies: kept for a support, water or a probe alone */
   PetscInt *vertex_condensed; /* (n_owned,) condensed body (global number), -1: none; NULL: no such bodies */
 
   /* rigid bodies owned here, with all their vertices */
@@ -341,6 +342,7 @@ typedef struct {
   PetscInt group;     /* of a block */
   PetscInt outer;     /* of a block: bit k is set when face k is an outer one */
   PetscInt inner;     /* of a vertex: 1: it belongs to a condensed body and is not kept */
+  PetscInt calm;      /* the same, or it is kept for a support, water or a probe alone */
   PetscReal X[2];     /* [m] of a vertex */
 } PointRecord;
 /* What a rank is dealt: the blocks that touch a vertex it owns, and all vertices of these blocks. */

@@ -97,7 +97,7 @@ static int by_dof(const void *a, const void *b)
   return (p->dof > q->dof) - (p->dof < q->dof);
 }
 
-PetscErrorCode LocalCreate(const TermView *view, Local **local)
+PetscErrorCode LocalCreate(const TermView *view, const PetscReal *u_start, Local **local)
 {
   const Model *m = view->m;
   const PetscInt n = m->n_bodies + m->n_deformable;
@@ -113,7 +113,7 @@ PetscErrorCode LocalCreate(const TermView *view, Local **local)
   if (l->n)
     PetscCall(PetscCalloc3(2 * m->n_deformable, &l->in.w, 2 * m->n_deformable, &l->in.wave,
                            2 * m->n_deformable, &l->in.push));
-  PetscCall(LocalBodiesCreate(m, l));
+  if (u_start) PetscCall(LocalBodiesCreate(view, u_start, l));
   *local = l;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

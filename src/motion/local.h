@@ -19,23 +19,27 @@ typedef struct {
 
 /* Vectors of a condensed body. Those behind are at the end of the step. */
 enum { V_BEFORE, V_BEHIND, MOMENTUM, MOMENTUM_BEHIND, FORCE, ACCELERATION, ROOM, BODY_VECTORS };
+/* Those of its slots. */
+enum { SLOT_BEFORE, SLOT_BEHIND, SLOT_FORCE, SLOT_VECTORS };
 
-/* A condensed body. Its rows are the kept degrees of freedom that nothing holds, then each direction of each
-   support that holds some of its vertices, because these move alike. */
+/* A condensed body. Its slots and rows are those of condense_rows.c: what nothing holds, then each direction
+   of each support that holds some of its vertices, because these move alike. */
 typedef struct {
   const Condensed *of;
-  PetscInt n_free, n;        /* rows that nothing holds; all */
-  PetscInt stride, width;    /* rows and modes, rounded up to whole batches */
-  PetscInt *dof;             /* (n,) in the state; of a support that of its first vertex */
-  PetscInt *row;             /* (of->n_kept,) of each kept degree of freedom */
-  PetscInt n_points, *point; /* (n_points,) points of the Local at its vertices */
-  PetscReal *inertia;        /* [kg] (stride, stride) Psi' M Psi */
-  PetscReal *couples;        /* [kg] (stride, width) Psi' M Phi by columns */
-  PetscReal *coupled;        /* the same transposed */
-  PetscReal *along;          /* [kg] (n, 2) what a motion of the ground along x, y takes along */
-  PetscReal *yields;         /* [-] (width,) what of a force on a mode its dashpot leaves */
-  PetscReal *inverse;        /* [1/kg] (stride, stride) between the first n_free */
+  const CondensedRows *rows;
+  PetscInt n_free, n;           /* rows that nothing holds; all */
+  PetscInt free_slots, n_slots; /* likewise */
+  PetscInt stride, width;       /* rows and modes, rounded up to whole batches */
+  PetscInt n_points, *point;    /* (n_points,) points of the Local at its vertices */
+  PetscInt *slot;               /* (n_points, 2) of each point */
+  PetscReal *inertia;           /* [kg] (stride, stride) Psi' M Psi */
+  PetscReal *couples;           /* [kg] (stride, width) Psi' M Phi by columns */
+  PetscReal *coupled;           /* the same transposed */
+  PetscReal *along;             /* [kg] (n, 2) what a motion of the ground along x, y takes along */
+  PetscReal *yields;            /* [-] (width,) what of a force on a mode its dashpot leaves */
+  PetscReal *inverse;           /* [1/kg] (stride, stride) between the first n_free */
   PetscReal *kept[BODY_VECTORS], *modes[BODY_VECTORS]; /* (stride,), (width,) */
+  PetscReal *slots[SLOT_VECTORS];                      /* (n_slots,) */
   PetscBool known;                                     /* MOMENTUM is that of the velocities of the state */
 } LocalBody;
 
@@ -107,7 +111,7 @@ KERNEL void LocalBook(const Local *l, const LocalPoint *p, int n, PetscReal dt, 
 
 /* ---- local_bodies.c */
 /* When the points are known. */
-PetscErrorCode LocalBodiesCreate(const Model *model, Local *local);
+PetscErrorCode LocalBodiesCreate(const TermView *view, const PetscReal *u_start, Local *local);
 PetscErrorCode LocalBodiesDestroy(Local *local);
 PetscErrorCode LocalBodiesInvert(Local *local, const State *state);
 /* As LocalStep and LocalHalfStep. */

@@ -23,94 +23,13 @@
 
 /* ---- set-up */
 
-/* The row of a held degree of freedom d: that of its support along x or y; a new one where it is the
-   first. */
-static PetscInt support_row(const Model *m, LocalBody *b, PetscInt d)
-{
-  const PetscInt at = 3 * m->n_bodies;
-  for (PetscInt i = b->n_free; i < b->n; i++)
-    if (m->support[b->dof[i]] == m->support[d] && (b->dof[i] - at) % 2 == (d - at) % 2) return i;
-  b->dof[b->n] = d;
-  return b->n++;
-}
-
 static PetscInt padded(PetscInt n)
 {
   return (n + BATCH - 1) / BATCH * BATCH;
 }
 
-/* Numbers the degrees of freedom. */
-static PetscErrorCode find_rows(const Model *m, LocalBody *b)
-{
-  const Condensed *c = b->of;
-  const PetscInt at = 3 * m->n_bodies;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(c->n_kept, &b->dof, c->n_kept, &b->row));
-  for (PetscInt i = 0; i < c->n_kept; i++)
-    if (!Held(m, at + c->kept[i])) b->dof[b->n_free] = at + c->kept[i], b->row[i] = b->n_free++;
-  b->n = b->n_free;
-  for (PetscInt i = 0; i < c->n_kept; i++)
-    if (Held(m, at + c->kept[i])) b->row[i] = support_row(m, b, at + c->kept[i]);
-  b->stride = padded(b->n), b->width = padded(c->n_modes);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gathers the inertia by rows of the body. */
-static PetscErrorCode gather_inertia(LocalBody *b)
-{
-  const Condensed *c = b->of;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc6(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
-                         b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->width, &b->yields,
-                         b->stride * b->stride, &b->inverse));
-  for (PetscInt i = 0; i < c->n_kept; i++) {
-    const PetscReal *row = c->inertia + i * c->size;
-    for (PetscInt j = 0; j < c->n_kept; j++) b->inertia[b->row[i] * b->stride + b->row[j]] += row[j];
-    for (PetscInt k = 0; k < c->n_modes; k++) {
-      b->couples[k * b->stride + b->row[i]] += row[c->n_kept + k];
-      b->coupled[b->row[i] * b->width + k] += row[c->n_kept + k];
-    }
-    for (int x = 0; x < 2; x++) b->along[2 * b->row[i] + x] += c->along[2 * i + x];
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode LocalBodiesCreate(const Model *m, Local *l)
-{
-  PetscFunctionBeginUser;
-  l->n_bodies = m->n_condensed;
-  PetscCall(PetscCalloc1(l->n_bodies, &l->body));
-  for (PetscInt i = 0; i < l->n_bodies; i++) {
-    LocalBody *b = l->body + i;
-    b->of = m->condensed + i;
-    PetscCall(find_rows(m, b));
-    PetscCall(gather_inertia(b));
-    for (int k = 0; k < BODY_VECTORS; k++)
-      PetscCall(PetscCalloc2(b->stride, &b->kept[k], b->width, &b->modes[k]));
-    PetscCall(PetscMalloc1(l->n, &b->point));
-    for (PetscInt p = 0; p < l->n; p++)
-      if (IsCondensed(m, l->point[p].dof) && !l->point[p].rigid &&
-          m->vertex_condensed[(l->point[p].dof - 3 * m->n_bodies) / 2] == b->of->number)
-        l->point[p].condensed = PETSC_TRUE, b->point[b->n_points++] = p;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode LocalBodiesDestroy(Local *l)
-{
-  PetscFunctionBeginUser;
-  for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
-    PetscCall(PetscFree2(b->dof, b->row));
-    PetscCall(PetscFree6(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse));
-    for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
-    PetscCall(PetscFree(b->point));
-  }
-  PetscCall(PetscFree(l->body));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Row of component x of a point at a vertex of the body. */
-static PetscInt row_of(const Local *l, const LocalBody *b, const LocalPoint *p, int x)
+/* The kept degree of freedom of component x of a point at a vertex of the body. */
+static PetscInt kept_of(const Local *l, const LocalBody *b, const LocalPoint *p, int x)
 {
   const PetscInt entry = p->dof - 3 * l->m->n_bodies + x;
   PetscInt low = 0, high = b->of->n_kept; // kept[low] <= entry < kept[high]
@@ -121,13 +40,119 @@ static PetscInt row_of(const Local *l, const LocalBody *b, const LocalPoint *p, 
     else
       high = middle;
   }
-  return b->row[low];
+  return low;
+}
+
+/* Numbers the rows. */
+static PetscErrorCode find_rows(const Local *l, const TermView *view, const PetscReal *u_start, LocalBody *b)
+{
+  const Model *m = l->m;
+  Condensed *c = m->condensed + (b - l->body);
+  PetscReal *mass;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(c->n_kept * c->n_kept, &mass));
+  for (PetscInt i = 0; i < c->n_kept; i++) mass[i * c->n_kept + i] = m->vertex_mass[c->kept[i] / 2];
+  for (PetscInt k = 0; k < b->n_points; k++) {
+    const LocalPoint *p = l->point + b->point[k];
+    for (int x = 0; x < 2; x++)
+      for (int y = 0; y < 2; y++)
+        mass[kept_of(l, b, p, x) * c->n_kept + kept_of(l, b, p, y)] += p->mass[x][y];
+  }
+  PetscCall(CondensedRowsCreate(m, (PetscBool)!view->stage->variable, mass, u_start + 3 * m->n_bodies, c));
+  PetscCall(PetscFree(mass));
+  b->rows = c->rows;
+  b->n_free = c->rows->n_firm + c->rows->n_shapes, b->n = c->rows->n_rows;
+  b->free_slots = c->rows->n_firm + c->rows->n_calm, b->n_slots = c->rows->n_slots;
+  b->stride = padded(b->n), b->width = padded(c->n_modes);
+  for (PetscInt k = 0; k < b->n_points; k++)
+    for (int x = 0; x < 2; x++) b->slot[2 * k + x] = c->rows->slot[kept_of(l, b, l->point + b->point[k], x)];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gathers the inertia by rows of the body. */
+static PetscErrorCode gather_inertia(LocalBody *b)
+{
+  const Condensed *c = b->of;
+  PetscReal *inertia, *couples;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc6(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
+                         b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->width, &b->yields,
+                         b->stride * b->stride, &b->inverse));
+  PetscCall(PetscMalloc2(b->n * b->n, &inertia, b->n * c->n_modes, &couples));
+  PetscCall(CondensedFoldBoth(b->rows, c->n_kept, c->size, c->inertia, inertia));
+  PetscCall(CondensedFold(b->rows, c->n_kept, c->n_modes, c->size, c->inertia + c->n_kept, couples));
+  PetscCall(CondensedFold(b->rows, c->n_kept, 2, 2, c->along, b->along));
+  for (PetscInt i = 0; i < b->n; i++) {
+    PetscCall(PetscArraycpy(b->inertia + i * b->stride, inertia + i * b->n, b->n));
+    for (PetscInt k = 0; k < c->n_modes; k++)
+      b->couples[k * b->stride + i] = b->coupled[i * b->width + k] = couples[i * c->n_modes + k];
+  }
+  PetscCall(PetscFree2(inertia, couples));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LocalBodiesCreate(const TermView *view, const PetscReal *u_start, Local *l)
+{
+  const Model *m = l->m;
+  PetscFunctionBeginUser;
+  l->n_bodies = m->n_condensed;
+  PetscCall(PetscCalloc1(l->n_bodies, &l->body));
+  for (PetscInt i = 0; i < l->n_bodies; i++) {
+    LocalBody *b = l->body + i;
+    b->of = m->condensed + i;
+    PetscCall(PetscMalloc2(l->n, &b->point, 2 * l->n, &b->slot));
+    for (PetscInt p = 0; p < l->n; p++)
+      if (IsCondensed(m, l->point[p].dof) && !l->point[p].rigid &&
+          m->vertex_condensed[(l->point[p].dof - 3 * m->n_bodies) / 2] == b->of->number)
+        l->point[p].condensed = PETSC_TRUE, b->point[b->n_points++] = p;
+    PetscCall(find_rows(l, view, u_start, b));
+    PetscCall(gather_inertia(b));
+    for (int k = 0; k < BODY_VECTORS; k++)
+      PetscCall(PetscCalloc2(b->stride, &b->kept[k], b->width, &b->modes[k]));
+    for (int k = 0; k < SLOT_VECTORS; k++) PetscCall(PetscCalloc1(b->n_slots, &b->slots[k]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode LocalBodiesDestroy(Local *l)
+{
+  PetscFunctionBeginUser;
+  for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
+    PetscCall(CondensedRowsDestroy(l->m->condensed + (b - l->body)));
+    PetscCall(PetscFree6(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse));
+    for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
+    for (int k = 0; k < SLOT_VECTORS; k++) PetscCall(PetscFree(b->slots[k]));
+    PetscCall(PetscFree2(b->point, b->slot));
+  }
+  PetscCall(PetscFree(l->body));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What damping by mass over a step adds to 1. */
 static PetscReal damped_mass(const State *s, PetscReal step)
 {
   return 1. + 0.5 * step * s->alpha;
+}
+
+/* Adds the added masses and dashpots of the points. */
+static PetscErrorCode add_points_to(const Local *l, const LocalBody *b, PetscReal step, PetscReal *A)
+{
+  PetscReal *row[2];
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(b->n, &row[0], b->n, &row[1]));
+  for (PetscInt k = 0; k < b->n_points; k++) {
+    const LocalPoint *p = l->point + b->point[k];
+    for (int x = 0; x < 2; x++) CondensedRowOf(b->rows, b->slot[2 * k + x], 1., row[x]);
+    for (int x = 0; x < 2; x++)
+      for (int y = 0; y < 2; y++) {
+        const PetscReal value = p->mass[x][y] + 0.5 * step * p->dashpot[x][y];
+        for (PetscInt i = 0; i < b->n_free && value != 0.; i++)
+          for (PetscInt j = 0; j < b->n_free && row[x][i] != 0.; j++)
+            A[i * b->stride + j] += row[x][i] * value * row[y][j];
+      }
+  }
+  PetscCall(PetscFree2(row[0], row[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds the inverse of the kept degrees of freedom that nothing holds; step 0: of their inertia alone. */
@@ -145,17 +170,9 @@ static PetscErrorCode invert(const Local *l, const LocalBody *b, const State *s,
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < b->n_free; i++) {
     for (PetscInt j = 0; j < b->n_free; j++) A[i * b->stride + j] = whole * b->inertia[i * b->stride + j];
-    A[i * b->stride + i] += whole * s->m[b->dof[i]];
+    A[i * b->stride + i] += whole * (i < b->rows->n_firm ? b->rows->mass[i] : 1.);
   }
-  for (PetscInt i = 0; i < b->n_points; i++) {
-    const LocalPoint *p = l->point + b->point[i];
-    for (int x = 0; x < 2; x++)
-      for (int y = 0; y < 2; y++) {
-        const PetscInt row = row_of(l, b, p, x), column = row_of(l, b, p, y);
-        if (row < b->n_free && column < b->n_free)
-          A[row * b->stride + column] += p->mass[x][y] + 0.5 * step * p->dashpot[x][y];
-      }
-  }
+  PetscCall(add_points_to(l, b, step, A));
   PetscCall(PetscMalloc1(b->stride * b->width, &left));
   for (PetscInt i = 0; i < b->stride * b->of->n_modes; i++)
     left[i] = b->yields[i / b->stride] * b->couples[i];
@@ -182,9 +199,12 @@ PetscErrorCode LocalBodiesInvert(Local *l, const State *s)
 /* ---- a step */
 
 /* The velocities before the step, from those of the degrees of freedom, v, and of the modes. */
-static void gather(const LocalBody *b, const State *s, const PetscReal *v)
+static void gather(const Local *l, const LocalBody *b, const State *s, const PetscReal *v)
 {
-  for (PetscInt i = 0; i < b->n; i++) b->kept[V_BEFORE][i] = v[b->dof[i]];
+  const PetscInt at = 3 * l->m->n_bodies;
+  for (PetscInt i = 0; i < b->n_slots; i++)
+    b->slots[SLOT_BEFORE][i] = b->slots[SLOT_FORCE][i] = v[at + b->rows->dof[i]];
+  CondensedFind(b->rows, b->slots[SLOT_FORCE], b->kept[V_BEFORE]);
   memcpy(b->modes[V_BEFORE], s->modes[MODE_SPEED] + b->of->first_mode, b->of->n_modes * sizeof(PetscReal));
 }
 
@@ -215,19 +235,19 @@ static const PetscReal *along_mode(const LocalBody *b, PetscInt k)
 /* What added mass and dashpots of the points add to the force. */
 static void add_points(const Local *l, const LocalBody *b, PetscReal step)
 {
-  const PetscReal *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
+  const PetscReal *v_0 = b->slots[SLOT_BEFORE], *v_1 = b->slots[SLOT_BEHIND];
   for (PetscInt k = 0; k < b->n_points; k++) {
     const LocalPoint *p = l->point + b->point[k];
     const PetscReal *w = LocalEntries(l, p, l->in.w), *push = LocalEntries(l, p, l->in.push);
-    const PetscInt row[2] = {row_of(l, b, p, 0), row_of(l, b, p, 1)};
+    const PetscInt *slot = b->slot + 2 * k;
     for (int x = 0; x < 2; x++) {
-      if (row[x] >= b->n_free) continue;
-      PetscReal *force = b->kept[FORCE] + row[x];
+      if (slot[x] >= b->free_slots) continue;
+      PetscReal *force = b->slots[SLOT_FORCE] + slot[x];
       *force += push[x];
       for (int y = 0; y < 2; y++) {
-        *force += p->dashpot[x][y] * (w[y] - v_0[row[y]]);
-        if (row[y] >= b->n_free && step > 0.)
-          *force -= (p->mass[x][y] + 0.5 * step * p->dashpot[x][y]) * (v_1[row[y]] - v_0[row[y]]) / step;
+        *force += p->dashpot[x][y] * (w[y] - v_0[slot[y]]);
+        if (slot[y] >= b->free_slots && step > 0.)
+          *force -= (p->mass[x][y] + 0.5 * step * p->dashpot[x][y]) * (v_1[slot[y]] - v_0[slot[y]]) / step;
       }
     }
   }
@@ -247,13 +267,16 @@ static void add_supports(const LocalBody *b, const State *s, PetscReal step)
 static void find_forces(const Local *l, const LocalBody *b, const State *s, const PetscReal ground[2],
                         PetscReal step)
 {
-  const PetscReal *q = s->modes[MODE_PLACE] + b->of->first_mode, *v = b->kept[V_BEFORE];
+  const PetscReal *q = s->modes[MODE_PLACE] + b->of->first_mode, *v = b->slots[SLOT_BEFORE];
   const PetscInt at = 3 * l->m->n_bodies;
   PetscReal *kept = b->kept[FORCE], *modes = b->modes[FORCE];
-  for (PetscInt i = 0; i < b->n_free; i++) {
-    const PetscInt d = b->dof[i];
-    kept[i] = s->f_ext[d] - s->f[d] - s->alpha * s->m[d] * (v[i] - ground[(d - at) % 2]);
+  for (PetscInt i = 0; i < b->free_slots; i++) {
+    const PetscInt d = b->rows->dof[i];
+    b->slots[SLOT_FORCE][i] = s->f_ext[at + d] - s->f[at + d] -
+                              s->alpha * s->m[at + d] * (v[i] - ground[d % 2]);
   }
+  add_points(l, b, step);
+  CondensedSum(b->rows, b->slots[SLOT_FORCE], kept);
   for (PetscInt k = 0; k < b->of->n_modes; k++)
     modes[k] = -b->of->omega2[k] * q[k] - CondensedDamper(b->of, k) * b->modes[V_BEFORE][k];
   if (s->alpha != 0.) {
@@ -263,7 +286,6 @@ static void find_forces(const Local *l, const LocalBody *b, const State *s, cons
       modes[k] -= drag_of(s, b->modes[MOMENTUM][k], along_mode(b, k), ground);
   }
   add_supports(b, s, step);
-  add_points(l, b, step);
 }
 
 /* Finds the acceleration over the step; 0: at once, with what supports hold at constant velocity.
@@ -316,10 +338,10 @@ static void book_body(const Local *l, const LocalBody *b, const State *s, const 
   for (PetscInt k = 0; k < b->of->n_modes; k++)
     (void)book_one(s, b->modes, k, damper_of(b, k), along_mode(b, k), ground, works);
   for (PetscInt k = 0; k < b->n_points; k++) {
-    const LocalPoint *p = l->point + b->point[k];
-    const PetscInt row[2] = {row_of(l, b, p, 0), row_of(l, b, p, 1)};
-    const PetscReal v[2][2] = {{v_0[row[0]], v_0[row[1]]}, {v_1[row[0]], v_1[row[1]]}};
-    LocalBook(l, p, 2, s->dt, v[0], v[1], works);
+    const PetscInt *slot = b->slot + 2 * k;
+    const PetscReal *w_0 = b->slots[SLOT_BEFORE], *w_1 = b->slots[SLOT_BEHIND];
+    const PetscReal v[2][2] = {{w_0[slot[0]], w_0[slot[1]]}, {w_1[slot[0]], w_1[slot[1]]}};
+    LocalBook(l, l->point + b->point[k], 2, s->dt, v[0], v[1], works);
   }
 }
 
@@ -349,15 +371,22 @@ static void hand_on(LocalBody *b)
 void LocalBodiesStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
                      PetscReal works[LOCAL_WORKS])
 {
+  const PetscInt at = 3 * l->m->n_bodies;
   for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
-    gather(b, s, v_before);
-    for (PetscInt i = b->n_free; i < b->n; i++) b->kept[V_BEHIND][i] = s->v[b->dof[i]];
+    PetscReal *behind = b->slots[SLOT_BEHIND];
+    gather(l, b, s, v_before);
+    for (PetscInt i = b->free_slots; i < b->n_slots; i++)
+      behind[i] = b->kept[V_BEHIND][i - b->free_slots + b->n_free] = s->v[at + b->rows->dof[i]];
     accelerate(l, b, s, ground, s->dt);
-    for (PetscInt i = 0; i < b->n_free; i++) {
-      const PetscInt d = b->dof[i];
-      const PetscReal v = b->kept[V_BEFORE][i] + s->dt * b->kept[ACCELERATION][i];
-      s->u[d] += (v - s->v[d]) * s->dt; // the step has moved it as if it had its own mass only
-      s->v[d] = b->kept[V_BEHIND][i] = v;
+    for (PetscInt i = 0; i < b->n_free; i++)
+      b->kept[V_BEHIND][i] = b->kept[V_BEFORE][i] + s->dt * b->kept[ACCELERATION][i];
+    CondensedSpread(b->rows, b->kept[V_BEHIND], behind);
+    memcpy(b->slots[SLOT_FORCE], behind, b->n_slots * sizeof *behind);
+    CondensedFind(b->rows, b->slots[SLOT_FORCE], b->kept[V_BEHIND]); // to the bits that a restart finds
+    for (PetscInt i = 0; i < b->free_slots; i++) {
+      const PetscInt d = at + b->rows->dof[i];
+      s->u[d] += (behind[i] - s->v[d]) * s->dt; // the step has moved it as if it had its own mass only
+      s->v[d] = behind[i];
     }
     for (PetscInt k = 0; k < b->of->n_modes; k++)
       b->modes[V_BEHIND][k] = b->modes[V_BEFORE][k] + s->dt * b->modes[ACCELERATION][k];
@@ -372,14 +401,17 @@ PetscErrorCode LocalBodiesHalfStep(Local *l, State *s, const PetscReal *v_before
                                    PetscReal sign)
 {
   const PetscReal half = sign * 0.5 * s->dt;
+  const PetscInt at = 3 * l->m->n_bodies;
   PetscFunctionBeginUser;
   for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscCall(invert(l, b, s, 0.));
-    gather(b, s, v_before);
+    gather(l, b, s, v_before);
     b->known = PETSC_FALSE;
     accelerate(l, b, s, ground, 0.);
     for (PetscInt i = 0; i < b->n_free; i++)
-      s->v[b->dof[i]] = b->kept[V_BEFORE][i] + half * b->kept[ACCELERATION][i];
+      b->kept[V_BEHIND][i] = b->kept[V_BEFORE][i] + half * b->kept[ACCELERATION][i];
+    CondensedSpread(b->rows, b->kept[V_BEHIND], b->slots[SLOT_BEHIND]);
+    for (PetscInt i = 0; i < b->free_slots; i++) s->v[at + b->rows->dof[i]] = b->slots[SLOT_BEHIND][i];
     for (PetscInt k = 0; k < b->of->n_modes; k++)
       s->modes[MODE_SPEED][b->of->first_mode + k] += half * b->modes[ACCELERATION][k];
   }
@@ -400,10 +432,9 @@ static PetscReal half_product(const Condensed *c, const PetscReal *A)
 
 static void find_acceleration(const LocalBody *b, PetscReal dt)
 {
-  const PetscReal *a = b->kept[ACCELERATION], *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
   for (PetscInt i = 0; i < b->of->n_kept; i++) {
-    const PetscInt row = b->row[i];
-    b->of->u[i] = row < b->n_free ? a[row] : (v_1[row] - v_0[row]) / dt;
+    const PetscInt slot = b->rows->slot[i];
+    b->of->u[i] = (b->slots[SLOT_BEHIND][slot] - b->slots[SLOT_BEFORE][slot]) / dt;
   }
 }
 
@@ -421,7 +452,7 @@ static void add_lacking(const Model *m, const LocalBody *b, const State *s, cons
   find_acceleration(b, s->dt);
   works[LOCAL_LACKING] += half_product(c, c->lacking);
   works[LOCAL_HASTE] += half_product(c, c->S) / (next * next);
-  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = b->kept[V_BEHIND][b->row[i]];
+  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = b->slots[SLOT_BEHIND][b->rows->slot[i]];
   works[LOCAL_SPEED] += half_product(c, c->S);
 }
 

@@ -103,25 +103,13 @@ static void take_least(PetscReal dt, PetscInt dof, PetscReal joints, Least *leas
   if (dt < least->dt) *least = (Least){dt, dof, joints};
 }
 
-/* The same of a condensed body, whose masses are at least those lumped at its kept vertices: with c <= g m
-   there, and its own damping by stiffness at most beta times the square of its fastest vibration without
-   springs, dt^2 omega^2 + 2 dt (g + beta omega_0^2) <= 4. */
 static PetscErrorCode step_of_condensed(const Model *m, const Condensed *body, const PetscReal *k,
                                         const PetscReal *c, Least least[2])
 {
-  Fastest all, alone = {.omega2 = 0.};
-  PetscReal g = 0.;
+  CondensedStep step[2];
   PetscFunctionBeginUser;
-  PetscCall(CondensedFastest(m, body, k, &all));
-  if (body->beta > 0.) PetscCall(CondensedFastest(m, body, NULL, &alone));
-  for (PetscInt i = 0; i < body->n_kept; i++) {
-    const PetscInt v = body->kept[i] / 2;
-    if (!Held(m, 3 * m->n_bodies + body->kept[i])) g = PetscMax(g, c[v] / m->vertex_mass[v]);
-  }
-  const PetscReal drag = g + body->beta * alone.omega2;
-  take_least(step_of(1., all.omega2, 0.), all.dof, all.springs / all.omega2, least);
-  if (drag > 0.)
-    take_least(step_of(1., all.omega2, drag), g < 0.5 * drag ? alone.dof : all.dof, g / drag, least + 1);
+  PetscCall(CondensedBound(m, body, k, c, step));
+  for (int i = 0; i < 2; i++) take_least(step[i].dt, step[i].dof, step[i].joints, least + i);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

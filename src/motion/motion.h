@@ -97,8 +97,9 @@ enum {
   LOCAL_SPEED,   /* and velocities [J/s2] */
   LOCAL_WORKS
 };
-/* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. */
-PetscErrorCode LocalCreate(const TermView *view, Local **local);
+/* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. u_start:
+   (n_dof,) displacements at its start, where condensed bodies are to move; NULL: none is. */
+PetscErrorCode LocalCreate(const TermView *view, const PetscReal *u_start, Local **local);
 PetscErrorCode LocalDestroy(Local **local);
 /* Gives `take` the added mass of each point: its first degree of freedom and how many there are, 3 of a rigid
    body or 2 of a vertex; the matrix between them. */

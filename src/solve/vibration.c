@@ -119,7 +119,7 @@ static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal
   PetscCall(MatGetOwnershipRange(K, &mass->first, NULL));
   PetscCall(PetscCalloc1(2 * mass->rows, &mass->pull));
   PetscCall(lump(mass));
-  PetscCall(LocalCreate(&view, &local));
+  PetscCall(LocalCreate(&view, NULL, &local));
   PetscCall(LocalMasses(local, add_water, mass));
   PetscCall(LocalDestroy(&local));
   moving[0] = moving[1] = 0.;

@@ -103,7 +103,6 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   CondensedLoaded(m, s);
   ground_now(p, d, v_ground);
   PetscCall(VelocitiesHalfStep(p, d->local, v_ground, -1., &d->energy));
-  if (d->energy.u_start) PetscCall(PetscArraycpy(d->energy.u_start, s->u, m->n_dof));
   p->contacts->rate = 1. / s->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -272,7 +271,7 @@ static PetscErrorCode prepare(const Problem *p, Dynamic *d)
   if (d->local) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SupportForcesBegin(p));
   PetscCall(SupportsApply(p->scene, PETSC_TRUE, p->m));
-  PetscCall(LocalCreate(&view, &d->local));
+  PetscCall(LocalCreate(&view, d->energy.u_start, &d->local));
   if (p->stage->alpha == 0. || p->stage->frame == FRAME_ABSOLUTE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GroundDestroy(&d->ground));
   PetscCall(GroundCreate(p->scene, &d->ground, message));
@@ -417,6 +416,7 @@ static PetscErrorCode say_steps(Loop *loop)
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   PetscCall(PaceTell(p, &d->step, &d->pace));
+  if (p->m->n_condensed_global) PetscCall(CondensedSayRows(p->m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -425,6 +425,7 @@ static PetscErrorCode begin(Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
+  if (d->energy.u_start) PetscCall(PetscArraycpy(d->energy.u_start, p->state->u, p->m->n_dof));
   PetscCall(prepare(p, d));
   PetscCall(start(p, d));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));

@@ -32,6 +32,7 @@ PetscErrorCode RepartitionDestroy(Repartition *r)
   PetscCall(PetscFree(r->bodies.rigid));
   PetscCall(PetscFree(r->bodies.condensed));
   PetscCall(PetscFree(r->bodies.inner));
+  PetscCall(PetscFree(r->bodies.calm));
   r->possible = r->keeps = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

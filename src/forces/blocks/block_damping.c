@@ -266,7 +266,8 @@ static PetscErrorCode prepare(const Model *m, BlockDamping *d)
   PetscCall(clear(d));
   for (PetscInt g = 0; g < m->n_groups; g++) any = (PetscBool)(any || d->of_group[g] > 0.);
   for (PetscInt b = 0; b < m->n_condensed; b++)
-    m->condensed[b].beta = d->of_group[find_other(m, m->condensed + b, d->of_group, -1.)];
+    m->condensed[b].beta = d->of_group[find_other(m, m->condensed + b, d->of_group, -1.)],
+    m->condensed[b].given_known = PETSC_FALSE;
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   d->active = PETSC_TRUE;
   for (int l = 0; l < DEFORMABLE_LISTS; l++)
@@ -290,14 +291,15 @@ static PetscErrorCode begin(const TermView *v)
 
 /* ---- in time */
 
-/* At kept vertices: beta S du / dt. */
+/* At kept vertices: beta S du / dt, from the forces S u that the bodies have just given. */
 static void add_condensed(const Model *m, const BlockDamping *d, PetscReal rate)
 {
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+  for (Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
     if (c->beta_now == 0.) continue;
-    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = d->now[c->kept[i]] - d->before[c->kept[i]];
-    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
-    for (PetscInt i = 0; i < c->n_kept; i++) d->f[c->kept[i]] += rate * c->beta_now * c->f[i];
+    if (!c->given_known) CondensedForces(c, d->before, c->given_before);
+    c->given_known = PETSC_TRUE;
+    for (PetscInt i = 0; i < c->n_kept; i++)
+      d->f[c->kept[i]] += rate * c->beta_now * (c->given[i] - c->given_before[i]);
   }
 }
 
@@ -328,6 +330,11 @@ static void advance(void *memory, const Model *m, State *state)
   PetscReal *const now = d->now, *const f = d->f;
   d->now = d->before, d->before = now;
   d->f = d->f_before, d->f_before = f;
+  for (Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+    PetscReal *const given = c->given;
+    c->given = c->given_before, c->given_before = given;
+    c->given_known = PETSC_TRUE;
+  }
   d->moved = PETSC_TRUE;
 }
 

@@ -132,6 +132,22 @@ extern const TermKind Block_damping_term;
 
 /* ---- condense.c */
 /* A condensed body: K of its blocks reduced onto its kept degrees of freedom. */
+/* By what a condensed body moves in a stage in time; condense_rows.c. Slots are the degrees of freedom that
+   nothing holds, firm ones first, then calm ones, and behind them the supports; rows have shapes in place of
+   the calm ones. */
+typedef struct {
+  PetscInt n_firm, n_calm, n_slots, n_shapes, n_rows;
+  PetscInt *slot;   /* (n_kept,) of each kept degree of freedom */
+  PetscInt *dof;    /* (n_slots,) entry of a vertex array; of a support that of its first vertex */
+  PetscReal *mass;  /* [kg] (n_slots,) lumped */
+  PetscReal *share; /* (n_kept,) what of the force on its slot a kept degree of freedom gets */
+  PetscInt calm_width, shape_width, width; /* n_calm, n_shapes, n_rows rounded up to whole batches */
+  PetscReal *shapes, *across;              /* [1/kg^1/2] Q by columns, by rows; 0 in padding */
+  PetscReal *S;                            /* [N/m] (width, width) T'S T */
+  PetscReal *u_start, *f_start; /* (n_kept,) displacements that du is counted from, and S u_start */
+  PetscReal *calm, *by_shape, *at_slots, *x, *f; /* room */
+} CondensedRows;
+
 typedef struct _p_Condensed {
   PetscInt number;          /* of all ranks' */
   PetscInt n_kept, *kept;   /* (n_kept,) entries 2 v + i of a vertex array, ascending */
@@ -155,6 +171,9 @@ typedef struct _p_Condensed {
   PetscReal inside[2], left_out[2];   /* [kg] mass inside that moves along x, y; what of it has no modes */
   PetscReal *lacking;                 /* [kg s2] (stride, stride) of modes left out; NULL: none is */
   PetscReal next;                     /* [Hz] the modes left out are no slower; inf: none is left out */
+  CondensedRows *rows;                /* of the stage; NULL: none is in time */
+  PetscReal *given, *given_before;    /* [N] (n_kept,) S u of the forces last evaluated, and a step before */
+  PetscBool given_known;              /* the latter is */
   PetscReal beta, beta_now; /* [s] damping by stiffness of the stage; of the forces last evaluated */
 } Condensed;
 /* Collective. Factors the bodies of this rank; supports must be known. Refuses a body
@@ -188,15 +207,6 @@ PetscErrorCode CondensedModesDestroy(Condensed *body);
 PetscErrorCode CondensedModesNumber(const Scene *scene, Model *model);
 /* Collective. Prints which modes there are, and what those left out would carry. */
 PetscErrorCode CondensedSay(const Model *model);
-/* The fastest vibration of a body, nothing held moving. */
-typedef struct {
-  PetscReal omega2;  /* [1/s2] */
-  PetscReal springs; /* [1/s2] of it, what the springs give */
-  PetscInt dof;      /* where its kept vertices move most */
-} Fastest;
-/* With springs k [N/m] (vertices,) to the ground at its kept vertices; NULL: without. */
-PetscErrorCode CondensedFastest(const Model *model, const Condensed *body, const PetscReal *k,
-                                Fastest *fastest);
 /* What is inside follows its kept vertices, at rest. */
 void CondensedRest(const Model *model, const State *state);
 /* Takes the loads in f_ext; what is inside stays where it is. */
@@ -212,6 +222,41 @@ static inline PetscReal CondensedDamper(const Condensed *body, PetscInt k)
 }
 /* u += Phi q; q: (n_modes,) of the model; u: vertex array. */
 void CondensedAddModes(const Model *model, const PetscReal *q, PetscReal *u);
+
+/* ---- condense_rows.c */
+/* calms: calm vertices move by shapes, where modes are left out. mass: [kg] (n_kept, n_kept) of kept vertices
+   beside what is inside; u_start: vertex array. */
+PetscErrorCode CondensedRowsCreate(const Model *model, PetscBool calms, const PetscReal *mass,
+                                   const PetscReal *u_start, Condensed *body);
+PetscErrorCode CondensedRowsDestroy(Condensed *body);
+/* Forces on rows: T' of those on slots. */
+void CondensedSum(const CondensedRows *rows, const PetscReal *slots, PetscReal *of_rows);
+/* The motion of rows from that of slots, which is overwritten; and the motion of slots from that of rows. */
+void CondensedFind(const CondensedRows *rows, PetscReal *slots, PetscReal *of_rows);
+void CondensedSpread(const CondensedRows *rows, const PetscReal *of_rows, PetscReal *slots);
+/* The row of T of a slot, times scale: (n_rows,). */
+void CondensedRowOf(const CondensedRows *rows, PetscInt slot, PetscReal scale, PetscReal *row);
+/* T'A, (n_rows, width), of A, (n_kept, width) in rows of length `apart`; T'A T of A, (n_kept, n_kept). */
+PetscErrorCode CondensedFold(const CondensedRows *rows, PetscInt n_kept, PetscInt width, PetscInt apart,
+                             const PetscReal *A, PetscReal *folded);
+PetscErrorCode CondensedFoldBoth(const CondensedRows *rows, PetscInt n_kept, PetscInt apart,
+                                 const PetscReal *A, PetscReal *folded);
+/* Collective. Prints how many degrees of freedom move by how many shapes. */
+PetscErrorCode CondensedSayRows(const Model *model);
+/* f: (n_kept,) S u; u: vertex array. */
+void CondensedForces(const Condensed *body, const PetscReal *u, PetscReal *f);
+
+/* ---- condense_bound.c */
+/* A step that a body bears, nothing held moving, and what sets it. */
+typedef struct {
+  PetscReal dt;     /* [s] */
+  PetscInt dof;     /* where its kept vertices move most */
+  PetscReal joints; /* [-] what of the stiffness, or of the damping, comes from springs or dampers */
+} CondensedStep;
+/* Without damping, and with beta of the stage and dampers (infinite where nothing damps). springs: [N/m],
+   dampers: [N s/m] (vertices,) to the ground at its kept vertices, which know the velocity before. */
+PetscErrorCode CondensedBound(const Model *model, const Condensed *body, const PetscReal *springs,
+                              const PetscReal *dampers, CondensedStep step[2]);
 
 /* ---- condense_left_out.c */
 /* Gathers the modes that a body leaves out into a few, behind its own. rows: (size, n_inner) Psi', Phi',

@@ -65,8 +65,8 @@ static PetscErrorCode find_bodies(Model *m, PetscInt *local)
     PetscCall(body_dofs(m, i, 0, m->n_moving, PETSC_FALSE, &c->n_kept, &c->kept));
     PetscCall(body_dofs(m, i, m->n_moving, m->n_owned, PETSC_TRUE, &c->n_inner, &c->inner));
     c->stride = (c->n_kept + BATCH - 1) / BATCH * BATCH;
-    PetscCall(PetscCalloc5(c->stride * c->stride, &c->S, c->stride, &c->u, c->stride, &c->f, c->n_inner,
-                           &c->load, c->n_kept, &c->g));
+    PetscCall(PetscCalloc7(c->stride * c->stride, &c->S, c->stride, &c->u, c->stride, &c->f, c->n_inner,
+                           &c->load, c->n_kept, &c->g, c->n_kept, &c->given, c->n_kept, &c->given_before));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -277,7 +277,8 @@ PetscErrorCode CondensedDestroy(Model *m)
     Condensed *c = m->condensed + b;
     PetscCall(PetscFree(c->kept));
     PetscCall(PetscFree(c->inner));
-    PetscCall(PetscFree5(c->S, c->u, c->f, c->load, c->g));
+    PetscCall(PetscFree7(c->S, c->u, c->f, c->load, c->g, c->given, c->given_before));
+    PetscCall(CondensedRowsDestroy(c));
     PetscCall(CondensedModesDestroy(c));
     PetscCall(MatDestroy(&c->factor));
     PetscCall(VecDestroy(&c->x));
@@ -305,7 +306,10 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 {
   PetscFunctionBeginUser;
   (void)memory; // the model has the bodies
-  add_forces(at->m, at->u, f);
+  for (const Condensed *c = at->m->condensed; c < at->m->condensed + at->m->n_condensed; c++) {
+    CondensedForces(c, at->u, c->given);
+    for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->given[i];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -313,10 +317,10 @@ static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool any
 {
   const Model *m = at->m;
   PetscFunctionBeginUser;
-  (void)memory;
-  if (anywhere && m->mode_start) PetscFunctionReturn(PETSC_SUCCESS); // in time: CondensedFastest
+  (void)memory, (void)anywhere;
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
+    if (c->rows) continue;                        // in time: CondensedBound
     for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
       PetscReal row[2] = {0., 0.};
       for (PetscInt j = 0; j < 2 * c->stride; j++)

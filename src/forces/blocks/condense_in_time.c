@@ -321,6 +321,19 @@ void CondensedLoaded(const Model *m, State *s)
   }
 }
 
+/* Of what supports hold, S u less what the body has given of it (condense_rows.c). */
+static void add_not_given(const Model *m, const Condensed *c, const State *s)
+{
+  const PetscReal *u = s->u + 3 * m->n_bodies;
+  if (!c->rows || !c->rows->n_calm) return;
+  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
+  DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+  CondensedForces(c, u, c->u);
+  for (PetscInt i = 0; i < c->n_kept; i++)
+    if (c->rows->slot[i] >= c->rows->n_firm + c->rows->n_calm)
+      s->inertial[3 * m->n_bodies + c->kept[i]] += c->f[i] - c->u[i];
+}
+
 /* K_BI Phi = -H Omega^2, because K_II Phi = M_II Phi Omega^2. */
 void CondensedInertial(const Model *m, const State *s)
 {
@@ -334,6 +347,7 @@ void CondensedInertial(const Model *m, const State *s)
         force -= H[k] * (c->omega2[k] * q[k] + CondensedDamper(c, k) * speed[k]);
       s->inertial[3 * m->n_bodies + c->kept[i]] = force;
     }
+    add_not_given(m, c, s);
   }
 }
 
@@ -345,58 +359,6 @@ void CondensedAddModes(const Model *m, const PetscReal *places, PetscReal *u)
     for (PetscInt k = 0; k < c->n_modes; k++)
       for (PetscInt i = 0; i < c->n_inner; i++) u[c->inner[i]] += c->shapes[k * c->n_inner + i] * q[k];
   }
-}
-
-/* The largest omega^2 of K x = omega^2 M x, both dense and (n,n), which are overwritten, and its x of modal
-   mass 1. */
-static PetscErrorCode largest_of(PetscInt n, PetscReal *K, PetscReal *M, PetscReal *omega2, PetscReal *x)
-{
-  const PetscBLASInt type = 1, size = (PetscBLASInt)n, room = 35 * size;
-  const PetscReal none = 0.;
-  PetscBLASInt found, info, *integers, *failed;
-  PetscReal *work, *all;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc4(n, &all, room, &work, 5 * n, &integers, n, &failed));
-  PetscCallBLAS("LAPACKsygvx",
-                LAPACKsygvx_(&type, "V", "I", "U", &size, K, &size, M, &size, &none, &none, &size, &size,
-                             &none, &found, all, x, &size, work, &room, integers, failed, &info));
-  PetscCheck(info == 0 && found == 1, PETSC_COMM_SELF, PETSC_ERR_LIB,
-             "the fastest vibration of a condensed body was not found: %d", (int)info);
-  *omega2 = all[0];
-  PetscCall(PetscFree4(all, work, integers, failed));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CondensedFastest(const Model *m, const Condensed *c, const PetscReal *k, Fastest *fastest)
-{
-  const PetscInt at = 3 * m->n_bodies;
-  PetscInt n = 0, *row;
-  PetscReal *K, *M, *x, most = 0.;
-  PetscFunctionBeginUser;
-  *fastest = (Fastest){.dof = at + c->kept[0]};
-  PetscCall(PetscMalloc1(c->size, &row));
-  for (PetscInt i = 0; i < c->size; i++)
-    if (i >= c->n_kept || !Held(m, at + c->kept[i])) row[n++] = i;
-  PetscCall(PetscCalloc3(n * n, &K, n * n, &M, n, &x));
-  for (PetscInt a = 0; a < n; a++)
-    for (PetscInt b = 0; b < n; b++) {
-      const PetscInt i = row[a], j = row[b];
-      M[a * n + b] = c->inertia[i * c->size + j];
-      if (i < c->n_kept && j < c->n_kept) K[a * n + b] = c->S[i * c->stride + j];
-      if (i != j) continue;
-      if (i < c->n_kept)
-        K[a * n + b] += k ? k[c->kept[i] / 2] : 0., M[a * n + b] += m->vertex_mass[c->kept[i] / 2];
-      else
-        K[a * n + b] = c->omega2[i - c->n_kept];
-    }
-  if (n) PetscCall(largest_of(n, K, M, &fastest->omega2, x));
-  for (PetscInt a = 0; a < n && row[a] < c->n_kept; a++) {
-    if (k) fastest->springs += k[c->kept[row[a]] / 2] * x[a] * x[a];
-    if (PetscAbsReal(x[a]) > most) most = PetscAbsReal(x[a]), fastest->dof = at + c->kept[row[a]];
-  }
-  PetscCall(PetscFree3(K, M, x));
-  PetscCall(PetscFree(row));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- memory */

@@ -74,6 +74,7 @@ def run(case):
     stiffness_damping(case)
     quiet(case)
     few_modes(case)
+    calm(case)
     error_told(case)
     slides(case)
     strikes(case)
@@ -173,6 +174,35 @@ def few_modes(case):
     case.check("quiet boundaries, modes to 80 Hz: error of the crest over the largest displacement", apart(same_steps(case, mesh(), waves, *condensed(80), *QUIET), waves, "top_ux_m"), 0.0, absolute=0.01)
     large = shaken(case, mesh(), ("strain", "large"))
     case.check("the same in large strain, all modes: error of the crest", apart(same_steps(case, mesh(), large, *condensed(ALL), ("strain", "large")), large, "top_ux_m"), 0.0, absolute=0.01)
+
+
+CALM = [("supports", {"bottom": {"fix": "xy", "boundary": "quiet", "motion": "quake.csv"}, "sides": {"fix": "y"}}), ("loads", {"weight": {"type": "self_weight"}} | WATER),
+        ("stages", [{"rest": {"loads": ["weight"]}}, {"shake": SHAKING | {"loads": ["weight", "hydro"], "envelope_every": 20}}, {"after": {"loads": ["weight"]}}])]
+
+
+def calm(case):
+    """Vertices under water and at supports that move by shapes: near the whole mesh, the nearer the more modes; what rollers bear; restarts and ranks."""
+    fine, found = mesh(2), []
+    full = shaken(case, fine, *CALM)
+    for frequency in (20, 40, 80):
+        result = same_steps(case, fine, full, *CALM, *condensed(frequency))
+        moved = [[int(word) for word in line.split() if word.isdigit()] for line in result.stdout.splitlines() if "shapes" in line]
+        case.check(f"calm vertices, modes to {frequency} Hz: said to move by shapes, fewer than they are", [len(moved), moved[0][1] < moved[0][0]], [1, True])
+        swing = apart(result, full, "top_ux_m")
+        bears = apart(result, full, "sides_fx_N", "sides_fy_N")
+        found.append((swing, bears))
+        energy = result.stage_summary("shake")["energy"]
+        case.check("... balance over what came in", energy["balance"] / energy["incoming"], 0.0, absolute=1e-9)
+    for i, what, most in ((0, "displacement of the crest", (0.05, 0.01, 0.002)), (1, "forces of rollers", (0.05, 0.01, 0.002))):
+        for frequency, f, absolute in zip((20, 40, 80), found, most, strict=True):
+            case.check(f"calm vertices, modes to {frequency} Hz: error of the {what}, over the largest", f[i], 0.0, absolute=absolute)
+    sums = [shaken(case, fine, *CALM, *condensed(40), ranks=n).stage_summary("shake")["checksum"] for n in (1, 2, 3)]
+    case.check("calm vertices: checksums on 1 to 3 ranks", len(set(sums)), 1)
+    folder = prepared(case, fine, *CALM, *condensed(40), ("checkpoint", {"every": 150, "keep": 100}))
+    case.again(folder)
+    case.again(folder, "-output", "kept")
+    files = sorted((folder / "kept" / "checkpoints").iterdir())
+    case.check("calm vertices: restart from each checkpoint: same bits", [len(files) > 1, {case.again(folder, "-restart", f).stage_summary("shake")["checksum"] for f in files} == {sums[0]}], [True, True])
 
 
 def scaled(young, hertz=None):
