@@ -43,6 +43,16 @@ static PetscInt kept_of(const Local *l, const LocalBody *b, const LocalPoint *p,
   return low;
 }
 
+/* Whether calm vertices may move by shapes: not where contacts may come anywhere, nor beside free ground,
+   which pushes at its sides with faster waves than shapes know. */
+static PetscBool may_be_calm(const TermView *view)
+{
+  PetscBool calm = (PetscBool)!view->stage->variable;
+  for (PetscInt i = 0; i < view->scene->n_supports; i++)
+    if (view->scene->supports[i].boundary == BOUNDARY_FREE_FIELD) calm = PETSC_FALSE;
+  return calm;
+}
+
 /* Numbers the rows. */
 static PetscErrorCode find_rows(const Local *l, const TermView *view, const PetscReal *u_start, LocalBody *b)
 {
@@ -58,7 +68,7 @@ static PetscErrorCode find_rows(const Local *l, const TermView *view, const Pets
       for (int y = 0; y < 2; y++)
         mass[kept_of(l, b, p, x) * c->n_kept + kept_of(l, b, p, y)] += p->mass[x][y];
   }
-  PetscCall(CondensedRowsCreate(m, (PetscBool)!view->stage->variable, mass, u_start + 3 * m->n_bodies, c));
+  PetscCall(CondensedRowsCreate(m, may_be_calm(view), mass, u_start + 3 * m->n_bodies, c));
   PetscCall(PetscFree(mass));
   b->rows = c->rows;
   b->n_free = c->rows->n_firm + c->rows->n_shapes, b->n = c->rows->n_rows;
