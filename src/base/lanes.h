@@ -13,13 +13,17 @@
 
 #define KERNEL static inline __attribute__((always_inline))
 
-/* Four fill AVX2; eight run out of registers there (measured: 2.5 times slower). The alignment is that of the
+/* Four fill AVX2; eight run out of registers there (measured: 2.5 times slower). A file whose code is for
+   AVX-512 alone defines WIDE_LANES before it includes this one, and has eight. The alignment is that of the
    stack, because the compiler warns of structures of more aligned vectors as arguments. */
+#ifdef WIDE_LANES
+enum { LANES = 8 };
+#else
 enum { LANES = 4 };
+#endif
 typedef PetscReal Lanes __attribute__((vector_size(LANES * sizeof(PetscReal)), aligned(16)));
 typedef long long Mask __attribute__((vector_size(LANES * sizeof(PetscReal)), aligned(16))); /* -1: true, 0 */
-_Static_assert(BATCH % LANES == 0 && LANES == 4,
-               "a batch is a whole number of vectors; the shuffles below are for 4");
+_Static_assert(BATCH % LANES == 0, "a batch is a whole number of vectors");
 
 typedef struct {
   Lanes x, y;
@@ -29,7 +33,7 @@ typedef struct {
 
 KERNEL Lanes LanesOf(PetscReal x)
 {
-  return (Lanes){x, x, x, x};
+  return x - (Lanes){0.};
 }
 
 KERNEL Lanes LoadLanes(const PetscReal *x)
@@ -72,16 +76,42 @@ KERNEL Lanes NotNegative(Lanes a)
   return Keep(~(a < 0.), a);
 }
 
+/* A vector of what is at each lane. */
+#ifdef WIDE_LANES
+#define LANE_BY_LANE(at)                                                                                     \
+  {                                                                                                          \
+    at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)                                                   \
+  }
+#else
+#define LANE_BY_LANE(at)                                                                                     \
+  {                                                                                                          \
+    at(0), at(1), at(2), at(3)                                                                               \
+  }
+#endif
+
 KERNEL Lanes SquareRoot(Lanes a)
 {
-  return (Lanes){__builtin_sqrt(a[0]), __builtin_sqrt(a[1]), __builtin_sqrt(a[2]), __builtin_sqrt(a[3])};
+#define ROOT(lane) __builtin_sqrt(a[lane])
+  return (Lanes)LANE_BY_LANE(ROOT);
+#undef ROOT
 }
 
 KERNEL int Any(Mask mask)
 {
   typedef long long Half __attribute__((vector_size(2 * sizeof(long long))));
-  const Half half = __builtin_shufflevector(mask, mask, 0, 1) | __builtin_shufflevector(mask, mask, 2, 3);
-  return (half[0] | half[1]) != 0;
+  Half any = __builtin_shufflevector(mask, mask, 0, 1) | __builtin_shufflevector(mask, mask, 2, 3);
+#ifdef WIDE_LANES
+  any |= __builtin_shufflevector(mask, mask, 4, 5) | __builtin_shufflevector(mask, mask, 6, 7);
+#endif
+  return (any[0] | any[1]) != 0;
+}
+
+/* x: (n,3), of which each lane takes the first of its row. */
+KERNEL Lanes GatherThird(const PetscReal *x, const PetscInt *row)
+{
+#define FIRST(lane) x[3 * row[lane]]
+  return (Lanes)LANE_BY_LANE(FIRST);
+#undef FIRST
 }
 
 /* ---- vectors in the plane */
@@ -126,15 +156,47 @@ KERNEL void StorePair(PetscReal *x, Pair value)
   *(Pair *)x = value;
 }
 
+/* What stands in even and in odd places of p and q, taken in turns: p_0, q_0, p_2, q_2, ... and p_1, q_1,
+   p_3, q_3, ... */
+#ifdef WIDE_LANES
+#define EVEN_OF(p, q) __builtin_shufflevector(p, q, 0, 8, 2, 10, 4, 12, 6, 14)
+#define ODD_OF(p, q) __builtin_shufflevector(p, q, 1, 9, 3, 11, 5, 13, 7, 15)
+#else
+#define EVEN_OF(p, q) __builtin_shufflevector(p, q, 0, 4, 2, 6)
+#define ODD_OF(p, q) __builtin_shufflevector(p, q, 1, 5, 3, 7)
+#endif
+
+/* The pairs at p[0], p[2], ... one behind the other. */
+KERNEL Lanes EverySecond(const Pair *p)
+{
+#ifdef WIDE_LANES
+  typedef PetscReal Half __attribute__((vector_size(4 * sizeof(PetscReal))));
+  const Half low = __builtin_shufflevector(p[0], p[2], 0, 1, 2, 3),
+             high = __builtin_shufflevector(p[4], p[6], 0, 1, 2, 3);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+  return __builtin_shufflevector(p[0], p[2], 0, 1, 2, 3);
+#endif
+}
+
+/* The inverse of EverySecond. */
+KERNEL void ToEverySecond(Lanes x, Pair *p)
+{
+  p[0] = __builtin_shufflevector(x, x, 0, 1);
+  p[2] = __builtin_shufflevector(x, x, 2, 3);
+#ifdef WIDE_LANES
+  p[4] = __builtin_shufflevector(x, x, 4, 5);
+  p[6] = __builtin_shufflevector(x, x, 6, 7);
+#endif
+}
+
 /* x: vertex array (n,2): loads of pairs, then a transposition. */
 KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
 {
   Pair p[LANES];
   for (int lane = 0; lane < LANES; lane++) p[lane] = *(const Pair *)(x + 2 * (ptrdiff_t)vertex[lane]);
-  const Lanes even = __builtin_shufflevector(p[0], p[2], 0, 1, 2, 3);
-  const Lanes odd = __builtin_shufflevector(p[1], p[3], 0, 1, 2, 3);
-  return (LanesVector){__builtin_shufflevector(even, odd, 0, 4, 2, 6),
-                       __builtin_shufflevector(even, odd, 1, 5, 3, 7)};
+  const Lanes even = EverySecond(p), odd = EverySecond(p + 1);
+  return (LanesVector){EVEN_OF(even, odd), ODD_OF(even, odd)};
 }
 
 /* n rows of BATCH vertices at `vertex` */
@@ -147,17 +209,13 @@ KERNEL void Gather(int n, const PetscReal *x, const PetscInt *vertex, LanesVecto
    ascending order. n <= 6. */
 KERNEL void ScatterAdd(int n, const LanesVector *p, const PetscInt *vertex, PetscReal *f)
 {
-  Pair pair[LANES][6];
+  Pair pair[6][LANES];
   for (int i = 0; i < n; i++) {
-    const Lanes even = __builtin_shufflevector(p[i].x, p[i].y, 0, 4, 2, 6);
-    const Lanes odd = __builtin_shufflevector(p[i].x, p[i].y, 1, 5, 3, 7);
-    pair[0][i] = __builtin_shufflevector(even, even, 0, 1);
-    pair[1][i] = __builtin_shufflevector(odd, odd, 0, 1);
-    pair[2][i] = __builtin_shufflevector(even, even, 2, 3);
-    pair[3][i] = __builtin_shufflevector(odd, odd, 2, 3);
+    ToEverySecond(EVEN_OF(p[i].x, p[i].y), pair[i]);
+    ToEverySecond(ODD_OF(p[i].x, p[i].y), pair[i] + 1);
   }
   for (int lane = 0; lane < LANES; lane++)
-    for (int i = 0; i < n; i++) *(Pair *)(f + 2 * (ptrdiff_t)vertex[i * BATCH + lane]) += pair[lane][i];
+    for (int i = 0; i < n; i++) *(Pair *)(f + 2 * (ptrdiff_t)vertex[i * BATCH + lane]) += pair[i][lane];
 }
 
 /* ---- one copy of a hot loop per instruction set; key isa picks one (isa.c).

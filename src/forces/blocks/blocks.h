@@ -31,6 +31,9 @@ enum { AHEAD_ARRAYS = 5 };
 typedef struct {
   const PetscReal *array[AHEAD_ARRAYS];
 } Ahead;
+/* Elements from `from` (a multiple of 8) to `to` - 1 of blocks of ELEMENT_FULL, eight at once: AVX-512. */
+void ElementForcesWide(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                       PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f);
 /* The same, one chunk of elements after the other, so that vertices can be moved as soon
    as model->chunk_done[chunk] says that their forces are complete. ahead: what will be
    read then, NULL: nothing. */

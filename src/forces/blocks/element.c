@@ -1,7 +1,7 @@
 /* element.c: deformable blocks. Each loop gathers vertices, calls a kernel of element_kernels.h, and scatters
    what that returns. Quadrilaterals come first, then triangles, each in ascending order, and within an
    element vertex 0 to the last. So every vertex sums in the same order on any number of ranks. */
-#include "forces/blocks/blocks.h"
+#include "forces/blocks/element_loop.h"
 #include "forces/blocks/law_point.h"
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
@@ -33,38 +33,10 @@ PetscInt ElementChunks(const Model *model)
   return chunks_of(&model->q4) + chunks_of(&model->t3);
 }
 
-/* Brings into the cache what the motion of vertices will read. Forces are mostly arithmetic and the motion
-   after them is mostly access to memory, so the access is done during the arithmetic. LANES vertices take a
-   line of 64 bytes in each array; that line is fetched with every LANES blocks. */
-KERNEL void Fetch(const Ahead *ahead, PetscInt block)
-{
-  for (int i = 0; i < AHEAD_ARRAYS; i++) __builtin_prefetch(ahead->array[i] + 2 * block);
-}
-
-KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elements *e, int n_nodes,
-                      int large, int placed, PetscInt from, PetscInt to, const Ahead *ahead,
-                      const PetscReal *restrict u, PetscReal *restrict f)
-{
-  for (PetscInt first = from; first < PetscMin(to, e->n_padded); first += LANES) {
-    if (ahead) Fetch(ahead, first - from);
-    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
-    const LanesMaterial material = LoadMaterialOf(model, hourglass, e->group + first);
-    LanesVector X[4], U[4], F[4];
-    if (placed) {
-      GatherBlocks(model, e, n_nodes, first, large, u, X, U);
-    } else {
-      Gather(n_nodes, model->X, vertex, X);
-      Gather(n_nodes, u, vertex, U);
-    }
-    ElementForce(n_nodes, X, U, &material, model->thickness, large, F);
-    ScatterAdd(n_nodes, F, vertex, f);
-  }
-}
-
 /* Gives ForceLoop shape, formulation and strain measure as constants, so that each case is a loop without
    branches. */
-KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
-                             PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
+KERNEL void NarrowForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                              PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
   if (n_nodes == 4 && model->hourglass)
     ForceLoop(model, model->hourglass, e, 4, large, 0, from, to, ahead, u, f);
@@ -78,10 +50,19 @@ KERNEL void RangeForces_code(const Model *model, const Elements *e, int n_nodes,
     ForceLoop(model, NULL, e, 3, 0, 0, from, to, ahead, u, f);
 }
 
-VARIANTS(RangeForces,
+VARIANTS(NarrowForces,
          (const Model *model, const Elements *e, int n_nodes, int large, PetscInt from, PetscInt to,
           const Ahead *ahead, const PetscReal *u, PetscReal *f),
          (model, e, n_nodes, large, from, to, ahead, u, f))
+
+static void range_forces(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                         PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
+{
+  if (instruction_set == ISA_V4 && !model->hourglass)
+    ElementForcesWide(model, e, n_nodes, large, from, to, ahead, u, f);
+  else
+    NarrowForces(model, e, n_nodes, large, from, to, ahead, u, f);
+}
 
 /* The same of blocks that may have been placed: a function of its own, or the loops above become dearer. */
 KERNEL void PlacedForces_code(const Model *model, const Elements *e, PetscInt from, PetscInt to,
@@ -108,7 +89,7 @@ void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead
   if (e->placed)
     PlacedForces(model, e, from, to, ahead, u, f);
   else
-    RangeForces(model, e, chunk < n_q4 ? 4 : 3, model->strain == STRAIN_LARGE, from, to, ahead, u, f);
+    range_forces(model, e, chunk < n_q4 ? 4 : 3, model->strain == STRAIN_LARGE, from, to, ahead, u, f);
 }
 
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
@@ -121,8 +102,8 @@ PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *
 
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f)
 {
-  RangeForces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, NULL, u, f);
-  RangeForces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
+  range_forces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, NULL, u, f);
+  range_forces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
 }
 
 /* After a chunk the vertices below the lowest one of all later chunks have their forces; the loop runs

@@ -422,10 +422,7 @@ KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, cons
 {
   const LanesVector lame = GatherVertex(&model->lame->lambda, g);
   if (!h) return (LanesMaterial){lame.x, lame.y, {{0.}, {0.}, {0.}}, {0}};
-  const PetscInt at[LANES] = {3 * g[0], 3 * g[1], 3 * g[2], 3 * g[3]};
-  const Lanes c0 = {h[at[0]], h[at[1]], h[at[2]], h[at[3]]},
-              c1 = {h[at[0] + 1], h[at[1] + 1], h[at[2] + 1], h[at[3] + 1]},
-              c2 = {h[at[0] + 2], h[at[1] + 2], h[at[2] + 2], h[at[3] + 2]};
+  const Lanes c0 = GatherThird(h, g), c1 = GatherThird(h + 1, g), c2 = GatherThird(h + 2, g);
   return (LanesMaterial){lame.x, lame.y, {c0, c1, c2}, c0 > 0.};
 }
 
