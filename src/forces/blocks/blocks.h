@@ -47,6 +47,9 @@ PetscErrorCode ElementChunksDone(Model *model);
 void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3]);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
+/* Adds sum_j |K_ij| x_j to rows [N/m], over the blocks at each vertex; x: weights [-] of x and y there, both
+   vertex arrays with dummies. */
+void ElementWeightedRows(const Model *model, const PetscReal *x, PetscReal *rows);
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m);
 /* Cauchy stress sxx syy sxy [Pa] (n,3) at the centre of each element of the list. */
 PetscErrorCode ElementStress(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,

@@ -181,6 +181,32 @@ static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, P
   }
 }
 
+static void weighted_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *x,
+                          PetscReal *rows)
+{
+  const int n = 2 * n_nodes;
+  for (PetscInt first = 0; first < e->n_padded; first += LANES) {
+    const PetscInt *vertex = LaneVertices(e, n_nodes, first);
+    PetscReal K[LANES][64];
+    ElementMatrices(model, e, n_nodes, first, NULL, K);
+    for (int lane = 0; lane < LANES; lane++) {
+      PetscReal weight[8];
+      for (int j = 0; j < n; j++) weight[j] = x[2 * vertex[j / 2 * BATCH + lane] + j % 2];
+      for (int i = 0; i < n; i++) {
+        PetscReal row = 0.;
+        for (int j = 0; j < n; j++) row += PetscAbsReal(K[lane][i * n + j]) * weight[j];
+        rows[2 * vertex[i / 2 * BATCH + lane] + i % 2] += row;
+      }
+    }
+  }
+}
+
+void ElementWeightedRows(const Model *model, const PetscReal *x, PetscReal *rows)
+{
+  for (int l = 0; l < DEFORMABLE_LISTS; l++)
+    weighted_loop(model, model->elements + l, l % 2 ? 3 : 4, x, rows);
+}
+
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
 {
   PetscFunctionBeginUser;
