@@ -139,12 +139,14 @@ static PetscBool blocks_alone(const Model *m, PetscInt d, const PetscReal *k, co
   return (PetscBool)(!Held(m, d) && k[v] > 0. && k[v] == of_blocks[v] && c[v] == 0.);
 }
 
-/* Row sums with weights: by Collatz and Wielandt every eigenvalue of M^-1 K is at most the largest
-   sum_j |K_ij| x_j / (m_i x_i), whatever the positive weights x. All weights 1 give Gershgorin's bound (28).
-   Weights that follow the fastest vibration give nearly its square: they are found by the power method, from
-   below no smaller than 1, so that they spread only about blocks that are fast. Weights stay 1 where another term
-   is stiff or damps, because its bound knows no weights; at held degrees of freedom they are 0. This holds for a K
-   that does not turn: small strain.
+/* Row sums with weights: by Collatz and Wielandt every eigenvalue of M^-1 K is at most the largest sum_j
+   |K_ij| x_j / (m_i x_i), whatever the positive weights x. All weights 1 give Gershgorin's bound (28).
+   Weights that follow the fastest vibration give nearly its square: they are found by the power method,
+   from below no smaller than 1, so that they spread only about blocks that are fast. Weights stay 1 where
+   another term is stiff or damps, because its bound knows no weights; at held degrees of freedom they are
+   0. This holds for a K that does not turn: small strain. Rigid and condensed bodies have bounds of their
+   own without weights, and neighbours that have some would falsify them: scenes with such bodies keep
+   (28).
 
    Writes the rows of the best weights, (n_vertices, 2), at degrees of freedom of deformable vertices. */
 static PetscErrorCode weigh_rows(const Instant *now, const PetscReal *k, const PetscReal *c, PetscReal *best)
@@ -278,7 +280,8 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   PetscCall(TermsBound(state, &now, anywhere, k));
   PetscCall(TermsDrag(state, &now, anywhere, c));
   for (PetscInt i = 0; i < 2 * m->n_deformable; i++) rows[i] = k[i / 2];
-  if (!anywhere && m->strain == STRAIN_SMALL) PetscCall(weigh_rows(&now, k, c, rows));
+  if (!anywhere && m->strain == STRAIN_SMALL && !m->n_rigid_global && !m->n_condensed_global)
+    PetscCall(weigh_rows(&now, k, c, rows));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal row = d < 3 * m->n_bodies ? row_of(m, d, k) : rows[d - 3 * m->n_bodies],
                     drag = row_of(m, d, c), mass = DofMass(m, d);
