@@ -7,7 +7,8 @@
 
 static Stage stages[2] = {{.name = "rest"}, {.name = "push"}};
 static Scene scene = {.n_stages = 2, .stages = stages};
-static ResultsFile results = {.scene = &scene, .run = 1};
+static char *written[2] = {(char *)"rest", (char *)"push"}; /* stages that the file should have */
+static ResultsFile results = {.scene = &scene, .run = 1, .stages = written};
 
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
