@@ -88,7 +88,7 @@ LEVELS = {"keys": ["loads.water.level", "loads.uplift.level"], "values": [34, 36
 
 
 def run(case):
-    os.environ["QUOIN_SOLVER"] = str(case.quoin)
+    os.environ["QUOIN_SOLVER"] = os.path.abspath(case.quoin)
     intervals(case)
     coverage(case)
     spread(case)
@@ -98,6 +98,7 @@ def run(case):
     rare(case)
     whole_sets(case)
     killed(case)
+    other_mesh(case)
     fabrics(case)
     refused(case)
 
@@ -256,12 +257,26 @@ def killed(case):
     case.check("samples that die: undecided, with the reason; no other is harmed", ["2 undecided" in said, "SIGKILL" in said, "exit code 11" in said], [True, True, True])
 
 
+def other_mesh(case):
+    """Rows of another mesh are refused, also where the scene names the mesh."""
+    folder = folder_of(case, "other_mesh", samples=4, **BY_LIMIT)
+    command(folder, "-o", str(folder / "out"))
+    mesh = blockmesh.read(folder / "model.h5")
+    mesh.vertices[-1, 1] += 0.5
+    write(str(folder / "model.h5"), mesh)
+    try:
+        said = command(folder, "-o", str(folder / "out"))[1]
+    except ValueError as error:
+        said = str(error)
+    case.check("rows of another mesh that the scene names", "rows of another ensemble" in said, True)
+
+
 def fabrics(case):
     """A mesh for each sample: the fabric is that of the command run by hand."""
     folder = folder_of(case, "fabrics", samples=2, mesh=["voronoi", "--square", "--side", "6", "--seed", "{seed}"], stage="less", judge="limit", fail="limit > 12",
                        variables={"fabric": {"distribution": "integer", "min": 1, "max": 1000, "keys": ["mesh.seed"]}})  # fmt: skip
     scene = {"materials": {"dam": {"density": 2400, "rigid": True}, "facing": {"density": 2400, "rigid": True}}, "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "friction": 45}},
-             "supports": {"base": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}}, "stages": [{"less": {"type": "strength_reduction", "loads": ["weight"]}}]}  # fmt: skip
+             "supports": {"base": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}}, "stages": [{"less": {"type": "strength_reduction", "loads": ["weight"], "bracket": 1}}]}  # fmt: skip
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
     command(folder, "-o", str(folder / "out"), "-j", "2")
     _, rows = rows_of(folder)

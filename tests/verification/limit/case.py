@@ -4,6 +4,7 @@ Block on a slope, dam in lifts, arch under a force, pier under a beam: where sli
 is near it. Forces of the programme are held against equilibrium and strength, and units must not matter: the trap that gave "optimal" answers wrong by a factor of eight."""
 
 import math
+import os
 import re
 from pathlib import Path
 
@@ -19,11 +20,13 @@ SOURCE = "statics (L01, L02, L05); independent linear programmes and explicit ri
 
 
 def run(case):
+    os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
     closed_forms(case)
     units(case)
     mechanism(case)
     kinds(case)
     extras(case)
+    settled(case)
     contradicted(case)
     simulated(case)
 
@@ -108,6 +111,20 @@ def extras(case):
     block = weight / strength  # length of the block of stress
     exact = weight * (20 - block / 2) / (water * 40 / 3)
     case.check("dam that crushes its toe", bound(mesh, p.scene_of(crushed), "push").value, exact, relative=2e-3)
+
+
+def settled(case):
+    """A scene as the solver understands it: units, and keys of the command line."""
+    mesh, keys = p.dam(0.75)
+    folder = case.prepare(mesh, {"model": "model.h5"} | changed(keys, ("materials.block.density", "2.3 t/m3"), ("joints.default.k_n", "100 GPa/m")))
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        mesh, scene, _ = limit.inputs("scene.yaml", ["-loads_push_level", "42"])
+    finally:
+        os.chdir(before)
+    tip = (42 - 32) ** 2 - (42 - 40) ** 2  # the top lift of 8 m under water 2 m above its crest
+    case.check("a scene with units, and a key of the command line", bound(mesh, scene, "push").value, 1.29375 * 8**2 / tip, relative=1e-9)
 
 
 def contradicted(case):

@@ -6,6 +6,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -76,6 +78,23 @@ def memory_copy_works():
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
     return copied == 8
+
+
+def settled(scene, words=()):
+    """Text of a scene with every key in force as the solver understands it: units, defaults, the words of the command line. SolverError: its line about what is wrong. The solver sets up
+    what it would run, writes that down before it runs anything, and is ended."""
+    with tempfile.TemporaryDirectory() as folder:
+        echo = os.path.join(folder, "scene_echo.yaml")
+        started = command(["-options_file", os.fspath(scene), *words, "-output", folder])
+        with subprocess.Popen(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment()) as process:
+            while process.poll() is None and not os.path.exists(echo):
+                time.sleep(0.01)
+            process.kill()
+            said = [line for line in process.stderr.read().splitlines() if line.strip()]
+        if not os.path.exists(echo):
+            raise SolverError(said[-1] if said else f"{scene}: the solver ended with code {process.returncode} and said nothing")
+        with open(echo, encoding="utf-8") as file:
+            return file.read()
 
 
 def become(words, ranks=1):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import yaml
 
-from quoin_tools.base.scene import Loader, numbers
+from quoin_tools.base.scene import Loader, find, numbers
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
 from quoin_tools.ensemble.variables import EnsembleError, Variables, variables
 
@@ -211,8 +211,15 @@ def mark_of(design, data):
     """Checksum of what samples depend on: the file but for how many there are, scene and mesh."""
     kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
     digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
-    for path in (design.scene, design.model):
+    for path in (design.scene, design.model or mesh_named(design.scene)):
         if path and os.path.isfile(path):
             with open(path, "rb") as file:
                 digest.update(file.read())
     return digest.hexdigest()[:16]
+
+
+def mesh_named(path):
+    """Path of the mesh that a scene names; None: it names none that is there."""
+    with open(path, encoding="utf-8") as file:
+        data = yaml.load(file, Loader)  # noqa: S506 (a SafeLoader)
+    return find(os.path.dirname(os.path.abspath(path)), data.get("model") if isinstance(data, dict) else None)

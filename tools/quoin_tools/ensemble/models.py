@@ -20,8 +20,7 @@ from quoin_tools.base import solver
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.limit import bounds
 from quoin_tools.limit.assembly import LimitError
-from quoin_tools.mesh import blockmesh
-from quoin_tools.mesh.meshing import separated
+from quoin_tools.mesh.of_run import mesh_at, mesh_of_scene
 
 REFUSED, COLLAPSED = 2, 6  # exit codes of the solver
 MAKING = threading.Lock()  # meshes are made one after the other: what the command says is caught
@@ -122,6 +121,15 @@ class Solver:
         return ("fails" if condition.holds(number) else "stands"), value, ""
 
 
+def words_of(design, folder):
+    """Options of the scene without its samples; where each sample has a mesh of its own, that of the middle of the variables."""
+    if not design.mesh:
+        return [*(["-model", design.model] if design.model else []), *design.options]
+    path = os.path.join(folder, "runs", "middle", "model.h5")
+    make_mesh(design, design.variables.values([[0.0] * len(design.columns())])[0], path)
+    return ["-model", path, *design.options]
+
+
 class Limit:
     """By limit analysis: milliseconds, no contact history; an upper bound (docs/limit_analysis.md)."""
 
@@ -129,28 +137,19 @@ class Limit:
 
     def __init__(self, design, folder, keep=False):
         self.design = design
-        scene = scenes.read(design.scene)
-        self.folder, self.scene, self.stage = folder, scene, design.stage or list(scene.stages)[-1]
-        self.kept = None
-        if design.mesh:
-            return
-        named = design.model or scene.model
-        where = named if os.path.isfile(named) else scenes.find(os.path.dirname(os.path.abspath(design.scene)), named)
-        if where is None:
-            raise EnsembleError(f"{design.scene}: the block mesh '{named}' is not there")
-        self.mesh, self.kept = self.read(where), bounds.Kept()
-        bounds.bound(self.mesh, scene, self.stage, design.raises, kept=self.kept)  # what it cannot do for the scene as it is, it says once
-
-    def read(self, path):
-        single = [name for name, keys in self.scene.materials.items() if keys.get("macroblocks", True) in (False, 0)]
-        return separated(blockmesh.read(path), single)
+        self.folder, self.kept = folder, None
+        self.scene = scenes.parse(solver.settled(design.scene, words_of(design, folder)), design.scene)
+        self.stage = design.stage or list(self.scene.stages)[-1]
+        if not design.mesh:
+            self.mesh, self.kept = mesh_of_scene(self.scene)[0], bounds.Kept()
+            bounds.bound(self.mesh, self.scene, self.stage, design.raises, kept=self.kept)  # what it cannot do for the scene as it is, it says once
 
     def mesh_of(self, values, sample):
         if not self.design.mesh:
             return self.mesh
         path = os.path.join(self.folder, "runs", f"{sample:06d}", "model.h5")
         make_mesh(self.design, values, path)
-        mesh = self.read(path)
+        mesh = mesh_at(path, self.scene)
         shutil.rmtree(os.path.dirname(path))
         return mesh
 

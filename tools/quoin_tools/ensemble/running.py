@@ -52,9 +52,6 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None)
                     tell(rows, done, len(todo) - done, began)
                 if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
                     queue = iter(())
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
     finally:
         journal.close()
     return rows

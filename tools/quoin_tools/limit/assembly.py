@@ -119,13 +119,9 @@ def assembly(mesh, scene, stage):
 
 
 def refuse(mesh, scene, stage):
-    later = False
-    for name, keys in scene.stages.items():
-        if later and keys.get("build"):
-            raise LimitError(f"stage '{name}' builds groups that stage '{stage}' does not have yet: limit analysis knows whole structures only")
-        later = later or name == stage
-    if not later:
-        raise SceneError(f"{scene.path}: no stage '{stage}'")
+    absent = scene.absent(stage)
+    if absent:
+        raise LimitError(f"stage '{stage}' does not have groups that other stages build ({', '.join(sorted(absent))}): limit analysis knows whole structures only")
     if macroblocks(mesh).max() < 1:
         raise LimitError("the mesh is one body without joints")
 
@@ -282,7 +278,7 @@ def ties_of(mesh, scene, stage, body):
     for name, keys in scene.anchors.items():
         if keys.get("bond_stiffness"):
             raise LimitError(f"anchors.{name} is bonded: limit analysis knows anchors that are held at their ends only")
-        if order.index(first_stage(keys, order)) > order.index(stage):
+        if first_stage(keys, order) not in [*scene.stages_before(stage), stage]:
             continue
         blocks = []
         for end in ("head", "root"):

@@ -1,29 +1,28 @@
 """Limit analysis of a scene, or of the scene of a run beside its trials.
 
-    quoin limit scene.yaml [--stage flood] [--raises water] [--sliding] [--picture limit.png]
+    quoin limit scene.yaml [--stage flood] [--raises water] [--sliding] [--picture limit.png] [-key value ...]
     quoin limit out/                                         beside the brackets of the run
 
 For each stage of trials: the largest factor or level, or the least strength, at which rigid blocks with friction, cohesion and tension find
 equilibrium, by a linear programme (HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not. --sliding adds an
-estimate without that. docs/limit_analysis.md says what the number means. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done."""
+estimate without that. docs/limit_analysis.md says what the number means. Options that it does not know are keys of the scene. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done."""
 
 import math
 import os
-from dataclasses import replace
 
 import numpy as np
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
 from quoin_tools.base import scene as scenes
+from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, table, trials_of
 from quoin_tools.limit import bounds
 from quoin_tools.limit.assembly import LimitError
 from quoin_tools.limit.program import velocities
 from quoin_tools.mesh import blockmesh
-from quoin_tools.mesh.meshing import separated
-from quoin_tools.mesh.of_run import mesh_of
+from quoin_tools.mesh.of_run import mesh_of, mesh_of_scene
 from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_size, save, set_view
 
 TRIALS = ("load_factor", "flood", "strength_reduction")
@@ -39,12 +38,8 @@ def main(arguments=None):
     parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")
     parser.add_argument("--sliding", action="store_true", help="also an estimate for joints that slide without opening")
     parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
-    parser.add_argument("-model", "--model", help="block mesh, in place of the scene's")
-    parser.add_argument("-stages", "--stages", metavar="LIST", help="stages that the scene is to have, with commas between, as for a run")
-    given = parser.parse_args(arguments)
-    mesh, scene, results = inputs(given.path, given.model)
-    if given.stages:
-        scene = chosen(scene, given.stages.split(","))
+    given, options = parser.parse_known_args(arguments)
+    mesh, scene, results = inputs(given.path, options)
     answers, found = [], {}
     for stage in given.stage or stages_of(scene):
         answers.append(bounds.bound(mesh, scene, stage, given.raises, given.sliding))
@@ -57,27 +52,16 @@ def main(arguments=None):
     return CONTRADICTION if any(against(answer, found[answer.stage]) for answer in answers) else 0
 
 
-def inputs(path, model=None):
-    """(mesh, scene, results or None) of a scene file or of the folder of a run."""
+def inputs(path, options=()):
+    """(mesh, scene, results or None) of a scene file, with options of the solver, or of the folder of a run."""
     if os.path.isdir(path):
+        if options:
+            raise LimitError(f"{' '.join(options)}: a run is what it is; options are for scenes")
         results = Results(path)
         scene = scenes.of_run(path, results.summary)
         return mesh_of(results, scene)[0], scene, results
-    scene = scenes.read(path)
-    named = model or scene.model
-    where = named if os.path.isfile(named) else scenes.find(os.path.dirname(os.path.abspath(path)), named)
-    if not named or where is None:
-        raise LimitError(f"{path}: the block mesh '{named}' is not there; -model names another")
-    single = [name for name, keys in scene.materials.items() if keys.get("macroblocks", True) in (False, 0)]
-    return separated(blockmesh.read(where), single), scene, None
-
-
-def chosen(scene, names):
-    """The scene with some of its stages, in its order: changes of joints in the others do not count."""
-    for name in names:
-        if name not in scene.stages:
-            raise scenes.SceneError(f"{scene.path}: no stage '{name}'")
-    return replace(scene, stages={name: keys for name, keys in scene.stages.items() if name in names})
+    scene = scenes.parse(solver.settled(path, options), path)
+    return mesh_of_scene(scene)[0], scene, None
 
 
 def stages_of(scene):
