@@ -45,7 +45,7 @@ def test_limit_of_rigid_hinges(tmp_path, capsys):
 def test_hinges_in_one_line(tmp_path, capsys):
     (tmp_path / "scene.yaml").write_text("title: nothing\n", encoding="utf-8")
     assert hinges.main([str(tmp_path / "scene.yaml")]) == 2
-    assert capsys.readouterr().err == f"hinges: {tmp_path / 'scene.yaml'}: no joints: 'joints'\n"
+    assert capsys.readouterr().err == f"hinges: quoin: error: {tmp_path / 'scene.yaml'}: model: missing\n"
 
 
 def test_options_of_stiffer_joints():

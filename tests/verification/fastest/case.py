@@ -85,6 +85,7 @@ def run(case):
         limit = longest(K, masses, np.concatenate([2 * base, 2 * base + 1]))
         compare(case, name, mesh, SCENE, limit)
     joined(case)
+    formulations(case)
     kept(case)
 
 
@@ -114,6 +115,18 @@ def joined(case):
             K[[i, j], [i, j]] += k * length
             K[[i, j], [j, i]] -= k * length
     compare(case, "two bodies on a joint", mesh, SCENE, longest(K, masses, np.concatenate([2 * base, 2 * base + 1])), nearness=0.75)
+
+
+def formulations(case):
+    """Blocks that bend or have one point have other stiffness: against the fastest of all vibrations that a stage of modes finds, by another matrix and another method."""
+    mesh = block(3, 3, 4.0, 7)
+    for element in ("full", "bending", "reduced"):
+        scene = changed(SCENE, ("materials.body.element", element), ("stages", [{"all": {"type": "modes", "count": 2 * 3 * 4}}, *SCENE["stages"]]))
+        result = case.run(mesh, scene)
+        fastest = max(mode["f"] for mode in result.stage_summary("all")["modes"]["list"])
+        step = result.stage_summary("swing")["dt"]
+        case.check(f"{element}: below the fastest of all modes, and near it", 0.85 < step / (FACTOR / (np.pi * fastest)) <= 1 + 1e-6, True)
+        case.report("... bound over 2 / omega", step / (FACTOR / (np.pi * fastest)), 1.0)
 
 
 def kept(case):

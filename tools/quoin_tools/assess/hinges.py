@@ -10,8 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-import yaml
-
+from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, table
@@ -19,15 +18,6 @@ from quoin_tools.base.results import Results, ResultsError, table
 TRIALS = ("strength_reduction", "flood", "load_factor", "anchor_force")
 RATIO = 10.0
 BEYOND = 1 / (RATIO ** (1 / 3) - 1)  # of the change with ten times k_n, what is still missing
-
-
-def joints_of(path):
-    try:
-        with open(path, encoding="utf-8") as file:
-            joints = yaml.safe_load(file)["joints"]
-    except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
-        raise ResultsError(f"{path}: no joints: {' '.join(str(error).split())}") from error
-    return joints if isinstance(joints, dict) else {name: row for each in joints for name, row in each.items()}
 
 
 def stiffer(joints, times):
@@ -79,14 +69,14 @@ def main(arguments=None):
     parser.add_argument("--part", type=float, default=0.01, help="compressed part of a face that would do (0.01)")
     given, options = parser.parse_known_args(arguments)
     try:
-        joints = joints_of(given.scene)
         program = given.quoin or solver.find()
+        joints = scenes.parse(solver.settled(given.scene, options, program), given.scene).joints
         with tempfile.TemporaryDirectory() as folder:
             once, ten = (limits(run(program, given.scene, [*options, *more], os.path.join(folder, name)))
                          for name, more in (("once", []), ("ten", stiffer(joints, RATIO))))  # fmt: skip
         if not once:
             raise ResultsError(f"{given.scene}: no stage of trials that has found a stable value")
-    except (ResultsError, OSError) as error:
+    except (ResultsError, scenes.SceneError, solver.SolverError, OSError) as error:
         print(f"hinges: {error}", file=sys.stderr)
         return 2
     header = ("stage", "limit", "bracket", "with 10 k_n", "rigid hinges", "pressed over", "with 10 k_n", f"k_n times, for {given.part:g}")

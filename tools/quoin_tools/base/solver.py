@@ -80,12 +80,12 @@ def memory_copy_works():
     return copied == 8
 
 
-def settled(scene, words=()):
+def settled(scene, words=(), program=None):
     """Text of a scene with every key in force as the solver understands it: units, defaults, the words of the command line. SolverError: its line about what is wrong. The solver sets up
     what it would run, writes that down before it runs anything, and is ended."""
     with tempfile.TemporaryDirectory() as folder:
         echo = os.path.join(folder, "scene_echo.yaml")
-        started = command(["-options_file", os.fspath(scene), *words, "-output", folder])
+        started = [program or find(), "-options_file", os.fspath(scene), *words, "-output", folder]
         with subprocess.Popen(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment()) as process:
             while process.poll() is None and not os.path.exists(echo):
                 time.sleep(0.01)
