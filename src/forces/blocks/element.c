@@ -33,21 +33,13 @@ PetscInt ElementChunks(const Model *model)
   return chunks_of(&model->q4) + chunks_of(&model->t3);
 }
 
-/* Gives ForceLoop shape, formulation and strain measure as constants, so that each case is a loop without
-   branches. */
 KERNEL void NarrowForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                               PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
   if (n_nodes == 4 && model->hourglass)
     ForceLoop(model, model->hourglass, e, 4, large, 0, from, to, ahead, u, f);
-  else if (n_nodes == 4 && large)
-    ForceLoop(model, NULL, e, 4, 1, 0, from, to, ahead, u, f);
-  else if (n_nodes == 4)
-    ForceLoop(model, NULL, e, 4, 0, 0, from, to, ahead, u, f);
-  else if (large)
-    ForceLoop(model, NULL, e, 3, 1, 0, from, to, ahead, u, f);
   else
-    ForceLoop(model, NULL, e, 3, 0, 0, from, to, ahead, u, f);
+    ForceCases(model, e, n_nodes, large, from, to, ahead, u, f);
 }
 
 VARIANTS(NarrowForces,

@@ -32,3 +32,18 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
     ScatterAdd(n_nodes, F, vertex, f);
   }
 }
+
+/* Gives ForceLoop shape and strain measure as constants, so that each case is a loop without branches. Blocks
+   of one point have a case of their own. */
+KERNEL void ForceCases(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
+                       PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
+{
+  if (n_nodes == 4 && large)
+    ForceLoop(model, NULL, e, 4, 1, 0, from, to, ahead, u, f);
+  else if (n_nodes == 4)
+    ForceLoop(model, NULL, e, 4, 0, 0, from, to, ahead, u, f);
+  else if (large)
+    ForceLoop(model, NULL, e, 3, 1, 0, from, to, ahead, u, f);
+  else
+    ForceLoop(model, NULL, e, 3, 0, 0, from, to, ahead, u, f);
+}

@@ -9,12 +9,5 @@ __attribute__((target("arch=x86-64-v4"), SCHEDULED))
 void ElementForcesWide(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                        PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
-  if (n_nodes == 4 && large)
-    ForceLoop(model, NULL, e, 4, 1, 0, from, to, ahead, u, f);
-  else if (n_nodes == 4)
-    ForceLoop(model, NULL, e, 4, 0, 0, from, to, ahead, u, f);
-  else if (large)
-    ForceLoop(model, NULL, e, 3, 1, 0, from, to, ahead, u, f);
-  else
-    ForceLoop(model, NULL, e, 3, 0, 0, from, to, ahead, u, f);
+  ForceCases(model, e, n_nodes, large, from, to, ahead, u, f);
 }
