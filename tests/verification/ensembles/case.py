@@ -28,7 +28,7 @@ from quoin_tools.mesh import blockmesh, voronoi
 from quoin_tools.mesh.blockmesh import BlockMesh, write
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 from scipy.integrate import quad
-from scipy.stats import norm
+from scipy.stats import kstest, norm, weibull_min
 
 WHAT = "ensembles: exact probabilities inside their intervals, coverage, fragility, Sobol indices, design point; solver and limit analysis sample by sample; kills, parts, jobs"
 SOURCE = "quadrature over two lognormal variables; exact binomial intervals; FORM"
@@ -96,6 +96,7 @@ def run(case):
     by_levels(case)
     sensitive(case)
     rare(case)
+    weakest_link(case)
     whole_sets(case)
     killed(case)
     other_mesh(case)
@@ -211,6 +212,33 @@ def rare(case):
     found = analysis.probabilities(wanted, rows)[0]
     case.check("... probability by 500 samples about it", found.value, exact(34), relative=0.25)
     case.check("... exact value inside the interval, which is narrow", [found.low <= exact(34) <= found.high, found.half_width < 0.25 * found.value], [True, True])
+
+
+def weakest_link(case):
+    """E05: ten blocks on ten planes of independent strengths, pushed alike: the multiplier is that of the weakest, Weibull too with its scale over 10^(1/k)."""
+    planes, cov, samples = 10, 0.2, 200
+    folder = folder_of(case, "weakest", samples=samples, judge="limit", fail="limit < 0.5", raises=["push"], variables={
+        f"joints.plane_{i}.friction": {"distribution": "weibull", "of": "tan", "mean": 0.9, "cov": cov} for i in range(planes)})  # fmt: skip
+    blocks = [renamed(rectangle(4 * i, 0, 2, 1, group="block", rigid=True), {f"plane_{i}": "bottom", "side": "left"}) for i in range(planes)]
+    write(str(folder / "model.h5"), join([renamed(rectangle(-2, -1, 4 * planes + 2, 1, group="rock", rigid=True), {}), *blocks]))
+    scene = yaml.safe_load((folder / "scene.yaml").read_text())
+    scene["materials"] = {"rock": {"density": 2000, "rigid": True}, "block": {"density": 2000, "rigid": True}}
+    scene["joints"] = {f"plane_{i}": {"k_n": 1e10, "k_s": 1e10, "friction": 40} for i in range(planes)}
+    weight = 2000 * 9.81 * 2 * 1
+    scene["loads"] = {"weight": {"type": "self_weight"}, "push": {"type": "traction", "faces": "side", "value": [weight, 0]}}
+    scene["stages"] = [{"full": {"loads": ["weight", "push"]}}]
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    command(folder, "-o", str(folder / "out"), "-j", "2")
+    wanted, rows = rows_of(folder)
+    least = [min(np.tan(np.radians(rows[i, None].values))) for i in range(samples)]
+    case.check("E05 multiplier and least of ten strengths", [rows[i, None].response for i in range(samples)], least, relative=1e-9)
+    strength = wanted.variables.each[0].shape
+    power = strength.args[0]
+    weakest = weibull_min(power, scale=strength.kwds["scale"] * planes ** (-1 / power))
+    case.check("... the exact chance of the chain and of its links", weakest.cdf(strength.ppf(0.01)), 0.095618, absolute=1e-6)
+    case.check("... Kolmogorov's distance of 200 samples to the Weibull distribution of the least (95 %: 0.096)", kstest(least, weakest.cdf).statistic, 0, absolute=0.096)
+    found = analysis.probabilities(wanted, rows)[0]
+    case.check("... exact value inside the interval", found.low <= weakest.cdf(0.5) <= found.high, True)
 
 
 def whole_sets(case):
