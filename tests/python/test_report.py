@@ -1,5 +1,6 @@
 """The sheet of a run, its assessment, comparison and export: on runs of the solver, and in headless Chromium where it is installed."""
 
+import base64
 import csv
 import json
 import os
@@ -13,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 import yaml
+from pypdf import PdfReader
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -24,6 +26,7 @@ from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh, dam, meshing  # noqa: E402
 from quoin_tools.show import browser, compare, export, report, style, verify  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
+from test_sheet import first_page_of_annex  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 SCENE = ROOT / "examples" / "guilhofrei" / "scene.yaml"
@@ -394,9 +397,10 @@ def test_sheet_says_what_it_must(run):
     text = sheet(run, *USACE, *UPLIFT)
     summary = Results(run).summary
     for word in ("Guilhofrei dam, section G1", "FAIL", "sliding factor, peak strength in stage swhp on base", summary["quoin"], "28.10",
-                 summary["stages"][-1]["checksum"], "table 4-1; check", "guilhofrei/scene.yaml", "tolerance: 1e-7", "Every key in force",
+                 summary["stages"][-1]["checksum"], "table 4-1; check", "guilhofrei/scene.yaml", "Every key in force",
                  "Evidence of convergence", "Uplift follows rule npb; this guideline goes with rule usace"):  # fmt: skip
         assert word in text, word
+    assert base64.b64decode(re.search('download="scene_echo.yaml" href="data:text/plain;base64,([^"]*)"', text).group(1)) == (run / "scene_echo.yaml").read_bytes()
     assert len(re.findall("<img ", text)) == 1 + 1 + 3 + 3 + 1  # section, mesh, stresses, joints, history
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)""", text) and "<script" not in text and "url(" not in text
     assert not (run / "report.html.part").exists()
@@ -525,7 +529,9 @@ def test_sheet_in_chromium(run):
 def test_pdf(copy):
     assert report.main([str(copy), "--pdf", *USACE, *UPLIFT]) == 0
     data = (copy / "report.pdf").read_bytes()
-    assert data.startswith(b"%PDF-") and len(data) > 50_000
+    book = PdfReader(copy / "report.pdf")
+    assert data.startswith(b"%PDF-") and len(data) > 50_000 and first_page_of_annex(book) <= 4
+    assert {name: files[0] for name, files in book.attachments.items()} == {"scene_echo.yaml": (copy / "scene_echo.yaml").read_bytes()}
     assert f'content: "Quoin, state {Results(copy).summary["stages"][-1]["checksum"]}"' in (copy / "report.html").read_text(encoding="utf-8")
     browser.screenshot(copy / "report.html", copy / "shot.png")
     from matplotlib.image import imread

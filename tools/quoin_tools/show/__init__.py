@@ -26,6 +26,11 @@ shaken_part  the part of the sheet about earthquakes in time
 anchors_part  that about anchors
 materials_part  those about materials, lifts, temperature
 report     the sheet: HTML and PDF
+front_page  its first page
+matrix     the matrix on it: each case and base
+main_part  its pages 2 to 4
+annex      all tables in full behind them
+reservations  what speaks against its numbers, each remark once
 spreadsheet  its tables as a spreadsheet
 verify     a sheet held against the files it is about
 export     a run as CSV

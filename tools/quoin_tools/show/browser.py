@@ -1,5 +1,7 @@
 """Headless Chromium for the sheet: prints it as PDF, and lets tests look at it. Nothing is fetched from a network."""
 
+import io
+import logging
 import os
 import shutil
 import subprocess
@@ -40,14 +42,26 @@ def run(page, *arguments, timeout=120):
     return done.stdout, done.stderr
 
 
-def pdf(page, path):
-    """Prints a local page."""
+def attached(data, name, text):
+    """Bytes of a PDF with a text as an attached file."""
+    from pypdf import PdfReader, PdfWriter
+
+    logging.getLogger("pypdf").setLevel(logging.ERROR)  # Chromium's count of objects, which it mends
+    book, made = PdfWriter(clone_from=PdfReader(io.BytesIO(data))), io.BytesIO()
+    book.add_attachment(name, text.encode("utf-8"))
+    book.write(made)
+    return made.getvalue()
+
+
+def pdf(page, path, name=None, text=""):
+    """Prints a local page; with a name, a text is attached to the PDF as a file."""
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "page.pdf"
         run(page, f"--print-to-pdf={made}", "--no-pdf-header-footer", "--print-to-pdf-no-header")
         if not made.is_file() or made.stat().st_size < 1000:
             raise BrowserError(f"{path}: Chromium wrote no PDF")
-        write_file(path, made.read_bytes())
+        data = made.read_bytes()
+    write_file(path, attached(data, name, text) if name else data)
 
 
 def screenshot(page, path, width=1000, height=1400):

@@ -3,6 +3,8 @@
 import base64
 import html
 
+WIDE = 1.6  # a picture wider than so many heights takes the whole page
+
 
 def esc(value):  # for text and for attributes
     return html.escape(str(value), quote=True)
@@ -24,12 +26,24 @@ def notes(texts):
     return "".join(f'<p class="note">{esc(text)}</p>' for text in texts)
 
 
-def picture(data, kind, caption):
+def picture(data, kind, caption, name=""):
+    """name: class of the figure."""
     code = base64.b64encode(data).decode("ascii")
-    text = esc(caption)
-    return f'<figure><img alt="{text}" src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>'
+    text, kinds = esc(caption), f' class="{name}"' if name else ""
+    return f'<figure{kinds}><img alt="{text}" src="data:image/{kind};base64,{code}"><figcaption>{text}</figcaption></figure>'
+
+
+def is_wide(png):
+    """Whether a picture is far wider than high: its size stands at the head of a PNG."""
+    width, height = int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
+    return width > WIDE * max(height, 1)
 
 
 def file_picture(path, caption):
     with open(path, "rb") as file:
-        return picture(file.read(), "png", caption)
+        data = file.read()
+    return picture(data, "png", caption, "wide" if is_wide(data) else "")
+
+
+def verdict_class(text):
+    return "pass" if text.lower().startswith("pass") else "fail" if text.startswith("FAIL") else "open"

@@ -12,8 +12,8 @@ def cell_of(value, factor, digits):
     return "-" if not isinstance(value, (int, float)) else cell(value * factor, digits)
 
 
-def materials_table(case, blocks_of):
-    """Materials of the scene; the law and what it needs only where a group has one. blocks_of: words for the blocks of a group."""
+def materials_table(case, blocks_of, most=None):
+    """Materials of the scene, of `most` groups; the law and what it needs only where a group has one. blocks_of: words for the blocks of a group."""
     header = ["group", "blocks", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"]
     rows = [[name, blocks_of(case, name), cell(m.get("density"), 0), cell_of(m.get("young"), 1e-9, 2),
              cell_of(m.get("poisson"), 1, 2), cell_of(m.get("tension"), 1e-3, 0), cell_of(m.get("compression"), 1e-3, 0),
@@ -32,7 +32,8 @@ def materials_table(case, blocks_of):
         for row, m in zip(rows, case.scene.materials.values(), strict=True):
             row.insert(2, LAWS.get(m.get("law"), "no limit"))
     words = "<p><small>Strength: “yields” and “cracks” are limits of the blocks' stress; with “no limit” the strengths count for the local failure factors alone.</small></p>"
-    return table(header, rows, range(3 if limits else 2, len(header))) + (words if limits else "")
+    more = f"<p><small>{len(rows) - most} more rows are in the annex.</small></p>" if most and len(rows) > most else ""
+    return table(header, rows[:most], range(3 if limits else 2, len(header))) + more + (words if limits else "")
 
 
 def loaded_rows(case):

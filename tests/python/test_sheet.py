@@ -1,0 +1,161 @@
+"""The main part of the sheet: page 1 with its matrix, four pages at most, remarks once; the scene as a file in the PDF."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from pypdf import PdfReader
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from quoin_tools.assess import assessment, guidelines  # noqa: E402
+from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
+from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.mesh import dam, section  # noqa: E402
+from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.show import browser, matrix, report, reservations  # noqa: E402
+from quoin_tools.show.spreadsheet import chapters_of  # noqa: E402
+
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+EXAMPLE = ROOT / "examples/engineers_dam"
+UPLIFT = ["--uplift", "npb", "--drain", "5"]
+MAIN = 4  # pages before the annex, at most
+CASES = 8
+
+pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
+chromium = pytest.mark.skipif(browser.find() is None, reason=f"no Chromium to print the sheet: {browser.HOW}")
+
+
+def first_page_of_annex(book):
+    """How many pages are before it."""
+    pages = [page.extract_text() for page in book.pages]
+    return next(k for k, text in enumerate(pages) if "Annex" in text.splitlines())
+
+
+@pytest.fixture
+def blank(monkeypatch):
+    """Empty pictures of the shapes of the real ones, which are drawn elsewhere."""
+    from PIL import Image
+
+    def plot_all(results, **_):
+        paths = []
+        for stage in results.stages:
+            for name, size in ((f"stress_{stage}", (900, 400)), (f"joint_base_{stage}", (500, 420)), (f"mechanism_{stage}", (400, 500))):
+                paths.append(os.path.join(results.folder, name + ".png"))
+                Image.new("L", size, 200).save(paths[-1])
+        return paths
+
+    monkeypatch.setattr(report.plots, "plot_all", plot_all)
+    monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
+
+
+@pytest.fixture(scope="module")
+def engineer(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("engineer")
+    write(folder / "model.h5", section.mesh_of(EXAMPLE / "section.yaml")[0])
+    subprocess.run([QUOIN, "-options_file", EXAMPLE / "scene.yaml", "-model", folder / "model.h5", "-output", folder], check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    """More cases, loads and joints than the main part has room for."""
+    folder = tmp_path_factory.mktemp("many")
+    dam.main(["-o", str(folder / "model.h5"), "--columns", "8"])
+    scene = yaml.safe_load((ROOT / "examples/guilhofrei/scene.yaml").read_text(encoding="utf-8"))
+    scene["joints"]["base"] = {"k_n": 10e9, "k_s": 3e9, "friction": 45}
+    scene["loads"] |= {f"flood_{k}": {"type": "reservoir", "faces": "upstream", "level": 30.0 + 0.3 * k} for k in range(CASES)}
+    scene["stages"] = [{"empty": {"loads": ["weight"]}}] + [{f"case_{k}": {"from": "empty", "loads": ["weight", f"flood_{k}"]}} for k in range(CASES)]
+    scene["stages"].append({"reduction": {"type": "strength_reduction", "from": "case_7", "loads": ["weight", "flood_7"], "start": 45, "step": 5, "bracket": 2}})
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene), encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", folder / "scene.yaml", "-model", folder / "model.h5", "-output", folder], check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
+def written(folder, *arguments):
+    assert report.main([str(folder), *arguments]) == 0
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def assessed(folder, *arguments):
+    case = assessment.load_case(str(folder), options_from(parser("assessment", "").parse_args([str(folder), *arguments])))
+    return case, *assessment.assess(case)
+
+
+def rows_of(text, chapter):
+    return [[cell for cell, _ in row] for row in dict(chapters_of(text))[chapter]]
+
+
+PATHS = [word for k in range(3) for word in ("--path", f"lift_{k}=-5,{8 + 8 * k},30,{8 + 8 * k}")]
+
+
+@chromium
+@pytest.mark.parametrize("name, arguments", [
+    ("engineer", ["--guideline", "usace", *UPLIFT]),
+    ("many", ["--guideline", "cadam", *UPLIFT, *PATHS, *(word for k in range(4) for word in ("--condition", f"case_{k}=usual"))]),
+])  # fmt: skip
+def test_four_pages_before_the_annex(name, arguments, request, blank):
+    """Also where tables and remarks have more rows than there is room for."""
+    folder = request.getfixturevalue(name)
+    assert report.main([str(folder), "--pdf", *arguments]) == 0
+    book = PdfReader(folder / "report.pdf")
+    assert 3 <= first_page_of_annex(book) <= MAIN < len(book.pages)
+    first, second = (book.pages[k].extract_text() for k in (0, 1))
+    for words in ("Cases and bases", "Prepared by", "Reservations:"):
+        assert words in first and words not in second
+    assert [(file, data[0]) for file, data in book.attachments.items()] == [("scene_echo.yaml", (folder / "scene_echo.yaml").read_bytes())]
+    assert not any("relaxation" in page.extract_text() for page in book.pages), "the scene is printed"
+
+
+def test_the_matrix_has_the_numbers_of_both_methods(many, blank):
+    arguments = ["--guideline", "cadam", *UPLIFT, "--condition", "case_2=usual", "--condition", "case_6=unusual"]
+    case, found, _ = assessed(many, *arguments)
+    by = {(a.stage, a.name): a for a in found}
+    rows = rows_of(written(many, *arguments), "Cases and bases")
+    header, rows = rows[0], [row for row in rows[1:] if len(row) == len(rows[0])]
+    assert [row[0] for row in rows] == ["case_2 (usual)", "", "FAIL", "case_6 (unusual)", "", "INCOMPLETE"]
+    for k, stage in enumerate(("case_2", "case_6")):
+        a, (block, hand, limit) = by[stage, "base"], (dict(zip(header, row)) for row in rows[3 * k : 3 * k + 3])
+        assert block["sliding, peak strength"] == f"{a.block['peak']:.2f}" and hand["uplift [kN]"] == f"{a.with_uplift.uplift / 1e3:.0f}"
+        assert hand["overturning: 2 e / L"] == f"{2 * abs(a.with_uplift.eccentricity) / a.base.length:.3f}" != block["overturning: 2 e / L"]
+        assert hand["crack / L"] == f"{a.with_uplift.crack / a.base.length:.3f}"
+        least = {limit.quantity: limit for limit in a.limits}["sliding_peak"]
+        assert limit["sliding, peak strength"] == f"{least.verdict}, ≥ {least.limit:.2f}"
+
+
+def test_the_worst_bases_are_on_the_first_page(many, blank):
+    case, found, _ = assessed(many, "--guideline", "cadam", *UPLIFT)
+    worst = sorted((a for a in found if a.condition), key=lambda a: (-sum(j.verdict == guidelines.FAIL for j in a.limits), matrix.of_hand(a)["peak"] or 0))
+    text = written(many, "--guideline", "cadam", *UPLIFT)
+    assert f"{len(worst) - matrix.MOST} more bases are in the annex" in text
+    shown = [row[0].removesuffix(" (usual)") for row in rows_of(text, "Cases and bases")[1:] if row and row[0].endswith("(usual)")]
+    assert sorted(shown) == sorted(a.stage for a in worst[: matrix.MOST]) and "case_7" in shown
+
+
+def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank):
+    """The seam of the dam stands by 1.03; the base alone would pass."""
+    text = written(engineer, "--guideline", "usbr", "--uplift", "usbr", "--drain", "5", "--strength", "20e6", "--condition", "full=extreme")
+    assert "<b>INCOMPLETE</b>" in text and "Not judged, because the gravity method does not take them: joints seam (full); crack (full)" in text
+    rows = [row for row in rows_of(text, "Cases and bases") if row[1:2] == ["seam"]]
+    factor = Results(engineer).stage_summary("full")["joints"]["seam"]["sliding_factor_peak"]
+    assert len(rows) == 1 and rows[0][2].startswith("block model alone") and rows[0][3] == f"{factor:.2f}" == "1.03"
+    whole = written(engineer, "--guideline", "usbr", "--path", "way=0,0,0,-4,44,0", "--condition", "full=extreme")
+    assert "does not take them" not in whole  # the path goes through both
+
+
+def test_each_remark_stands_once(many, blank):
+    arguments = ["--guideline", "ferc", *UPLIFT, *PATHS]
+    case, found, complaints = assessed(many, *arguments)
+    text, said = written(many, *arguments), reservations.Reservations(case, found, complaints)
+    assert len(said.texts) > reservations.MOST and said.judged > 2
+    from quoin_tools.show.hypertext import esc
+
+    assert [text.count(f"</b> {esc(remark)} <small>") for remark in said.texts] == [1] * len(said.texts)
+    assert sorted(map(int, re.findall(r'<p class="note"><b>(\d+)</b>', text))) == list(range(1, len(said.texts) + 1))
+    marked = {int(number) for line in re.findall("<p class='soft'>Reservations ([^<]*)\\.</p>", text) for number in line.split(", ")}
+    assert marked == {said.number(note) for a in found for note in a.notes}

@@ -1,0 +1,141 @@
+"""Page 1 of the sheet: verdict, the dam drawn, what the run is, the cases, the matrix case by base, room to sign."""
+
+import datetime
+
+import quoin_tools
+from quoin_tools.assess import guidelines
+from quoin_tools.assess.assessment import account_complaints, cell
+from quoin_tools.base.results import condensed_words, trials_of
+from quoin_tools.show import matrix, section
+from quoin_tools.show.annex import changed_by, without_result
+from quoin_tools.show.hypertext import esc, notes, picture, table, verdict_class
+
+CASES, FAILURES = 6, 3  # rows of the table of cases; failed limits, joints named in the verdict
+ROOM, OF_CASE, OF_BASE, LEAST = 132, 7, 13, 50  # [mm] on the page for drawing and rows; what a case and a base take; height that the drawing keeps
+SIGNATURES = ("<table class='sign'><thead><tr><th>Prepared by</th><th class='d'>Date</th><th>Checked by</th><th class='d'>Date</th></tr>"
+              "</thead><tbody><tr><td></td><td></td><td></td><td></td></tr></tbody></table>")  # fmt: skip
+
+
+def title_of(case):
+    return case.results.summary["title"] or case.results.summary["model"]
+
+
+def heading(case):
+    return f"<h1>{esc(title_of(case))}</h1><p class='soft'>Safety of a masonry dam: block model and gravity method</p>"
+
+
+def account_boxes(case):
+    """A box above all others for each stage in time whose energy account is out, judged or not."""
+    return "".join(f'<div class="verdict fail"><b>Energy account out: stage {esc(s["name"])}</b><br><span>{esc(" ".join(said))}</span></div>'
+                   for s in case.results.summary["stages"] if "balance" in s["energy"] and (said := account_complaints(s)))
+
+
+def listed(names):
+    """The first names, and how many more there are."""
+    return "; ".join(names[:FAILURES]) + (f"; {len(names) - FAILURES} more" if len(names) > FAILURES else "")
+
+
+def verdict_box(case, found, remarks):
+    """What the limits say, in one word and one sentence. remarks: how many speak against it."""
+    o = case.options
+    if not o.guideline:
+        names = ", ".join(guidelines.read())
+        return f'<div class="verdict open"><b>Not judged</b><br><span>No guideline was named (--guideline: {esc(names)}).</span></div>'
+    judged = [a for a in found if a.condition]
+    named = set(case.conditions)
+    there = {(a.stage, a.name) for a in judged}
+    refused = [name for name in o.paths if any((stage, name) not in there for stage in named)]
+    missing = not judged or not named <= {a.stage for a in judged} or bool(refused)
+    rows = [limit for a in judged for limit in a.limits]
+    alone = [f"{name} ({stage})" for stage, name, _ in matrix.untaken(case, found)]
+    word = guidelines.overall(rows, not missing and not alone and all(a.complete for a in judged))
+    failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
+    stages = ", ".join(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
+    said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
+    if failed:
+        said.append("Fails: " + listed(failed) + ".")
+    if refused:
+        said.append(f"No numbers for path {', '.join(refused)}.")
+    if alone:
+        said.append(f"Not judged, because the gravity method does not take them: joint{'s' * (len(alone) > 1)} {listed(alone)}; --path names a way through them.")
+    open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
+    if open_ones:
+        said.append(f"Limits not judged for want of a number: {open_ones}.")
+    if any(limit.check for limit in rows):
+        said.append("Limits marked “check” were written from memory and must be held against the document.")
+    if remarks:
+        said.append(f"Reservations: {remarks}, under Evidence.")
+    return f'<div class="verdict {verdict_class(word)}"><b>{esc(word)}</b><br><span>{esc(" ".join(said))}</span></div>'
+
+
+def unfinished_note(case):
+    """What happens in these stages may be what matters."""
+    names, not_run = without_result(case), case.results.summary.get("not_run", [])
+    said = [f"Not run, because the stage from which they start has failed: {', '.join(not_run)}."] if not_run else []
+    names = [name for name in names if name not in not_run]
+    return notes(said + [f"No result of stage{'s' * (len(names) != 1)} {', '.join(names)}: the run was refused, stopped or broke off before, or goes "
+                  "on. The sheet knows nothing of it."] * bool(names)) if names or said else ""  # fmt: skip
+
+
+def facts(case):
+    summary = case.results.summary
+    o = case.options
+    return [("Model", summary["model"]), ("Scene", case.scene.path if not summary["scene"] else summary["scene"]),
+            ("Program", f"Quoin {summary['quoin']}, {summary['ranks']} rank{'s' * (summary['ranks'] != 1)}; "
+                        f"sheet by quoin_tools {quoin_tools.__version__}"),
+            ("Model size", f"{summary['n_blocks']} blocks in {summary['n_macroblocks']} bodies, {summary['n_contacts']} contacts, "
+                           f"{summary['n_dofs']} degrees of freedom"),
+            *([("Condensed", condensed_words(summary))] if summary.get("condensed") else []),
+            ("Slice", f"{summary['thickness']:g} m thick; forces are those of the slice"),
+            ("Guideline", o.guideline or "none"), ("Uplift in the gravity method", o.uplift or "as in the scene"),
+            ("State checksum", f"{summary['stages'][-1]['checksum']} (stage {summary['stages'][-1]['name']})"),
+            ("Sheet written", datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
+
+
+def trial_words(found):
+    """What trials have found, in a line."""
+    stable, failing = (cell(found.get(end), 3) for end in ("stable", "failing"))
+    factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
+    return f"{changed_by(found)}: {stable} stands, " + (f"{failing} fails" if failing != "-" else "no trial fails") + (
+        f"; factor {factors[0]} to {factors[1]}" if factors[0] != "-" else "")  # fmt: skip
+
+
+def case_rows(case):
+    rows = []
+    for s in case.results.summary["stages"]:
+        keys, trials = case.scene.stages.get(s["name"], {}), trials_of(s)
+        kind = str(keys.get("type", "static")).replace("_", " ")
+        good = s["verdict"] in ("converged", "completed")
+        rows.append((s["name"] + (f" (from {s['from']})" if "from" in s else ""), kind, ", ".join(keys.get("loads") or ()), case.conditions.get(s["name"], "-"),
+                     (s["verdict"], "pass" if good else "fail"), trial_words(trials) if trials else ""))  # fmt: skip
+    return rows + [(name, str(case.scene.stages[name].get("type", "static")).replace("_", " "), ", ".join(case.scene.stages[name].get("loads") or ()), "-", ("no result", "fail"), "")
+                   for name in without_result(case)]  # fmt: skip
+
+
+def cases(case):
+    """Stages that are judged, then the others as far as there is room, in the order of the run."""
+    rows = case_rows(case)
+    kept = sorted(sorted(range(len(rows)), key=lambda k: rows[k][3] == "-")[:CASES])
+    more = f"<p><small>{len(rows) - CASES} more are in the annex.</small></p>" if len(rows) > CASES else ""
+    columns = 6 if any(rows[k][5] for k in kept) else 5
+    return "<h2>Cases</h2>" + table(("case", "kind", "loads at its end", "judged as", "the run", "found by trials")[:columns], [rows[k][:columns] for k in kept]) + more
+
+
+def drawing_height(case, found):
+    """[mm] What cases and bases leave of the page."""
+    rows = min(CASES, len(case.scene.stages)), min(matrix.MOST, len(matrix.judged_bases(case, found)))
+    return max(LEAST, min(105, ROOM - OF_CASE * rows[0] - OF_BASE * rows[1]))
+
+
+def drawing(case, found, stage):
+    """The section with the loads of a stage."""
+    mine = [a for a in found if a.stage == stage]
+    caption = f"Stage {stage}. Forces of the slice; red arrows at bases: resultants by the gravity method; dashed: its crack."
+    return picture(section.section_svg(case, stage, mine).encode("utf-8"), "svg+xml", caption)
+
+
+def front_page(case, found, reservations, stage):
+    """stage: the one that is drawn."""
+    return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged) + unfinished_note(case)
+            + f"<div class='top' style='--drawing: {drawing_height(case, found)}mm'>{drawing(case, found, stage)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case)
+            + "<h2>Cases and bases</h2>" + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip

@@ -1,0 +1,121 @@
+"""The matrix of the sheet's first page: each judged case and base, block model over gravity method over the limit."""
+
+import numpy as np
+import shapely
+
+from quoin_tools.assess import guidelines
+from quoin_tools.assess.assessment import ON_PATH, block_of_joint, cell
+from quoin_tools.assess.strength import factors
+from quoin_tools.base.results import NO_SHEAR
+from quoin_tools.show.hypertext import esc, table, verdict_class
+
+MOST = 3  # bases on the first page; all of them are in the annex
+COLUMNS = (("sliding, peak strength", "peak", "sliding_peak", 1, 2), ("sliding, residual strength", "residual", "sliding_residual", 1, 2),
+           ("sliding, no cohesion", "friction_only", "friction_only", 1, 2), ("overturning: 2 e / L", "middle", "middle", 1, 3),
+           ("stress at the start [kPa]", "start", "tension", 1e-3, 0), ("stress at the end [kPa]", "end", None, 1e-3, 0),
+           ("largest compression [kPa]", "compression", "strength", 1e-3, 0), ("crack / L", "crack", "crack", 1, 3),
+           ("uplift [kN]", "uplift", None, 1e-3, 0), ("material", "local", "local_factor", 1, 2))  # fmt: skip
+ALWAYS = ("peak", "residual", "middle", "start", "end", "compression", "crack", "uplift")
+NOTE = ("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named. Under them the limits, which the less favourable number "
+        "is held against (the annex has them with their sources). e: distance of the resultant from the middle; L: length of the base; stress by the straight line, tension positive.")  # fmt: skip
+
+
+def of_block(found, facts):
+    """Numbers of the block model by the names of COLUMNS."""
+    block = found.block
+    if not block:
+        return {}
+    L, groups = found.base.length, (facts.get("safety") or {}).values()
+    local = min((group["value"] for group in groups if group["value"] is not None), default=None)
+    return {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression", "uplift")} | {
+        "middle": 2 * abs(block["M"] / block["N"]) / L if block["N"] > 0 else np.inf, "crack": block["crack"] / L, "local": local}  # fmt: skip
+
+
+def of_hand(found):
+    hand, L = found.governing, found.base.length
+    values = {"middle": 2 * abs(hand.eccentricity) / L if hand.N > 0 else np.inf, "start": hand.linear[0], "end": hand.linear[1],
+              "compression": hand.compression, "uplift": hand.uplift}  # fmt: skip
+    return values | (factors(hand, found.strength) | {"crack": hand.crack / L} if hand.crack is not None else {"crack": 1.0})
+
+
+def words(value, scale, digits, key):
+    if key in ("peak", "residual") and value is not None and value > NO_SHEAR:
+        return "∞"
+    return cell(None if value is None else value * scale, digits)
+
+
+def severity(found):
+    """How near a base is to what is not allowed: failures first, then the least factor."""
+    least = [x for x in (of_hand(found).get("peak"), (found.block or {}).get("peak")) if x is not None]
+    refused = found.governing.crack is None
+    return -sum(limit.verdict == guidelines.FAIL for limit in found.limits) - refused, min(least, default=np.inf), -of_hand(found)["middle"]
+
+
+def judged_bases(case, found):
+    """Assessments that count, those of the stages that are judged; all of the last stage where none of these has a base."""
+    mine = [a for a in found if a.stage in case.conditions]
+    return mine or [a for a in found if a.stage == case.results.stages[-1]]
+
+
+def governing(case, found):
+    """The base that is nearest to what is not allowed; None without any."""
+    return min(judged_bases(case, found), key=severity, default=None)
+
+
+def base_rows(found, facts, shown):
+    limits = {limit.quantity: limit for limit in found.limits}
+    method = "gravity" + (f", uplift {found.with_uplift and found.water.rule}" if found.with_uplift else "")
+    name = f"{found.stage}" + (f" ({found.condition})" if found.condition else "")
+    rows = []
+    for row, (who, values) in enumerate((("block model", of_block(found, facts)), (method, of_hand(found)))):
+        rows.append([name if row == 0 else "", found.name if row == 0 else "", who, *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
+    if limits:
+        judged = [limits.get(quantity) for _, _, quantity, _, _ in shown]
+        word = guidelines.overall(found.limits, found.complete)
+        rows.append([(word, verdict_class(word)), "", "limit", *("" if j is None else (f"{j.verdict}, {j.bound}", verdict_class(j.verdict)) for j in judged)])
+    return rows
+
+
+def lies_on(path, point):
+    return shapely.distance(shapely.LineString(path), shapely.Point(point)) <= ON_PATH
+
+
+def untaken(case, found):
+    """(stage, joint, its facts) of joints in judged stages that are lines and that the gravity method has not taken, alone or within a path."""
+    rows = []
+    for stage in case.conditions:
+        paths = [a.path for a in found if a.stage == stage]
+        for name, facts in case.results.stage_summary(stage)["joints"].items() if stage in case.results.stages else ():
+            ends = [(facts[at]["x"], facts[at]["y"]) for at in ("start", "end")] if facts["line"] else []
+            if ends and not any(all(lies_on(path, end) for end in ends) for path in paths):
+                rows.append((stage, name, facts))
+    return sorted(rows, key=lambda row: np.inf if row[2]["sliding_factor_peak"] is None else row[2]["sliding_factor_peak"])
+
+
+def untaken_rows(case, rows, shown):
+    """Rows of the matrix for joints with numbers of the block model alone."""
+    found = []
+    for stage, name, facts in rows[:MOST]:
+        block = block_of_joint(facts, facts["chord"])
+        values = {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression")} | {
+            "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
+        found.append([stage, name, ("block model alone: not judged", "open"), *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
+    return found
+
+
+def matrix(case, found):
+    """HTML of the matrix; the worst bases where there are more than the page has room for."""
+    mine = judged_bases(case, found)
+    if not mine:
+        return "<p>No base is a line that the gravity method can take: there is no number to judge.</p>"
+    worst = sorted(mine, key=severity)[:MOST]
+    kept = [a for a in mine if any(a is other for other in worst)]
+    held = {limit.quantity for a in kept for limit in a.limits}
+    shown = [column for column in COLUMNS if column[1] in ALWAYS or column[2] in held]
+    rows = [row for a in kept for row in base_rows(a, case.results.stage_summary(a.stage), shown)]
+    alone = untaken(case, found)
+    rows += untaken_rows(case, alone, shown)
+    left = f"{len(mine) - len(kept)} more bases are in the annex: these {len(kept)} are the least safe. " if len(mine) > len(kept) else ""
+    left += f"{len(alone) - MOST} more joints have numbers of the block model alone. " if len(alone) > MOST else ""
+    return ("<div class='matrix'>" + table(("case", "base", "", *(title for title, *_ in shown)), rows, range(3, 3 + len(shown)))
+            + f"<p><small>{esc(left + NOTE)}</small></p></div>")  # fmt: skip
