@@ -13,6 +13,7 @@ earthquake          by what a pseudo-static earthquake can be multiplied
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
 assessment_options  options that the tables and the sheet share
 assessment          every joint that is a line, and any path, in every stage
+lifts               level sections over the height
 spectrum            response spectrum of a record
 newmark             Newmark's sliding block
 shaken              Newmark's block beside a stage in time

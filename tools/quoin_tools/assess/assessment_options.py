@@ -27,6 +27,7 @@ class Options:
     paths: dict = field(default_factory=dict)  # name: [[x, y], ...]
     strengths: dict = field(default_factory=dict)  # of paths and joints: friction, cohesion and residual ones
     ky: float | str | None = None  # yield coefficient for Newmark's block, or the run that found it, in place of that of the run
+    lifts: int = 10  # steps over the height at which lifts are looked at where there are no bed joints; 0: none
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
 
@@ -90,8 +91,9 @@ def parser(program, description):
         help="judge this stage as " + ", ".join(guidelines.CONDITIONS) + " (again for more); default: the last static stage, usual or by its pseudo-static loads")  # fmt: skip
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
     add("--merge", action="append", default=[], metavar="NAME,NAME", help="joints in one straight line that are to be one base")
+    add("--lifts", type=int, default=10, metavar="N", help="level sections over the height in N steps where the dam has no bed joints (10); 0: none")
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
-        help="strength of a path, or another one of a joint: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip
+        help="strength of a path, or another one of a joint, or of all lifts: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip
     add("--strength", type=float, metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
     add("--ky", type=coefficient, metavar="K|FOLDER", help="yield coefficient for Newmark's block beside stages that are shaken, or a run whose stage load_factor "
         "has found it; default: that of the run itself")  # fmt: skip
@@ -113,4 +115,4 @@ def parser(program, description):
 def options_from(given):
     return Options(given.guideline, dict(given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, dict(given.path), dict(given.strength_on), given.ky, [text.split(",") for text in given.merge])  # fmt: skip
+                   given.strength, dict(given.path), dict(given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge])  # fmt: skip

@@ -29,6 +29,7 @@ report     the sheet: HTML and PDF
 front_page  its first page
 matrix     the matrix on it: each case and base
 main_part  its pages 2 to 4
+lifts_part lifts over the height
 annex      all tables in full behind them
 reservations  what speaks against its numbers, each remark once
 spreadsheet  its tables as a spreadsheet

@@ -3,7 +3,7 @@
 import datetime
 
 import quoin_tools
-from quoin_tools.assess import guidelines
+from quoin_tools.assess import guidelines, lifts
 from quoin_tools.assess.assessment import account_complaints, cell
 from quoin_tools.base.results import condensed_words, trials_of
 from quoin_tools.show import matrix, section
@@ -35,8 +35,19 @@ def listed(names):
     return "; ".join(names[:FAILURES]) + (f"; {len(names) - FAILURES} more" if len(names) > FAILURES else "")
 
 
-def verdict_box(case, found, remarks):
-    """What the limits say, in one word and one sentence. remarks: how many speak against it."""
+def weak_lifts(case, found, swept):
+    """Words about the worst lift of each judged stage whose sliding factor is below the limit of its base."""
+    weak = []
+    for stage, (sections, _) in swept.items():
+        limit = max((j.limit for a in found if a.stage == stage for j in a.limits if j.quantity == "sliding_peak" and j.limit is not None), default=None)
+        worst = lifts.worst(sections)
+        if limit is not None and worst and worst.factor is not None and worst.factor < limit * (1 - guidelines.ROUNDING):
+            weak.append(f"sliding factor {worst.factor:.2f} of the lift at {worst.level:.2f} m in stage {stage}")
+    return weak
+
+
+def verdict_box(case, found, remarks, weak):
+    """What the limits say, in one word and one sentence. remarks: how many speak against it; weak: lifts below the limit."""
     o = case.options
     if not o.guideline:
         names = ", ".join(guidelines.read())
@@ -48,8 +59,8 @@ def verdict_box(case, found, remarks):
     missing = not judged or not named <= {a.stage for a in judged} or bool(refused)
     rows = [limit for a in judged for limit in a.limits]
     alone = [f"{name} ({stage})" for stage, name, _ in matrix.untaken(case, found)]
-    word = guidelines.overall(rows, not missing and not alone and all(a.complete for a in judged))
-    failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
+    word = "FAIL" if weak else guidelines.overall(rows, not missing and not alone and all(a.complete for a in judged))
+    failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL] + weak
     stages = ", ".join(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
     said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
     if failed:
@@ -134,8 +145,8 @@ def drawing(case, found, stage):
     return picture(section.section_svg(case, stage, mine).encode("utf-8"), "svg+xml", caption)
 
 
-def front_page(case, found, reservations, stage):
-    """stage: the one that is drawn."""
-    return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged) + unfinished_note(case)
+def front_page(case, found, reservations, stage, swept):
+    """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
+    return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, weak_lifts(case, found, swept)) + unfinished_note(case)
             + f"<div class='top' style='--drawing: {drawing_height(case, found)}mm'>{drawing(case, found, stage)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case)
             + "<h2>Cases and bases</h2>" + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip

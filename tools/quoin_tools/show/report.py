@@ -9,6 +9,7 @@ is loaded from elsewhere.
 import os
 import sys
 
+from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base.files import write_file
@@ -18,6 +19,7 @@ from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.front_page import drawing, front_page, title_of
 from quoin_tools.show.hypertext import esc, file_picture
+from quoin_tools.show.lifts_part import lifts_part
 from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.materials_part import laws_part
 from quoin_tools.show.mechanism import plot_mechanisms
@@ -35,14 +37,19 @@ def style(case):
         return file.read().replace("STATE", state)
 
 
-def main_pages(case, found, reservations, governing, pictures):
-    """The first four pages. governing: the base that they are about."""
-    stage = governing.stage if governing else case.results.stages[-1]
-    return (f"<div class='first'>{front_page(case, found, reservations, stage)}</div>" + main_part.loads_part(case, stage)
+def main_pages(case, found, reservations, stage, swept, pictures):
+    """The first four pages. stage: the one that they are about."""
+    return (f"<div class='first'>{front_page(case, found, reservations, stage, swept)}</div>" + main_part.loads_part(case, stage)
+            + lifts_part(case, stage, *swept.get(stage, ([], [])), main_part.ROWS)
             + main_part.figures(pictures) + main_part.mechanism_part(case) + main_part.evidence_part(case, reservations))  # fmt: skip
 
 
-def annex_pages(case, found, reservations, drawn, pictures, shaken, ensemble):
+def further_lifts(case, drawn, swept):
+    """Lifts of the other cases, and all of them where the main part has only some."""
+    return "".join(lifts_part(case, stage, *answer, len(answer[0])) for stage, answer in swept.items() if stage != drawn or len(answer[0]) > main_part.ROWS)
+
+
+def annex_pages(case, found, reservations, drawn, swept, pictures, shaken, ensemble):
     """All else. drawn: the stage of page 1; pictures: those that are not shown there."""
     other = [stage for stage in case.results.stages if stage in case.conditions and stage != drawn]
     sections = "<h2>Section and loads</h2>" + "".join(drawing(case, found, stage) for stage in other) if other else ""
@@ -50,7 +57,7 @@ def annex_pages(case, found, reservations, drawn, pictures, shaken, ensemble):
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
         reservations.annex(), annex.limits_part(case, found), sections, annex.stages_part(case), annex.inputs_part(case, main_part.ROWS),
-        annex.assessments_part(case, found, reservations), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
+        annex.assessments_part(case, found, reservations), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), f"<h2>Further figures</h2>{shown}" if shown else ""))  # fmt: skip
 
@@ -59,9 +66,10 @@ def page(case, pictures, shaken, ensemble=None):
     found, complaints = assess(case)
     reservations, governing = Reservations(case, found, complaints), matrix.governing(case, found)
     stage = governing.stage if governing else case.results.stages[-1]
+    swept = {name: lifts.sweep(case, name, [a.base for a in found if a.stage == name]) for name in case.conditions if name in case.results.stages}
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
-    body = main_pages(case, found, reservations, governing, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
-        case, found, reservations, stage, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
+    body = main_pages(case, found, reservations, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
+        case, found, reservations, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 

@@ -1,0 +1,151 @@
+"""Lift joints swept over the height: the gravity method on level sections of a dam, at its bed joints where it has some, else at even steps.
+
+    for lift in sweep(case, "full", bases): print(lift.level, lift.factor)
+
+Uplift in a lift is the scene's; where the options name a rule for the base, a straight line between the levels of the water instead: the
+drain of the options is that of the base.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from quoin_tools.assess import cut, tied
+from quoin_tools.assess.assessment import block_on_path, contacts_on
+from quoin_tools.assess.base_water import computed, scene_uplift, water_density, water_levels
+from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
+from quoin_tools.assess.strength import factors
+from quoin_tools.assess.uplift import Heads, UpliftError
+
+LEVEL = 1e-3  # [m] ends of a contact that is level differ by no more
+COVERED = 0.99  # of a section must be contacts, else it is no bed joint
+MOST = 30  # bed joints that are taken: of more, evenly chosen ones
+SOUND = 0.02  # of the height: how near the ends of the range a section may be
+
+
+@dataclass
+class Lift:
+    """A level section: strength by what; hand: the gravity method there; block: sliding factor of the block model, where it is a bed joint."""
+
+    level: float
+    base: Base
+    hand: Hand
+    strength: dict
+    source: str
+    block: float | None = None
+
+    @property
+    def factor(self):
+        """The lesser sliding factor of both methods; None without strengths, 0 without equilibrium."""
+        own = 0.0 if self.hand.crack is None and self.strength else factors(self.hand, self.strength)["peak"]
+        return min((x for x in (own, self.block) if x is not None), default=None)
+
+
+def range_of(case, bases):
+    """From the highest end of the lowest base, or from where the body ends, to the crest [m]."""
+    _, bottom, _, crest = body_of(case).bounds
+    lowest = min(bases, key=lambda base: base.middle[1], default=None)
+    return (bottom if lowest is None else max(lowest.start[1], lowest.end[1])), crest
+
+
+def body_of(case):
+    case.body = cut.body(case.mesh) if case.body is None else case.body
+    return case.body
+
+
+def bed_levels(case, stage, low, high):
+    """Levels [m] at which level contacts lie, from the lowest to the highest."""
+    contacts = case.results.stage(stage).contacts
+    y = contacts.point[:, :, 1]
+    flat = (np.abs(np.diff(y, axis=1)[:, 0]) < LEVEL) & (y.mean(axis=1) > low) & (y.mean(axis=1) < high)
+    return np.unique(np.round(y[flat].mean(axis=1) / LEVEL)) * LEVEL
+
+
+def section_at(case, level):
+    """The section of the body at a level, from left to right (2, 2); None where it is no single piece."""
+    left, _, right, _ = body_of(case).bounds
+    inside = shapely.intersection(shapely.LineString([(left - 1, level), (right + 1, level)]), body_of(case))
+    pieces = [np.array(piece.coords) for piece in shapely.get_parts(inside) if piece.length > cut.GAP]
+    return np.array([pieces[0].min(axis=0), pieces[0].max(axis=0)]) if len(pieces) == 1 else None
+
+
+def strength_at(case, stage, path):
+    """(keys, words, whether contacts cover it): of the joint that lies there, as the options say, else of the blocks."""
+    contacts = case.results.stage(stage).contacts
+    mine = contacts_on(path, contacts)
+    covered = contacts.length[mine].sum() >= COVERED * np.hypot(*(path[1] - path[0]))
+    names = [case.results.mesh.joint_names[row] for row in np.unique(contacts.joint[mine])] if covered else []
+    if given := case.options.strengths.get("lifts"):
+        return given, "given", covered
+    keys = [case.scene.joint(name, stage) for name in names]
+    if keys and all({k: v for k, v in key.items() if k != "damping"} == {k: v for k, v in keys[0].items() if k != "damping"} for key in keys):
+        return keys[0], f"joint {', '.join(names)}", covered
+    return ({}, "different joints", covered) if keys else (*of_blocks(case, path), covered)
+
+
+def of_blocks(case, path):
+    """Friction and cohesion of the group that the section runs through, where it has them."""
+    groups = {case.mesh.group_names[row] for row in np.unique(case.mesh.block_group[crossed(case, path)])}
+    own = case.scene.materials.get(next(iter(groups)), {}) if len(groups) == 1 else {}
+    if own.get("friction") is None or own.get("cohesion") is None:
+        return {}, "unknown"
+    return {"friction": own["friction"], "cohesion": own["cohesion"], "friction_residual": own["friction"], "cohesion_residual": 0.0}, f"blocks of {next(iter(groups))}"
+
+
+def crossed(case, path):
+    corners = case.mesh.vertices[case.mesh.blocks][:, :, 1]
+    centres = case.mesh.centres()[:, 0]
+    return (corners.min(axis=1) < path[0, 1] + LEVEL) & (corners.max(axis=1) > path[0, 1] - LEVEL) & (centres > path[0, 0]) & (centres < path[1, 0])
+
+
+def asked_uplift(case, stage, base):
+    """The straight line of a rule of the options; None without a rule, or above the water."""
+    head, tail = water_levels(case, stage, base)
+    if not case.options.uplift or case.options.uplift == "none" or case.options.uplift_on or head is None or head <= base.start[1]:
+        return None
+    tail = case.options.tailwater if case.options.tailwater is not None else tail
+    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
+    return Uplift("linear", Heads(base.length, head - base.start[1], toe), case.options.direction, None, water_density(case, stage) * case.scene.gravity)
+
+
+def assess_lift(case, stage, level):
+    path = section_at(case, level)
+    if path is None:
+        raise GravityError("no single piece: an opening, or several bodies")
+    part = case.part(f"lift at {level:.4f}", path)
+    base = Base(path[0], path[1], case.scene.thickness)
+    forces, _ = cut.stage_forces(case.mesh, case.scene, stage, part)
+    dry = cut.total(forces | tied.pulls(case, stage, part, path))
+    under, others = scene_uplift(case, stage, part, base)
+    asked = asked_uplift(case, stage, base)
+    hand = hand_method(base, dry, asked or under, None if asked else others + computed(case, stage, part))
+    strength, source, covered = strength_at(case, stage, path)
+    block = block_on_path(case, stage, path, base, strength) if covered else None
+    return Lift(level, base, hand, strength, source, (block or {}).get("peak"))
+
+
+def sweep(case, stage, bases):
+    """(lifts from the lowest up, levels left out) of a stage. bases: those of the stage."""
+    found, left_out = [], []
+    if case.options.lifts < 1:
+        return found, left_out
+    low, crest = range_of(case, bases)
+    margin = SOUND * (crest - low)
+    levels = bed_levels(case, stage, low + margin, crest - margin)
+    beds = [y for y in levels if (path := section_at(case, y)) is not None and strength_at(case, stage, path)[2]]
+    if len(beds) > MOST:
+        beds = [beds[k] for k in np.linspace(0, len(beds) - 1, MOST).round().astype(int)]
+    steps = beds or list(low + (crest - low) * np.arange(1, case.options.lifts) / case.options.lifts)
+    for level in steps:
+        try:
+            found.append(assess_lift(case, stage, float(level)))
+        except (GravityError, UpliftError):
+            left_out.append(float(level))
+    return found, left_out
+
+
+def worst(found):
+    """The lift with the least sliding factor, else the one that needs most friction; None without any."""
+    strong = [lift for lift in found if lift.factor is not None]
+    return min(strong, key=lambda lift: lift.factor) if strong else max(found, key=lambda lift: lift.hand.friction_needed, default=None)
