@@ -30,9 +30,11 @@ limit        limit analysis: what rigid blocks can bear at most
 ensemble     samples of a scene whose properties scatter
 show         pictures, the sheet, CSV, the comparison of runs
 front        the command `quoin`, its Python interface
+
+Of scipy a room imports the name alone: its parts load where they are first used, and a sheet that needs no statistics comes half a
+second sooner.
 """
 
-import importlib.metadata
 import re
 from pathlib import Path
 
@@ -43,6 +45,8 @@ def version():
     found = re.search(r"^project\(quoin VERSION (\S+)", project.read_text(encoding="utf-8"), flags=re.M) if project.is_file() else None
     if found:
         return found[1]
+    import importlib.metadata  # here: it takes as long to load as half of the rest of a command
+
     try:
         return importlib.metadata.version("quoin")
     except importlib.metadata.PackageNotFoundError:

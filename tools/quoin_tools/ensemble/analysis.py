@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.stats import norm, spearmanr
+import scipy
 
 from quoin_tools.ensemble.intervals import clopper_pearson, of_mean, zero_bound
 
@@ -106,10 +105,10 @@ class Fragility:
     spread: float
 
     def at(self, level):
-        return norm.cdf(np.log(np.asarray(level, dtype=float) / self.median) / self.spread)
+        return scipy.stats.norm.cdf(np.log(np.asarray(level, dtype=float) / self.median) / self.spread)
 
     def level(self, p):
-        return self.median * math.exp(self.spread * norm.ppf(p))
+        return self.median * math.exp(self.spread * scipy.stats.norm.ppf(p))
 
 
 def fragility(found):
@@ -120,10 +119,10 @@ def fragility(found):
     start = float(np.interp(0.5, np.maximum.accumulate(fails / n), levels))
 
     def loss(x):
-        p = np.clip(norm.cdf((np.log(levels) - x[0]) / math.exp(x[1])), 1e-300, 1 - 1e-16)
+        p = np.clip(scipy.stats.norm.cdf((np.log(levels) - x[0]) / math.exp(x[1])), 1e-300, 1 - 1e-16)
         return -float(fails @ np.log(p) + (n - fails) @ np.log1p(-p))
 
-    best = minimize(loss, [math.log(start), math.log(0.1)], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000})
+    best = scipy.optimize.minimize(loss, [math.log(start), math.log(0.1)], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000})
     return Fragility(math.exp(best.x[0]), math.exp(best.x[1]))
 
 
@@ -136,7 +135,7 @@ def influence(design, rows):
     answer = [r.response if graded else float(r.outcome == "fails") for r in used]
     if len(used) < 10 or np.ptp(answer) == 0:
         return []
-    return [(name, float(spearmanr([r.values[k] for r in used], answer).statistic), len(used)) for k, name in enumerate(design.columns())]
+    return [(name, float(scipy.stats.spearmanr([r.values[k] for r in used], answer).statistic), len(used)) for k, name in enumerate(design.columns())]
 
 
 def sobol_indices(design, rows):

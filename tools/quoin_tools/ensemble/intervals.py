@@ -4,7 +4,7 @@ Clopper and Pearson's interval covers at least what it says, also for few sample
 """
 
 import numpy as np
-from scipy.stats import beta, norm
+import scipy
 
 
 def clopper_pearson(k, n, level=0.95):
@@ -12,8 +12,8 @@ def clopper_pearson(k, n, level=0.95):
     if n == 0:
         return 0.0, 1.0
     out = (1 - level) / 2
-    low = 0.0 if k == 0 else float(beta.ppf(out, k, n - k + 1))
-    high = 1.0 if k == n else float(beta.ppf(1 - out, k + 1, n - k))
+    low = 0.0 if k == 0 else float(scipy.stats.beta.ppf(out, k, n - k + 1))
+    high = 1.0 if k == n else float(scipy.stats.beta.ppf(1 - out, k + 1, n - k))
     return low, high
 
 
@@ -26,5 +26,5 @@ def of_mean(values, level=0.95):
     """(mean, low, high) of independent numbers, by the normal distribution; for weighted samples and replicates."""
     values = np.asarray(values, dtype=float)
     mean, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("inf")
-    reach = float(norm.ppf(0.5 + level / 2)) * error
+    reach = float(scipy.stats.norm.ppf(0.5 + level / 2)) * error
     return mean, mean - reach, mean + reach

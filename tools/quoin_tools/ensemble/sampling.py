@@ -8,8 +8,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import ndtri
-from scipy.stats import qmc
+import scipy
 
 from quoin_tools.ensemble.variables import EnsembleError, stream
 
@@ -42,7 +41,7 @@ class Sampler:
         return np.array([stream(self.seed, name, index) for name in self.names])
 
     def normal(self, index):
-        return ndtri(self.uniform(index)) + self.centre
+        return scipy.special.ndtri(self.uniform(index)) + self.centre
 
     def weight(self, index):
         if self.method != "importance":
@@ -61,5 +60,5 @@ def shuffle(seed, name, block, size):
 def sobol(seed, block, size, dimensions):
     """A scrambled Sobol sequence of its own for each block; inside (0, 1)."""
     key = int.from_bytes(hashlib.sha256(f"{seed}, Sobol block {block}".encode()).digest()[:8], "little")
-    points = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(key)).random(size)
+    points = scipy.stats.qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(key)).random(size)
     return np.clip(points, 2.0**-54, 1 - 2.0**-54)

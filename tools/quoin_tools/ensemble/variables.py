@@ -8,9 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import brentq
-from scipy.special import gamma, ndtr
+import scipy
 
 EULER = 0.5772156649015329
 
@@ -83,7 +81,7 @@ def variable(name, keys):
             raise EnsembleError(f"variables.{name}: {kind} needs min and max")
         if kind == "integer" and (low != int(low) or high != int(high)):
             raise EnsembleError(f"variables.{name}: integer needs whole numbers as min and max")
-        shape = stats.uniform(low, high - low + (kind == "integer"))
+        shape = scipy.stats.uniform(low, high - low + (kind == "integer"))
         high = high + 1 - 1e-9 if kind == "integer" else high
     else:
         shape = shaped(name, kind, *moments(name, keys))
@@ -107,20 +105,20 @@ def moments(name, keys):
 
 def shaped(name, kind, mean, deviation):
     if kind == "normal":
-        return stats.norm(mean, deviation)
+        return scipy.stats.norm(mean, deviation)
     if kind == "gumbel":
         scale = deviation * math.sqrt(6) / math.pi
-        return stats.gumbel_r(mean - EULER * scale, scale)
+        return scipy.stats.gumbel_r(mean - EULER * scale, scale)
     if not mean > 0:
         raise EnsembleError(f"variables.{name}: {kind} has a mean above 0, not {mean:g}")
     cov = deviation / mean
     if kind == "lognormal":
         spread = math.sqrt(math.log1p(cov**2))
-        return stats.lognorm(spread, scale=mean * math.exp(-0.5 * spread**2))
+        return scipy.stats.lognorm(spread, scale=mean * math.exp(-0.5 * spread**2))
     if not 0.01 < cov < 10:
         raise EnsembleError(f"variables.{name}: weibull with a coefficient of variation of {cov:g}: expected 0.01 to 10")
-    power = brentq(lambda k: math.sqrt(gamma(1 + 2 / k) / gamma(1 + 1 / k) ** 2 - 1) - cov, 0.15, 150)
-    return stats.weibull_min(power, scale=mean / gamma(1 + 1 / power))
+    power = scipy.optimize.brentq(lambda k: math.sqrt(scipy.special.gamma(1 + 2 / k) / scipy.special.gamma(1 + 1 / k) ** 2 - 1) - cov, 0.15, 150)
+    return scipy.stats.weibull_min(power, scale=mean / scipy.special.gamma(1 + 1 / power))
 
 
 # ---- numbers for them --------------------------------------------------------------------------------------
@@ -145,7 +143,7 @@ class Variables:
 
     def values(self, normal):
         """Values of the keys (n, k) from independent normal numbers (n, k)."""
-        u = ndtr(np.asarray(normal) @ self.root.T)
+        u = scipy.special.ndtr(np.asarray(normal) @ self.root.T)
         columns = [one.at(u[:, k]).tolist() for k, one in enumerate(self.each)]
         return [list(row) for row in zip(*columns)]
 

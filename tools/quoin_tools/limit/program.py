@@ -11,8 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.sparse import coo_matrix, csr_matrix, eye, hstack, vstack
+import scipy
 
 from quoin_tools.limit.assembly import LimitError
 from quoin_tools.mesh.blockmesh import cross
@@ -42,7 +41,7 @@ class Programme:
 
     parts: object
     free: np.ndarray  # bodies that are not held
-    equilibrium: csr_matrix
+    equilibrium: "scipy.sparse.csr_matrix"
     force: float  # [N] unit
     length: float  # [m] unit
 
@@ -83,7 +82,7 @@ def programme(parts, *loads):
         for d, value in enumerate((vector[:, 0], vector[:, 1], moment)):
             rows.append(row_of[body][seen] + d), columns.append(column[seen]), values.append(value[seen])
     shape = (3 * len(free), 3 * m + h + k)
-    matrix = coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape).tocsr()
+    matrix = scipy.sparse.coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape).tocsr()
     return Programme(parts, free, matrix, force, length)
 
 
@@ -108,14 +107,14 @@ def strength_rows(p, strengths, frozen=None, follow=1.0):
     blocks, limits = [], []
     for sign in (1.0, -1.0):
         values = np.concatenate([-share, -share, np.full(len(use), sign)])
-        blocks.append(coo_matrix((values, (np.tile(i, 3), np.concatenate([use, m + use, 2 * m + use]))), (len(use), p.equilibrium.shape[1])))
+        blocks.append(scipy.sparse.coo_matrix((values, (np.tile(i, 3), np.concatenate([use, m + use, 2 * m + use]))), (len(use), p.equilibrium.shape[1])))
         limits.append(strengths[use, 1] * area[use] + known)
     with np.errstate(invalid="ignore"):  # no face times no limit: a corner
         least = np.where(rigid, np.where(area > 0, -strengths[:, 2] * area / 2, 0.0), -np.inf)
     crushing = compression_rows(p, strengths, area)
     if crushing:
         blocks.append(crushing[0]), limits.append(crushing[1])
-    return vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least])
+    return scipy.sparse.vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least])
 
 
 def compression_rows(p, strengths, area):
@@ -131,10 +130,10 @@ def compression_rows(p, strengths, area):
         for end in (0, 1):
             own, other = 2 * touch - 2 * most, 2 * touch
             values, columns = np.concatenate([own, other]), np.concatenate([end * m + use, (1 - end) * m + use])
-            blocks.append(coo_matrix((values / np.tile(most, 2), (np.tile(i, 2), columns)), (len(use), p.equilibrium.shape[1])))
+            blocks.append(scipy.sparse.coo_matrix((values / np.tile(most, 2), (np.tile(i, 2), columns)), (len(use), p.equilibrium.shape[1])))
             shift = 0.5 * tension
             limits.append((touch**2 - (own + other) * shift) / most)
-    return vstack(blocks), np.concatenate(limits)
+    return scipy.sparse.vstack(blocks), np.concatenate(limits)
 
 
 def bounds_of(p, least):
@@ -157,7 +156,7 @@ def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0):
     bounds = np.vstack([bounds_of(p, least), [0.0, np.inf]])
     cost = np.zeros(len(bounds))
     cost[-1] = -1.0
-    done = linprog(cost, with_column(rows, np.zeros(rows.shape[0])), limits, equal, -p.rows(dead), bounds, method="highs", options=OPTIONS)
+    done = scipy.optimize.linprog(cost, with_column(rows, np.zeros(rows.shape[0])), limits, equal, -p.rows(dead), bounds, method="highs", options=OPTIONS)
     if done.status == UNBOUNDED:
         return Limit(math.inf)
     if done.status == INFEASIBLE:
@@ -173,7 +172,7 @@ def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0):
 
 
 def with_column(matrix, column):
-    return hstack([matrix, csr_matrix(column[:, None])]).tocsr()
+    return scipy.sparse.hstack([matrix, scipy.sparse.csr_matrix(column[:, None])]).tocsr()
 
 
 def missing(parts, loads, reduction=None):
@@ -181,11 +180,11 @@ def missing(parts, loads, reduction=None):
     p = programme(parts, loads)
     rows, limits, least = strength_rows(p, strengths_of(parts, reduction))
     n, f = p.equilibrium.shape
-    equal = hstack([p.equilibrium, eye(n), -eye(n)]).tocsr()
-    wide = hstack([rows, csr_matrix((rows.shape[0], 2 * n))]).tocsr()
+    equal = scipy.sparse.hstack([p.equilibrium, scipy.sparse.eye(n), -scipy.sparse.eye(n)]).tocsr()
+    wide = scipy.sparse.hstack([rows, scipy.sparse.csr_matrix((rows.shape[0], 2 * n))]).tocsr()
     bounds = np.vstack([bounds_of(p, least), np.tile([0.0, np.inf], (2 * n, 1))])
     cost = np.concatenate([np.zeros(f), np.ones(2 * n)])
-    done = linprog(cost, wide, limits, equal, -p.rows(loads), bounds, method="highs", options=OPTIONS)
+    done = scipy.optimize.linprog(cost, wide, limits, equal, -p.rows(loads), bounds, method="highs", options=OPTIONS)
     if done.status != 0:
         raise LimitError(f"the linear programme found no end: {done.message}")
     return float(done.fun) / np.abs(p.rows(loads)).sum(), motion_of(p, -done.eqlin.marginals), forces_of(p, done.x)
@@ -197,7 +196,7 @@ def least_pressed(parts, loads):
     rows, limits, least = strength_rows(p, strengths_of(parts))
     cost = np.zeros(p.equilibrium.shape[1])
     cost[: 2 * len(parts.contacts)] = 1.0
-    done = linprog(cost, rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least), method="highs", options=OPTIONS)
+    done = scipy.optimize.linprog(cost, rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least), method="highs", options=OPTIONS)
     return forces_of(p, done.x)[0].sum(axis=1) if done.status == 0 else None
 
 

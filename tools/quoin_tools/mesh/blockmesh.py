@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 
 import h5py
 import numpy as np
+import scipy
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
@@ -114,8 +113,8 @@ def macroblocks(mesh):
     ring = closed_rings(mesh)
     rows, columns = np.repeat(ring[:, 0], 3), ring[:, 1:].ravel()
     size = len(mesh.vertices)
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
-    label = connected_components(graph, directed=False)[1][ring[:, 0]]
+    graph = scipy.sparse.coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
+    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][ring[:, 0]]
     _, first, index = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int32)
     rank[np.argsort(first)] = np.arange(len(first), dtype=np.int32)

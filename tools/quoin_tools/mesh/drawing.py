@@ -6,8 +6,8 @@ import os
 from collections import Counter, defaultdict
 
 import numpy as np
+import scipy
 import shapely
-from scipy.spatial import cKDTree
 
 from quoin_tools.mesh import patterns
 from quoin_tools.mesh.blockmesh import xy_text
@@ -175,7 +175,7 @@ class Layer:
         if not pieces:
             return []
         ends = np.concatenate([[xy[0], xy[-1]] for xy in pieces])
-        tree = cKDTree(ends)
+        tree = scipy.spatial.cKDTree(ends)
         close = [[j for j in found if j != i] for i, found in enumerate(tree.query_ball_point(ends, self.near))]
         crowd = next((i for i, others in enumerate(close) if len(others) > 1), None)
         if crowd is not None:
@@ -183,7 +183,7 @@ class Layer:
             return []
         lonely = [i for i, others in enumerate(close) if not others]
         if lonely:
-            distance, at = cKDTree(ends[lonely]).query(ends[lonely[0]], k=2)  # ends are even in number
+            distance, at = scipy.spatial.cKDTree(ends[lonely]).query(ends[lonely[0]], k=2)  # ends are even in number
             self.fault(f"not closed: an end at {xy_text(ends[lonely[0]])}, the next open end, at {xy_text(ends[lonely[at[1]]])}, is {distance[1]:.3g} m away")
             return []
         partner = {i: others[0] for i, others in enumerate(close)}

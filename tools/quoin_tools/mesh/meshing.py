@@ -1,9 +1,7 @@
 """Pieces for generators: spacing, patches, joining, triangles, doubled vertices, named faces."""
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, all_faces, closed_rings, edge_keys, face_ends, outer_faces
 
@@ -18,7 +16,7 @@ def graded(first, length, n):
     def excess(ratio):
         return first * np.sum(ratio ** np.arange(n)) - length
     # at the upper bound the last interval alone is the whole length
-    ratio = brentq(excess, 0.0, (length / first) ** (1.0 / (n - 1)), xtol=1e-14)
+    ratio = scipy.optimize.brentq(excess, 0.0, (length / first) ** (1.0 / (n - 1)), xtol=1e-14)
     positions = np.concatenate([[0.0], np.cumsum(first * ratio ** np.arange(n))])
     positions[-1] = length  # not its rounded sum
     return positions
@@ -188,8 +186,8 @@ def corner_pieces(mesh, interface):
     # two neighbours run along their face in opposite directions
     rows, columns = np.concatenate([start[one], end[one]]), np.concatenate([end[two], start[two]])
     size = mesh.blocks.size
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
-    return connected_components(graph, directed=False)[1]
+    graph = scipy.sparse.coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
+    return scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
 
 
 def faces_on_edges(mesh, edges):

@@ -9,10 +9,8 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from quoin_tools.mesh import polygons
 from quoin_tools.mesh.blockmesh import MeshError, check, xy_text
@@ -157,9 +155,9 @@ def joined(whole, near):
     """Nodes and edges of lines that are cut where they cross. Nodes nearer than `near` are one, and one so near to an edge cuts it: a line that two
     parts of a drawing share has the nodes of both."""
     coords, owner = shapely.get_coordinates(shapely.get_parts(whole), return_index=True)
-    pairs = cKDTree(coords).query_pairs(near, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(coords), len(coords)))
-    label = connected_components(graph, directed=False)[1]
+    pairs = scipy.spatial.cKDTree(coords).query_pairs(near, output_type="ndarray")
+    graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(coords), len(coords)))
+    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     _, first, number = np.unique(label, return_index=True, return_inverse=True)
     nodes, together = coords[first], owner[:-1] == owner[1:]
     edges = np.unique(np.sort(np.column_stack([number[:-1], number[1:]])[together], axis=1), axis=0)

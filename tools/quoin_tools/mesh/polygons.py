@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from quoin_tools.mesh.blockmesh import MeshError, cross
 
@@ -67,9 +65,9 @@ def tessellation(polygons, anchors=(), tolerance=1e-6):
     Anchors are nodes that stay; they come first and must lie on edges of the polygons."""
     anchors = np.asarray(anchors, dtype=float).reshape(-1, 2)
     points = np.concatenate([anchors, *polygons])
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    label = connected_components(graph, directed=False)[1]
+    pairs = scipy.spatial.cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     _, first, index = np.unique(label, return_index=True, return_inverse=True)
     order = np.argsort(first)  # nodes in the order in which they came
     number = np.empty(len(first), dtype=int)

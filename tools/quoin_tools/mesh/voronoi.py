@@ -17,8 +17,8 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import shapely
-from scipy.spatial import Voronoi
 
 from quoin_tools.base.command import Parser
 from quoin_tools.mesh import polygons
@@ -219,7 +219,7 @@ def cells(seeds, polygon, spacing):
     far = max(far, 10 * (polygon.bounds[3] - polygon.bounds[1]))
     level = np.mean(polygon.bounds[1::2])
     frame = np.array([(middle + far * math.cos(a), level + far * math.sin(a)) for a in np.arange(6) * math.pi / 3])
-    diagram = Voronoi(np.concatenate([seeds, images, frame]))
+    diagram = scipy.spatial.Voronoi(np.concatenate([seeds, images, frame]))
     regions = [diagram.regions[at] for at in diagram.point_region[:len(seeds) + len(images)].tolist()]
     corners = diagram.vertices[[corner for region in regions for corner in region]]
     region = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
