@@ -67,6 +67,25 @@ def uneven(side):
     return two_bodies(round(0.4 * side**2), round(0.6 * side**2), 1, 1, size=float(side**2))
 
 
+def few(side):
+    """A sixteenth of the blocks."""
+    return block(side // 4)
+
+
+STEEL = {"area": 1e-3, "young": 200e9, "spacing": 10}
+
+
+def tendons():
+    """Ten for each of 64 blocks, all of which work; a block alone, of which there are few here, takes 265."""
+    ends = np.random.default_rng(2).uniform([5, 60, 5, 5], [95, 95, 95, 40], (640, 4)).tolist()
+    return {f"a{i}": STEEL | {"head": end[:2], "root": end[2:], "compression": True} for i, end in enumerate(ends)}
+
+
+def bars():
+    """Ten pieces for each of 64 blocks."""
+    return {f"b{i}": STEEL | {"head": [2, y], "root": [98, y + 1], "bond_stiffness": 1e7, "segment": 2.4001} for i, y in enumerate(np.linspace(10, 90, 16).tolist())}
+
+
 ELASTIC = {"cohesion": 1e9, "tension": 1e9}  # without tensile strength a sixth is open at side 32
 SLIDES = {"friction": 1}
 DYNAMIC = {"stages": [{"all": {"type": "dynamic", "loads": ["weight"]}}]}
@@ -102,6 +121,8 @@ STEPS = {  # as SCENES
     "block with water": (block, {}, {}, MOVED | {"loads": {"water": {"type": "added_mass", "faces": "left", "level": 100}},
                                            "stages": [{"all": MOVED["stages"][0]["all"] | {"loads": ["water"]}}]}),
     "single in time": (single, {}, ELASTIC, MOVED),
+    "tendons": (few, {}, {}, MOVED | {"anchors": tendons()}),
+    "grouted bars": (few, {}, {}, MOVED | {"anchors": bars()}),
 }  # fmt: skip
 CYCLES = ["block", "t2pt", "tptm", "tptm open"]  # those of the table of cycles
 

@@ -199,6 +199,7 @@ static PetscErrorCode line_create(const Model *m, const Anchor *of, const End en
     tie_chain(line->chain, line);
   else
     PetscCall(tie_ends(ends, n_gids, gids, local, line));
+  for (PetscInt i = line->n; i < LINE_VERTICES; i++) line->vertex[i] = line->vertex[0];
   PetscCall(find_here(m, line));
   line->stiffness = line->chain ? line->chain->k[0] : of->young * of->area / AnchorFree(of);
   line->T_y = of->yield * of->area;

@@ -1,50 +1,51 @@
 /* chain.c: a bonded bar: where it runs, what it carries. */
 #include "forces/anchors/chain.h"
+#include "forces/anchors/pair.h"
 
-static void move_of(const Place *place, const PetscReal *u, PetscReal moved[2])
+/* How a place moves. */
+static inline Pair move_of(const Place *place, const PetscReal *u)
 {
-  moved[0] = moved[1] = 0.;
-  for (PetscInt i = 0; i < place->n; i++)
-    for (int x = 0; x < 2; x++) moved[x] += place->weight[i] * u[2 * place->vertex[i] + x];
+  return WeighedSum(PLACE_VERTICES, place->vertex, place->weight, u);
 }
 
 /* Elongation and direction of a vector `before` that has grown by `by`; small strain: along `before`. */
-static void stretch(const PetscReal e0[2], PetscReal length, const PetscReal by[2], bool small,
-                    PetscReal e[2], PetscReal *span, PetscReal *g)
+static inline void stretch(const PetscReal e0[2], PetscReal length, Pair by, bool small, PetscReal e[2],
+                           PetscReal *span, PetscReal *g)
 {
-  const PetscReal along = e0[0] * by[0] + e0[1] * by[1];
+  const Pair before = LoadPair(e0), each = before * by, square = by * by;
+  const PetscReal along = each[0] + each[1];
   if (small) {
     *span = length, *g = along;
-    for (int x = 0; x < 2; x++) e[x] = e0[x];
+    StorePair(e, before);
     return;
   }
-  *span = PetscHypotReal(length * e0[0] + by[0], length * e0[1] + by[1]);
+  const Pair now = length * before + by, squares = now * now;
+  *span = PetscSqrtReal(squares[0] + squares[1]);
   // |l| - |l_0|, without the difference of two large numbers
-  *g = (2. * length * along + by[0] * by[0] + by[1] * by[1]) / (*span + length);
-  for (int x = 0; x < 2; x++) e[x] = (length * e0[x] + by[x]) / *span;
+  *g = (2. * length * along + square[0] + square[1]) / (*span + length);
+  StorePair(e, now / *span);
 }
 
 static void place_dowel(const Chain *c, Dowel *d, const PetscReal *u)
 {
   const ChainMemory *held = &c->memory[CHAIN_HELD];
   const PetscInt i = (PetscInt)(d - c->dowel);
-  PetscReal before[2], behind[2], turned[2], longer;
-  move_of(&d->on[0], u, before);
-  move_of(&d->on[1], u, behind);
-  move_of(&d->face, u, turned);
-  stretch(d->along, d->face_length, turned, !c->turns, d->t, &d->length, &longer);
-  const PetscReal by[2] = {d->gap[0] + behind[0] - before[0], d->gap[1] + behind[1] - before[1]},
-                  slip = by[0] * d->t[0] + by[1] * d->t[1];
+  const Pair by = LoadPair(d->gap) + move_of(&d->on[1], u) - move_of(&d->on[0], u);
+  PetscReal longer;
+  stretch(d->along, d->face_length, move_of(&d->face, u), !c->turns, d->t, &d->length, &longer);
+  const PetscReal slip = by[0] * d->t[0] + by[1] * d->t[1];
   d->across = by[1] * d->t[0] - by[0] * d->t[1];
   d->trial = d->K * (slip - held->upright[i] - held->sheared[i]);
 }
 
 static void place(Chain *c, const PetscReal *u)
 {
-  for (PetscInt i = 0; i < c->n; i++) move_of(c->place + i, u, c->moved + 2 * i);
+  const PetscBool small = (PetscBool)!c->turns;
+  Pair before = move_of(c->place, u);
   for (PetscInt j = 0; j + 1 < c->n; j++) {
-    const PetscReal *a = c->moved + 2 * j, by[2] = {a[2] - a[0], a[3] - a[1]};
-    stretch(c->towards + 2 * j, c->length[j], by, !c->turns, c->e + 2 * j, c->span + j, c->g + j);
+    const Pair behind = move_of(c->place + j + 1, u);
+    stretch(c->towards + 2 * j, c->length[j], behind - before, small, c->e + 2 * j, c->span + j, c->g + j);
+    before = behind;
   }
   for (Dowel *d = c->dowel; d < c->dowel + c->n_dowels; d++) place_dowel(c, d, u);
 }
@@ -53,6 +54,13 @@ static void place(Chain *c, const PetscReal *u)
 static void remember(Chain *c)
 {
   const ChainMemory *held = &c->memory[CHAIN_HELD], *now = &c->memory[CHAIN_NOW];
+  if (c->is_elastic) {
+    const size_t before = (size_t)(now->slip - c->numbers[CHAIN_NOW]), behind = before + (size_t)c->n;
+    memcpy(c->numbers[CHAIN_NOW], c->numbers[CHAIN_HELD], before * sizeof(PetscReal));
+    memcpy(now->upright, held->upright, ((size_t)c->n_numbers - behind) * sizeof(PetscReal));
+    for (PetscInt i = 0; i < c->n_dowels; i++) c->dowel[i].V = c->dowel[i].trial;
+    return;
+  }
   for (int i = 0; i < CHAIN_LOSSES; i++) now->lost[i] = held->lost[i];
   for (PetscInt j = 0; j + 1 < c->n; j++) {
     const PetscReal x = c->g[j] + now->slip[j + 1] - now->slip[j] - held->natural[j] - held->plastic[j];
@@ -111,30 +119,32 @@ void ChainComes(Chain *c)
 }
 
 /* Adds a force to the vertices of a place; own: f has those of the chain, in its order. */
-static void put(const Place *place, PetscReal times, const PetscReal force[2], PetscBool own, PetscReal *f)
+static inline void put(const Place *place, Pair force, PetscBool own, PetscReal *f)
 {
-  const PetscInt *at = own ? place->at : place->vertex;
-  for (PetscInt i = 0; i < place->n; i++)
-    for (int x = 0; x < 2; x++) f[2 * at[i] + x] += place->weight[i] * (times * force[x]);
+  AddWeighed(PLACE_VERTICES, own ? place->at : place->vertex, place->weight, force, f);
 }
 
 /* The dowel's energy K (d.t)^2/2 has the slopes V t at its places. Where the joint has opened by `across`, a
    face that turns changes the slip: V across/length along its normal keeps the sum of moments zero. */
 static void pull_dowel(const Dowel *d, PetscBool turns, PetscReal times, PetscBool own, PetscReal *f)
 {
-  const PetscReal turn = turns ? d->V * d->across / d->length : 0., normal[2] = {-d->t[1], d->t[0]},
-                  couple[2] = {turn * normal[0], turn * normal[1]};
-  put(&d->on[1], times * d->V, d->t, own, f);
-  put(&d->on[0], -times * d->V, d->t, own, f);
-  if (turn != 0.) put(&d->face, times, couple, own, f);
+  const PetscReal turn = turns ? d->V * d->across / d->length : 0.;
+  const Pair shear = times * d->V * LoadPair(d->t), couple = times * turn * (Pair){-d->t[1], d->t[0]};
+  put(&d->on[1], shear, own, f);
+  put(&d->on[0], -shear, own, f);
+  if (turn != 0.) put(&d->face, couple, own, f);
 }
 
+/* Each place gets what the piece before it pulls with less what the piece behind it does; a jack is a
+   load. */
 static void pull(const Chain *c, PetscReal times, PetscBool own, PetscReal *f)
 {
-  for (PetscInt j = 0; j + 1 < c->n; j++) {
-    if (c->N[j] == 0. || c->branch[j] == IS_PULLED) continue; // a jack is a load
-    put(c->place + j + 1, times * c->N[j], c->e + 2 * j, own, f);
-    put(c->place + j, -times * c->N[j], c->e + 2 * j, own, f);
+  Pair before = {0., 0.};
+  for (PetscInt i = 0; i < c->n; i++) {
+    const PetscBool any = (PetscBool)(i + 1 < c->n && c->branch[i] != IS_PULLED);
+    const Pair behind = any ? times * c->N[i] * LoadPair(c->e + 2 * i) : (Pair){0., 0.};
+    put(c->place + i, before - behind, own, f);
+    before = behind;
   }
   for (const Dowel *d = c->dowel; d < c->dowel + c->n_dowels; d++)
     if (d->V != 0.) pull_dowel(d, c->turns, times, own, f);
@@ -161,10 +171,12 @@ PetscReal ChainStored(const Chain *c)
 
 PetscReal ChainLargest(const Chain *c)
 {
-  PetscReal most = c->N[0];
-  for (PetscInt j = 1; j + 1 < c->n; j++)
-    if (PetscAbsReal(c->N[j]) > PetscAbsReal(most)) most = c->N[j];
-  return most;
+  PetscReal low = c->N[0], high = c->N[0];
+  for (PetscInt j = 1; j + 1 < c->n; j++) {
+    low = c->N[j] < low ? c->N[j] : low;
+    high = c->N[j] > high ? c->N[j] : high;
+  }
+  return -low > high ? low : high;
 }
 
 PetscReal ChainElongation(const Chain *c)

@@ -17,9 +17,11 @@
 #include "model/model.h"
 
 /* A place in a block. */
+enum { PLACE_VERTICES = 4 };
 typedef struct {
-  PetscInt n, vertex[4], at[4]; /* local vertices; where these are in Chain.vertex */
-  PetscReal weight[4];
+  PetscInt n, vertex[4],
+      at[4];           /* local vertices; where these are in Chain.vertex; behind n the first again */
+  PetscReal weight[4]; /* behind n: 0 */
 } Place;
 
 typedef struct {
@@ -70,11 +72,13 @@ typedef struct {
   ChainMemory memory[CHAIN_STATES]; /* pointers into numbers */
   PetscInt n_numbers;
   PetscReal jack;                    /* [N] with which a jack pulls at place 0; < 0: none does */
-  PetscReal *g, *e, *span, *moved;   /* of the last evaluation: (n - 1,), (n - 1, 2), (n - 1,), (n, 2) */
+  PetscReal *g, *e, *span;           /* of the last evaluation: (n - 1,), (n - 1, 2), (n - 1,) */
   PetscReal *N, *b;                  /* [N] (n - 1,), (n,) */
   PetscReal *k_now, *c_now;          /* [N/m] (n - 1,), (n,) slopes */
   PetscInt *branch, *before;         /* (2n - 1,) a ChainBranch of pieces, then bonds */
   PetscReal *r, *step, *pivot, *try; /* (n,) room of the solver */
+  PetscReal *elastic;                /* (n,) pivots of the elastic matrix */
+  PetscBool is_elastic;              /* the last evaluation: nothing yields, slips, goes slack or is pulled */
   PetscReal *told;                   /* (ChainToldSize,) on all ranks, see chain_output.c; NULL: not yet */
 } Chain;
 
@@ -107,6 +111,8 @@ void ChainBound(const Chain *c, PetscReal times, PetscReal *k);
 /* Finds slips and forces for the elongations g; the forces that would move the dowels elastically are
    known. Whether it has. */
 PetscBool ChainSolve(Chain *c);
+/* Factors the matrix of elastic slopes, which ChainSolve begins with. */
+void ChainPrepare(Chain *c);
 /* Factors the tridiagonal matrix of the present slopes, and solves it for the right side x. */
 void ChainFactor(Chain *c);
 void ChainBack(const Chain *c, PetscReal *x);

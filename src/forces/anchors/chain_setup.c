@@ -244,11 +244,11 @@ static PetscErrorCode allocate(PetscInt n, PetscInt n_dowels, Chain *c)
   c->n_numbers = 2 * (n - 1) + 2 * n + 2 * n_dowels + CHAIN_LOSSES;
   PetscCall(
       PetscCalloc7(n, &c->place, n, &c->from, n, &c->bonded, n, &c->c, n, &c->B, n, &c->length, n, &c->k));
-  PetscCall(PetscCalloc7(2 * n, &c->towards, n_dowels, &c->dowel, n, &c->crossing, n, &c->g, 2 * n, &c->e, n,
-                         &c->span, 2 * n, &c->moved));
+  PetscCall(PetscCalloc6(2 * n, &c->towards, n_dowels, &c->dowel, n, &c->crossing, n, &c->g, 2 * n, &c->e, n,
+                         &c->span));
   PetscCall(
       PetscCalloc6(n, &c->N, n, &c->b, n, &c->k_now, n, &c->c_now, 2 * n, &c->branch, 2 * n, &c->before));
-  PetscCall(PetscCalloc4(n, &c->r, n, &c->step, n, &c->pivot, n, &c->try));
+  PetscCall(PetscCalloc5(n, &c->r, n, &c->step, n, &c->pivot, n, &c->try, n, &c->elastic));
   for (int i = 0; i < CHAIN_STATES; i++) {
     PetscReal *x;
     ChainMemory *of = c->memory + i;
@@ -289,10 +289,14 @@ static void lay_out(const Way *way, PetscReal tolerance, Chain *c)
 }
 
 /* Local numbers in a place instead of gids, and where they stand in the list of the chain. */
-static PetscErrorCode number(const PetscInt *gids, PetscInt n, Place *place)
+static PetscErrorCode number(const PetscInt *gids, PetscInt n, const PetscInt *local, Place *place)
 {
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < place->n; k++) PetscCall(PetscFindInt(place->vertex[k], n, gids, place->at + k));
+  for (PetscInt k = 0; k < PLACE_VERTICES; k++) {
+    if (k < place->n) PetscCall(PetscFindInt(place->vertex[k], n, gids, place->at + k));
+    if (k >= place->n) place->at[k] = place->at[0];
+    place->vertex[k] = local[place->at[k]];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,18 +322,12 @@ static PetscErrorCode find_vertices(const Model *m, Chain *c)
     PetscCall(PetscFindInt(m->vertex_gid[v], n, gids, &at));
     if (at >= 0) c->vertex[at] = v;
   }
-  for (PetscInt i = 0; i < c->n; i++) PetscCall(number(gids, n, c->place + i));
+  for (PetscInt i = 0; i < c->n; i++) PetscCall(number(gids, n, c->vertex, c->place + i));
   for (Dowel *d = c->dowel; d < c->dowel + c->n_dowels; d++) {
-    PetscCall(number(gids, n, &d->on[0]));
-    PetscCall(number(gids, n, &d->on[1]));
-    PetscCall(number(gids, n, &d->face));
-    for (int i = 0; i < 3; i++) {
-      Place *place = i == 2 ? &d->face : &d->on[i];
-      for (PetscInt k = 0; k < place->n; k++) place->vertex[k] = c->vertex[place->at[k]];
-    }
+    PetscCall(number(gids, n, c->vertex, &d->on[0]));
+    PetscCall(number(gids, n, c->vertex, &d->on[1]));
+    PetscCall(number(gids, n, c->vertex, &d->face));
   }
-  for (PetscInt i = 0; i < c->n; i++)
-    for (PetscInt k = 0; k < c->place[i].n; k++) c->place[i].vertex[k] = c->vertex[c->place[i].at[k]];
   PetscCall(PetscFree(gids));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -350,6 +348,7 @@ static PetscErrorCode chain_create(const Model *m, const Way *way, Chain **chain
   c->T_y = of->yield * of->area, c->EA = of->young * of->area, c->jack = -1.;
   lay_out(way, LocateTolerance(m->diameter), c);
   PetscCall(find_vertices(m, c));
+  ChainPrepare(c);
   *chain = c;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -382,9 +381,9 @@ PetscErrorCode ChainDestroy(Chain **chain)
   PetscFunctionBeginUser;
   if (!c) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscFree7(c->place, c->from, c->bonded, c->c, c->B, c->length, c->k));
-  PetscCall(PetscFree7(c->towards, c->dowel, c->crossing, c->g, c->e, c->span, c->moved));
+  PetscCall(PetscFree6(c->towards, c->dowel, c->crossing, c->g, c->e, c->span));
   PetscCall(PetscFree6(c->N, c->b, c->k_now, c->c_now, c->branch, c->before));
-  PetscCall(PetscFree4(c->r, c->step, c->pivot, c->try));
+  PetscCall(PetscFree5(c->r, c->step, c->pivot, c->try, c->elastic));
   for (int i = 0; i < CHAIN_STATES; i++) PetscCall(PetscFree(c->numbers[i]));
   PetscCall(PetscFree(c->vertex));
   PetscCall(PetscFree(c->told));

@@ -38,26 +38,34 @@ static void pull(Chain *c, PetscInt j, PetscReal x)
   }
 }
 
-/* Forces, slopes and branches at the slips s; r: (n,) slope of the energy there. */
-static void evaluate(Chain *c, const PetscReal *s, PetscReal *r)
+/* The same of the bond at place i, where the bar has slipped by s. */
+static inline void bond(Chain *c, PetscInt i, PetscReal s, PetscReal slid)
 {
-  const ChainMemory *held = &c->memory[CHAIN_HELD];
+  const PetscReal k = c->c[i], B = c->B[i], trial = k * (s - slid);
+  const PetscBool slips = (PetscBool)(PetscAbsReal(trial) > B);
+  c->c_now[i] = slips ? 0. : k;
+  c->b[i] = !slips ? trial : trial > 0. ? B : -B;
+  c->branch[c->n - 1 + i] = !slips ? ELASTIC : trial > 0. ? YIELDS : YIELDS_BACK;
+}
+
+/* Forces, slopes and branches at the slips s; r: (n,) slope of the energy there. Whether all is elastic. */
+static PetscBool evaluate(Chain *c, const PetscReal *s, PetscReal *r)
+{
+  const ChainMemory held = c->memory[CHAIN_HELD];
   const PetscInt n = c->n;
-  for (PetscInt i = c->head; i < n; i++) {
-    const PetscReal trial = c->c[i] * (s[i] - held->slid[i]);
-    PetscInt *branch = c->branch + n - 1 + i;
-    c->b[i] = trial, c->c_now[i] = c->c[i], *branch = ELASTIC;
-    if (PetscAbsReal(trial) > c->B[i]) {
-      c->b[i] = trial > 0. ? c->B[i] : -c->B[i];
-      c->c_now[i] = 0., *branch = trial > 0. ? YIELDS : YIELDS_BACK;
-    }
-    r[i] = c->b[i];
-  }
-  for (PetscInt j = 0; j + 1 < n; j++) {
-    pull(c, j, c->g[j] + s[j + 1] - s[j] - held->natural[j] - held->plastic[j]);
-    r[j] -= c->N[j], r[j + 1] += c->N[j];
+  PetscReal before = 0.;
+  c->b[0] = 0.;
+  for (PetscInt i = 0; i < n; i++) {
+    if (i || !c->head) bond(c, i, s[i], held.slid[i]);
+    if (i + 1 < n) pull(c, i, c->g[i] + s[i + 1] - s[i] - held.natural[i] - held.plastic[i]);
+    const PetscReal behind = i + 1 < n ? c->N[i] : 0.;
+    r[i] = c->b[i] - behind + before;
+    before = behind;
   }
   if (c->head) r[0] = 0.;
+  PetscInt branches = 0;
+  for (PetscInt i = 0; i < 2 * n - 1; i++) branches |= c->branch[i];
+  return (PetscBool)(branches == ELASTIC);
 }
 
 /* more: stiffness that is added, over the elastic one. Whether that is the matrix, nothing added. */
@@ -125,7 +133,7 @@ static void advance(Chain *c, PetscReal *s, PetscBool *whole)
   *whole = PETSC_TRUE;
   for (int cut = 0; cut < MOST_CUTS; cut++) {
     for (PetscInt i = c->head; i < c->n; i++) c->try[i] = s[i] + at * c->step[i];
-    evaluate(c, c->try, c->r);
+    (void)evaluate(c, c->try, c->r);
     slope = product(c, c->r, c->step);
     if ((slope <= 0.1 * start && (at == 1. || slope >= -0.5 * start)) || balanced(c, c->try)) break;
     *whole = PETSC_FALSE;
@@ -148,11 +156,42 @@ static PetscBool same_branches(const Chain *c, const PetscReal *s)
   return smooth || balanced(c, s);
 }
 
+/* ---- nothing yields or slips, as mostly in time: one solve with slopes that are known */
+
+void ChainPrepare(Chain *c)
+{
+  for (PetscInt j = 0; j + 1 < c->n; j++) c->k_now[j] = c->k[j];
+  for (PetscInt i = 0; i < c->n; i++) c->c_now[i] = c->c[i];
+  ChainFactor(c);
+  memcpy(c->elastic, c->pivot, c->n * sizeof *c->pivot);
+}
+
+/* Goes to the slips s that balance the bar if it is elastic. Whether it is. */
+static PetscBool elastic(Chain *c, PetscReal *s)
+{
+  const ChainMemory held = c->memory[CHAIN_HELD];
+  const PetscInt n = c->n, last = n - 1;
+  PetscReal *x = c->try, N = 0., before = 0.;
+  if (c->jack >= 0.) return PETSC_FALSE;
+  for (PetscInt i = 0; i < n; i++) { // forces where nothing has slipped, eliminated from the head on
+    const PetscReal behind = i < last ? c->k[i] * (c->g[i] - held.natural[i] - held.plastic[i]) : 0.;
+    x[i] = c->elastic[i] * (c->c[i] * held.slid[i] + behind - N + before);
+    before = i < last ? c->k[i] * x[i] : 0.;
+    N = behind;
+  }
+  for (PetscInt i = last; i-- > 0;) x[i] += c->elastic[i] * c->k[i] * x[i + 1];
+  if (!evaluate(c, x, c->r)) return PETSC_FALSE;
+  memcpy(s, x, n * sizeof *s);
+  return PETSC_TRUE;
+}
+
 PetscBool ChainSolve(Chain *c)
 {
   PetscReal *s = c->memory[CHAIN_NOW].slip, more = 0., rounding;
   PetscBool whole = PETSC_FALSE;
-  evaluate(c, s, c->r);
+  c->is_elastic = elastic(c, s);
+  if (c->is_elastic) return PETSC_TRUE;
+  (void)evaluate(c, s, c->r);
   for (int step = 0; step < MOST_STEPS; step++) {
     if (step && balanced(c, s)) return PETSC_TRUE;
     memcpy(c->before, c->branch, (2 * c->n - 1) * sizeof *c->before);

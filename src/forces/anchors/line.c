@@ -1,21 +1,22 @@
 /* line.c: one anchor: where it runs, and what it carries. */
 #include "forces/anchors/line.h"
+#include "forces/anchors/pair.h"
 
 void LinePlace(Line *line, const Model *m, const PetscReal *u)
 {
-  PetscReal du[2] = {0., 0.};
-  for (PetscInt i = 0; i < line->n; i++)
-    for (int x = 0; x < 2; x++) du[x] += line->weight[i] * u[2 * line->vertex[i] + x];
-  const PetscReal *d0 = line->reference, along = d0[0] * du[0] + d0[1] * du[1];
+  const Pair d0 = LoadPair(line->reference), du = WeighedSum(LINE_VERTICES, line->vertex, line->weight, u),
+             each = d0 * du, square = du * du;
+  const PetscReal along = each[0] + each[1];
   if (m->strain == STRAIN_SMALL) {
     line->span = line->length, line->s = along / line->length;
-    for (int x = 0; x < 2; x++) line->e[x] = d0[x] / line->length;
+    StorePair(line->e, d0 / line->length);
     return;
   }
-  line->span = PetscHypotReal(d0[0] + du[0], d0[1] + du[1]);
+  const Pair d = d0 + du, squares = d * d;
+  line->span = PetscSqrtReal(squares[0] + squares[1]);
   // |d| - |d0|, without the difference of two large numbers
-  line->s = (2. * along + du[0] * du[0] + du[1] * du[1]) / (line->span + line->length);
-  for (int x = 0; x < 2; x++) line->e[x] = (d0[x] + du[x]) / line->span;
+  line->s = (2. * along + square[0] + square[1]) / (line->span + line->length);
+  StorePair(line->e, d / line->span);
 }
 
 PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now)
@@ -71,21 +72,28 @@ PetscReal LineTangent(const Line *line)
              : line->stiffness;
 }
 
-PetscBool LineBreaks(const Line *line)
+/* largest: of it. */
+static PetscBool breaks(const Line *line, PetscReal largest)
 {
   const Anchor *of = line->of;
   if (line->now.phase != LINE_HELD) return PETSC_FALSE;
-  if (line->chain) return (PetscBool)(LineLargest(line) > of->breaking_force);
+  if (line->chain) return (PetscBool)(largest > of->breaking_force);
   const PetscReal strain = (line->now.plastic + line->T / line->stiffness) * line->stiffness /
                            (of->young * of->area);
   return (PetscBool)(line->T > of->breaking_force || strain > of->strain_limit);
 }
 
+PetscBool LineBreaks(const Line *line)
+{
+  return breaks(line, LineLargest(line));
+}
+
 void LineGoesOn(Line *line)
 {
   LineHistory *h = &line->now;
-  h->most = PetscMax(h->most, LineLargest(line));
-  if (LineBreaks(line)) {
+  const PetscReal largest = LineLargest(line);
+  h->most = PetscMax(h->most, largest);
+  if (breaks(line, largest)) {
     h->lost += LineStored(line);
     h->phase = LINE_BROKEN, line->T = 0.;
   }
@@ -114,8 +122,7 @@ void LineResist(const Line *line, PetscReal times, PetscReal *f)
 void LinePull(const Line *line, PetscReal T, PetscReal *f)
 {
   const PetscReal pull = line->per_slice * T;
-  for (PetscInt i = 0; i < line->n; i++)
-    for (int x = 0; x < 2; x++) f[2 * line->vertex[i] + x] += line->weight[i] * (pull * line->e[x]);
+  AddWeighed(LINE_VERTICES, line->vertex, line->weight, pull * LoadPair(line->e), f);
 }
 
 PetscReal LineStored(const Line *line)

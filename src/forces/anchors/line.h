@@ -55,8 +55,8 @@ typedef struct {
   const Anchor *of;
   PetscBool here; /* this rank has a vertex of it; the members below are known here alone */
   PetscBool mine; /* this rank adds what is added once */
-  PetscInt n, vertex[LINE_VERTICES]; /* local vertices, of the head, then of the root */
-  PetscReal weight[LINE_VERTICES];   /* positive at the head, negative at the root: each sum to 1 and -1 */
+  PetscInt n, vertex[LINE_VERTICES]; /* local vertices, of the head, then of the root; then the first again */
+  PetscReal weight[LINE_VERTICES];   /* positive at the head, negative at the root: each sum to 1 and -1; 0 */
   PetscReal reference[2], length;    /* [m] from root to head in the reference state */
   PetscReal stiffness, T_y;          /* [N/m], [N] of one anchor */
   PetscReal per_slice;               /* [-] anchors in the thickness of the model */

@@ -18,9 +18,9 @@ typedef struct {
   Dowel dowel;
   PetscInt vertex[VERTICES], crossing[PLACES], branch[2 * PLACES], before[2 * PLACES];
   PetscReal from[PLACES], bonded[PLACES], c[PLACES], B[PLACES], length[PLACES], k[PLACES],
-      towards[2 * PLACES], numbers[CHAIN_STATES][NUMBERS], g[PLACES], e[2 * PLACES], span[PLACES],
-      moved[2 * PLACES], N[PLACES], b[PLACES], k_now[PLACES], c_now[PLACES], r[PLACES], step[PLACES],
-      pivot[PLACES], try[PLACES];
+      towards[2 * PLACES], numbers[CHAIN_STATES][NUMBERS], g[PLACES], e[2 * PLACES], span[PLACES], N[PLACES],
+      b[PLACES], k_now[PLACES], c_now[PLACES], r[PLACES], step[PLACES], pivot[PLACES], try[PLACES],
+      elastic[PLACES];
 } Drawn;
 
 static PetscReal Random(PetscReal low, PetscReal high)
@@ -69,7 +69,6 @@ static void Draw(PetscBool head, PetscBool turns, PetscReal T_y, PetscReal bond,
                      .g = d->g,
                      .e = d->e,
                      .span = d->span,
-                     .moved = d->moved,
                      .N = d->N,
                      .b = d->b,
                      .k_now = d->k_now,
@@ -79,7 +78,8 @@ static void Draw(PetscBool head, PetscBool turns, PetscReal T_y, PetscReal bond,
                      .r = d->r,
                      .step = d->step,
                      .pivot = d->pivot,
-                     .try = d->try};
+                     .try = d->try,
+                     .elastic = d->elastic};
   for (int i = 0; i < VERTICES; i++) d->vertex[i] = i;
   for (int i = 0; i < PLACES; i++) {
     d->place[i] = PlaceAt(i);
@@ -89,8 +89,8 @@ static void Draw(PetscBool head, PetscBool turns, PetscReal T_y, PetscReal bond,
   }
   for (int i = 0; i < 2; i++) d->dowel.on[i] = PlaceAt(PLACES + i);
   d->dowel.face = (Place){.n = 2,
-                          .vertex = {VERTICES - 1, VERTICES - 2},
-                          .at = {VERTICES - 1, VERTICES - 2},
+                          .vertex = {VERTICES - 1, VERTICES - 2, VERTICES - 1, VERTICES - 1},
+                          .at = {VERTICES - 1, VERTICES - 2, VERTICES - 1, VERTICES - 1},
                           .weight = {1., -1.}};
   d->dowel.along[0] = cos(across), d->dowel.along[1] = sin(across);
   for (int i = 0; i < CHAIN_STATES; i++) {
@@ -104,6 +104,7 @@ static void Draw(PetscBool head, PetscBool turns, PetscReal T_y, PetscReal bond,
                                        x + 4 * PLACES - 1,
                                        x + 4 * PLACES};
   }
+  ChainPrepare(&d->chain);
 }
 
 static PetscReal EnergyAt(Chain *c, const PetscReal *u)
