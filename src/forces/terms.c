@@ -12,6 +12,7 @@ static const TermKind *const Terms[] = {
     &Loads_term,
     &Temperature_term,
     &Reservoir_term,
+    &Wave_term,
     &Pseudo_static_term,
     &Added_mass_term,
     &Uplift_term,

@@ -225,7 +225,9 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
       [LOAD_RESERVOIR] = FACE_SETS,   [LOAD_TRACTION] = FACE_SETS,      [LOAD_POINT_FORCE] = POINTS,
       [LOAD_UPLIFT] = FACE_SETS,      [LOAD_HEAD] = FACE_SETS,          [LOAD_DRAIN] = FACE_SETS,
       [LOAD_INFLOW] = FACE_SETS,      [LOAD_PSEUDO_STATIC] = FACE_SETS, [LOAD_ADDED_MASS] = FACE_SETS,
-      [LOAD_TEMPERATURE] = FACE_SETS, [LOAD_SILT] = FACE_SETS,          [LOAD_ICE] = FACE_SETS};
+      [LOAD_TEMPERATURE] = FACE_SETS, [LOAD_SILT] = FACE_SETS,          [LOAD_ICE] = FACE_SETS,
+      [LOAD_OVERFLOW] = FACE_SETS,    [LOAD_TAILWATER] = FACE_SETS,     [LOAD_WAVE] = FACE_SETS,
+      [LOAD_CREST_LOAD] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {
@@ -234,6 +236,8 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
       check_target(scene, mesh, GROUPS, load->groups[g], load->line, key, message);
     if (kinds[load->kind] && load->target[0])
       check_target(scene, mesh, kinds[load->kind], load->target, load->line, key, message);
+    if (load->surface.crest[0])
+      check_target(scene, mesh, FACE_SETS, load->surface.crest, load->line, key, message);
     if (load->kind == LOAD_TEMPERATURE) check_temperature(scene, mesh, load, key, message);
   }
 }

@@ -38,7 +38,7 @@ static void put_waters(FILE *f, const Problem *p)
   fprintf(f, "\"waters\": {");
   for (PetscInt i = 0; i < p->stage->n_loads; i++) {
     const Load *load = p->scene->loads + p->stage->loads[i];
-    if (load->kind != LOAD_RESERVOIR && load->kind != LOAD_UPLIFT && load->kind != LOAD_HEAD) continue;
+    if (!LoadHasSurface(load->kind)) continue;
     fprintf(f, "%s\"%s\": {", before, load->name);
     JsonNumber(f, "level", load->level, load->kind == LOAD_UPLIFT ? ", " : "}");
     if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->uplift.tailwater, "}");

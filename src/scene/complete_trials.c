@@ -60,8 +60,8 @@ static PetscBool one_level(PetscReal a, PetscReal b)
   return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
 }
 
-/* Row of the highest load of this kind in the stage, -1: the stage has none. others: how many more stand as
-   high. */
+/* Row of the highest load of this kind in the stage, of all before the dam for LOAD_RESERVOIR; -1: the stage
+   has none. others: how many more stand as high. */
 static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
 {
   PetscInt best = -1;
@@ -69,7 +69,8 @@ static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, P
   *others = 0;
   for (PetscInt i = 0; i < stage->n_loads; i++) {
     const PetscInt l = stage->loads[i];
-    if (l < 0 || scene->loads[l].kind != kind) continue;
+    const LoadKind its = l < 0 ? kind : scene->loads[l].kind;
+    if (l < 0 || (its != kind && !(kind == LOAD_RESERVOIR && LoadIsReservoir(its)))) continue;
     const PetscReal above = best < 0 ? 1. : scene->loads[l].level - scene->loads[best].level;
     if (best >= 0 && one_level(scene->loads[l].level, scene->loads[best].level))
       ++*others;
@@ -100,8 +101,10 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
     const PetscInt l = stage->rises[i];
     if (l < 0) continue; // a complaint has said so
     const LoadKind kind = loads[l].kind;
-    if (!acts(stage, l) || (kind != LOAD_RESERVOIR && kind != LOAD_UPLIFT && kind != LOAD_HEAD))
-      COMPLAIN(r, "'%s' is no reservoir, uplift or head of this stage", loads[l].name);
+    if (kind == LOAD_WAVE)
+      COMPLAIN(r, "'%s' is a wave: it rises with the water that has its level", loads[l].name);
+    if (!acts(stage, l) || !LoadHasSurface(kind))
+      COMPLAIN(r, "'%s' is no reservoir, overflow, tailwater, uplift or head of this stage", loads[l].name);
     stage->level_rises[l] = true;
   }
   if (stage->n_rises) PetscFunctionReturn(PETSC_SUCCESS);
@@ -118,18 +121,24 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the reservoirs of the stage that have the level and the density of an uplift: so many rise, so many
-   stay. */
+/* Counts the reservoirs and tailwaters of the stage that have the level and, but for heads, the density of
+   an uplift or a wave: so many rise, so many stay. Those at the faces of a wave are its own, if there are
+   any. */
 static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
                          PetscInt n[2])
 {
+  PetscInt at_faces[2] = {0, 0};
+
   n[0] = n[1] = 0;
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     const Load *load = scene->loads + l;
-    if (load->kind != LOAD_RESERVOIR || !acts(stage, l) || !one_level(load->level, level)) continue;
+    if (!LoadIsReservoir(load->kind) && load->kind != LOAD_TAILWATER) continue;
+    if (!acts(stage, l) || !one_level(load->level, level)) continue;
     if (uplift->kind == LOAD_HEAD || one_level(load->density, uplift->density))
-      n[stage->level_rises[l] ? 0 : 1]++;
+      n[stage->level_rises[l] ? 0 : 1]++,
+          at_faces[stage->level_rises[l] ? 0 : 1] += !strcmp(load->target, uplift->target);
   }
+  if (uplift->kind == LOAD_WAVE && at_faces[0] + at_faces[1] > 0) n[0] = at_faces[0], n[1] = at_faces[1];
 }
 
 // A head that no reservoir has stays, as that of the tailwater may; one of them has to rise.
@@ -149,8 +158,18 @@ static void check_heads(Reader *r, const Stage *stage)
                      r->scene->loads[head].name);
 }
 
-// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density. A
-// head belongs to those that have its level.
+// What a velocity head takes off belongs to one level.
+static void check_overflow(Reader *r, const Stage *stage)
+{
+  for (PetscInt l = 0; l < r->scene->n_loads; l++) {
+    const Load *load = r->scene->loads + l;
+    if (load->kind == LOAD_OVERFLOW && stage->level_rises[l] && load->surface.velocity_head > 0.)
+      COMPLAIN(r, "loads.%s rises, but its velocity_head is that of one level: leave it out", load->name);
+  }
+}
+
+// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density; so
+// does a wave. A head belongs to those that have its level.
 static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
 {
   PetscInt n[2], others;
@@ -160,7 +179,8 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   PetscCall(IsGiven(r, path, "rises", &given));
   for (PetscInt l = 0; l < r->scene->n_loads; l++) {
     const Load *load = r->scene->loads + l;
-    if ((load->kind != LOAD_UPLIFT && load->kind != LOAD_HEAD) || !acts(stage, l)) continue;
+    const PetscBool wave = (PetscBool)(load->kind == LOAD_WAVE);
+    if ((load->kind != LOAD_UPLIFT && load->kind != LOAD_HEAD && !wave) || !acts(stage, l)) continue;
     if (load->kind == LOAD_UPLIFT && !isnan(load->uplift.tailwater)) {
       count_owners(r->scene, stage, load, load->uplift.tailwater, n);
       if (n[0] && n[1])
@@ -176,6 +196,9 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
       COMPLAIN_MISSING(
           r, "loads.%s has the level %g m of a reservoir that rises and of one that stays: name it too",
           load->name, (double)load->level);
+    else if (wave && !n[0] && !n[1])
+      COMPLAIN_MISSING(r, "loads.%s is a wave at the level %g m, which no water of this stage has",
+                       load->name, (double)load->level);
     else if (load->kind == LOAD_UPLIFT && !n[0] && !n[1] && !given &&
              highest(r->scene, stage, LOAD_RESERVOIR, &others) >= 0)
       COMPLAIN_MISSING(
@@ -184,6 +207,7 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
     stage->level_rises[l] = n[0] > 0;
   }
   check_heads(r, stage);
+  check_overflow(r, stage);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -211,7 +235,8 @@ PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
     if (stage->level_rises[l]) level = PetscMax(level, r->scene->loads[l].level);
   PetscCall(follow_rising(r, path, stage));
   PetscCall(IsGiven(r, path, "loads", &given));
-  if (level == -PETSC_INFINITY) COMPLAIN_MISSING(r, "a flood needs a load of type reservoir, uplift or head");
+  if (level == -PETSC_INFINITY)
+    COMPLAIN_MISSING(r, "a flood needs a load of type reservoir, overflow, uplift or head");
   stage->start = level;
   PetscCall(IsGiven(r, path, "limit", &given));
   if (!given)
@@ -240,7 +265,9 @@ static void check_raised(Reader *r, const Stage *stage, const Load *load)
   else if (load->kind == LOAD_ADDED_MASS)
     COMPLAIN(r, "'%s' is a mass of water, not a force", load->name);
   else if ((load->kind == LOAD_PSEUDO_STATIC && is_zero(load->coefficient)) ||
-           ((load->kind == LOAD_TRACTION || load->kind == LOAD_POINT_FORCE) && is_zero(load->traction)))
+           ((load->kind == LOAD_TRACTION || load->kind == LOAD_POINT_FORCE ||
+             load->kind == LOAD_CREST_LOAD) &&
+            is_zero(load->traction)))
     COMPLAIN(r, "'%s' is zero: no factor raises it", load->name);
   else if (load->kind == LOAD_SELF_WEIGHT && stage->start == 0.)
     COMPLAIN(r, "'%s' is a self_weight, which start: 0 takes off: expected a start > 0", load->name);

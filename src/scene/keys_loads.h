@@ -1,6 +1,7 @@
 /* keys_loads.h: what a scene says of loads: section loads. Water in joints has a file of its own. */
 #ifdef KEY_STRUCTS
 #include "scene/keys_seismic.h"
+#include "scene/keys_surface.h"
 #include "scene/keys_temperature.h"
 #include "scene/keys_water.h"
 typedef enum {
@@ -17,7 +18,11 @@ typedef enum {
   LOAD_ADDED_MASS,
   LOAD_TEMPERATURE,
   LOAD_SILT,
-  LOAD_ICE
+  LOAD_ICE,
+  LOAD_OVERFLOW,
+  LOAD_TAILWATER,
+  LOAD_WAVE,
+  LOAD_CREST_LOAD
 } LoadKind;
 
 typedef struct {
@@ -27,10 +32,12 @@ typedef struct {
   char (*groups)[NAME_LENGTH];
   char target[NAME_LENGTH];        /* reservoir, traction, temperature: face set; point_force: point */
   PetscReal level;                 /* [m] reservoir: elevation of the water surface */
+  PetscReal at, lever;             /* [m] crest_load: x of its place on the faces, height above them */
   PetscReal density;               /* [kg/m3] reservoir: density of the water */
   PetscReal coefficient[2];        /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
   HydroKeys hydro;                 /* pseudo_static, added_mass: the water's inertia */
   HeatKeys heat;                   /* temperature */
+  SurfaceKeys surface;             /* overflow, tailwater, wave */
   PetscReal lateral;               /* [-] silt: horizontal over vertical pressure */
   PetscReal rest_angle;            /* [degree] silt: its friction, NaN: not given */
   PetscReal traction[2];           /* [Pa] traction x, y; point_force: [N/m of thickness] */
@@ -44,11 +51,12 @@ typedef struct {
 #endif
 #ifdef KEY_WORDS
 #include "scene/keys_seismic.h"
+#include "scene/keys_surface.h"
 #include "scene/keys_water.h"
 static const char *const LoadTypes[] = {
-    "self_weight", "reservoir", "traction", "point_force",   "uplift",     "head",
-    "drain",       "curtain",   "inflow",   "pseudo_static", "added_mass", "temperature",
-    "silt",        "ice",       "LoadKind", "LOAD_",         NULL};
+    "self_weight", "reservoir", "traction",      "point_force", "uplift",      "head",  "drain",
+    "curtain",     "inflow",    "pseudo_static", "added_mass",  "temperature", "silt",  "ice",
+    "overflow",    "tailwater", "wave",          "crest_load",  "LoadKind",    "LOAD_", NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -59,20 +67,22 @@ static const char *const LoadTypes[] = {
       .count = offsetof(Load, n_groups),
       .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_TEMPERATURE)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
-      "reservoir, added_mass, traction, silt, ice: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
+      "reservoir, overflow, tailwater, wave, added_mass, traction, silt, ice, crest_load: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) |
-               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS) | BIT(LOAD_SILT) | BIT(LOAD_ICE)),
+               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS) | BIT(LOAD_SILT) | BIT(LOAD_ICE) | BIT(LOAD_OVERFLOW) |
+               BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE) | BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
       .loads = BIT(LOAD_DRAIN)),
   KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
-      "reservoir, added_mass, uplift, head: elevation of the water surface; faces above that of a head seep; silt: of its top; ice: where it pushes",
+      "reservoir, tailwater, added_mass, uplift, head: elevation of the water surface; faces above that of a head seep; overflow: far upstream; wave: of the still water; silt: of its top; ice: where it pushes",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) | BIT(LOAD_ADDED_MASS) |
-               BIT(LOAD_SILT) | BIT(LOAD_ICE)),
+               BIT(LOAD_SILT) | BIT(LOAD_ICE) | BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE)),
   KEY(LOADS, "levels", PATH, Load, levels, "", NULL, "",
       "reservoir, head: CSV file of t [s] since the start of a transient stage, level [m], in place of level there",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_HEAD)),
-  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, uplift, pseudo_static, added_mass: of the water",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS)),
+  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, overflow, tailwater, wave, uplift, pseudo_static, added_mass: of the water",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS) |
+               BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE)),
   KEY(LOADS, "density", REAL, Load, density, NULL, "> 0", "kg/m3", "silt: of what it weighs in water", .loads = BIT(LOAD_SILT)),
   KEY(LOADS, "lateral", REAL, Load, lateral, "= from friction", "> 0", "-", "silt: horizontal over vertical pressure",
       .loads = BIT(LOAD_SILT)),
@@ -82,11 +92,16 @@ static const char *const LoadTypes[] = {
       .loads = BIT(LOAD_ICE)),
 #include "scene/keys_water.h"
 #include "scene/keys_seismic.h"
+#include "scene/keys_surface.h"
 #include "scene/keys_temperature.h"
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
       .loads = BIT(LOAD_POINT_FORCE)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction: x, y", .loads = BIT(LOAD_TRACTION)),
-  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force: x, y, per metre of thickness",
-      .loads = BIT(LOAD_POINT_FORCE)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force, crest_load: x, y, per metre of thickness",
+      .loads = BIT(LOAD_POINT_FORCE) | BIT(LOAD_CREST_LOAD)),
+  KEY(LOADS, "at", REAL, Load, at, NULL, NULL, "m", "crest_load: x of the place on the faces where it acts",
+      .loads = BIT(LOAD_CREST_LOAD)),
+  KEY(LOADS, "lever", REAL, Load, lever, "0", ">= 0", "m", "crest_load: height of its horizontal part above that place",
+      .loads = BIT(LOAD_CREST_LOAD)),
 #endif
     // clang-format on

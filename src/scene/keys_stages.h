@@ -150,7 +150,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "anchor_force: force of the jacks over prestress in the first trial, with which it must stand",
       .stages = BIT(STAGE_ANCHOR_FORCE)),
   KEY(STAGES, "rises", LOADS, Stage, rises, "= the highest reservoir", NULL, "",
-      "flood: reservoirs and uplifts that rise; an uplift at the level of such a reservoir follows; all others stay",
+      "flood: waters that rise; an uplift or a wave at the level of such a reservoir follows; all others stay",
       .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_FLOOD)),
   KEY(STAGES, "raises", LOADS, Stage, rises, NULL, NULL, "",
       "load_factor: loads whose forces are multiplied by one factor; all others stay",

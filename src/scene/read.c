@@ -130,6 +130,8 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     load->flow.from[0] = load->flow.from[1] = load->flow.to[0] = load->flow.to[1] = NAN;
     load->flow.distance = load->flow.factor = load->flow.aperture = load->hydro.bottom = NAN;
     load->heat.change = load->heat.amplitude = load->lateral = load->rest_angle = NAN, load->heat.factor = 1.;
+    load->surface.crest_pressure = load->surface.bottom = load->surface.height = load->surface.wind = NAN;
+    load->surface.fetch = load->surface.length = NAN;
     load->coefficient[1] = -1.; // of self_weight, which has no such key
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
@@ -138,6 +140,7 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     if (load->kind == LOAD_PSEUDO_STATIC) PetscCall(CompletePseudoStatic(r, path, load));
     if (load->kind == LOAD_TEMPERATURE) PetscCall(CompleteTemperature(r, path, load));
     if (load->kind == LOAD_SILT) PetscCall(CompleteSilt(r, path, load));
+    PetscCall(CompleteSurface(r, path, load));
     PetscCall(CompleteFlow(r, path, load));
   }
   PetscCall(PetscFree(names));

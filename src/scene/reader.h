@@ -119,6 +119,8 @@ PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
 PetscErrorCode CompleteDynamicWater(Reader *r);
+/* ---- complete_surface.c: overflow, tailwater, wave; nothing of other loads */
+PetscErrorCode CompleteSurface(Reader *r, const char *path, Load *load);
 /* ---- complete_anchors.c */
 PetscErrorCode CompleteAnchors(Reader *r);
 PetscErrorCode AnchorListsFree(const Scene *scene);

@@ -165,6 +165,19 @@ static inline PetscBool SceneBuilds(const Scene *scene)
   return PETSC_FALSE;
 }
 /* Whether a load of the scene is a temperature. */
+/* Whether a load is the water before the dam, which a flood raises by itself. */
+static inline PetscBool LoadIsReservoir(LoadKind kind)
+{
+  return (PetscBool)(kind == LOAD_RESERVOIR || kind == LOAD_OVERFLOW);
+}
+
+/* Whether a load has a surface of water at its level, which can rise. */
+static inline PetscBool LoadHasSurface(LoadKind kind)
+{
+  return (PetscBool)(LoadIsReservoir(kind) || kind == LOAD_TAILWATER || kind == LOAD_WAVE ||
+                     kind == LOAD_UPLIFT || kind == LOAD_HEAD);
+}
+
 static inline PetscBool SceneHasHeat(const Scene *scene)
 {
   for (PetscInt l = 0; l < scene->n_loads; l++)

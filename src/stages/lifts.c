@@ -183,6 +183,12 @@ static PetscErrorCode is_absent(const Model *m, const char *name, PetscBool *any
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether it stands at what is there, and goes on to what is built. */
+static PetscBool stands_at_rest(LoadKind kind)
+{
+  return (PetscBool)(kind == LOAD_RESERVOIR || kind == LOAD_SILT || kind == LOAD_TAILWATER);
+}
+
 /* Collective. Refuses loads that act on what is not built yet. Water at rest stands at what is there. */
 static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const Model *m)
 {
@@ -196,7 +202,8 @@ static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const 
       any = all = PETSC_TRUE; // joints of the network are not there
     else if (load->target[0] && load->kind != LOAD_TEMPERATURE)
       PetscCall(is_absent(m, load->target, &any, &all));
-    if (!(load->kind == LOAD_RESERVOIR || load->kind == LOAD_SILT ? all : any) || message[0]) continue;
+    if (load->surface.crest[0] && !any) PetscCall(is_absent(m, load->surface.crest, &any, &all));
+    if (!(stands_at_rest(load->kind) ? all : any) || message[0]) continue;
     refuse(scene, stage, message, "loads.%s acts where groups are not built yet", load->name);
   }
   PetscCall(CheckMessage(m->comm, message));

@@ -1,4 +1,4 @@
-/* loads.c: dead loads: self-weight, tractions, point forces, ice. */
+/* loads.c: dead loads: self-weight, tractions, point forces, ice, loads on a crest. */
 #include "forces/loads/loads.h"
 
 /* A rigid block counts as one or two triangles, each with a third of its weight at each vertex, so that the
@@ -45,34 +45,57 @@ static void traction(const Load *load, const Model *m, PetscReal *f_vertex)
   }
 }
 
-/* Which part of the way along a face of ice is the level, in the reference position, NaN: none. A face has
-   its lower end, not its upper one: so one of the faces of a wall has the level, whatever its vertices. */
-static PetscReal ice_at(const Load *load, const PetscReal x[4])
+/* Which part of the way along a face is the place of a line load, in the reference position, NaN: none: the
+   level of ice, the x of a load on a crest. A face has its lower, or left, end and not the other: so one of
+   the faces of a wall has the place, whatever its vertices. */
+static PetscReal place_on(const Load *load, const PetscReal x[4])
 {
-  const PetscReal low = PetscMin(x[1], x[3]), high = PetscMax(x[1], x[3]);
-  return load->level >= low && load->level < high ? (load->level - x[1]) / (x[3] - x[1]) : NAN;
+  const int along = load->kind == LOAD_ICE ? 1 : 0;
+  const PetscReal at = along ? load->level : load->at;
+  const PetscReal low = PetscMin(x[along], x[2 + along]), high = PetscMax(x[along], x[2 + along]);
+  return at >= low && at < high ? (at - x[along]) / (x[2 + along] - x[along]) : NAN;
 }
 
-/* The force of the ice stays horizontal, at the point of the face where the ice was. Returns how many
-   faces are at the level, of those whose first vertex this rank owns. f_vertex: NULL: only counts. */
-static PetscInt ice(const Load *load, const Model *m, PetscReal *f_vertex)
+/* Ice pushes horizontally into the face. */
+static void line_force(const Load *load, const PetscReal x[4], PetscReal thickness, PetscReal force[2])
+{
+  force[0] = thickness * load->traction[0], force[1] = thickness * load->traction[1];
+  if (load->kind == LOAD_ICE) force[0] *= x[3] < x[1] ? 1. : -1., force[1] = 0.;
+}
+
+/* Forces at the ends of a face: by the lever rule; and a pair across the face, for the moment of a horizontal
+   force above it. */
+static void share_out(const Load *load, const PetscReal x[4], PetscReal thickness, PetscReal f[4])
+{
+  const PetscReal at = place_on(load, x), ex = x[2] - x[0], ey = x[3] - x[1];
+  PetscReal force[2];
+  line_force(load, x, thickness, force);
+  const PetscReal pair = load->kind == LOAD_ICE ? 0. : -load->lever * force[0] / (ex * ex + ey * ey);
+  for (int k = 0; k < 4; k++) f[k] = (k / 2 ? at : 1. - at) * force[k % 2];
+  f[0] += pair * ey, f[1] -= pair * ex;
+  f[2] -= pair * ey, f[3] += pair * ex;
+}
+
+/* A line load keeps its direction, at the point of the face where it was. Returns how many faces have its
+   place, of those whose first vertex this rank owns. f_vertex: NULL: only counts. */
+static PetscInt line_load(const Load *load, const Model *m, PetscReal *f_vertex)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
   PetscInt n = 0;
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
     const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
-    PetscReal x[4];
+    PetscReal x[4], f[4];
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
-    const PetscReal at = ice_at(load, x), push = m->thickness * (x[3] < x[1] ? 1. : -1.) * load->traction[0];
-    if (PetscIsNanReal(at)) continue;
+    if (PetscIsNanReal(place_on(load, x))) continue;
     n += v[0] < m->n_owned;
-    for (int k = 0; k < 2 && f_vertex; k++)
-      if (v[k] < m->n_owned) f_vertex[2 * v[k]] += (k ? at : 1. - at) * push;
+    share_out(load, x, m->thickness, f);
+    for (int k = 0; k < 4 && f_vertex; k++)
+      if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
   }
   return n;
 }
 
-/* Refuses ice that meets no face, or more than one. */
+/* Refuses a line load that meets no face, or more than one. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
@@ -80,14 +103,16 @@ static PetscErrorCode create(const TermView *v, void **memory)
   *memory = NULL;
   for (PetscInt l = 0; l < v->scene->n_loads; l++) {
     const Load *load = v->scene->loads + l;
-    if (load->kind != LOAD_ICE) continue;
-    PetscInt n = ice(load, v->m, NULL);
+    const PetscBool is_ice = (PetscBool)(load->kind == LOAD_ICE);
+    if (!is_ice && load->kind != LOAD_CREST_LOAD) continue;
+    PetscInt n = line_load(load, v->m, NULL);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, v->m->comm));
-    PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.level", load->name));
+    PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.%s", load->name, is_ice ? "level" : "at"));
     if (n != 1)
       Complain(message, v->scene->file, load->line, key,
-               "%d faces of %s are at %g m: expected one, where the ice is below their upper end", (int)n,
-               load->target, (double)load->level);
+               "%d faces of %s are at %g m: expected one, where the %s their %s end", (int)n, load->target,
+               (double)(is_ice ? load->level : load->at), is_ice ? "ice is below" : "load is left of",
+               is_ice ? "upper" : "right");
   }
   PetscCall(CheckMessage(v->m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,12 +133,12 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
   if (load->kind == LOAD_SELF_WEIGHT) PetscCall(BodyForce(a, load, v->m, f));
   if (load->kind == LOAD_TRACTION) traction(load, v->m, f);
   if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, f);
-  if (load->kind == LOAD_ICE) (void)ice(load, v->m, f);
+  if (load->kind == LOAD_ICE || load->kind == LOAD_CREST_LOAD) (void)line_load(load, v->m, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 const TermKind Loads_term = {.name = "loads",
                              .create = create,
                              .loads = 1u << LOAD_SELF_WEIGHT | 1u << LOAD_TRACTION | 1u << LOAD_POINT_FORCE |
-                                      1u << LOAD_ICE,
+                                      1u << LOAD_ICE | 1u << LOAD_CREST_LOAD,
                              .applied = applied};

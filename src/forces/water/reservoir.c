@@ -1,4 +1,4 @@
-/* reservoir.c: water of a reservoir, or silt, on the faces it touches. */
+/* reservoir.c: water on the faces it touches: of a reservoir, over a crest, of a tailwater; or silt. */
 #include "forces/water/water.h"
 
 void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4])
@@ -69,17 +69,64 @@ static void press(const PetscReal x[4], const void *context, PetscReal f[4])
   f[0] *= water->lateral, f[2] *= water->lateral;
 }
 
+/* Elevation of the surface at the faces. An overflow falls on its way to the dam by its velocity head, and a
+   tailwater is pushed away from it. */
+static PetscReal surface_of(const Load *load)
+{
+  const SurfaceKeys *s = &load->surface;
+  if (load->kind == LOAD_OVERFLOW) return load->level - s->velocity_head;
+  if (load->kind == LOAD_TAILWATER && s->effective < 1.)
+    return s->bottom + s->effective * (load->level - s->bottom);
+  return load->level;
+}
+
 static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vertex)
 {
   const Load *load = v->scene->loads + row;
-  const Water water = {load->level, load->density * v->scene->gravity, v->m->thickness,
-                       load->kind == LOAD_SILT ? load->lateral : 1.};
+  const PetscReal rho_g = load->density * v->scene->gravity;
+  const Water water = {surface_of(load), rho_g, v->m->thickness,
+                       load->kind == LOAD_SILT ? load->lateral : 1.},
+              over = {load->level, load->surface.crest_pressure * rho_g, v->m->thickness, 1.};
   PetscFunctionBeginUser;
   PressOnFaces(v, load->target, press, &water, f_vertex);
+  if (load->surface.crest[0]) PressOnFaces(v, load->surface.crest, press, &over, f_vertex);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many faces of one set are in the other too. */
+static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
+{
+  PetscInt n = 0;
+  for (PetscInt i = m->face_set_start[a]; i < m->face_set_start[a + 1]; i++)
+    for (PetscInt k = m->face_set_start[b]; k < m->face_set_start[b + 1]; k++)
+      n += m->face_set_faces[i] == m->face_set_faces[k];
+  return n;
+}
+
+/* Collective. Refuses an overflow that would press twice on a face. */
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  const Model *m = v->m;
+  char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
+  PetscFunctionBeginUser;
+  *memory = NULL;
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *load = v->scene->loads + l;
+    if (!load->surface.crest[0]) continue;
+    const PetscInt n = shared_faces(m, NameRow(m->n_face_sets, m->face_set_names, load->target),
+                                    NameRow(m->n_face_sets, m->face_set_names, load->surface.crest));
+    PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.crest", load->name));
+    if (n)
+      Complain(message, v->scene->file, load->line, key, "faces of %s are in %s too: expected none",
+               load->surface.crest, load->target);
+  }
+  PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 const TermKind Reservoir_term = {.name = "reservoir",
-                                 .loads = 1u << LOAD_RESERVOIR | 1u << LOAD_SILT,
+                                 .loads = 1u << LOAD_RESERVOIR | 1u << LOAD_SILT | 1u << LOAD_OVERFLOW |
+                                          1u << LOAD_TAILWATER,
                                  .presses = PETSC_TRUE,
+                                 .create = create,
                                  .applied = applied};

@@ -75,6 +75,6 @@ def refused(case, mesh):
     """Where it is not plain what rises, the run asks."""
     for changes, words in (((("loads.silt.level", 30),), "rises: 2 reservoirs stand at the highest level, 30 m"),
                            ((("loads.uplift.level", 29),), "loads.uplift has the level 29 m, which no reservoir of this stage has"),
-                           ((("stages", [{"flood": FLOOD | {"rises": ["weight"]}}]),), "'weight' is no reservoir, uplift or head of this stage")):
+                           ((("stages", [{"flood": FLOOD | {"rises": ["weight"]}}]),), "'weight' is no reservoir, overflow, tailwater, uplift or head of this stage")):
         result = case.run(mesh, changed(SCENE, ("stages", [{"flood": FLOOD}]), *changes))
         case.check(f"refused: {words}", [result.exit_code, words in result.stderr], [2, True])

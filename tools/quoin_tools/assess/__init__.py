@@ -6,6 +6,7 @@ uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
 joint_uplift        uplift in other joints than the base, as loads of a cut
 base_water          the water on a base: by rule, of the scene, computed
+surface             waves, overflow, tailwater: water that is not at rest at a dam
 tied                anchors in the gravity method
 wedge               the passive wedge at the toe
 strength            strength of a path from its joints and blocks

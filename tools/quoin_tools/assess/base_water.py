@@ -8,7 +8,7 @@
 import numpy as np
 import shapely
 
-from quoin_tools.assess import cut, uplift
+from quoin_tools.assess import cut, surface, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
 from quoin_tools.assess.joint_uplift import uplift_loads
 from quoin_tools.assess.strength import factors
@@ -27,12 +27,12 @@ def water_levels(case, stage, base):
     """Levels of the water at the start and at the end of a base: of reservoirs on its side, of heads whose faces come to it."""
     levels = {"start": None, "end": None}
     for load in case.scene.stage_loads(stage).values():
-        if load.get("type") not in ("reservoir", "head"):
+        if load.get("type") not in (*surface.WATERS, "head"):
             continue
         faces = cut.wet_segments(case.mesh, load)
         middle = (faces.reshape(-1, 2).mean(axis=0) - base.middle) @ base.along
         side = "start" if middle < 0 else "end"
-        if load["type"] == "reservoir" or shapely.distance(shapely.multilinestrings(faces), shapely.Point(getattr(base, side))) <= AT_END:
+        if load["type"] in surface.WATERS or shapely.distance(shapely.multilinestrings(faces), shapely.Point(getattr(base, side))) <= AT_END:
             levels[side] = max(float(load["level"]), -np.inf if levels[side] is None else levels[side])
     return levels["start"], levels["end"]
 
@@ -66,7 +66,7 @@ def has_drain(case, stage):
 
 def water_density(case, stage):
     loads = case.scene.stage_loads(stage).values()
-    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") == "reservoir"), default=1000.0)
+    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") in surface.WATERS), default=1000.0)
 
 
 def block_uplift(case, stage, part):

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString
 
-from quoin_tools.assess import hydrodynamic
+from quoin_tools.assess import hydrodynamic, surface
 from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
 SAMPLES = 33  # places per piece of the path where its two sides are looked at
@@ -175,7 +175,7 @@ def wet_segments(mesh, load, part=WHOLE):
 
 def water(mesh, scene, load, part=WHOLE):
     """Pressure on the wet part of the faces, exact for straight faces; of silt its horizontal part is `lateral` of the vertical one."""
-    unit, level = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness, float(load["level"])
+    unit, level = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness, surface.level_at_faces(load)
     total, lateral = np.zeros(3), silt_lateral(load) if load.get("type") == "silt" else 1.0
     for a, b in wet_segments(mesh, load, part):
         depth = level - np.array([a[1], b[1]])
@@ -188,6 +188,29 @@ def water(mesh, scene, load, part=WHOLE):
         push = np.array([lateral * (a[1] - b[1]), b[0] - a[0]])  # inward normal times length
         at = (depth[0] + 2 * depth[1]) / (3 * depth.sum())
         total += force_at(unit * 0.5 * depth.sum() * push, a + at * (b - a))
+    return total
+
+
+def overflow(mesh, scene, load, part=WHOLE):
+    """Water before the dam, and what of its pressure is left on the crest."""
+    total = water(mesh, scene, load, part)
+    if load.get("crest"):
+        total += float(load["crest_pressure"]) * water(mesh, scene, load | {"faces": load["crest"], "velocity_head": 0.0}, part)
+    return total
+
+
+def wave(mesh, scene, load, part=WHOLE):
+    unit = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness
+    return sum((force_at(*push) for push in surface.wave_pushes(load, wet_segments(mesh, load, part), unit)), np.zeros(3))
+
+
+def crest_load(mesh, scene, load, part=WHOLE):
+    """A line load at its place on the faces, its horizontal part higher by the lever."""
+    x, total, value = float(load["at"]), np.zeros(3), scene.thickness * np.array(load["value"], dtype=float)
+    for a, b in wet_segments(mesh, load, part):
+        if min(a[0], b[0]) <= x < max(a[0], b[0]):
+            y = a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])
+            total += force_at(value, (x, y + float(load.get("lever", 0.0))))
     return total
 
 
@@ -229,7 +252,7 @@ def point_force(mesh, scene, load, part=WHOLE):
 
 
 IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads of water in joints
-KINDS = {"self_weight": weight, "reservoir": water, "silt": water, "ice": ice, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
+KINDS = {"self_weight": weight, "reservoir": water, "silt": water, "ice": ice, "overflow": overflow, "tailwater": water, "wave": wave, "crest_load": crest_load, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
 
 
 def standing(mesh, scene, stage):

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from quoin_tools.assess.surface import WATERS
+
 OUTGROWN = 0.1  # of a contact's length: with fixed connectivity it has slid out of its place
 
 
@@ -61,7 +63,7 @@ def waters(case, stage):
     loads, facts = case.scene.stage_loads(stage), case.results.stage_summary(stage)
     moving = {name: load for name, load in loads.items() if load.get("type") == "added_mass"}
     faces = {load.get("faces") for load in moving.values()}
-    still = [name for name, load in loads.items() if load.get("type") == "reservoir" and load.get("faces") not in faces]
+    still = [name for name, load in loads.items() if load.get("type") in WATERS and load.get("faces") not in faces]
     said = [f"The water of {listed(still)} does not move with the faces: no added_mass is in the stage."] if still else []
     for name in moving:
         pull = suction((facts.get("added_mass") or {}).get(name, {}))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from quoin_tools.assess.surface import WATERS
 from quoin_tools.base.scene import SceneError, raised
 from quoin_tools.limit import forces, program
 from quoin_tools.limit.assembly import Assembly, LimitError, assembly, strength_of
@@ -131,7 +132,7 @@ def level_of(mesh, scene, stage, parts, kept):
 def risers(scene, stage):
     """(loads whose level a flood raises, uplifts whose tailwater it raises), as complete_trials.c."""
     loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
-    waters = {name: load for name, load in loads.items() if load.get("type") == "reservoir"}
+    waters = {name: load for name, load in loads.items() if load.get("type") in ("reservoir", "overflow")}
     if given:
         rising = [given] if isinstance(given, str) else list(given)
     else:
@@ -141,11 +142,18 @@ def risers(scene, stage):
             raise LimitError(f"stages.{stage}: a flood without a reservoir or uplift")
         top = max(float(load["level"]) for load in first.values())
         rising = [name for name, load in first.items() if float(load["level"]) == top]
-    levels = {(float(loads[name]["level"]), density(loads[name])) for name in rising if name in waters}
+    levels = {(float(loads[name]["level"]), density(loads[name])) for name in rising if loads[name].get("type") in WATERS}
     uplifts = {name: load for name, load in loads.items() if load.get("type") == "uplift"}
+    rising += [name for name, load in loads.items() if load.get("type") == "wave" and name not in rising and any(other in rising for other in waters_of(loads, load))]
     rising += [name for name, load in uplifts.items() if name not in rising and (float(load["level"]), density(load)) in levels]
     tails = [name for name, load in uplifts.items() if load.get("tailwater") is not None and (float(load["tailwater"]), density(load)) in levels]
     return rising, tails
+
+
+def waters_of(loads, wave):
+    """Names of the waters a wave belongs to: of its level and density; those at its faces, if there are any."""
+    found = [name for name, load in loads.items() if load.get("type") in WATERS and (float(load["level"]), density(load)) == (float(wave["level"]), density(wave))]
+    return [name for name in found if loads[name].get("faces") == wave.get("faces")] or found
 
 
 def density(load):

@@ -86,6 +86,8 @@ def touched(mesh, load, parts):
         if load["faces"] not in mesh.face_sets:
             raise LimitError(f"the mesh has no face set '{load['faces']}'")
         own = set(parts.body[mesh.face_sets[load["faces"]][:, 0]].tolist())
+        if load.get("crest") in mesh.face_sets:
+            own |= set(parts.body[mesh.face_sets[load["crest"]][:, 0]].tolist())
         if load.get("type") != "uplift":
             return sorted(own)
         pairs = np.column_stack([parts.contacts.a, parts.contacts.b])

@@ -8,6 +8,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base.results import OPEN, SLIPPING
 from quoin_tools.mesh.blockmesh import face_ends
 from quoin_tools.show.plot_mesh import outline_width
@@ -159,9 +160,9 @@ def water_of(results, scene, mesh, stage):
     row = np.full(len(mesh.vertices), -1)
     row[results.mesh.vertex_file] = np.arange(len(results.mesh.vertex_file))
     for load in scene.stage_loads(stage).values():
-        if load.get("type") == "reservoir" and load.get("faces") in mesh.face_sets:
+        if load.get("type") in WATERS and load.get("faces") in mesh.face_sets:
             ends = face_ends(mesh, mesh.face_sets[load["faces"]])
-            found.append((float(load["level"]), row[ends], mesh.vertices[ends]))
+            found.append((level_at_faces(load), row[ends], mesh.vertices[ends]))
     return found
 
 

@@ -9,6 +9,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from quoin_tools.assess import cut
 from quoin_tools.assess.assessment import contacts_on
+from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.assess.uplift import head_line
 from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
@@ -44,7 +45,7 @@ def draw_pressure(axes, segments, pressures, scale, fill, edge):
 
 def draw_water(axes, case, name, load, force, box, largest):
     """Pressure on the faces in view, level, resultant."""
-    level = float(load["level"])
+    level = level_at_faces(load)
     segments, pressures = section_marks.wet_in_view(case, load, box)
     if not len(segments):
         return
@@ -88,14 +89,15 @@ def draw_weight(axes, case, name, load, force, size):
 
 
 def draw_other(axes, case, name, load, force, size):
-    """Tractions and point forces: an arrow where they act."""
+    """Tractions, forces at points and along lines: an arrow to the place of the faces that their resultant meets."""
     if "point" in load:
         at = case.mesh.vertices[case.mesh.points[load["point"]]]
     elif "faces" in load:
         segments = cut.wet_segments(case.mesh, load)
         if not len(segments):  # on what is not placed yet
             return
-        at = segments.reshape(-1, 2).mean(axis=0)
+        places = (segments[:, :1] + np.linspace(0, 1, 33)[:, None] * (segments[:, 1:] - segments[:, :1])).reshape(-1, 2)
+        at = places[np.abs(places[:, 0] * force[1] - places[:, 1] * force[0] - force[2]).argmin()]
     else:
         return
     direction = force[:2] / max(np.hypot(*force[:2]), 1e-300)
@@ -168,7 +170,7 @@ def section_svg(case, stage, assessed):
     mesh = standing(case.results.mesh, case.results.stage(stage))
     box, _ = style.view(case.results.mesh)
     size = max(box[1] - box[0], box[3] - box[2])
-    levels = [float(load["level"]) for load in case.scene.stage_loads(stage).values() if load.get("type") == "reservoir"]  # some stand above the crest
+    levels = [float(load["level"]) for load in case.scene.stage_loads(stage).values() if load.get("type") in WATERS]  # some stand above the crest
     box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, max([box[3], *levels]) + 0.04 * size)
     with pyplot.rc_context(style.STYLE | {"svg.fonttype": "path"}):
         figure, axes = pyplot.subplots(figsize=(8.2, min(8.2, max(4.0, 7.2 * (box[3] - box[2]) / (box[1] - box[0])))))
@@ -183,7 +185,7 @@ def section_svg(case, stage, assessed):
             load = case.scene.stage_loads(stage)[name]
             if load["type"] in ("self_weight", "pseudo_static"):
                 draw_weight(axes, case, name, load, force, size)
-            elif load["type"] == "reservoir":
+            elif load["type"] in WATERS:
                 draw_water(axes, case, name, load, force, box, section_marks.largest_pressure(case, stage, box))
             else:
                 draw_other(axes, case, name, load, force, size)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quoin_tools.assess import cut
+from quoin_tools.assess import cut, surface
 from quoin_tools.assess.joint_uplift import chord_of, joined
 from quoin_tools.show import style
 
@@ -21,14 +21,14 @@ def is_water(load):
 def wet_in_view(case, load, box):
     """Wet faces (n, 2, 2) of a reservoir in view, and density times depth at their ends."""
     segments = cut.wet_segments(case.mesh, load)
-    pressures = float(load.get("density", WATER)) * np.maximum(float(load["level"]) - segments[..., 1], 0.0)
+    pressures = float(load.get("density", WATER)) * np.maximum(surface.level_at_faces(load) - segments[..., 1], 0.0)
     shown = (pressures.max(axis=1, initial=0.0) > 0) & style.inside(segments.mean(axis=1), box)
     return segments[shown], pressures[shown]
 
 
 def largest_pressure(case, stage, box):
     """Density times depth, over all reservoirs of a stage: they are drawn to one scale."""
-    loads = [load for load in case.scene.stage_loads(stage).values() if load.get("type") == "reservoir"]
+    loads = [load for load in case.scene.stage_loads(stage).values() if load.get("type") in surface.WATERS]
     return max((wet_in_view(case, load, box)[1].max(initial=0.0) for load in loads), default=0.0)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from quoin_tools.assess.assessment import ERRORS
 from quoin_tools.assess.cut import wet_segments
 from quoin_tools.assess.joint_uplift import chord_of, joined
+from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import scene
 from quoin_tools.base.anchors import STATES, facts_of
 from quoin_tools.base.flow import at_end
@@ -170,9 +171,9 @@ class Page:
         row = np.full(len(self.mesh.vertices), -1)
         row[self.results.mesh.vertex_file] = np.arange(len(self.results.mesh.vertex_file))
         for name, load in self.scene.stage_loads(end).items():
-            if load.get("type") == "reservoir" and load.get("faces") in self.mesh.face_sets:
+            if load.get("type") in WATERS and load.get("faces") in self.mesh.face_sets:
                 density = float(load.get("density", WATER))
-                found.append({"name": name, "level": float(load["level"]) - self.origin[1], "unit": density * self.scene.gravity, "density": density,
+                found.append({"name": name, "level": level_at_faces(load) - self.origin[1], "unit": density * self.scene.gravity, "density": density,
                               "water": abs(density / WATER - 1) <= THIN_WATER, "ends": self.places(wet_segments(self.mesh, load)),
                               "rows": self.numbers.whole(row[face_ends(self.mesh, self.mesh.face_sets[load["faces"]])])})  # fmt: skip
         return found
