@@ -92,14 +92,15 @@ static PetscBool hangup_is_ignored(void)
 static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
 {
   Quoin q;
-  PetscBool advised;
+  PetscBool advised, sampled = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(QuoinCreate(PETSC_COMM_WORLD, &q));
   PetscCall(QuoinSetFromOptions(q, scene_file, argc, argv));
   PetscCall(QuoinSetUp(q));
   PetscCall(QuoinView(q));
   PetscCall(Advise(q, scene_file, argc, argv, &advised));
-  if (!advised) PetscCall(QuoinRun(q));
+  if (!advised) PetscCall(Samples(q, scene_file, argc, argv, &sampled));
+  if (!advised && !sampled) PetscCall(QuoinRun(q));
   *exit_code = QuoinExitCode(q);
   PetscCall(QuoinDestroy(&q));
   PetscFunctionReturn(PETSC_SUCCESS);

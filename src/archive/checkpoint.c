@@ -311,9 +311,9 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 /* Whether a line is an option that changes no number of the results. */
 static PetscBool is_idle(const char *line)
 {
-  static const char *const idle[] = {"title ",       "output ", "restart ",   "advise ",
-                                     "checkpoint.",  "model ",  "partition ", "exchange ",
-                                     "repartition.", "isa ",    NULL};
+  static const char *const idle[] = {"title ",    "output ",      "restart ", "advise ",
+                                     "samples ",  "checkpoint.",  "model ",   "partition ",
+                                     "exchange ", "repartition.", "isa ",     NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;

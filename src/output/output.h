@@ -475,6 +475,11 @@ PetscErrorCode OutputSettle(const Scene *scene, const Model *model, Output *outp
 /* message: what could not be written at the last moment; "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
 
+/* ---- numbers.c */
+/* One rank. Numbers of the stage that is over, by their paths in its object in summary.json, such as
+   joints.base.sliding_factor_peak; NaN: there is none. */
+PetscErrorCode StageNumbers(const Problem *p, PetscInt n, char *const *paths, PetscReal *values);
+
 /* ---- summary.c */
 /* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). */
 PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);

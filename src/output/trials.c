@@ -96,9 +96,10 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * m->n_points, &probes));
   PetscCall(find_probes(m, p->state, probes));
-  PetscCall(GatherMesh(m, &mesh));
-  PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, &mesh, &fields));
-  PetscCall(GatherMeshDestroy(&mesh));
+  const MeshFields *kept = p->output->mesh.blocks ? &p->output->mesh : &mesh;
+  if (kept == &mesh) PetscCall(GatherMesh(m, &mesh));
+  PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, kept, &fields));
+  if (kept == &mesh) PetscCall(GatherMeshDestroy(&mesh));
   PetscCall(TermsSurvey(&view, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));

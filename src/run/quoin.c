@@ -379,6 +379,70 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- the same mesh and contacts with other numbers, for studies */
+
+PetscErrorCode QuoinKeep(Quoin q, Archive *kept)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveDestroy(kept));
+  kept->reading = PETSC_FALSE;
+  PetscCall(QuoinGoBack(q, kept));
+  kept->reading = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode QuoinGoBack(Quoin q, Archive *kept)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(kept->part, "state", sizeof(kept->part)));
+  PetscCall(archive_state(kept, q));
+  PetscCall(PetscStrncpy(kept->part, "relaxation", sizeof(kept->part)));
+  PetscCall(archive_relaxation(kept, q));
+  PetscCheck(!kept->message[0], PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s", kept->message);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the scene again; what set-up has made of the mesh stands for the mesh. */
+static PetscErrorCode read_again(Quoin q, const char *scene_file, int argc, char **argv, Scene *scene)
+{
+  const Model *m = &q->model;
+  BlockMesh names = {.n_groups = m->n_groups,
+                     .n_face_sets = m->n_face_sets,
+                     .n_points = m->n_points,
+                     .group_names = m->group_names,
+                     .face_set_names = m->face_set_names,
+                     .point_names = m->point_names};
+  PetscFunctionBeginUser;
+  PetscCall(SceneRead(q->comm, scene_file, argc, argv, scene));
+  PetscCall(PetscMalloc1(m->n_groups, &names.group_rigid));
+  for (PetscInt g = 0; g < m->n_groups; g++) names.group_rigid[g] = q->scene.materials[g].rigid;
+  const PetscErrorCode error = SceneResolve(q->comm, scene, &names);
+  PetscCall(PetscFree(names.group_rigid));
+  PetscCall(error);
+  PetscCall(SceneReadLevels(q->comm, scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+uint64_t QuoinNumber(Quoin q)
+{
+  const Checkpoint of = {.scene = &q->scene, .mesh = q->mesh};
+  return CheckpointRun(&of);
+}
+
+PetscErrorCode QuoinTakeNumbers(Quoin q, const char *scene_file, int argc, char **argv)
+{
+  Scene scene;
+  PetscFunctionBeginUser;
+  const PetscErrorCode error = read_again(q, scene_file, argc, argv, &scene);
+  if (error) PetscCall(SceneDestroy(&scene));
+  PetscCall(error);
+  PetscCall(TermsDestroy(&q->scene, &q->state)); // they hold what they made of the old numbers
+  PetscCall(SceneDestroy(&q->scene));
+  q->scene = scene;
+  PetscCall(TermsCreate(&q->scene, &q->model, &q->contacts, &q->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gives access to the insides, for the project's own tests and benchmarks. */
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              Relaxation **relax)

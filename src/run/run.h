@@ -7,6 +7,18 @@
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
+/* Keep what a checkpoint keeps of the state, in memory, and go back to it. The archive is from
+   ArchiveCreate. Before QuoinRun, and with contacts that stay, no groups that are built, no stages that
+   branch. */
+PetscErrorCode QuoinKeep(Quoin q, Archive *kept);
+PetscErrorCode QuoinGoBack(Quoin q, Archive *kept);
+/* Rank 0. The number of a run of this scene and mesh, see CheckpointRun. */
+uint64_t QuoinNumber(Quoin q);
+/* Reads the scene again with the "-key value" options of argv, which may change numbers that neither mesh,
+   contacts nor condensed bodies depend on (SceneVaries). The state is that of no scene then: go back to one
+   that was kept. A scene that is refused leaves all as it was. */
+PetscErrorCode QuoinTakeNumbers(Quoin q, const char *scene_file, int argc, char **argv);
+
 /* ---- cases.c: stages that start from another one than the one before them */
 typedef struct {
   const Scene *scene;

@@ -46,6 +46,8 @@ static const Key Keys[] = {
       "checkpoint to go on from; a folder: its newest good one; auto: the newest good one of the output folder, if any"),
   KEY(TOP, "advise", REAL, Scene, advise, "0", ">= 0, < 1", "-",
       "> 0: a dry run prints what a run would cost and what could be left out at this accuracy; nothing is written"),
+  KEY(TOP, "samples", PATH, Scene, samples, "", NULL, "",
+      "CSV table, a row for each run of the same mesh with other numbers: all are run in this process, and a row of results is written for each; /dev/stdin: rows as they come, results to the terminal"),
   KEY(TOP, "plane", CHOICE, Scene, plane, "strain", NULL, "", "plane strain or plane stress",
       .choices = Planes),
   KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",

@@ -29,6 +29,7 @@ typedef struct {
   char output[PETSC_MAX_PATH_LEN]; /* folder for results */
   char title[256];
   PetscReal advise; /* [-] accuracy for which advise.c looks for simplifications, 0: the scene is run */
+  char samples[PETSC_MAX_PATH_LEN]; /* table of runs with other numbers, "": the scene is run */
   PlaneState plane;
   StrainMeasure strain;
   PartitionKind partition;
@@ -142,6 +143,10 @@ PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
 /* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Refuses unknown keys. */
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
 PetscErrorCode SceneDestroy(Scene *scene);
+/* ---- varies.c */
+/* The first stage whose end changes with the number of a key, "joints.base.friction"; -1: mesh, contacts,
+   condensed bodies or blocks may change with it, or it is no number. */
+PetscInt SceneVaries(const Scene *scene, const char *key);
 /* ---- help.c */
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);

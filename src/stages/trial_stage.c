@@ -29,6 +29,7 @@ typedef struct {
   PetscReal open;            /* value nearest to stable whose trial ended without a verdict; NaN: none */
   PetscReal moved[2]; /* [m] since the stage began, in the trial that ran last, and in the last stable one */
   PetscReal *u_start; /* (ModelApplied,) displacements as the stage began */
+  PetscBool falls;    /* at the start; refused when all memory is freed, as other scenes may follow */
   PetscInt64 first_cycle; /* of the stage */
   double start;           /* [s] of MPI_Wtime */
 } Driver;
@@ -390,7 +391,8 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   if (!resumed) PetscCall(TrialsReset(trials));
   while (go) {
     PetscCall(run_trial(d, full));
-    if (PetscIsNanReal(d->stable) && d->p.result->verdict == VERDICT_COLLAPSED) PetscCall(refuse_start(d));
+    d->falls = (PetscBool)(PetscIsNanReal(d->stable) && d->p.result->verdict == VERDICT_COLLAPSED);
+    if (d->falls) break;
     PetscCall(next_trial(d, &go));
     if (!go) break;
     StageResult between = {.verdict = VERDICT_NONE};
@@ -410,7 +412,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
     PetscCall(reduced_joints(&d->p, d->has));
     PetscCall(TrialsFactors(&d->p, full, d->has));
   }
-  PetscCall(conclude(d));
+  if (!d->falls) PetscCall(conclude(d));
   d->p.result->cycles = d->p.state->cycle - d->first_cycle;
   d->p.result->wall = MPI_Wtime() - d->start;
   PetscCall(PetscFree(d->u_start));
@@ -455,6 +457,7 @@ PetscErrorCode ReductionRun(const Problem *p)
   PetscCall(drive(&d, full)); // d.stage.joints is stage->joints
   PetscCall(PetscFree(d.has));
   PetscCall(PetscFree(full));
+  if (d.falls) PetscCall(refuse_start(&d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -466,6 +469,7 @@ PetscErrorCode RaiseRun(const Problem *p)
   PetscCall(PetscArraycpy(d.raised.loads, p->scene->loads, p->scene->n_loads));
   PetscCall(drive(&d, NULL));
   PetscCall(PetscFree(d.raised.loads));
+  if (d.falls) PetscCall(refuse_start(&d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -480,5 +484,6 @@ PetscErrorCode AnchorForceRun(const Problem *p)
   reduce_joints(p->scene, &d.stage, full, 1. / p->stage->required);
   PetscCall(drive(&d, full)); // d.stage.joints is p->stage->joints
   PetscCall(PetscFree(full));
+  if (d.falls) PetscCall(refuse_start(&d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

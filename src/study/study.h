@@ -36,6 +36,11 @@ typedef struct {
    The Quoin can only be destroyed afterwards. The arguments are those of QuoinSetFromOptions. */
 PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *advised);
 
+/* ---- samples.c */
+/* One rank. Runs the samples of a table, if the scene has the key `samples` (done). The Quoin is set up,
+   has not run, and can only be destroyed afterwards. The arguments are those of QuoinSetFromOptions. */
+PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *done);
+
 /* ---- attempt.c */
 /* Collective. Solves the static stages of a Quoin that is set up and times its cycles. The Quoin can only be
    destroyed afterwards. */

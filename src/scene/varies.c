@@ -1,0 +1,52 @@
+/* varies.c: which keys runs may change that share mesh, contacts and condensed bodies: numbers of joints,
+   loads, anchors and stages. */
+#include "scene/scene.h"
+#include "scene/keys.h"
+#include <string.h>
+
+/* Whether a key of this section is a number. */
+static PetscBool is_number(Section section, const char *name)
+{
+  for (const Key *key = Keys; key < Keys + KEYS; key++)
+    if (key->section == section && !strcmp(key->name, name) &&
+        (key->type == TYPE_REAL || key->type == TYPE_LIMIT || key->type == TYPE_INT))
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+static PetscInt stage_named(const Scene *scene, const char *name)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (!strcmp(scene->stages[s].name, name)) return s;
+  return -1;
+}
+
+/* The first stage that lists the load; n_stages: none does. Pressures of an earthquake at rest and of water
+   that flows look at loads of their own accord: they count from the start. */
+static PetscInt first_with_load(const Scene *scene, const char *name)
+{
+  PetscBool looks = PETSC_FALSE;
+  for (PetscInt l = 0; l < scene->n_loads; l++)
+    looks = (PetscBool)(looks || scene->loads[l].kind >= LOAD_HEAD);
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    for (PetscInt i = 0; i < scene->stages[s].n_loads; i++)
+      if (looks || !strcmp(scene->loads[scene->stages[s].loads[i]].name, name)) return looks ? 0 : s;
+  return looks ? 0 : scene->n_stages;
+}
+
+PetscInt SceneVaries(const Scene *scene, const char *key)
+{
+  char path[LABEL_LENGTH], *part[5] = {path};
+  int n = 1;
+  snprintf(path, sizeof(path), "%s", key);
+  for (char *dot = strchr(path, '.'); dot && n < 5; dot = strchr(dot + 1, '.'))
+    *dot = '\0', part[n++] = dot + 1;
+  if (n == 3 && !strcmp(part[0], "joints") && is_number(SECTION_JOINTS, part[2])) return 0;
+  if (n == 3 && !strcmp(part[0], "anchors") && is_number(SECTION_ANCHORS, part[2])) return 0;
+  if (n == 3 && !strcmp(part[0], "loads") && is_number(SECTION_LOADS, part[2]))
+    return first_with_load(scene, part[1]);
+  const PetscInt stage = n > 2 && !strcmp(part[0], "stages") ? stage_named(scene, part[1]) : -1;
+  if (n == 3 && is_number(SECTION_STAGES, part[2])) return stage;
+  if (n == 5 && !strcmp(part[2], "joints") && is_number(SECTION_JOINTS, part[4])) return stage;
+  return -1;
+}

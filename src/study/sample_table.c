@@ -1,0 +1,261 @@
+/* sample_table.c: the table of samples and the table of their results, row by row. A row of results is the
+   row of the sample with what it came to behind. It leaves the process as soon as the sample ends, and is
+   on the disk a second later at most. A row that a kill has cut is dropped, and its sample runs again. */
+#include "study/samples.h"
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char TELL[] = "tell:", RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
+static const char COLUMNS[] = "outcome,stage,stable,failing,undecided,factor_stable,factor_failing,"
+                              "evaluations,seconds,checksum";
+
+/* Cuts a line at its commas; the pieces stay in text. Returns their number, most + 1 where there are more. */
+static int cut(char *text, int most, char **piece)
+{
+  int n = 0;
+  for (char *rest = text; rest && n <= most;) {
+    char *comma = strchr(rest, ',');
+    if (comma) *comma = '\0';
+    rest += strspn(rest, " ");
+    for (size_t end = strlen(rest); end && rest[end - 1] == ' ';) rest[--end] = '\0';
+    if (n < most) piece[n] = rest;
+    n++, rest = comma ? comma + 1 : NULL;
+  }
+  return n;
+}
+
+/* Reads a line without its end. Returns 0 at the end of the file, -1 where it is too long or cut. */
+static int take_line(FILE *f, char line[MOST_LINE])
+{
+  if (!fgets(line, MOST_LINE, f)) return 0;
+  size_t n = strlen(line);
+  const int whole = n && line[n - 1] == '\n';
+  while (n && (line[n - 1] == '\n' || line[n - 1] == '\r')) line[--n] = '\0';
+  return whole || (feof(f) && n + 1 < MOST_LINE) ? 1 : -1;
+}
+
+static PetscErrorCode check_header(const Scene *scene, SampleTable *t, char *message)
+{
+  char *piece[MOST_COLUMNS + 1] = {NULL};
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(t->names, t->header, sizeof(t->names)));
+  const int n = cut(t->names, MOST_COLUMNS + 1, piece);
+  if (n > MOST_COLUMNS + 1 || n < 2 || strcmp(piece[0], "sample") != 0) {
+    snprintf(message, MESSAGE_LENGTH,
+             "%.500s: expected a header sample,<key>,.. of up to %d columns, such as "
+             "sample,joints.base.friction",
+             t->name, MOST_COLUMNS);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  t->n_columns = n - 1;
+  for (int i = 0; i < t->n_columns && !message[0]; i++) {
+    t->tell[i] = (PetscBool)!strncmp(piece[i + 1], TELL, strlen(TELL));
+    t->column[i] = piece[i + 1] + (t->tell[i] ? strlen(TELL) : 0);
+    for (int k = 0; k < i && !message[0]; k++)
+      if (!strcmp(t->column[i], t->column[k]) && t->tell[i] == t->tell[k])
+        snprintf(message, MESSAGE_LENGTH, "%.500s: column %.200s twice", t->name, t->column[i]);
+    if (t->tell[i] || message[0] || SceneVaries(scene, t->column[i]) >= 0) continue;
+    snprintf(message, MESSAGE_LENGTH,
+             "%.500s: %.200s: expected a number of joints, loads, anchors or stages of the scene, such as "
+             "joints.base.friction: others change mesh, contacts or blocks and need a run each",
+             t->name, t->column[i]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- results that are there */
+
+/* Compares names of samples: lines up to their first comma. */
+static int order_of_names(const void *a, const void *b)
+{
+  const char *p = *(char *const *)a, *q = *(char *const *)b;
+  const size_t m = strcspn(p, ","), n = strcspn(q, ",");
+  const int differ = strncmp(p, q, PetscMin(m, n));
+  return differ ? differ : (m > n) - (m < n);
+}
+
+/* Adds a line to those that are known, which stay ascending. */
+static PetscErrorCode add_known(SampleTable *t, const char *line)
+{
+  PetscInt low = 0, high = t->n_known;
+  PetscFunctionBeginUser;
+  if (t->n_known == t->room) {
+    t->room = 2 * t->room + 64;
+    PetscCall(PetscRealloc((size_t)t->room * sizeof(char *), &t->known));
+  }
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (order_of_names(t->known + middle, &line) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  PetscCall(PetscArraymove(t->known + low + 1, t->known + low, t->n_known - low));
+  PetscCall(PetscStrallocpy(line, t->known + low));
+  t->n_known++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The head of the results: a line of what they are of, a line of columns. */
+static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE])
+{
+  char told[MOST_LINE] = "";
+  size_t n = 0;
+  for (int i = 0; i < t->n_columns; i++)
+    if (t->tell[i] && n < sizeof(told))
+      n += (size_t)snprintf(told + n, sizeof(told) - n, ",%s", t->column[i]);
+  snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s,why\n", (unsigned long long)run, t->header,
+           COLUMNS, told);
+}
+
+/* Reads the rows that are there. good: [byte] where whole rows end. */
+static PetscErrorCode read_known(SampleTable *t, FILE *f, const char *head, long *good, char *message)
+{
+  char line[MOST_LINE], start[2 * MOST_LINE];
+  PetscFunctionBeginUser;
+  const size_t n = fread(start, 1, strlen(head), f);
+  *good = 0;
+  if (n < strlen(head) && !strncmp(start, head, n)) PetscFunctionReturn(PETSC_SUCCESS); // cut in the head
+  if (n < strlen(head) || strncmp(start, head, n) != 0) {
+    snprintf(message, MESSAGE_LENGTH,
+             "%.500s/%s: results of another table, scene or mesh: take another output, or remove it",
+             t->folder, RESULTS);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (*good = ftell(f); fgets(line, MOST_LINE, f) && strchr(line, '\n'); *good = ftell(f)) {
+    char *end = line; // the cells of the sample are the row as the table has it
+    for (int i = 0; i <= t->n_columns && end; i++) end = strchr(end + (i > 0), ',');
+    if (end) *end = '\0';
+    PetscCall(add_known(t, line));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode open_results(const Scene *scene, uint64_t run, SampleTable *t, char *message)
+{
+  char path[PETSC_MAX_PATH_LEN + 16], head[2 * MOST_LINE];
+  long good = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscStrncpy(t->folder, scene->output, sizeof(t->folder)));
+  if (FolderMake(t->folder, message)) PetscFunctionReturn(PETSC_SUCCESS);
+  t->lock = FolderLock(t->folder, message);
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  snprintf(path, sizeof(path), "%s/%s", t->folder, RESULTS);
+  head_of(t, run, head);
+  t->results = fopen(path, "r+");
+  if (t->results)
+    PetscCall(read_known(t, t->results, head, &good, message));
+  else
+    t->results = fopen(path, "w");
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!t->results || fseek(t->results, good, SEEK_SET) || ftruncate(fileno(t->results), good) ||
+      (!good && fputs(head, t->results) < 0) || fflush(t->results))
+    snprintf(message, MESSAGE_LENGTH, "%.500s: %s", path, strerror(errno));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- */
+
+PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *t, char message[MESSAGE_LENGTH])
+{
+  const PetscBool streams = (PetscBool)!strcmp(scene->samples, STDIN);
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(t, sizeof(*t)));
+  t->lock = -1;
+  PetscCall(PetscStrncpy(t->name, scene->samples, sizeof(t->name)));
+  t->rows = streams ? stdin : fopen(scene->samples, "r");
+  if (!t->rows || take_line(t->rows, t->header) != 1)
+    snprintf(message, MESSAGE_LENGTH, "samples: %.500s: %s", t->name,
+             t->rows ? "expected a header sample,<key>,.." : strerror(errno));
+  t->line = 1;
+  if (!message[0]) PetscCall(check_header(scene, t, message));
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!streams) {
+    PetscCall(open_results(scene, run, t, message));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  char head[2 * MOST_LINE];
+  head_of(t, run, head);
+  t->results = stdout;
+  fputs(head, stdout), fflush(stdout);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether the sample of the present row has results; it must be the same sample. */
+static PetscBool is_known(const SampleTable *t, char *message)
+{
+  const char *row = t->row;
+  char **found = t->n_known ? bsearch(&row, t->known, (size_t)t->n_known, sizeof(char *), order_of_names)
+                            : NULL;
+  if (found && strcmp(*found, row) != 0)
+    snprintf(
+        message, MESSAGE_LENGTH,
+        "%.300s:%d: sample %.100s has other numbers than in %.300s/%s: take another output, or remove it",
+        t->name, t->line, t->cell[0], t->folder, RESULTS);
+  return (PetscBool)(found != NULL);
+}
+
+PetscErrorCode SampleTableNext(SampleTable *t, PetscBool *more, char message[MESSAGE_LENGTH])
+{
+  int got;
+  PetscFunctionBeginUser;
+  *more = PETSC_FALSE;
+  while (!message[0] && (got = take_line(t->rows, t->row)) != 0) {
+    t->line++;
+    if (got > 0 && !t->row[0]) continue;
+    PetscCall(PetscStrncpy(t->cells, t->row, sizeof(t->cells)));
+    const int n = got < 0 ? 0 : cut(t->cells, t->n_columns + 1, t->cell);
+    if (n != t->n_columns + 1 || !t->cell[0][0]) {
+      snprintf(message, MESSAGE_LENGTH, "%.500s:%d: expected the name of a sample and %d cells", t->name,
+               t->line, t->n_columns);
+      break;
+    }
+    if (is_known(t, message) || message[0]) continue;
+    *more = PETSC_TRUE;
+    break;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void put(FILE *f, PetscReal value)
+{
+  if (isfinite(value))
+    fprintf(f, ",%.17g", (double)value);
+  else
+    fputc(',', f);
+}
+
+PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char message[MESSAGE_LENGTH])
+{
+  FILE *f = t->results;
+  char why[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  snprintf(why, sizeof(why), "%s", r->why);
+  for (char *c = why; *c; c++)
+    if (*c == ',' || *c == '\n') *c = *c == ',' ? ';' : ' ';
+  fprintf(f, "%s,%s,%s", t->row, r->outcome, r->stage);
+  put(f, r->stable), put(f, r->failing), put(f, r->open), put(f, r->factor[0]), put(f, r->factor[1]);
+  fprintf(f, ",%lld,%.6f,%016llx", (long long)r->evaluations, r->seconds, (unsigned long long)r->checksum);
+  for (int i = 0; i < t->n_columns; i++)
+    if (t->tell[i]) put(f, r->told[i]);
+  fprintf(f, ",%s\n", why);
+  const PetscBool sync = (PetscBool)(f != stdout && MPI_Wtime() > t->synced + 1.);
+  if (fflush(f) || ferror(f) || (sync && fdatasync(fileno(f))))
+    snprintf(message, MESSAGE_LENGTH, "samples: a row of results cannot be written: %s", strerror(errno));
+  if (sync) t->synced = MPI_Wtime();
+  if (f != stdout) PetscCall(add_known(t, t->row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SampleTableClose(SampleTable *t)
+{
+  PetscFunctionBeginUser;
+  if (t->rows && t->rows != stdin) fclose(t->rows);
+  if (t->results && t->results != stdout) fclose(t->results);
+  if (t->lock >= 0) FolderUnlock(t->folder, t->lock);
+  for (PetscInt i = 0; i < t->n_known; i++) PetscCall(PetscFree(t->known[i]));
+  PetscCall(PetscFree(t->known));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,306 @@
+/* samples.c: many runs of one scene that differ in numbers of joints, loads, anchors and stages alone.
+   They share the mesh, its contacts, the factors of condensed bodies, the elastic factor of Newton's
+   method, and the first stages that none of the numbers changes.
+
+   Every sample starts from what a checkpoint would keep of the state before the first stage that changes,
+   read back whole from memory. So a sample is a restart with other options: it takes the steps that a run
+   of its own takes, ends with the same bits, and hangs on no other sample, whatever their order and
+   whether they fail. A test compares the checksums. */
+#include "study/samples.h"
+#include <fcntl.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+typedef struct {
+  Quoin q;
+  const char *scene_file;
+  int argc; /* of the command line; behind its words there is room for those of the samples */
+  char **argv;
+  char text[MOST_LINE]; /* of these words */
+  SampleTable table;
+  Archive kept;   /* the state before stage `first` */
+  PetscInt first; /* the first stage that the numbers change */
+  PetscBool anew; /* the elastic factor is made anew for each sample: it hangs on the anchors as they are when
+                      it is made */
+  Output output;  /* of stages that write nothing */
+  Checkpoint none; /* it writes nothing */
+  StageResult result;
+  Problem p; /* of the stage that runs */
+  FILE *shown;
+  int told; /* copy of stderr */
+} Sampler;
+
+/* ---- what cannot be shared */
+
+static PetscErrorCode check_scene(const Scene *scene, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  const char *why = NULL;
+  PetscFunctionBeginUser;
+  if (m->size > 1) why = "samples run on one rank each: start several processes, each with a table";
+  if (scene->restart[0]) why = "samples start from the start of the scene, not from a checkpoint";
+  if (SceneBuilds(scene)) why = "stages that build groups (build) need a run for each sample";
+  if (SceneBranches(scene)) why = "stages that start from another one (from) need a run for each sample";
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
+    if (s->variable) why = "contacts that are found again (contact.connectivity) need a run for each sample";
+    if (s->kind == STAGE_DYNAMIC || s->kind == STAGE_MODES || s->kind == STAGE_TRANSIENT)
+      why = "stages in time and modes need a run for each sample";
+  }
+  if (why) snprintf(message, sizeof(message), "%.500s: samples: %s", scene->file, why);
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- quiet */
+
+/* Lines of stages and their warnings say nothing of which sample they belong to: nobody is shown them. */
+static void be_quiet(Sampler *s)
+{
+  fflush(stdout), fflush(stderr);
+  s->shown = PETSC_STDOUT;
+  PETSC_STDOUT = fopen("/dev/null", "w");
+  const int none = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  s->told = dup(STDERR_FILENO);
+  if (none >= 0) dup2(none, STDERR_FILENO), close(none);
+}
+
+static void speak(Sampler *s)
+{
+  fflush(stderr);
+  if (s->told >= 0) dup2(s->told, STDERR_FILENO), close(s->told);
+  if (PETSC_STDOUT) fclose(PETSC_STDOUT);
+  PETSC_STDOUT = s->shown;
+}
+
+/* Keeps the line of a refusal. */
+static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function, const char *file,
+                                   PetscErrorCode code, PetscErrorType type, const char *message,
+                                   void *context)
+{
+  (void)comm, (void)line, (void)function, (void)file;
+  if (type == PETSC_ERROR_INITIAL) snprintf(context, MESSAGE_LENGTH, "%s", message);
+  return code;
+}
+
+/* ---- a stage, a sample */
+
+/* The bracket of the trials that a stage has run. */
+static void take_bracket(const Sampler *s, SampleResult *r)
+{
+  const Trials *t = &s->output.trials;
+  const Stage *stage = s->p.stage;
+  r->stable = r->failing = r->open = r->factor[0] = r->factor[1] = NAN;
+  if (!t->n || stage->kind == STAGE_STATIC) return;
+  r->stable = t->stable, r->failing = t->failing, r->open = t->open;
+  if (stage->kind != STAGE_STRENGTH_REDUCTION) return;
+  if (stage->what == REDUCE_STRENGTHS)
+    r->factor[0] = 1. / t->stable, r->factor[1] = 1. / t->failing;
+  else if (t->joints && t->one >= 0)
+    r->factor[0] = t->joints[t->one].stable, r->factor[1] = t->joints[t->one].failing;
+}
+
+static PetscErrorCode forget(Sampler *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(TrialsReset(&s->output.trials));
+  PetscCall(BodyMotionDestroy(&s->output.bodies));
+  PetscCall(HistoriesDestroy(&s->output.histories));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs a stage from the present state. falls: its trials do not stand at their start. */
+static PetscErrorCode run_stage(Sampler *s, PetscInt number, char message[MESSAGE_LENGTH], PetscBool *falls)
+{
+  PetscFunctionBeginUser;
+  PetscCall(forget(s));
+  s->none = (Checkpoint){.comm = s->p.m->comm, .rank = s->p.m->rank, .scene = s->p.scene};
+  s->result = (StageResult){.verdict = VERDICT_NONE};
+  s->p.stage = s->p.scene->stages + number, s->p.number = number;
+  PetscCall(PetscPushErrorHandler(keep_message, message));
+  const PetscErrorCode error = StageRun(&s->p);
+  PetscCall(PetscPopErrorHandler());
+  *falls = (PetscBool)(error == PETSC_ERR_USER_INPUT && s->result.verdict == VERDICT_COLLAPSED);
+  if (error == PETSC_ERR_USER_INPUT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!error, PETSC_COMM_SELF, error, "a sample: %s", message);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs the stages from the first that changes, as far as they stand. */
+static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
+{
+  char *paths[MOST_COLUMNS];
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (int i = 0; i < s->table.n_columns; i++)
+    if (s->table.tell[i]) paths[n++] = s->table.column[i];
+  r->outcome = "stands";
+  for (PetscInt number = s->first; number < s->p.scene->n_stages && !strcmp(r->outcome, "stands"); number++) {
+    PetscBool falls;
+    PetscCall(run_stage(s, number, r->why, &falls));
+    PetscCall(PetscStrncpy(r->stage, s->p.stage->name, sizeof(r->stage)));
+    take_bracket(s, r);
+    r->evaluations += s->p.relax->effort.evaluations;
+    if (s->result.verdict == VERDICT_CONVERGED && !r->why[0]) continue;
+    r->outcome = r->why[0] && !falls                      ? "refused"
+                 : s->result.verdict == VERDICT_COLLAPSED ? "fails"
+                                                          : "undecided";
+    if (!r->why[0])
+      PetscCall(PetscSNPrintf(r->why, sizeof(r->why), "%s: %s", VerdictNames[s->result.verdict],
+                              s->result.evidence));
+  }
+  PetscCall(StateChecksum(s->p.m, s->p.state, s->p.contacts, &r->checksum));
+  PetscReal told[MOST_COLUMNS];
+  if (s->result.verdict == VERDICT_CONVERGED) {
+    PetscCall(StageNumbers(&s->p, n, paths, told));
+    for (int i = 0, k = 0; i < s->table.n_columns; i++)
+      if (s->table.tell[i]) r->told[i] = told[k++];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives the scene the numbers of the present row. refused: they are bad input, and why. */
+static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], PetscBool *refused)
+{
+  const SampleTable *t = &s->table;
+  int argc = s->argc;
+  char *end = s->text;
+  PetscFunctionBeginUser;
+  for (int i = 0; i < t->n_columns; i++) {
+    const size_t room = sizeof(s->text) - (size_t)(end - s->text);
+    if (t->tell[i]) continue;
+    snprintf(end, room, "-%s", t->column[i]);
+    for (char *c = end; *c; c++) *c = *c == '.' ? '_' : *c;
+    s->argv[argc++] = end;
+    s->argv[argc++] = t->cell[i + 1];
+    end += PetscMin(room - 1, strlen(end) + 1);
+  }
+  PetscCall(PetscPushErrorHandler(keep_message, message));
+  const PetscErrorCode error = QuoinTakeNumbers(s->q, s->scene_file, argc, s->argv);
+  PetscCall(PetscPopErrorHandler());
+  *refused = (PetscBool)(error == PETSC_ERR_USER_INPUT);
+  PetscCheck(!error || *refused, PETSC_COMM_SELF, error, "a sample: %s", message);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
+{
+  const double start = ProcessorSeconds();
+  PetscBool refused = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  *r = (SampleResult){.outcome = "refused", .stable = NAN, .failing = NAN, .open = NAN, .factor = {NAN, NAN}};
+  for (int i = 0; i < s->table.n_columns; i++) r->told[i] = NAN;
+  be_quiet(s);
+  PetscCall(take_numbers(s, r->why, &refused));
+  if (!refused) {
+    PetscCall(QuoinGoBack(s->q, &s->kept));
+    if (s->anew) PetscCall(NewtonDestroy(&s->p.relax->newton));
+    PetscCall(run_stages(s, r));
+  }
+  speak(s);
+  r->seconds = ProcessorSeconds() - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what they share */
+
+/* Keeps the state before the first stage that the numbers change. Stages before it run once; where one
+   does not stand, all samples run it. */
+static PetscErrorCode share(Sampler *s)
+{
+  const SampleTable *t = &s->table;
+  const Scene *scene = s->p.scene;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  PetscCall(QuoinKeep(s->q, &s->kept));
+  PetscInt first = scene->n_stages - 1, n_anchors;
+  SceneEntries(scene, "anchors", &n_anchors);
+  s->anew = (PetscBool)(n_anchors > 0);
+  if (s->anew) first = 0;
+  for (int i = 0; i < t->n_columns; i++)
+    if (!t->tell[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
+  be_quiet(s);
+  for (PetscInt number = 0; number < first && !message[0]; number++) {
+    PetscBool falls;
+    PetscCall(run_stage(s, number, message, &falls));
+    if (message[0] || s->result.verdict != VERDICT_CONVERGED) break;
+    s->first = number + 1;
+    PetscCall(QuoinKeep(s->q, &s->kept));
+  }
+  speak(s);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode run_table(Sampler *s)
+{
+  char message[MESSAGE_LENGTH] = "";
+  const PetscBool streams = (PetscBool)(s->table.lock < 0);
+  PetscInt n = 0, fails = 0, undecided = 0;
+  const double start = MPI_Wtime();
+  PetscFunctionBeginUser;
+  for (PetscBool more;; n++) {
+    SampleResult r;
+    PetscCall(SampleTableNext(&s->table, &more, message));
+    PetscCall(CheckMessage(s->p.m->comm, message));
+    if (!more) break;
+    PetscCall(run_sample(s, &r));
+    PetscCall(SampleTableAdd(&s->table, &r, message));
+    PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
+    fails += !strcmp(r.outcome, "fails"), undecided += !strcmp(r.outcome, "undecided");
+  }
+  if (!streams)
+    PetscCall(PetscPrintf(s->p.m->comm,
+                          "%" PetscInt_FMT " samples in %.2f s: %" PetscInt_FMT " fail, %" PetscInt_FMT
+                          " undecided; stages before %s ran once\n",
+                          n, MPI_Wtime() - start, fails, undecided, s->p.scene->stages[s->first].name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies the words of the command line, with room behind them. */
+static PetscErrorCode take_words(int argc, char **argv, Sampler *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1((size_t)argc + 2 * MOST_COLUMNS + 1, &s->argv));
+  for (int i = 0; i < argc; i++) s->argv[i] = argv[i];
+  s->argc = argc;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *done)
+{
+  char message[MESSAGE_LENGTH] = "";
+  Sampler *s;
+  Scene *scene;
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&s));
+  *s = (Sampler){.q = q, .scene_file = scene_file, .output = {.lock = -1}};
+  PetscCall(QuoinGetParts(q, &scene, &s->p.m, &s->p.state, &s->p.contacts, &s->p.relax));
+  *done = (PetscBool)(scene->samples[0] != '\0');
+  if (!*done) {
+    PetscCall(PetscFree(s));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  s->p.scene = scene, s->p.output = &s->output, s->p.result = &s->result;
+  s->output.checkpoint = &s->none;
+  SignalsLetGo();
+  PetscCall(check_scene(scene, s->p.m));
+  PetscCall(SampleTableOpen(scene, QuoinNumber(q), &s->table, message));
+  PetscCall(CheckMessage(s->p.m->comm, message));
+  PetscCall(take_words(argc, argv, s));
+  PetscCall(PetscCalloc1(4 * s->p.m->n_points + 1, &s->output.probes));
+  PetscCall(PetscCalloc1(scene->n_stages, &s->output.stages));
+  PetscCall(GatherMesh(s->p.m, &s->output.mesh));
+  PetscCall(ArchiveCreate(s->p.m->comm, &s->kept));
+  PetscCall(share(s));
+  PetscCall(run_table(s));
+  PetscCall(SampleTableClose(&s->table));
+  PetscCall(forget(s));
+  PetscCall(ArchiveDestroy(&s->kept));
+  PetscCall(GatherMeshDestroy(&s->output.mesh));
+  PetscCall(PetscFree(s->output.stages));
+  PetscCall(PetscFree(s->output.probes));
+  PetscCall(PetscFree(s->argv));
+  PetscCall(PetscFree(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

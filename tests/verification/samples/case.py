@@ -1,0 +1,400 @@
+"""Samples of a scene in one process (the key `samples`).
+
+Each sample ends as a run of its own with the same numbers on the command line: same outcome, stage, bracket, numbers and checksum, whatever
+ran before it. What a run remembers must all go back, so each kind of memory has a scene."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+from cases.case import BASE, STONE, dam, scene
+from driver import ENVIRONMENT, VERDICTS
+
+WHAT = "samples in one process: outcome, bracket, numbers and bits of a run of each; any order; kills; rows of other tables; memory; refusals"
+SOURCE = "the same numbers in runs of their own"
+
+OUTCOMES = {"converged": "stands", "collapsed": "fails"}
+WEAK = {"default": {"k_n": 1e10, "k_s": 4e9, "friction": 40, "friction_residual": 8, "cohesion": 2e4, "tension": 1e4}}
+NEWTON = {"tolerance": 1e-7, "velocity_tolerance": 1e-7, "method": "preconditioned"}
+STAGES = [*BASE, {"pushed": {"loads": ["weight", "water", "push"]}}]
+FRICTION = "joints.default.friction"
+
+
+def run(case):
+    kinds(case)
+    by_words(case)
+    killed(case)
+    flat(case)
+    refused(case)
+
+
+# ---- each sample is a run
+
+
+def scenes():
+    """(what, mesh, scene, columns, rows): the second row leaves the third something behind that it must not find."""
+    water = [FRICTION, "loads.water.level"]
+    rows = [(38, 5.5), (9, 6.5), (20, 6.0)]
+    yield (
+        "slip and broken bonds, explicit cycles",
+        dam(),
+        scene(STAGES, joints=WEAK),
+        ["loads.water.level", "joints.default.cohesion"],
+        [(6, 2e4), (7.9, 10.0), (5.9, 1.9e4)],
+    )
+    yield (
+        "... by Newton's method, triangles, large strain",
+        dam(triangles=True),
+        scene(STAGES, joints=WEAK, relaxation=NEWTON, strain="large"),
+        water,
+        rows,
+    )
+    condensed = {"rock": STONE | {"condensed": True}, "low": STONE | {"condensed": True}, "high": STONE}
+    yield (
+        "condensed bodies",
+        dam(),
+        scene(STAGES, materials=condensed, relaxation=NEWTON),
+        [*water, "joints.default.k_s"],
+        [(*row, k) for row, k in zip(rows, (4e9, 4e9, 2e9), strict=True)],
+    )
+    yield (
+        "a rigid part, a number of one stage",
+        dam(rigid=True),
+        scene(STAGES, strain="large", relaxation=NEWTON),
+        ["stages.pushed.joints.default.friction"],
+        [(24,), (12,), (23,)],
+    )
+    one = scene(STAGES, relaxation=NEWTON)
+    one["loads"]["uplift"] = {"type": "uplift", "faces": "foot", "level": 6, "rule": "linear", "cracked": True}
+    for row in one["stages"][1:]:
+        next(iter(row.values()))["loads"].append("uplift")
+    yield "uplift in a crack", dam(), one, ["loads.uplift.level", FRICTION], [(6, 40), (7.8, 12), (5, 40)]
+    one = scene(
+        STAGES,
+        relaxation=NEWTON,
+        joints={
+            "default": {"k_n": 1e10, "k_s": 4e9, "friction": 40},
+            "base": {"aperture": 1e-4, "aperture_residual": 2e-5, "aperture_max": 1e-3},
+        },
+    )
+    one["loads"] |= {"in": {"type": "head", "faces": "up", "level": 6}, "out": {"type": "head", "faces": "air", "level": 0}}
+    for row in one["stages"][1:]:
+        next(iter(row.values()))["loads"] += ["in", "out"]
+    yield (
+        "water that flows in a joint",
+        dam(),
+        one,
+        ["loads.in.level", "joints.base.aperture"],
+        [(6, 1e-4), (7, 2e-4), (6, 1.1e-4)],
+    )
+    anchored = scene([*BASE, {"lock": {"loads": ["weight", "water"]}}, {"pushed": {"loads": ["weight", "water", "push"]}}], relaxation=NEWTON, strain="large",
+                     anchors={"a": {"head": [1, 7.5], "root": [2, -3], "area": 2e-3, "young": 2e11, "prestress": 4e5, "lock": "lock", "yield": 3e8}})  # fmt: skip
+    yield "an anchor that is stressed", dam(), anchored, ["anchors.a.young", FRICTION], [(2e11, 40), (1e11, 6), (1.9e11, 40)]
+    warm = scene(
+        [*BASE, {"winter": {"loads": ["weight", "water", "cold"]}}],
+        relaxation=NEWTON,
+        materials={"rock": STONE, "low": STONE | {"expansion": 1e-5}, "high": STONE | {"expansion": 1e-5}},
+    )
+    warm["loads"]["cold"] = {"type": "temperature", "groups": ["low", "high"], "change": -15}
+    yield "temperature", dam(), warm, ["loads.cold.change"], [(-15,), (-25,), (-14,)]
+    soft = {"rock": STONE, "low": STONE | {"law": "mohr_coulomb", "cohesion": 4e4, "friction": 30, "tension": 1e4}, "high": STONE}
+    yield (
+        "blocks that yield",
+        dam(),
+        scene(STAGES, materials=soft, relaxation=NEWTON),
+        ["loads.water.level"],
+        [(6,), (7.9,), (5.9,)],
+    )
+    limit = {
+        "type": "strength_reduction",
+        "what": "friction",
+        "loads": ["weight", "water"],
+        "step": 5,
+        "limit": 5,
+        "bracket": 0.5,
+    }
+    yield (
+        "trials, some of which do not stand at their start",
+        dam(),
+        scene([*BASE, {"limit": limit}], relaxation=NEWTON),
+        ["stages.limit.start", "loads.water.level"],
+        [(40, 6), (9, 6), (39, 5)],
+    )
+    flood = {"type": "flood", "loads": ["weight", "water"], "step": 1, "limit": 14, "bracket": 0.1}
+    yield "a flood", dam(), scene([*BASE, {"flood": flood}], relaxation=NEWTON), [FRICTION], [(20,), (12,), (19,)]
+
+
+def write_table(folder, columns, rows, name="table.csv"):
+    lines = [
+        ",".join(["sample", *columns]),
+        *(
+            ",".join([f"s{i}", *(repr(float(value)) for value in row), *["" for column in columns if column.startswith("tell:")]])
+            for i, row in rows
+        ),
+    ]
+    (folder / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def started(case, folder, *options, **more):
+    return subprocess.run(
+        [case.quoin, "-options_file", "scene.yaml", *options],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT | dict(os.environ),
+        timeout=300,
+        check=False,
+        **more,
+    )
+
+
+def results_of(folder, out="out"):
+    with open(folder / out / "samples.csv", encoding="utf-8", newline="") as file:
+        return {row["sample"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+
+
+def same(ours, expected):
+    """The first cell that differs; times may."""
+    if sorted(ours) != sorted(expected):
+        return f"samples {list(ours)}"
+    return next(
+        (
+            f"{name}: {key}: {row[key]}"
+            for name, row in ours.items()
+            for key in row
+            if key != "seconds" and row[key] != expected[name][key]
+        ),
+        "same",
+    )
+
+
+def words_of(columns, row):
+    return [
+        word for column, value in zip(columns, row, strict=False) for word in ("-" + column.replace(".", "_"), repr(float(value)))
+    ]
+
+
+def alone(case, folder, columns, row, out):
+    """(outcome, stage, stable, failing, checksum) of a run of its own, and its last stage."""
+    done = started(case, folder, *words_of(columns, row), "-output", out)
+    if done.returncode == 2 and "does not stand at its start" in done.stderr:
+        return ["fails"], {}
+    stage = json.loads((folder / out / "summary.json").read_text(encoding="utf-8"))["stages"][-1]
+    trials = next((stage[kind] for kind in ("strength_reduction", "flood") if kind in stage), {})
+    return [
+        OUTCOMES.get(stage["verdict"], "undecided"),
+        stage["name"],
+        trials.get("stable"),
+        trials.get("failing"),
+        stage["checksum"],
+        VERDICTS[done.returncode],
+    ], stage
+
+
+def number(text):
+    return float(text) if text else None
+
+
+def kinds(case):
+    for what, mesh, one, columns, rows in scenes():
+        folder = case.prepare(mesh, one)
+        write_table(folder, columns, list(enumerate(rows)))
+        done = started(case, folder, "-samples", "table.csv")
+        case.check(f"{what}: exit code, lines of errors beside warnings", [done.returncode, done.stderr.count("error")], [0, 0])
+        found = results_of(folder)
+        ours, expected = [], []
+        for i, row in enumerate(rows):
+            told, _ = alone(case, folder, columns, row, f"alone_{i}")
+            mine = found[f"s{i}"]
+            expected.append(told[:5])
+            ours.append(
+                [mine["outcome"], mine["stage"], number(mine["stable"]), number(mine["failing"]), mine["checksum"]][
+                    : len(told[:5])
+                ]
+            )
+        case.check("... outcome, stage, bracket and checksum of runs of their own", ours, expected)
+        case.check("... no two are alike", len({row["checksum"] for row in found.values()}), len(rows))
+        case.report("... that fail", sum(row["outcome"] == "fails" for row in found.values()), 1)
+
+
+def by_words(case):
+    """Numbers of summary.json; another order; rows through a pipe; a sample that is bad input."""
+    folder = case.prepare(dam(), scene(STAGES, relaxation=NEWTON))
+    columns = [
+        FRICTION,
+        "loads.water.level",
+        "tell:joints.default.sliding_factor_peak",
+        "tell:max_displacement.value",
+        "tell:joints.default.nothing",
+    ]
+    draw = np.random.default_rng(4)
+    rows = [(draw.uniform(9, 20), draw.uniform(5, 7)) for _ in range(8)]
+    write_table(folder, columns, list(enumerate(rows)))
+    started(case, folder, "-samples", "table.csv")
+    found = results_of(folder)
+    told, expected = [], []
+    for i in (0, 5):
+        _, stage = alone(case, folder, columns[:2], rows[i], f"alone_{i}")
+        stands = stage["verdict"] == "converged"
+        expected.append(
+            [
+                stage["joints"]["default"]["sliding_factor_peak"] if stands else None,
+                stage["max_displacement"]["value"] if stands else None,
+                None,
+            ]
+        )
+        told.append([number(found[f"s{i}"][path.partition(":")[2]]) for path in columns[2:]])
+    case.check("numbers of the stage, to the last digit", told, expected)
+    write_table(folder, columns, [(i, rows[i]) for i in (6, 2, 7, 0)], "other.csv")
+    started(case, folder, "-samples", "other.csv", "-output", "other")
+    other = results_of(folder, "other")
+    case.check(
+        "half of them in another order: the same rows",
+        same(other, {name: row for name, row in found.items() if name in other}),
+        "same",
+    )
+    piped = started(
+        case, folder, "-samples", "/dev/stdin", "-output", "piped", input=(folder / "table.csv").read_text(encoding="utf-8")
+    )
+    lines = piped.stdout.split("\n")
+    lines = lines[next(i for i, line in enumerate(lines) if line.startswith("sample,")) :]
+    case.check(
+        "through a pipe: the same rows",
+        same({row["sample"]: row for row in csv.DictReader(line for line in lines if line)}, found),
+        "same",
+    )
+    write_table(folder, columns[:1], [(0, (95,)), (1, (30,))], "bad.csv")
+    done = started(case, folder, "-samples", "bad.csv", "-output", "bad")
+    bad = results_of(folder, "bad")
+    case.check(
+        "bad input in a row is told there, the others run",
+        [done.returncode, bad["s0"]["outcome"], "95.0 is out of range" in bad["s0"]["why"], bad["s1"]["outcome"]],
+        [0, "refused", True, "stands"],
+    )
+
+
+# ---- a kill, and what is there already
+
+
+def killed(case):
+    folder = case.prepare(dam(), scene(STAGES, relaxation=NEWTON))
+    draw = np.random.default_rng(5)
+    rows = [(draw.uniform(9, 20), draw.uniform(5, 7)) for _ in range(60)]
+    columns = [FRICTION, "loads.water.level"]
+    write_table(folder, columns, list(enumerate(rows)))
+    started(case, folder, "-samples", "table.csv", "-output", "whole")
+    whole = results_of(folder, "whole")
+    path = folder / "out" / "samples.csv"
+    with subprocess.Popen(
+        [case.quoin, "-options_file", "scene.yaml", "-samples", "table.csv"],
+        cwd=folder,
+        env=ENVIRONMENT | dict(os.environ),
+        stdout=subprocess.DEVNULL,
+    ) as process:
+        while process.poll() is None and not (path.exists() and path.read_text(encoding="utf-8").count("\n") > 6):
+            time.sleep(0.002)
+        process.send_signal(signal.SIGKILL)
+    before = path.read_text(encoding="utf-8")
+    path.write_text(before[: before.rindex("\n") - 7], encoding="utf-8")  # and a row that was cut
+    again = started(case, folder, "-samples", "table.csv")
+    text = path.read_text(encoding="utf-8")
+    case.check(
+        "after a kill: every sample once, as without",
+        [text.count("\n"), same(results_of(folder), whole), again.returncode],
+        [2 + len(rows), "same", 0],
+    )
+    case.check("... those that were there are kept as they are", text.startswith(before[: before.rindex("\n", 0, -8)]), True)
+    last = started(case, folder, "-samples", "table.csv")
+    case.check(
+        "... and none is left to run", ["\n0 samples in" in last.stdout, path.read_text(encoding="utf-8") == text], [True, True]
+    )
+    write_table(folder, columns, [(3, (30.0, 6.0))])
+    other = started(case, folder, "-samples", "table.csv")
+    case.check(
+        "a sample with other numbers",
+        [other.returncode, "sample s3 has other numbers" in other.stderr, other.stderr.count("error")],
+        [2, True, 1],
+    )
+    other = started(case, folder, "-samples", "table.csv", "-gravity", "9.8")
+    case.check(
+        "results of another scene",
+        [other.returncode, "results of another table, scene or mesh" in other.stderr, other.stderr.count("error")],
+        [2, True, 1],
+    )
+
+
+PEAK = "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL); print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+
+
+def flat(case):
+    """Peak memory [kB] of few and of many samples, some of which fail, and some at the start of their trials."""
+    limit = {"type": "strength_reduction", "what": "friction", "loads": ["weight", "water"], "step": 5, "limit": 5}
+    folder, peaks = case.prepare(dam(rigid=True), scene([*BASE, {"limit": limit}], relaxation=NEWTON)), []
+    for n in (80, 320):
+        write_table(
+            folder,
+            ["loads.water.level", "stages.limit.start"],
+            [(i, (5 + 0.001 * i, 6 if i % 3 else 40)) for i in range(n)],
+            f"{n}.csv",
+        )
+        command = [
+            sys.executable,
+            "-c",
+            PEAK,
+            case.quoin,
+            "-options_file",
+            "scene.yaml",
+            "-samples",
+            f"{n}.csv",
+            "-output",
+            f"out_{n}",
+        ]
+        peaks.append(
+            int(
+                subprocess.run(
+                    command, cwd=folder, env=ENVIRONMENT | dict(os.environ), capture_output=True, text=True, check=True
+                ).stdout
+            )
+        )
+    outcomes = {row["outcome"] for row in results_of(folder, "out_320").values()}
+    case.report("peak memory of 320 samples over that of 80", peaks[1] / peaks[0], 1)
+    case.check(
+        "320 samples take no more memory than 80 (1.5 MB)", [peaks[1] - peaks[0] < 1500, outcomes], [True, {"stands", "fails"}]
+    )
+
+
+def refused(case):
+    plain, words = scene(STAGES), "expected a number of joints, loads, anchors or stages"
+    builds = [{"own": {"loads": ["weight"]}}, {"high": {"loads": ["weight"], "build": ["high"]}}]
+    for what, one, table, message in (
+        ("a material", plain, "sample,materials.low.young\n1,1e9\n", words),
+        ("a word", plain, "sample,joints.default.law\n1,elastic\n", words),
+        ("no such row", plain, "sample,stages.none.start\n1,3\n", words),
+        ("no header", plain, "1,2\n", "expected a header sample,<key>,.."),
+        ("twice", plain, f"sample,{FRICTION},{FRICTION}\n1,2,3\n", f"column {FRICTION} twice"),
+        ("a short row", plain, f"sample,{FRICTION}\n1\n", "table.csv:2: expected the name of a sample and 1 cells"),
+        ("lifts", scene(builds), f"sample,{FRICTION}\n1,40\n", "stages that build groups (build) need a run for each sample"),
+        (
+            "cases",
+            scene([*BASE, {"last": {"from": "own", "loads": ["weight"]}}]),
+            f"sample,{FRICTION}\n1,40\n",
+            "(from) need a run for each sample",
+        ),
+        (
+            "in time",
+            scene([{"move": {"type": "dynamic", "loads": ["weight"], "duration": 0.01}}]),
+            f"sample,{FRICTION}\n1,40\n",
+            "stages in time and modes need a run for each sample",
+        ),
+    ):
+        folder = case.prepare(dam(), one)
+        (folder / "table.csv").write_text(table, encoding="utf-8")
+        done = started(case, folder, "-samples", "table.csv")
+        case.check(f"refused: {what}", [done.returncode, message in done.stderr, done.stderr.count("quoin: error")], [2, True, 1])
+    two = case.again(case.prepare(dam(), plain), "-samples", "table.csv", ranks=2, short=True)
+    case.check("refused: two ranks", [two.exit_code, "samples run on one rank each" in two.stderr], [2, True])
