@@ -18,7 +18,18 @@ typedef struct {
 } LocalPoint;
 
 /* Vectors of a condensed body. Those behind are at the end of the step. */
-enum { V_BEFORE, V_BEHIND, MOMENTUM, MOMENTUM_BEHIND, FORCE, ACCELERATION, ROOM, BODY_VECTORS };
+enum {
+  V_BEFORE,
+  V_BEHIND,
+  CARRIED, /* [N s] of modes: H' v */
+  CARRIED_BEHIND,
+  MOMENTUM,
+  MOMENTUM_BEHIND,
+  FORCE,
+  ACCELERATION, /* of rows */
+  ROOM,
+  BODY_VECTORS
+};
 /* Those of its slots. */
 enum { SLOT_BEFORE, SLOT_BEHIND, SLOT_FORCE, SLOT_VECTORS };
 
@@ -35,12 +46,13 @@ typedef struct {
   PetscReal *inertia;           /* [kg] (stride, stride) Psi' M Psi */
   PetscReal *couples;           /* [kg] (stride, width) Psi' M Phi by columns */
   PetscReal *coupled;           /* the same transposed */
+  PetscReal *lacking;           /* [kg s2] (stride, stride) of modes left out (blocks.h) */
   PetscReal *along;             /* [kg] (n, 2) what a motion of the ground along x, y takes along */
   PetscReal *yields;            /* [-] (width,) what of a force on a mode its dashpot leaves */
   PetscReal *inverse;           /* [1/kg] (stride, stride) between the first n_free */
   PetscReal *kept[BODY_VECTORS], *modes[BODY_VECTORS]; /* (stride,), (width,) */
   PetscReal *slots[SLOT_VECTORS];                      /* (n_slots,) */
-  PetscBool known;                                     /* MOMENTUM is that of the velocities of the state */
+  PetscBool known;                                     /* those behind are of the velocities of the state */
 } LocalBody;
 
 struct _p_Local {

@@ -13,6 +13,9 @@
    where c are the dashpots of gathered modes (condense_left_out.c), centred as those of points.
 
    Damping by stiffness is a force, of the velocity before: among f, and -beta Omega^2 q'- beside -Omega^2 q.
+   A body that lacks modes has it centred besides, so that it does not shorten the step: beta S is in D_BB and
+   beta Omega^2 in c. What that does beside the force of the velocity before is dt/2 beta (v- + v+)/2 .
+   S (v+ - v-) in a step. Its sum is dt/4 beta v-.S v+, which needs no account.
 
    The body belongs to one rank, and its sums run in one order, so bits do not depend on the ranks.
 
@@ -83,21 +86,23 @@ static PetscErrorCode find_rows(const Local *l, const TermView *view, const Pets
 static PetscErrorCode gather_inertia(LocalBody *b)
 {
   const Condensed *c = b->of;
-  PetscReal *inertia, *couples;
+  PetscReal *inertia, *couples, *lacking;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc6(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
+  PetscCall(PetscCalloc7(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
                          b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->width, &b->yields,
-                         b->stride * b->stride, &b->inverse));
-  PetscCall(PetscMalloc2(b->n * b->n, &inertia, b->n * c->n_modes, &couples));
+                         b->stride * b->stride, &b->inverse, b->stride * b->stride, &b->lacking));
+  PetscCall(PetscCalloc3(b->n * b->n, &inertia, b->n * c->n_modes, &couples, b->n * b->n, &lacking));
   PetscCall(CondensedFoldBoth(b->rows, c->n_kept, c->size, c->inertia, inertia));
   PetscCall(CondensedFold(b->rows, c->n_kept, c->n_modes, c->size, c->inertia + c->n_kept, couples));
   PetscCall(CondensedFold(b->rows, c->n_kept, 2, 2, c->along, b->along));
+  if (c->lacking) PetscCall(CondensedFoldBoth(b->rows, c->n_kept, c->stride, c->lacking, lacking));
   for (PetscInt i = 0; i < b->n; i++) {
     PetscCall(PetscArraycpy(b->inertia + i * b->stride, inertia + i * b->n, b->n));
+    PetscCall(PetscArraycpy(b->lacking + i * b->stride, lacking + i * b->n, b->n));
     for (PetscInt k = 0; k < c->n_modes; k++)
       b->couples[k * b->stride + i] = b->coupled[i * b->width + k] = couples[i * c->n_modes + k];
   }
-  PetscCall(PetscFree2(inertia, couples));
+  PetscCall(PetscFree3(inertia, couples, lacking));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,13 +134,19 @@ PetscErrorCode LocalBodiesDestroy(Local *l)
   PetscFunctionBeginUser;
   for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscCall(CondensedRowsDestroy(l->m->condensed + (b - l->body)));
-    PetscCall(PetscFree6(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse));
+    PetscCall(PetscFree7(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse, b->lacking));
     for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
     for (int k = 0; k < SLOT_VECTORS; k++) PetscCall(PetscFree(b->slots[k]));
     PetscCall(PetscFree2(b->point, b->slot));
   }
   PetscCall(PetscFree(l->body));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [1/s] What damps mode k in the middle of the step. */
+static PetscReal centred_damper(const LocalBody *b, PetscInt k)
+{
+  return b->of->damper[k] + CondensedCentred(b->of) * b->of->omega2[k];
 }
 
 /* What damping by mass over a step adds to 1. */
@@ -175,11 +186,13 @@ static PetscErrorCode invert(const Local *l, const LocalBody *b, const State *s,
   PetscBLASInt info = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < b->of->n_modes; i++)
-    b->yields[i] = whole / (whole + 0.5 * step * b->of->damper[i]);
+    b->yields[i] = whole / (whole + 0.5 * step * centred_damper(b, i));
   PetscCall(PetscArrayzero(A, b->stride * b->stride));
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < b->n_free; i++) {
-    for (PetscInt j = 0; j < b->n_free; j++) A[i * b->stride + j] = whole * b->inertia[i * b->stride + j];
+    for (PetscInt j = 0; j < b->n_free; j++)
+      A[i * b->stride + j] = whole * b->inertia[i * b->stride + j] +
+                             0.5 * step * CondensedCentred(b->of) * b->rows->S[i * b->stride + j];
     A[i * b->stride + i] += whole * (i < b->rows->n_firm ? b->rows->mass[i] : 1.);
   }
   PetscCall(add_points_to(l, b, step, A));
@@ -208,25 +221,50 @@ PetscErrorCode LocalBodiesInvert(Local *l, const State *s)
 
 /* ---- a step */
 
-/* The velocities before the step, from those of the degrees of freedom, v, and of the modes. */
-static void gather(const Local *l, const LocalBody *b, const State *s, const PetscReal *v)
+/* What of the motion of rows modes feel, by the numbers of velocities and of what is found. */
+static void find_carried(const LocalBody *b, int v, int carried)
 {
-  const PetscInt at = 3 * l->m->n_bodies;
-  for (PetscInt i = 0; i < b->n_slots; i++)
-    b->slots[SLOT_BEFORE][i] = b->slots[SLOT_FORCE][i] = v[at + b->rows->dof[i]];
-  CondensedFind(b->rows, b->slots[SLOT_FORCE], b->kept[V_BEFORE]);
-  memcpy(b->modes[V_BEFORE], s->modes[MODE_SPEED] + b->of->first_mode, b->of->n_modes * sizeof(PetscReal));
+  DenseTimes(b->width, b->stride, b->coupled, b->kept[v], b->modes[carried]);
 }
 
-/* What inertia makes of velocities: both by number. */
-static void find_momentum(const LocalBody *b, int v, int momentum)
+/* What inertia makes of velocities: likewise. */
+static void find_momentum(const LocalBody *b, int v, int carried, int momentum)
 {
   PetscReal *kept = b->kept[momentum], *modes = b->modes[momentum];
   DenseTimes(b->stride, b->stride, b->inertia, b->kept[v], kept);
   DenseTimes(b->stride, b->width, b->couples, b->modes[v], b->kept[ROOM]);
-  DenseTimes(b->width, b->stride, b->coupled, b->kept[v], modes);
   for (PetscInt i = 0; i < b->n; i++) kept[i] += b->kept[ROOM][i];
-  for (PetscInt k = 0; k < b->of->n_modes; k++) modes[k] += b->modes[v][k];
+  for (PetscInt k = 0; k < b->of->n_modes; k++) modes[k] = b->modes[carried][k] + b->modes[v][k];
+}
+
+/* What was behind the last step is before this one. */
+static void hand_on(LocalBody *b)
+{
+  static const int pairs[][2] = {
+      {V_BEFORE, V_BEHIND}, {CARRIED, CARRIED_BEHIND}, {MOMENTUM, MOMENTUM_BEHIND}};
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(pairs); i++) {
+    const int before = pairs[i][0], behind = pairs[i][1];
+    PetscReal *const spare[2] = {b->kept[before], b->modes[before]};
+    b->kept[before] = b->kept[behind], b->kept[behind] = spare[0];
+    b->modes[before] = b->modes[behind], b->modes[behind] = spare[1];
+  }
+}
+
+/* The velocities before the step, from those of the degrees of freedom, v, and of the modes, and what inertia
+   makes of them. */
+static void gather(const Local *l, LocalBody *b, const State *s, const PetscReal *v)
+{
+  const PetscInt at = 3 * l->m->n_bodies;
+  for (PetscInt i = 0; i < b->n_slots; i++)
+    b->slots[SLOT_BEFORE][i] = b->slots[SLOT_FORCE][i] = v[at + b->rows->dof[i]];
+  if (b->known) {
+    hand_on(b);
+    return;
+  }
+  CondensedFind(b->rows, b->slots[SLOT_FORCE], b->kept[V_BEFORE]);
+  memcpy(b->modes[V_BEFORE], s->modes[MODE_SPEED] + b->of->first_mode, b->of->n_modes * sizeof(PetscReal));
+  find_carried(b, V_BEFORE, CARRIED);
+  find_momentum(b, V_BEFORE, CARRIED, MOMENTUM);
 }
 
 /* What damping by mass takes beside that of lumped masses. along: [kg] (2,) what the ground moves. */
@@ -266,10 +304,12 @@ static void add_points(const Local *l, const LocalBody *b, PetscReal step)
 /* What the acceleration of the supports takes from the forces. */
 static void add_supports(const LocalBody *b, const State *s, PetscReal step)
 {
+  const PetscReal damped = 0.5 * CondensedCentred(b->of);
   for (PetscInt j = b->n_free; j < b->n && step > 0.; j++) {
-    const PetscReal a = damped_mass(s, step) * (b->kept[V_BEHIND][j] - b->kept[V_BEFORE][j]) / step;
+    const PetscReal dv = b->kept[V_BEHIND][j] - b->kept[V_BEFORE][j], a = damped_mass(s, step) * dv / step;
     if (a == 0.) continue;
-    for (PetscInt i = 0; i < b->n_free; i++) b->kept[FORCE][i] -= b->inertia[j * b->stride + i] * a;
+    for (PetscInt i = 0; i < b->n_free; i++)
+      b->kept[FORCE][i] -= b->inertia[j * b->stride + i] * a + damped * b->rows->S[j * b->stride + i] * dv;
     for (PetscInt k = 0; k < b->of->n_modes; k++) b->modes[FORCE][k] -= b->coupled[j * b->width + k] * a;
   }
 }
@@ -298,21 +338,32 @@ static void find_forces(const Local *l, const LocalBody *b, const State *s, cons
   add_supports(b, s, step);
 }
 
-/* Finds the acceleration over the step; 0: at once, with what supports hold at constant velocity.
-   V_BEFORE, and of what is held V_BEHIND, are known. */
+/* Finds the acceleration of rows over the step, and what forces alone would give to modes, times `whole`;
+   step 0: at once, with what supports hold at constant velocity. V_BEFORE, and of what is held V_BEHIND,
+   are known. */
 static void accelerate(const Local *l, LocalBody *b, const State *s, const PetscReal ground[2],
                        PetscReal step)
 {
-  const PetscReal whole = damped_mass(s, step);
-  if (!b->known) find_momentum(b, V_BEFORE, MOMENTUM);
   find_forces(l, b, s, ground, step);
   for (PetscInt k = 0; k < b->of->n_modes; k++) b->modes[FORCE][k] *= b->yields[k];
   DenseTimes(b->stride, b->width, b->couples, b->modes[FORCE], b->kept[ROOM]);
   for (PetscInt i = 0; i < b->n_free; i++) b->kept[FORCE][i] -= b->kept[ROOM][i];
   DenseTimes(b->stride, b->stride, b->inverse, b->kept[FORCE], b->kept[ACCELERATION]);
-  DenseTimes(b->width, b->stride, b->coupled, b->kept[ACCELERATION], b->modes[ROOM]);
+}
+
+/* Finds the velocities of modes behind the step, when those of rows are known. Of supports the forces on
+   modes have it already. */
+static void accelerate_modes(const LocalBody *b, const State *s)
+{
+  const PetscReal whole = damped_mass(s, s->dt), *carried[2] = {b->modes[CARRIED], b->modes[CARRIED_BEHIND]};
+  PetscReal *by_rows = b->modes[ROOM], *v_1 = b->modes[V_BEHIND];
+  for (PetscInt k = 0; k < b->of->n_modes; k++) by_rows[k] = carried[1][k] - carried[0][k];
+  for (PetscInt j = b->n_free; j < b->n; j++) {
+    const PetscReal dv = b->kept[V_BEHIND][j] - b->kept[V_BEFORE][j];
+    for (PetscInt k = 0; k < b->of->n_modes && dv != 0.; k++) by_rows[k] -= b->coupled[j * b->width + k] * dv;
+  }
   for (PetscInt k = 0; k < b->of->n_modes; k++)
-    b->modes[ACCELERATION][k] = b->modes[FORCE][k] / whole - b->yields[k] * b->modes[ROOM][k];
+    v_1[k] = b->modes[V_BEFORE][k] + s->dt * b->modes[FORCE][k] / whole - b->yields[k] * by_rows[k];
 }
 
 /* Books the works of the step at one degree of freedom: velocities and momenta before and behind it. damper:
@@ -328,11 +379,20 @@ static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], Pets
   return (behind - before) / s->dt + drag;
 }
 
-/* [N] What damps mode k over the step: its dashpot in the middle, beta by the velocity before. */
+/* [N] What damps mode k over the step. */
 static PetscReal damper_of(const LocalBody *b, PetscInt k)
 {
   const PetscReal v_0 = b->modes[V_BEFORE][k], v_1 = b->modes[V_BEHIND][k];
-  return CondensedDamper(b->of, k) * v_0 + 0.5 * b->of->damper[k] * (v_1 - v_0);
+  return CondensedDamper(b->of, k) * v_0 + 0.5 * centred_damper(b, k) * (v_1 - v_0);
+}
+
+/* [N] What centred damping asks of row i beside the force of the velocity before. */
+static PetscReal centred_force(const LocalBody *b, PetscInt i)
+{
+  PetscReal sum = 0.;
+  for (PetscInt j = 0; j < b->n; j++)
+    sum += b->rows->S[i * b->stride + j] * (b->kept[V_BEHIND][j] - b->kept[V_BEFORE][j]);
+  return 0.5 * CondensedCentred(b->of) * sum;
 }
 
 static void book_body(const Local *l, const LocalBody *b, const State *s, const PetscReal ground[2],
@@ -340,8 +400,9 @@ static void book_body(const Local *l, const LocalBody *b, const State *s, const 
 {
   const PetscReal *v_0 = b->kept[V_BEFORE], *v_1 = b->kept[V_BEHIND];
   for (PetscInt i = 0; i < b->n; i++) {
-    const PetscReal force = book_one(s, b->kept, i, 0., b->along + 2 * i, ground, works);
-    if (i < b->n_free) continue;
+    PetscReal force = book_one(s, b->kept, i, 0., b->along + 2 * i, ground, works);
+    if (i < b->n_free || (v_0[i] == 0. && v_1[i] == 0.)) continue;
+    force += centred_force(b, i);
     works[LOCAL_SUPPORTS] += 0.5 * s->dt * (v_0[i] + v_1[i]) * force; // its support bears that
     works[LOCAL_SUPPORTS_AHEAD] += 0.5 * s->dt * v_1[i] * force;
   }
@@ -369,15 +430,6 @@ static void move_modes(const LocalBody *b, const State *s, PetscReal works[LOCAL
   }
 }
 
-/* What is behind the step is before the next one. */
-static void hand_on(LocalBody *b)
-{
-  PetscReal *const spare[2] = {b->kept[MOMENTUM], b->modes[MOMENTUM]};
-  b->kept[MOMENTUM] = b->kept[MOMENTUM_BEHIND], b->kept[MOMENTUM_BEHIND] = spare[0];
-  b->modes[MOMENTUM] = b->modes[MOMENTUM_BEHIND], b->modes[MOMENTUM_BEHIND] = spare[1];
-  b->known = PETSC_TRUE;
-}
-
 void LocalBodiesStep(Local *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
                      PetscReal works[LOCAL_WORKS])
 {
@@ -398,12 +450,12 @@ void LocalBodiesStep(Local *l, State *s, const PetscReal *v_before, const PetscR
       s->u[d] += (behind[i] - s->v[d]) * s->dt; // the step has moved it as if it had its own mass only
       s->v[d] = behind[i];
     }
-    for (PetscInt k = 0; k < b->of->n_modes; k++)
-      b->modes[V_BEHIND][k] = b->modes[V_BEFORE][k] + s->dt * b->modes[ACCELERATION][k];
-    find_momentum(b, V_BEHIND, MOMENTUM_BEHIND);
+    find_carried(b, V_BEHIND, CARRIED_BEHIND);
+    accelerate_modes(b, s);
+    find_momentum(b, V_BEHIND, CARRIED_BEHIND, MOMENTUM_BEHIND);
     book_body(l, b, s, ground, works);
     move_modes(b, s, works);
-    hand_on(b);
+    b->known = PETSC_TRUE;
   }
 }
 
@@ -415,58 +467,18 @@ PetscErrorCode LocalBodiesHalfStep(Local *l, State *s, const PetscReal *v_before
   PetscFunctionBeginUser;
   for (LocalBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscCall(invert(l, b, s, 0.));
-    gather(l, b, s, v_before);
     b->known = PETSC_FALSE;
+    gather(l, b, s, v_before);
     accelerate(l, b, s, ground, 0.);
+    find_carried(b, ACCELERATION, CARRIED);
     for (PetscInt i = 0; i < b->n_free; i++)
       b->kept[V_BEHIND][i] = b->kept[V_BEFORE][i] + half * b->kept[ACCELERATION][i];
     CondensedSpread(b->rows, b->kept[V_BEHIND], b->slots[SLOT_BEHIND]);
     for (PetscInt i = 0; i < b->free_slots; i++) s->v[at + b->rows->dof[i]] = b->slots[SLOT_BEHIND][i];
     for (PetscInt k = 0; k < b->of->n_modes; k++)
-      s->modes[MODE_SPEED][b->of->first_mode + k] += half * b->modes[ACCELERATION][k];
+      s->modes[MODE_SPEED][b->of->first_mode + k] += half * (b->modes[FORCE][k] -
+                                                             b->yields[k] * b->modes[CARRIED][k]);
   }
   l->dt = 0.; // the inverses are not those of a step
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- what is lacking */
-
-/* 1/2 u.A u, with u in the room of the body. */
-static PetscReal half_product(const Condensed *c, const PetscReal *A)
-{
-  PetscReal sum = 0.;
-  DenseTimes(c->stride, c->stride, A, c->u, c->f);
-  for (PetscInt i = 0; i < c->n_kept; i++) sum += 0.5 * c->u[i] * c->f[i];
-  return sum;
-}
-
-static void find_acceleration(const LocalBody *b, PetscReal dt)
-{
-  for (PetscInt i = 0; i < b->of->n_kept; i++) {
-    const PetscInt slot = b->rows->slot[i];
-    b->of->u[i] = (b->slots[SLOT_BEHIND][slot] - b->slots[SLOT_BEFORE][slot]) / dt;
-  }
-}
-
-/* Adds those of one body. */
-static void add_lacking(const Model *m, const LocalBody *b, const State *s, const PetscReal *start,
-                        PetscReal works[LOCAL_WORKS])
-{
-  const Condensed *c = b->of;
-  const PetscInt at = 3 * m->n_bodies;
-  const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, next = 2. * PETSC_PI * c->next;
-  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = s->u[at + c->kept[i]] - start[at + c->kept[i]];
-  works[LOCAL_SHAKEN] += half_product(c, c->S);
-  for (PetscInt k = 0; k < c->n_modes; k++) works[LOCAL_SHAKEN] += 0.5 * c->omega2[k] * q[k] * q[k];
-  if (!c->lacking) return;
-  find_acceleration(b, s->dt);
-  works[LOCAL_LACKING] += half_product(c, c->lacking);
-  works[LOCAL_HASTE] += half_product(c, c->S) / (next * next);
-  for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = b->slots[SLOT_BEHIND][b->rows->slot[i]];
-  works[LOCAL_SPEED] += half_product(c, c->S);
-}
-
-void LocalLacking(const Local *l, const State *s, const PetscReal *start, PetscReal works[LOCAL_WORKS])
-{
-  for (const LocalBody *b = l->body; b < l->body + l->n_bodies; b++) add_lacking(l->m, b, s, start, works);
 }

@@ -87,7 +87,7 @@ enum {
   LOCAL_INSIDE, /* kinetic energy inside condensed bodies, at the present time */
   LOCAL_STRAIN, /* what their modes store */
   LOCAL_LOADS,  /* work of loads on their modes */
-  LOCAL_DRAG,   /* lost to damping by mass inside them */
+  LOCAL_DRAG,   /* lost to what damps inside them */
   LOCAL_DRAG_AHEAD,
   LOCAL_LACKING, /* of condensed bodies, summed over looks: what the modes that they lack would store if they
                     followed at once, */
@@ -111,6 +111,9 @@ PetscErrorCode LocalMasses(const Local *local, LocalTake take, void *context);
    so that nothing but the state moves. */
 PetscErrorCode LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
                          PetscReal part, PetscReal works[LOCAL_WORKS]);
+/* After a step, once: completes its works by those that are not summed up step by step, because they are
+   known from velocities. */
+void LocalBodiesCentred(const Local *local, const State *state, PetscReal works[LOCAL_WORKS]);
 /* After a step: adds to the sums over looks. start: (n_dof,) displacements at the start of the stage. */
 void LocalLacking(const Local *local, const State *state, const PetscReal *start,
                   PetscReal works[LOCAL_WORKS]);

@@ -386,15 +386,14 @@ PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
   if (p->output->bodies.n < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(deepest(p, &closure));
   PetscCall(GatherMesh(m, &mesh));
-  PetscCall(GatherStage(m, p->state, p->contacts, p->stage, &mesh, &fields));
+  PetscCall(GatherMechanism(m, p->state->u + 3 * m->n_bodies, &fields)); // displacements alone
   if (!m->rank) {
     BlockMesh moved = {.n_vertices = mesh.n_vertices, .n_blocks = mesh.n_blocks, .blocks = mesh.blocks};
     moved.body = mesh.macroblock, moved.n_bodies = m->n_bodies_global;
     PetscCall(PetscMalloc1(2 * (size_t)mesh.n_vertices, &moved.X));
     PetscCall(PetscMalloc1(mesh.n_blocks, &moved.block_file));
     for (PetscInt i = 0; i < mesh.n_blocks; i++) moved.block_file[i] = i;
-    for (PetscInt i = 0; i < 2 * mesh.n_vertices; i++)
-      moved.X[i] = mesh.X[i] + fields.vertex[VERTEX_WIDTH * (i / 2) + i % 2];
+    for (PetscInt i = 0; i < 2 * mesh.n_vertices; i++) moved.X[i] = mesh.X[i] + fields.mechanism[i];
     PetscCall(MeshOverlap(&moved, p->scene->overlap_tolerance + 2. * closure, message));
     PetscCall(PetscFree(moved.X));
     PetscCall(PetscFree(moved.block_file));

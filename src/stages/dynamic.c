@@ -372,8 +372,8 @@ static PetscErrorCode cycle(Loop *loop)
   if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, d, &verified));
   if (!verified) PetscCall(evaluate(p, d));
   if (d->frame < stage->frames && pace->done * (stage->frames + 1) >= pace->total * (d->frame + 1)) {
-    PetscCall(passed(p));
     PetscCall(recover(p));
+    PetscCall(passed(p));
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
@@ -393,6 +393,7 @@ static PetscErrorCode judge(Loop *loop)
   Dynamic *d = loop->memory;
   PetscReal v_ground[2];
   PetscFunctionBeginUser;
+  LocalBodiesCentred(d->local, p->state, d->energy.local);
   if (d->energy.u_start) LocalLacking(d->local, p->state, d->energy.u_start, d->energy.local);
   PetscCall(look(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
   GroundVelocity(&d->ground, p->state->time - p->state->dt, v_ground);
@@ -443,6 +444,7 @@ static PetscErrorCode close_account(const Problem *p, Dynamic *d)
   PetscCall(EnergyOfBlocks(p, &d->energy));
   ground_now(p, d, v_ground);
   PetscCall(VelocitiesAccount(p, d->local, v_ground, PETSC_TRUE, NULL, &d->energy));
+  LocalBodiesCentred(d->local, p->state, d->energy.local);
   PetscCall(EnergyReport(p, &d->energy, PETSC_FALSE, &p->result->energy));
   p->result->kinetic = p->result->energy.kinetic;
   p->result->time = p->state->time;

@@ -226,6 +226,13 @@ static inline PetscReal CondensedDamper(const Condensed *body, PetscInt k)
 {
   return body->damper[k] + body->beta_now * body->omega2[k];
 }
+/* [s] What of beta is centred, as dashpots are: all of it in a body that lacks modes, which has a dense
+   inverse anyway. A body with all modes is the mesh itself, and is damped as blocks are, by the velocity
+   before. */
+static inline PetscReal CondensedCentred(const Condensed *body)
+{
+  return body->next < PETSC_INFINITY ? body->beta : 0.;
+}
 /* u += Phi q; q: (n_modes,) of the model; u: vertex array. */
 void CondensedAddModes(const Model *model, const PetscReal *q, PetscReal *u);
 

@@ -4,7 +4,7 @@
 
    Dampers C know the velocity before, v- = (v- + v+)/2 - (v+ - v-)/2. So they damp as centred ones would
    that take dt/2 C from the mass: the step is stable where 4 (M - dt/2 C) - dt^2 K has no negative
-   eigenvalue. */
+   eigenvalue. Dampers that are centred (CondensedCentred) leave the step as it is. */
 #include "forces/blocks/blocks.h"
 #include <petscblaslapack.h>
 
@@ -132,7 +132,8 @@ static PetscReal form(PetscInt n, const PetscReal *A, const PetscReal *x)
   return sum;
 }
 
-/* What sets the step: the motion of largest dt^2 K + 2 dt C over M. */
+/* What sets the step: the motion of largest dt^2 K + 2 dt C over M. beta: [s] of the body, of the velocity
+   before. */
 static PetscErrorCode find_culprit(const Model *m, const Condensed *c, const Moving *x, PetscReal beta,
                                    PetscBool damped, PetscReal dt, CondensedStep *step)
 {
@@ -146,7 +147,7 @@ static PetscErrorCode find_culprit(const Model *m, const Condensed *c, const Mov
   PetscCall(largest_of(x->n, K, M, &omega2, v));
   const PetscReal dampers = form(x->n, x->c, v), springs = form(x->n, x->k, v), own = form(x->n, x->K, v);
   step->dt = damped ? dt : 2. / PetscSqrtReal(omega2);
-  step->joints = damped ? dampers / (dampers + beta * own) : springs / omega2;
+  step->joints = !damped ? springs / omega2 : beta > 0. ? dampers / (dampers + beta * own) : NAN;
   for (PetscInt i = 0; i < x->n_rows; i++)
     if (PetscAbsReal(v[i]) > most)
       most = PetscAbsReal(v[i]), step->dof = 3 * m->n_bodies + c->rows->dof[PetscMin(i, c->rows->n_firm)];
@@ -157,7 +158,7 @@ static PetscErrorCode find_culprit(const Model *m, const Condensed *c, const Mov
 PetscErrorCode CondensedBound(const Model *m, const Condensed *c, const PetscReal *springs,
                               const PetscReal *dampers, CondensedStep step[2])
 {
-  const PetscReal beta = c->beta;
+  const PetscReal beta = c->beta - CondensedCentred(c);
   Moving x;
   PetscReal most = beta, dt = 0.;
   PetscFunctionBeginUser;

@@ -340,13 +340,13 @@ void CondensedInertial(const Model *m, const State *s)
   for (PetscInt b = 0; b < m->n_condensed && m->mode_start; b++) {
     const Condensed *c = m->condensed + b;
     const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, *speed = s->modes[MODE_SPEED] + c->first_mode;
-    for (PetscInt i = 0; i < c->n_kept; i++) {
-      const PetscReal *H = c->inertia + i * c->size + c->n_kept;
-      PetscReal force = 0.;
-      for (PetscInt k = 0; k < c->n_modes; k++)
-        force -= H[k] * (c->omega2[k] * q[k] + CondensedDamper(c, k) * speed[k]);
-      s->inertial[3 * m->n_bodies + c->kept[i]] = force;
+    memset(c->u, 0, c->n_kept * sizeof *c->u);
+    for (PetscInt k = 0; k < c->n_modes; k++) {
+      const PetscReal *H = c->inertia + (c->n_kept + k) * c->size,
+                      force = c->omega2[k] * q[k] + CondensedDamper(c, k) * speed[k];
+      for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] -= H[i] * force;
     }
+    for (PetscInt i = 0; i < c->n_kept; i++) s->inertial[3 * m->n_bodies + c->kept[i]] = c->u[i];
     add_not_given(m, c, s);
   }
 }

@@ -296,13 +296,13 @@ PetscErrorCode CondensedRowsCreate(const Model *m, PetscBool calms, const PetscR
   PetscCall(PetscCalloc6(r->calm_width, &r->calm, r->shape_width, &r->by_shape, r->n_slots, &r->at_slots,
                          r->width, &r->x, r->width, &r->f, r->width * r->width, &r->S));
   c->rows = r;
-  if (!r->n_calm) PetscFunctionReturn(PETSC_SUCCESS);
-  find_shares(c, r);
   PetscCall(PetscMalloc1(r->n_rows * r->n_rows, &S));
   PetscCall(CondensedFoldBoth(r, c->n_kept, c->stride, c->S, S));
   for (PetscInt i = 0; i < r->n_rows; i++)
     PetscCall(PetscArraycpy(r->S + i * r->width, S + i * r->n_rows, r->n_rows));
   PetscCall(PetscFree(S));
+  if (!r->n_calm) PetscFunctionReturn(PETSC_SUCCESS);
+  find_shares(c, r);
   for (PetscInt i = 0; i < c->n_kept; i++) r->u_start[i] = c->u[i] = u_start[c->kept[i]];
   DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
   PetscCall(PetscArraycpy(r->f_start, c->f, c->n_kept));
