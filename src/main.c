@@ -41,12 +41,13 @@ static const char *take_scene_file(int *argc, char **argv)
   return file;
 }
 
-/* Takes "-help" out of argv, because PETSc would print a page of its own. */
-static PetscBool take_help(int *argc, char **argv)
+/* Takes an option without a value out of argv, with one dash or two: PETSc would print a page of its own for
+   -help. */
+static PetscBool take_word(const char *word, int *argc, char **argv)
 {
   PetscBool found = PETSC_FALSE;
   for (int i = 1; i < *argc;) {
-    if (strcmp(argv[i], "-help") && strcmp(argv[i], "--help")) {
+    if (strcmp(argv[i], word + 1) && strcmp(argv[i], word)) {
       i++;
       continue;
     }
@@ -109,7 +110,8 @@ static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *ex
 int main(int argc, char **argv)
 {
   const char *scene_file = take_scene_file(&argc, argv);
-  const PetscBool want_help = take_help(&argc, argv);
+  const PetscBool want_help = take_word("--help", &argc, argv),
+                  want_schema = take_word("--schema", &argc, argv);
   const PetscBool hangup_ignored = hangup_is_ignored();
   int exit_code = QUOIN_OK;
 
@@ -124,6 +126,8 @@ int main(int argc, char **argv)
   if (want_help) {
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
     PetscCall(SceneHelp(PETSC_COMM_WORLD));
+  } else if (want_schema) {
+    PetscCall(SceneSchema(PETSC_COMM_WORLD));
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
     if (!error) PetscCall(SolverOptionsTellUnread(PETSC_COMM_WORLD));

@@ -1,5 +1,5 @@
-/* keys.h: the one table of all keys of a scene. It drives reading, defaults, range checks, -help and
-   docs/scene.md. Only read.c and help.c include it. */
+/* keys.h: the one table of all keys of a scene. It drives reading, defaults, range checks, -help,
+   docs/scene.md, and the schema for editors. Only read.c, help.c and schema.c include it. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/reader.h"

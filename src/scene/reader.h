@@ -100,6 +100,8 @@ void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
 /* ---- units.c: makes plain numbers, in the unit of the key, of an entry with units. */
 PetscErrorCode TakeUnits(Reader *r, const Key *key, Entry *entry);
+/* The units that a value of the key may carry, one after the other; NULL: no more. */
+const char *UnitOf(const Key *key, int i);
 /* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
    the whole text, once scene->model is found: free with PetscFree. */
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);

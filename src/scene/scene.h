@@ -150,6 +150,9 @@ PetscInt SceneVaries(const Scene *scene, const char *key);
 /* ---- help.c */
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
+/* ---- schema.c */
+/* Prints the same as a JSON Schema (what -schema shows). */
+PetscErrorCode SceneSchema(MPI_Comm comm);
 /* ---- motion_file.c */
 /* Collective. The records of motions and of files that supports follow, scaled and their baseline
    corrected; refuses a file that is none. */

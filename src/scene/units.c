@@ -86,6 +86,22 @@ static PetscBool is_unit(const char *text)
   return PETSC_FALSE;
 }
 
+/* Whether values of these keys may carry units. */
+static const PetscBool Takes[TYPE_CHANGES + 1] = {[TYPE_REAL] = PETSC_TRUE,
+                                                  [TYPE_LIMIT] = PETSC_TRUE,
+                                                  [TYPE_INT] = PETSC_TRUE,
+                                                  [TYPE_PAIR] = PETSC_TRUE,
+                                                  [TYPE_NUMBERS] = PETSC_TRUE};
+
+const char *UnitOf(const Key *key, int i)
+{
+  if (!Takes[key->type]) return NULL;
+  if (is_unit(key->unit) && i-- == 0) return key->unit;
+  for (int u = 0; u < UNITS; u++)
+    if (!strcmp(key->unit, Units[u].of) && i-- == 0) return Units[u].text;
+  return NULL;
+}
+
 /* Says which units fit. */
 static void complain(Reader *r, const Key *key, const char *item)
 {
@@ -148,16 +164,11 @@ static PetscBool any_unit(const char *value)
 
 PetscErrorCode TakeUnits(Reader *r, const Key *key, Entry *entry)
 {
-  static const PetscBool takes[TYPE_CHANGES + 1] = {[TYPE_REAL] = PETSC_TRUE,
-                                                    [TYPE_LIMIT] = PETSC_TRUE,
-                                                    [TYPE_INT] = PETSC_TRUE,
-                                                    [TYPE_PAIR] = PETSC_TRUE,
-                                                    [TYPE_NUMBERS] = PETSC_TRUE};
   char item[LABEL_LENGTH], number[LABEL_LENGTH], out[LABEL_LENGTH], *text;
   size_t used = 0, room = LABEL_LENGTH;
 
   PetscFunctionBeginUser;
-  if (!takes[key->type] || entry->kind == ENTRY_SECTION || !any_unit(entry->value))
+  if (!Takes[key->type] || entry->kind == ENTRY_SECTION || !any_unit(entry->value))
     PetscFunctionReturn(PETSC_SUCCESS);
   for (const char *c = entry->value; *c; c++) room += *c == ',' ? LABEL_LENGTH : 0;
   PetscCall(PetscCalloc1(room, &text));

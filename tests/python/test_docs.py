@@ -1,11 +1,14 @@
 """The documents against the source: functions that the documents name, files that docs/design.md lists, versions of files."""
 
+import os
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 SOURCES = {path.name: path for path in (ROOT / "src").rglob("*.[ch]")}
 EQUATIONS = 41  # the paper's last one
 
@@ -126,6 +129,13 @@ def test_versions_of_the_tools():
     versions = source_versions()
     assert (blockmesh.VERSION, whole.VERSION, whole.VERSION) == tuple(
         versions[kind] for kind in ("model.h5", "results.h5", "summary.json"))  # fmt: skip
+
+
+@pytest.mark.skipif(not QUOIN.exists(), reason="the program is not built")
+def test_schema_is_that_of_the_table():
+    name = "tools/quoin_tools/front/scene.schema.json"
+    told = subprocess.run([QUOIN, "-schema"], capture_output=True, text=True, check=True).stdout
+    assert told == text(name), f"keys have changed: build/quoin -schema > {name}"
 
 
 def test_readme_is_short():

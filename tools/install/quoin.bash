@@ -1,6 +1,6 @@
 # Completion of the command quoin in bash. `source tools/setup.sh` reads it; `cmake --install` puts it where bash-completion looks.
 
-_quoin_commands="new import check advise run show report study ensemble compare export help dam voronoi walls blockmesh plot_mesh section gmsh_import results plots animate assessment limit hinges motion whole verify"
+_quoin_commands="new import check advise run show report study ensemble compare export schema help dam voronoi walls blockmesh plot_mesh section gmsh_import results plots animate assessment limit hinges motion whole verify"
 _quoin_topics=""  # asked for once
 _quoin_keys=""
 

@@ -7,5 +7,6 @@ study       a scene over values of its keys: a table
 ensemble    samples of a scene that scatters
 topics      help about keys and documents, in 80 columns
 python      run() for Python programs
+schema      the JSON Schema of the scene, for editors
 main        the commands: which function each calls, how it ends
 """

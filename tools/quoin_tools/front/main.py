@@ -23,6 +23,7 @@ WAY = {
     "ensemble": ("front.ensemble:main", "samples of a scene that scatters: how likely it fails"),
     "compare": ("show.compare:main", "two runs: what differs, by how much"),
     "export": ("show.export:main", "a run as CSV; --dxf: as drawings"),
+    "schema": ("front.schema:main", "for editors: completes and checks scenes as you write"),
     "help": ("front.topics:main", "keys of the scene and documents: quoin help loads"),
 }
 TOOLS = {
