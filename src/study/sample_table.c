@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char TELL[] = "tell:", RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
+static const char TELL[] = "tell:", UNTIL[] = "until:", RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
 static const char COLUMNS[] = "outcome,stage,stable,failing,undecided,factor_stable,factor_failing,"
                               "evaluations,seconds,checksum";
 
@@ -36,6 +36,30 @@ static int take_line(FILE *f, char line[MOST_LINE])
   return whole || (feof(f) && n + 1 < MOST_LINE) ? 1 : -1;
 }
 
+static PetscBool begins(const char *text, const char *word)
+{
+  return (PetscBool)!strncmp(text, word, strlen(word));
+}
+
+/* Takes a name of the header: what the column asks for, or which number it sets. */
+static void take_column(const Scene *scene, int i, char *name, SampleTable *t, char *message)
+{
+  t->tell[i] = begins(name, TELL), t->says[i] = begins(name, UNTIL);
+  t->column[i] = name + (t->tell[i] ? strlen(TELL) : t->says[i] ? strlen(UNTIL) : 0);
+  for (int k = 0; k < i; k++)
+    if (!strcmp(t->column[i], t->column[k]) && t->tell[i] == t->tell[k] && t->says[i] == t->says[k])
+      snprintf(message, MESSAGE_LENGTH, "%.500s: column %.200s twice", t->name, t->column[i]);
+  if (t->says[i]) {
+    while (t->last >= 0 && strcmp(scene->stages[t->last].name, t->column[i]) != 0) t->last--;
+    if (t->last < 0)
+      snprintf(message, MESSAGE_LENGTH, "%.500s: %s%.200s: no such stage", t->name, UNTIL, t->column[i]);
+  } else if (!t->tell[i] && !message[0] && SceneVaries(scene, t->column[i]) < 0)
+    snprintf(message, MESSAGE_LENGTH,
+             "%.500s: %.200s: expected a number of joints, loads, anchors or stages of the scene, such as "
+             "joints.base.friction: others change mesh, contacts or blocks and need a run each",
+             t->name, t->column[i]);
+}
+
 static PetscErrorCode check_header(const Scene *scene, SampleTable *t, char *message)
 {
   char *piece[MOST_COLUMNS + 1] = {NULL};
@@ -49,19 +73,8 @@ static PetscErrorCode check_header(const Scene *scene, SampleTable *t, char *mes
              t->name, MOST_COLUMNS);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  t->n_columns = n - 1;
-  for (int i = 0; i < t->n_columns && !message[0]; i++) {
-    t->tell[i] = (PetscBool)!strncmp(piece[i + 1], TELL, strlen(TELL));
-    t->column[i] = piece[i + 1] + (t->tell[i] ? strlen(TELL) : 0);
-    for (int k = 0; k < i && !message[0]; k++)
-      if (!strcmp(t->column[i], t->column[k]) && t->tell[i] == t->tell[k])
-        snprintf(message, MESSAGE_LENGTH, "%.500s: column %.200s twice", t->name, t->column[i]);
-    if (t->tell[i] || message[0] || SceneVaries(scene, t->column[i]) >= 0) continue;
-    snprintf(message, MESSAGE_LENGTH,
-             "%.500s: %.200s: expected a number of joints, loads, anchors or stages of the scene, such as "
-             "joints.base.friction: others change mesh, contacts or blocks and need a run each",
-             t->name, t->column[i]);
-  }
+  t->n_columns = n - 1, t->last = scene->n_stages - 1;
+  for (int i = 0; i < t->n_columns && !message[0]; i++) take_column(scene, i, piece[i + 1], t, message);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

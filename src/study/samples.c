@@ -136,7 +136,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   for (int i = 0; i < s->table.n_columns; i++)
     if (s->table.tell[i]) paths[n++] = s->table.column[i];
   r->outcome = "stands";
-  for (PetscInt number = s->first; number < s->p.scene->n_stages && !strcmp(r->outcome, "stands"); number++) {
+  for (PetscInt number = s->first; number <= s->table.last && !strcmp(r->outcome, "stands"); number++) {
     PetscBool falls;
     PetscCall(run_stage(s, number, r->why, &falls));
     PetscCall(PetscStrncpy(r->stage, s->p.stage->name, sizeof(r->stage)));
@@ -169,7 +169,7 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
   PetscFunctionBeginUser;
   for (int i = 0; i < t->n_columns; i++) {
     const size_t room = sizeof(s->text) - (size_t)(end - s->text);
-    if (t->tell[i]) continue;
+    if (t->tell[i] || t->says[i]) continue;
     snprintf(end, room, "-%s", t->column[i]);
     for (char *c = end; *c; c++) *c = *c == '.' ? '_' : *c;
     s->argv[argc++] = end;
@@ -214,12 +214,12 @@ static PetscErrorCode share(Sampler *s)
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   PetscCall(QuoinKeep(s->q, &s->kept));
-  PetscInt first = scene->n_stages - 1, n_anchors;
+  PetscInt first = t->last, n_anchors;
   SceneEntries(scene, "anchors", &n_anchors);
   s->anew = (PetscBool)(n_anchors > 0);
   if (s->anew) first = 0;
   for (int i = 0; i < t->n_columns; i++)
-    if (!t->tell[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
+    if (!t->tell[i] && !t->says[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
   be_quiet(s);
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;

@@ -12,6 +12,8 @@ typedef struct {
   int n_columns;                 /* behind the name */
   char header[MOST_LINE];        /* its first line */
   char *column[MOST_COLUMNS];    /* pieces of names: keys, or, after tell, paths of numbers in summary.json */
+  PetscBool says[MOST_COLUMNS];  /* the column is no number, but says which stage is the last to run */
+  PetscInt last;                 /* that stage */
   PetscBool tell[MOST_COLUMNS];
   char names[MOST_LINE];                 /* their text */
   char row[MOST_LINE], cells[MOST_LINE]; /* the line of the present sample; the same cut into cells */

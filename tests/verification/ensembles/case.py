@@ -20,6 +20,7 @@ from driver import ROOT
 from quoin_tools.base import scene as scenes
 from quoin_tools.ensemble import analysis, design, running
 from quoin_tools.ensemble.intervals import clopper_pearson, zero_bound
+from quoin_tools.ensemble.models import Solver
 from quoin_tools.ensemble.sampling import Sampler
 from quoin_tools.ensemble.variables import variables
 from quoin_tools.front import ensemble
@@ -164,8 +165,35 @@ def sample_by_sample(case):
         formula = ["fails" if factor(rows[i, None].values, 40) < 1 else "stands" for i in range(40)]
         case.check(f"{judge.get('judge', 'solver')}: verdicts of 40 samples that differ from the formula's", sum(rows[i, None].outcome != formula[i] for i in range(40)), 0)
     case.check("... and the multiplier of limit analysis is the factor", [rows[i, None].response for i in range(40)], [float(factor(rows[i, None].values, 40)) for i in range(40)], relative=1e-9)
+    one_by_one(case)
     code, said = command(folder, "-o", str(folder / "again"), "--sample", "17")
     case.check("one sample alone: exit code and number", [code, f"{rows[17, None].response:.6g}" in said], [{"stands": 0, "fails": 6}[rows[17, None].outcome], True])
+
+
+def one_by_one(case):
+    """Samples that share a process, with 1, 2 and 4 of these, and a process each: the same rows, numbers to the last digit."""
+    folder = folder_of(
+        case,
+        "shared",
+        samples=12,
+        levels={"keys": ["loads.water.level", "loads.uplift.level"], "values": [39, 41]},
+        fail="joints.base.sliding_factor_peak < 1.2",
+        response="max_displacement.value",
+    )
+    wanted, found = design.read(str(folder / "ensemble.yaml")), []
+    for jobs in (1, 2, 4):
+        command(folder, "-o", str(folder / f"out_{jobs}"), "-j", str(jobs))
+        rows = running.Journal(str(folder / f"out_{jobs}"), wanted).rows()
+        found.append({key: (row.outcome, row.response, row.values, row.why) for key, row in sorted(rows.items())})
+    case.check(
+        "samples of 1, 2 and 4 processes: the same rows",
+        [found[1] == found[0], found[2] == found[0], len(found[0])],
+        [True, True, 24],
+    )
+    alone = Solver(wanted, str(folder / "alone"))
+    apart = [key for key, row in found[0].items() if key[0] % 3 == 0 and alone.judge(row[2], *key) != (row[0], row[1], row[3])]
+    case.check("... and of a process each", apart, [])
+    case.check("... of every kind", {row[0] for row in found[0].values()}, {"stands", "fails"})
 
 
 def by_levels(case):
@@ -276,13 +304,55 @@ def killed(case):
     lines = [line for line in csv.reader(rows.read_text().split("\n")) if line and line[0].isdigit() and len(line) > 9]
     case.check("killed: what was there stays", rows.read_text().startswith(kept), True)
     case.check("... every sample once", sorted(int(line[0]) for line in lines), list(range(24)))
-    script = folder / "dies.sh"
-    script.write_text(f"#!/bin/sh\ncase \"$*\" in *000003*) kill -9 $$ ;; *000005*) exit 11 ;; esac\nexec {case.quoin} \"$@\"\n")
-    script.chmod(0o755)
+    dying(case, folder)
+
+
+FILTER = """import os, subprocess, sys, time
+if "-samples" not in sys.argv:
+    os.execv({quoin!r}, [{quoin!r}, *sys.argv[1:]])
+child = subprocess.Popen([{quoin!r}, *sys.argv[1:]], stdin=subprocess.PIPE, text=True)
+for line in sys.stdin:
+    name = line.split(",")[0]
+    if name in ("3", "5"):
+        child.kill()
+        os.kill(os.getpid(), 9) if name == "3" else os._exit(11)
+    if name == "7":
+        time.sleep(30)
+    child.stdin.write(line)
+    child.stdin.flush()
+child.stdin.close()
+"""
+
+
+def dying(case, folder):
+    """Samples that die or take too long, in a process that has many, and in one of their own."""
+    script, one = (
+        folder / "dies",
+        folder_of(
+            case,
+            "killed_alone",
+            samples=8,
+            variables=ROWS | {"materials.dam.density": {"distribution": "uniform", "min": 1e-3, "max": 2e-3}},
+        ),
+    )
+    (folder / "filter.py").write_text(FILTER.format(quoin=str(case.quoin)), encoding="utf-8")
     before, os.environ["QUOIN_SOLVER"] = os.environ["QUOIN_SOLVER"], str(script)
+    text = (folder / "ensemble.yaml").read_text(encoding="utf-8")
+    (folder / "ensemble.yaml").write_text(text + "time_limit: 2\n", encoding="utf-8")
+    script.write_text(f'#!/bin/sh\nexec {sys.executable} {folder}/filter.py "$@"\n', encoding="utf-8")
+    script.chmod(0o755)
     _, said = command(folder, "-o", str(folder / "other"), "-j", "2")
+    case.check(
+        "samples that die: undecided, with the reason; no other is harmed",
+        ["3 undecided" in said, "SIGKILL" in said, "exit code 11" in said, "longer than 2 s" in said],
+        [True] * 4,
+    )
+    script.write_text(
+        f'#!/bin/sh\ncase "$*" in *000003*) kill -9 $$ ;; *000005*) exit 11 ;; esac\nexec {case.quoin} "$@"\n', encoding="utf-8"
+    )
+    _, said = command(one, "-o", str(folder / "third"), "-j", "2")
     os.environ["QUOIN_SOLVER"] = before
-    case.check("samples that die: undecided, with the reason; no other is harmed", ["2 undecided" in said, "SIGKILL" in said, "exit code 11" in said], [True, True, True])
+    case.check("... a process each", ["2 undecided" in said, "SIGKILL" in said, "exit code 11" in said], [True] * 3)
 
 
 def other_mesh(case):

@@ -179,9 +179,9 @@ def words_of(columns, row):
     ]
 
 
-def alone(case, folder, columns, row, out):
+def alone(case, folder, columns, row, out, *options):
     """(outcome, stage, stable, failing, checksum) of a run of its own, and its last stage."""
-    done = started(case, folder, *words_of(columns, row), "-output", out)
+    done = started(case, folder, *words_of(columns, row), *options, "-output", out)
     if done.returncode == 2 and "does not stand at its start" in done.stderr:
         return ["fails"], {}
     stage = json.loads((folder / out / "summary.json").read_text(encoding="utf-8"))["stages"][-1]
@@ -267,6 +267,16 @@ def by_words(case):
         "through a pipe: the same rows",
         same({row["sample"]: row for row in csv.DictReader(line for line in lines if line)}, found),
         "same",
+    )
+    write_table(folder, columns[:2], [(5, rows[5])], "short.csv")
+    text = (folder / "short.csv").read_text(encoding="utf-8").split("\n")
+    (folder / "short.csv").write_text(f"{text[0]},until:full\n{text[1]},\n", encoding="utf-8")
+    started(case, folder, "-samples", "short.csv", "-output", "short")
+    _, stage = alone(case, folder, [*columns[:2]], rows[5], "alone_short", "-stages", "own,full")
+    case.check(
+        "up to a stage: its end",
+        [results_of(folder, "short")["s5"][key] for key in ("stage", "checksum")],
+        ["full", stage["checksum"]],
     )
     write_table(folder, columns[:1], [(0, (95,)), (1, (30,))], "bad.csv")
     done = started(case, folder, "-samples", "bad.csv", "-output", "bad")
@@ -375,6 +385,7 @@ def refused(case):
         ("a material", plain, "sample,materials.low.young\n1,1e9\n", words),
         ("a word", plain, "sample,joints.default.law\n1,elastic\n", words),
         ("no such row", plain, "sample,stages.none.start\n1,3\n", words),
+        ("no such stage", plain, f"sample,{FRICTION},until:none\n1,3,\n", "until:none: no such stage"),
         ("no header", plain, "1,2\n", "expected a header sample,<key>,.."),
         ("twice", plain, f"sample,{FRICTION},{FRICTION}\n1,2,3\n", f"column {FRICTION} twice"),
         ("a short row", plain, f"sample,{FRICTION}\n1\n", "table.csv:2: expected the name of a sample and 1 cells"),

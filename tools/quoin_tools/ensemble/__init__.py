@@ -9,4 +9,5 @@ importance  the design point
 journal     the rows that are there: samples done, also after a kill, also of several halves
 running     samples that are missing are run, several at a time
 analysis    probability with interval, fragility, sensitivity
+workers     samples by processes of the solver that set its scene up once
 """

@@ -1,4 +1,4 @@
-"""The rows of an ensemble that are there: a line as soon as a sample is done, so that a kill loses the ones at work and no other.
+"""The rows of an ensemble that are there: a line as soon as a sample is done, so that a kill loses the ones at work and no other; on the disk a second later, for a loss of power.
 
 Each process writes a file of its own, rows_<part>.csv; all files of the folder count. A line that a kill has cut is dropped; a sample that two files have counts once, and must be the same in both.
 """
@@ -7,6 +7,7 @@ import csv
 import glob
 import io
 import os
+import time
 import zlib
 from dataclasses import dataclass
 
@@ -71,6 +72,7 @@ class Journal:
     def open(self):
         """Begins the file of this part, or goes on behind the last whole line."""
         os.makedirs(self.folder, exist_ok=True)
+        self.synced = 0.0
         fresh = not os.path.exists(self.path) or os.path.getsize(self.path) < len(self.header.encode())
         self.file = open(self.path, "w" if fresh else "a", encoding="utf-8", newline="")  # noqa: SIM115
         self.put(self.header if fresh else "\n")
@@ -78,7 +80,12 @@ class Journal:
     def put(self, text):
         self.file.write(text)
         self.file.flush()
+        if time.monotonic() > self.synced + 1:
+            self.sync()
+
+    def sync(self):
         os.fsync(self.file.fileno())
+        self.synced = time.monotonic()
 
     def write(self, row):
         text = io.StringIO()
@@ -88,6 +95,7 @@ class Journal:
         self.put(f"{body},{checksum(body)}\n")
 
     def close(self):
+        self.sync()
         self.file.close()
 
 

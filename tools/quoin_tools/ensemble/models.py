@@ -23,6 +23,7 @@ from quoin_tools.limit.assembly import LimitError
 from quoin_tools.mesh.of_run import mesh_at, mesh_of_scene
 
 REFUSED, COLLAPSED = 2, 6  # exit codes of the solver
+FALLS = "does not stand at its start"  # what the solver says of trials
 MAKING = threading.Lock()  # meshes are made one after the other: what the command says is caught
 
 
@@ -88,6 +89,8 @@ class Solver:
             shutil.rmtree(output, ignore_errors=True)
             return "undecided", None, f"longer than {self.design.time_limit:g} s"
         said = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "")
+        if done.returncode == REFUSED and FALLS in said:
+            return "fails", None, FALLS
         if done.returncode == REFUSED:
             raise Refused(f"sample {sample}: {said}")
         if done.returncode < 0:
@@ -111,14 +114,21 @@ class Solver:
             return "fails", None, "collapsed"
         if stage["verdict"] != "converged":
             return "undecided", None, stage["verdict"]
+        return self.by_numbers(stage["name"], lambda path: number_at(stage, path))
+
+    def by_numbers(self, stage, number_of):
+        """What a sample is whose stages stand. number_of(path): a number of its stage, or None."""
         condition, response = self.design.condition, self.design.response
-        value = None if response is None else number_at(stage, response)
+        value = None if response is None else number_of(response)
         if condition is None:
             return "stands", value, ""
-        number = number_at(stage, condition.path)
+        number = number_of(condition.path)
         if number is None:
-            return "undecided", value, f"no number {condition.path} in stage {stage['name']}"
+            return "undecided", value, f"no number {condition.path} in stage {stage}"
         return ("fails" if condition.holds(number) else "stands"), value, ""
+
+    def close(self):
+        pass
 
 
 def words_of(design, folder):
@@ -165,6 +175,10 @@ class Limit:
         return ("fails" if self.design.condition.holds(value) else "stands"), (value if math.isfinite(value) else None), ""
 
 
+    def close(self):
+        pass
+
+
 def with_keys(scene, given):
     """The scene with other values of some keys, section.name.key."""
     from copy import deepcopy
@@ -179,7 +193,3 @@ def with_keys(scene, given):
             raise EnsembleError(f"variables: {key}: the scene has no such row: expected section.name.key")
         rows[what] = value
     return changed
-
-
-def model_of(design, folder, keep=False):
-    return (Solver if design.judge == "solver" else Limit)(design, folder, keep)

@@ -5,8 +5,8 @@ from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolE
 
 from quoin_tools.ensemble import analysis
 from quoin_tools.ensemble.journal import Journal, Row
-from quoin_tools.ensemble.models import model_of
 from quoin_tools.ensemble.sampling import Sampler
+from quoin_tools.ensemble.workers import model_of
 
 AHEAD = 2  # tasks a worker that wait for it
 
@@ -54,6 +54,7 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None)
                     queue = iter(())
     finally:
         journal.close()
+        model.close()
     return rows
 
 

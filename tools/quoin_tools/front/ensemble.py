@@ -19,8 +19,8 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.results import table
 from quoin_tools.ensemble import analysis, design, importance, running
-from quoin_tools.ensemble.models import model_of
 from quoin_tools.ensemble.variables import EnsembleError
+from quoin_tools.ensemble.workers import model_of
 from quoin_tools.show import ensembles
 
 OUTCOMES = {"stands": 0, "fails": 6, "undecided": 4}  # exit codes of one sample, as the solver's
@@ -74,7 +74,9 @@ def centre_of(wanted, folder):
         if found["ensemble"] != wanted.mark:
             raise EnsembleError(f"{path}: of another ensemble: use another folder, or remove it")
     else:
-        point, distance, asked = importance.design_point(wanted, model_of(wanted, folder))
+        model = model_of(wanted, folder)
+        point, distance, asked = importance.design_point(wanted, model)
+        model.close()
         found = {"ensemble": wanted.mark, "point": point.tolist(), "distance": distance, "samples": asked}
         os.makedirs(folder, exist_ok=True)
         write_file(path, json.dumps(found, indent=1) + "\n")

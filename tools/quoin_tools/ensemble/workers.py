@@ -1,0 +1,150 @@
+"""Samples of the solver where its scene allows it: processes that set up the scene once and take rows of numbers (key `samples`, docs/scene.md).
+
+Each sample ends as a process of its own would, with the same bits; one that dies, or takes too long, takes its worker with it, and the next sample starts a new one.
+"""
+
+import contextlib
+import csv
+import queue
+import signal
+import subprocess
+import tempfile
+import threading
+
+from quoin_tools.base import solver
+from quoin_tools.ensemble.models import FALLS, Limit, Refused, Solver, keys_of
+
+
+class Unshared(Exception):
+    """The solver has not taken the table: each sample needs a run of its own."""
+
+
+class Worker:
+    """One process. header: of the rows that it takes."""
+
+    def __init__(self, design, header):
+        self.errors = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
+        model = ["-model", design.model] if design.model else []
+        words = solver.command(["-options_file", design.scene, *model, *design.options, "-samples", "/dev/stdin"])
+        self.process = subprocess.Popen(
+            words,
+            env=solver.environment(),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self.errors,
+            text=True,
+            encoding="utf-8",
+        )
+        self.columns, self.late = None, False
+        self.send(header)
+        for line in self.process.stdout:
+            if line.startswith("sample,"):
+                self.columns = line.rstrip("\n").split(",")
+                return
+        self.close()
+        raise Unshared
+
+    def send(self, line):
+        with contextlib.suppress(BrokenPipeError):  # what it says at its end tells why
+            self.process.stdin.write(line + "\n")
+            self.process.stdin.flush()
+
+    def answer(self, row, time_limit):
+        """{column: text} of a row; None: the process has ended."""
+        timer = threading.Timer(time_limit, self.stop) if time_limit else None
+        if timer:
+            timer.start()
+        try:
+            self.send(row)
+            line = self.process.stdout.readline()
+        finally:
+            if timer:
+                timer.cancel()
+        return dict(zip(self.columns, next(csv.reader([line])), strict=True)) if line.endswith("\n") else None
+
+    def stop(self):
+        self.late = True
+        self.process.kill()
+
+    def last_words(self):
+        self.errors.seek(0)
+        return next((line for line in reversed(self.errors.read().splitlines()) if line.strip()), "")
+
+    def close(self):
+        self.send("")
+        for pipe in (self.process.stdin, self.process.stdout):
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
+        self.process.wait()
+        self.errors.close()
+
+
+class Workers:
+    """As Solver: judge(values, sample, level)."""
+
+    processes = False  # children of threads
+
+    def __init__(self, design, folder):
+        self.design, self.alone = design, Solver(design, folder)
+        self.idle, self.shares = queue.SimpleQueue(), True
+        tell = [path for path in (design.condition.path if design.condition else None, design.response) if path]
+        self.tell = list(dict.fromkeys(tell))
+
+    def header(self, keys):
+        until = [f"until:{self.design.stage}"] if self.design.stage else []
+        return ",".join(["sample", *keys, *(f"tell:{path}" for path in self.tell), *until])
+
+    def worker(self, keys):
+        try:
+            return self.idle.get_nowait()
+        except queue.Empty:
+            return Worker(self.design, self.header(keys))
+
+    def judge(self, values, sample, level):
+        given = keys_of(self.design, values, level)
+        try:
+            worker = self.worker(list(given)) if self.shares else None
+        except Unshared:
+            self.shares, worker = False, None
+        if worker is None:
+            return self.alone.judge(values, sample, level)
+        cells = [repr(value) if isinstance(value, float) else str(value) for value in given.values()]
+        empty = [""] * self.header([]).count(",")  # of columns that ask for something
+        row = worker.answer(",".join([str(sample), *cells, *empty]), self.design.time_limit)
+        if row is None:
+            return self.ended(worker, sample)
+        self.idle.put(worker)
+        return self.outcome(row, sample)
+
+    def ended(self, worker, sample):
+        """What a sample is whose process has ended."""
+        code, said = worker.process.wait(), worker.last_words()
+        worker.close()
+        if worker.late:
+            return "undecided", None, f"longer than {self.design.time_limit:g} s"
+        if code < 0:
+            return "undecided", None, f"ended by {signal.Signals(-code).name}"
+        return "undecided", None, said if said.startswith("quoin: error") else f"exit code {code} without results"
+
+    def outcome(self, row, sample):
+        wanted, why = self.design.stage, row["why"]
+        if row["outcome"] == "refused":
+            raise Refused(f"sample {sample}: {why}")
+        if row["outcome"] == "fails":
+            before = bool(wanted) and row["stage"] != wanted
+            return "fails", None, FALLS if FALLS in why else "collapsed before" if before else "collapsed"
+        if row["outcome"] == "undecided":
+            return "undecided", None, why.partition(":")[0]
+        told = {path: float(row[path]) if row[path] else None for path in self.tell}
+        return self.alone.by_numbers(row["stage"], lambda path: told[path])
+
+    def close(self):
+        while not self.idle.empty():
+            self.idle.get_nowait().close()
+
+
+def model_of(design, folder, keep=False):
+    """What judges the samples. Those whose folder is kept, or that have a mesh each, need a process each."""
+    if design.judge == "limit":
+        return Limit(design, folder, keep)
+    return Solver(design, folder, keep) if keep or design.mesh else Workers(design, folder)
