@@ -206,10 +206,6 @@ static void check_temperature(const Scene *scene, const BlockMesh *mesh, const L
     any = (PetscBool)(any || (!m->rigid && m->expansion > 0.));
     if (named && m->rigid)
       Complain(message, scene->file, load->line, key, "the group %s is rigid: it cannot expand", m->name);
-    else if (!m->rigid && m->expansion > 0. && m->law != MATERIAL_ELASTIC && (named || !load->n_groups))
-      Complain(message, scene->file, load->line, key,
-               "the group %s is not elastic: its law does not know of temperature; leave it out of groups",
-               m->name);
     else if (named && !(m->expansion > 0.))
       Complain(message, scene->file, load->line, key, "materials.%s.expansion is missing [1/K]", m->name);
   }

@@ -61,5 +61,8 @@ void WarnExplicit(const Scene *scene);
 void WarnElastic(const Scene *scene);
 /* Warns of numbers that are likely to be in another unit, and tells which loads no stage lists. */
 void TellDoubtful(const Scene *scene);
-/* Warns of stages in which a material law has no part. */
+/* Warns of joints that keep a tensile strength beyond the apex of their shear strength. */
+void WarnApex(const Scene *scene);
+/* Warns of stages in which a material law has no part, and of blocks that cold alone cracks across the
+   plane. */
 void WarnLaws(const Scene *scene);

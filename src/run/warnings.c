@@ -86,11 +86,54 @@ void WarnElastic(const Scene *scene)
   fflush(stderr);
 }
 
+/* A joint that pulls beyond the apex of its shear strength bears no shear there. One that is brittle fails
+   there; one that keeps its tension goes on, and elsewhere bears more than its resultant would. */
+void WarnApex(const Scene *scene)
+{
+  static PetscBool told = PETSC_FALSE;
+  if (told) return;
+  told = PETSC_TRUE;
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    for (PetscInt s = 0; s < scene->n_stages; s++) {
+      const Joint *joint = scene->stages[s].joints + j;
+      const PetscReal apex = joint->tan_phi[1] > 0. ? joint->cohesion[1] / joint->tan_phi[1] : PETSC_INFINITY;
+      if (!joint->defined || joint->law == LAW_ELASTIC || joint->tension[1] <= apex * (1. + 1e-9)) continue;
+      fprintf(
+          stderr,
+          "quoin: warning: joints.%s: tension_residual, %.4g Pa, is beyond the apex of the shear strength, "
+          "cohesion_residual / tan(friction_residual) = %.4g Pa: a place that pulls by more bears no shear "
+          "and "
+          "the others all of theirs, so it can stand with a sliding factor below 1\n",
+          joint->name, (double)joint->tension[1], (double)apex);
+      break;
+    }
+  fflush(stderr);
+}
+
+/* Blocks that are held across the plane crack there by cold alone. */
+static void warn_across(const Scene *scene, const Material *m)
+{
+  PetscBool any = PETSC_FALSE;
+  if (m->law != MATERIAL_DAMAGE || !(m->expansion > 0.) || m->free_across) return;
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    const Load *load = scene->loads + l;
+    any = (PetscBool)(any || (load->kind == LOAD_TEMPERATURE &&
+                              (!load->n_groups || NameRow(load->n_groups, load->groups, m->name) >= 0)));
+  }
+  if (!any) return;
+  fprintf(
+      stderr,
+      "quoin: warning: materials.%s: held across the plane, its blocks crack there when they are %.3g K "
+      "colder, whatever holds them within it; between contraction joints they are free: free_across: true\n",
+      m->name, (double)(m->tension / (m->young * m->expansion)));
+}
+
 void WarnLaws(const Scene *scene)
 {
   static PetscBool told = PETSC_FALSE;
   if (told) return;
   told = PETSC_TRUE;
+  for (PetscInt g = 0; g < scene->n_materials; g++) warn_across(scene, scene->materials + g);
   for (PetscInt s = 0; s < scene->n_stages; s++)
     for (PetscInt g = 0; g < scene->n_materials; g++) {
       const Stage *stage = scene->stages + s;

@@ -52,7 +52,6 @@ static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
   if (!given) m->element = ELEMENT_BENDING;
   if (m->law == MATERIAL_MOHR_COULOMB) PetscCall(complete_mohr_coulomb(r, path, m));
   PetscCall(IsGiven(r, path, "law", &given));
-  if (m->expansion > 0.) COMPLAIN(r, "only elastic blocks expand: expected law: elastic, or expansion: 0");
   if (m->law == MATERIAL_DAMAGE && !(m->tension > 0. && m->fracture_energy > 0.))
     COMPLAIN(r, "damage needs tension > 0 [Pa] and fracture_energy [N/m]");
   if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "only elastic blocks are known in plane: stress");
@@ -86,6 +85,10 @@ PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *m)
   PetscCall(IsGiven(r, path, "friction", &given));
   if (given && isnan(m->cohesion)) COMPLAIN(r, "the shear strength needs cohesion [Pa] too");
   PetscCall(complete_law(r, path, m));
+  PetscCall(IsGiven(r, path, "free_across", &given));
+  if (m->free_across && !(m->expansion > 0.)) COMPLAIN(r, "it is for blocks that expand: expansion [1/K]");
+  if (m->free_across && r->scene->plane == PLANE_STRESS)
+    COMPLAIN(r, "in plane: stress blocks are free across the plane anyway");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -10,6 +10,7 @@ typedef struct {
   PetscReal density;        /* [kg/m3] >= 0 (0: weightless; a static stage scales masses anyway) */
   PetscReal young, poisson; /* [Pa], [-]; not needed for a rigid group */
   PetscReal expansion;      /* [1/K] of a change of temperature */
+  PetscBool free_across;    /* and across the plane nothing holds it */
   Formulation element;      /* see element_kernels.h */
   PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
@@ -47,6 +48,8 @@ static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damag
       "Poisson's ratio"),
   KEY(MATERIALS, "expansion", REAL, Material, expansion, "0", ">= 0", "1/K",
       "strain of a free block by a change of temperature of 1 K"),
+  KEY(MATERIALS, "free_across", BOOL, Material, free_across, "false", NULL, "",
+      "expansion, plane: strain: its blocks are free to expand across the plane, as between contraction joints"),
   KEY(MATERIALS, "element", CHOICE, Material, element, "= full; bending where law is not elastic", NULL, "",
       "blocks of 4 vertices: 2x2 points; one point and exact bending of rectangles; one point and hourglass control",
       .choices = Formulations),

@@ -46,11 +46,22 @@ static PetscErrorCode say_far(const Problem *p, PetscReal plastic)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ConfirmStep(const Problem *p, const PetscReal *u_0)
+/* What part of each load acted at this part of the ramp, and room for as many: `share` with n and n. */
+static PetscErrorCode shares_at(const Applied *a, PetscReal ramp, PetscReal **share)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * a->n_loads, share));
+  for (PetscInt l = 0; l < a->n_loads; l++)
+    (*share)[l] = (1. - ramp) * a->share[SHARE_START][l] + ramp * a->share[SHARE_TARGET][l];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ConfirmStep(const Problem *p, PetscReal ramp_0, const PetscReal *u_0)
 {
   const Model *m = p->m;
+  const Applied *applied = &p->state->applied;
   LawSteps mine = {.block = -1, .warns = STEP_WARNS}, all;
-  PetscReal *from;
+  PetscReal *from, *share;
   PetscBool any = PETSC_FALSE;
   PetscFunctionBeginUser;
   if (p->relax->told_step == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
@@ -58,7 +69,10 @@ PetscErrorCode ConfirmStep(const Problem *p, const PetscReal *u_0)
     any = (PetscBool)(any || e->history);
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(at_vertices(m, u_0, p->state->u + 3 * m->n_bodies, &from));
+  PetscCall(shares_at(applied, ramp_0, &share));
+  mine.share_0 = share, mine.share = share + applied->n_loads;
   LawsInSteps(m, from, p->state->u + 3 * m->n_bodies, &mine);
+  PetscCall(PetscFree(share));
   PetscCall(PetscFree(from));
   PetscCall(say_far(p, mine.plastic));
   all = mine;

@@ -260,10 +260,10 @@ PetscErrorCode NewtonRelax(const Problem *p)
       PetscCall(restore(p));
       break;
     }
-    *reached = target;
     PetscCall(VecGetArrayRead(p->relax->newton->u, &u_0));
-    PetscCall(ConfirmStep(p, u_0));
+    PetscCall(ConfirmStep(p, *reached, u_0));
     PetscCall(VecRestoreArrayRead(p->relax->newton->u, &u_0));
+    *reached = target;
     PetscCall(commit(p));
     PetscCall(OutputHistory(p));
     if (result->verdict != VERDICT_NONE) break;

@@ -142,8 +142,9 @@ PetscErrorCode ConfirmCondensed(const Problem *p);
 
 /* ---- confirm_blocks.c */
 /* Collective. Warns where blocks would have yielded otherwise if the step from displacements u_0 (n_dof,), of
-   the last equilibrium, had been several. Call it before the history is committed. */
-PetscErrorCode ConfirmStep(const Problem *p, const PetscReal *u_0);
+   the last equilibrium and of ramp_0 in the ramp, had been several. Call it before the history is
+   committed. */
+PetscErrorCode ConfirmStep(const Problem *p, PetscReal ramp_0, const PetscReal *u_0);
 /* Collective. Warns of a ramp so short that blocks crack by it. */
 PetscErrorCode ConfirmRamp(const Problem *p);
 

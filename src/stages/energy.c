@@ -303,7 +303,8 @@ PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy)
   StageResult *r = p->result;
   const Energies *e = &r->energy;
   const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + PetscAbsReal(e->incoming) +
-                          energy->kinetic_0 + energy->strain_0 + energy->joints_0;
+                          energy->kinetic_0 + PetscAbsReal(energy->strain_0) +
+                          energy->joints_0; // below zero in blocks that have yielded by their temperature
   const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
   const PetscReal out = made + PetscMax(0., -e->detection);
   char words[512];

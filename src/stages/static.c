@@ -304,7 +304,7 @@ static PetscErrorCode end(Loop *loop)
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
   if (p->result->verdict == VERDICT_CONVERGED && relax->effort.explicit)
-    PetscCall(ConfirmStep(p, relax->account.u));
+    PetscCall(ConfirmStep(p, 0., relax->account.u));
   if (relax->effort.explicit) PetscCall(ConfirmRamp(p));
   PetscCall(LoadsCarriedSay(p));
   p->contacts->held = PETSC_FALSE;

@@ -202,6 +202,15 @@ def checksums(results):
     return None if any(stage.get("method", "explicit") != "explicit" for stage in stages) else [stage["checksum"] for stage in stages]
 
 
+def check_restarts(case, folder, first):
+    """From checkpoints at the quarters of a run and near its end, on one rank and on two, it ends as the run that went through."""
+    case.again(folder, "-output", "kept")
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
+        again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
+        case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
+
+
 def compare(what, ours, expected, relative, absolute):
     ours, expected = np.atleast_1d(np.asarray(ours, dtype=float)), np.atleast_1d(np.asarray(expected, dtype=float))
     ours, expected = (array.ravel() for array in np.broadcast_arrays(ours, expected))

@@ -71,6 +71,9 @@ void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, Pe
 /* Collective. Their history, in the lists of the model; refuses groups that never deform by themselves. */
 PetscErrorCode LawsCreate(const Scene *scene, Model *model);
 PetscErrorCode LawsDestroy(Model *model);
+/* Blocks with a history feel one more temperature, of row `load` of the scene. change: [K] at the vertices of
+   the list's blocks, in the lanes of Elements.vertex; share: State.applied.share. Both belong to others. */
+PetscErrorCode LawsFeel(const Elements *e, PetscInt load, const PetscReal *change, PetscReal *const *share);
 
 /* Blocks of groups that are absent have no stiffness (lifts.c): their constants follow the model's. */
 void LawsPresent(const Model *model);
@@ -92,14 +95,17 @@ typedef struct {
 /* told: (n,) of the list, at u. */
 void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold *told);
 /* How far the forces of blocks that have lost something since the last equilibrium are from those that they
-   would have if they had come to u from u_0 in LAW_STEPS even steps; of this rank. */
+   would have if they had come to u from u_0, and to their temperatures, in LAW_STEPS even steps; of this
+   rank. */
 enum { LAW_STEPS = 8 };
 typedef struct {
-  PetscReal warns;    /* a larger fraction counts */
-  PetscReal fraction; /* of the largest force of a block: the worst one */
-  PetscReal plastic;  /* [-] largest plastic strain */
-  PetscInt block;     /* of the mesh */
-  PetscInt n[2];      /* blocks that have lost something; of them, those that count */
+  PetscReal warns;          /* a larger fraction counts */
+  PetscReal fraction;       /* of the largest force of a block: the worst one */
+  PetscReal plastic;        /* [-] largest plastic strain */
+  PetscInt block;           /* of the mesh */
+  PetscInt n[2];            /* blocks that have lost something; of them, those that count */
+  const PetscReal *share_0; /* [-] of each load of the scene, at u_0; NULL: no temperatures */
+  PetscReal *share;         /* room for as many */
 } LawSteps;
 void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, LawSteps *steps);
 /* Whether a block of this rank has cracked further since the last equilibrium. */

@@ -93,11 +93,10 @@ KERNEL void DmGrow(const LanesLaw *law, const LanesShape *shape, const LanesPlan
 }
 
 /* As McStress. shape: NULL: the history is as it is. */
-KERNEL LanesStress DmStress(const LanesLaw *law, const LanesTensor *E, const LanesShape *shape,
+KERNEL LanesStress DmStress(const LanesLaw *law, const LanesStress *E, const LanesShape *shape,
                             const Lanes *from, Lanes *to, Lanes *whole)
 {
-  const LanesStress e = {E->xx, E->yy, LanesOf(0.), E->xy};
-  LanesStress s = StressOf(law, &e);
+  LanesStress s = StressOf(law, E);
   const LanesPlane p = PlaneOf(&s);
   Lanes h[DM_NUMBERS];
   for (int i = 0; i < DM_NUMBERS; i++) h[i] = from[i];
@@ -116,11 +115,11 @@ KERNEL LanesStress DmStress(const LanesLaw *law, const LanesTensor *E, const Lan
 }
 
 /* [J/m3] What is stored, and how far the crack is open: the largest d e_f times h [m]. */
-KERNEL Lanes DmStored(const LanesLaw *law, const LanesTensor *E, const Lanes *from, Lanes *opening)
+KERNEL Lanes DmStored(const LanesLaw *law, const LanesStress *E, const Lanes *from, Lanes *opening)
 {
-  const LanesStress e = {E->xx, E->yy, LanesOf(0.), E->xy}, s = StressOf(law, &e);
+  const LanesStress s = StressOf(law, E);
   const LanesPlane p = PlaneOf(&s);
   const LanesStress f = DmFracture(law, &s, &p), open = StressOf(law, &f);
   *opening = from[DM_WIDTH] * from[HISTORY_MEASURE] * Larger(PlaneOf(&f).hi, LanesOf(0.));
-  return 0.5 * (TensorDot(&s, &e) - from[HISTORY_MEASURE] * TensorDot(&open, &f));
+  return 0.5 * (TensorDot(&s, E) - from[HISTORY_MEASURE] * TensorDot(&open, &f));
 }

@@ -1,7 +1,7 @@
 /* law_point.h: what a material law sees of a point, in lanes. */
 #pragma once
-#include "forces/blocks/element_kernels.h"
 #include "forces/blocks/laws.h"
+#include "forces/blocks/thermal_kernels.h"
 
 /* Stress or strain in plane strain, z included. */
 typedef struct {
@@ -126,6 +126,35 @@ KERNEL Lanes WidthAcross(const LanesShape *shape, const LanesPlane *p)
     if (i + 1 < shape->n_nodes) twice += VectorCross(d, VectorSubtract(X[i + 1], X[0]));
   }
   return (shape->n_nodes == 3 ? 1. : 0.5) * twice / (most - least);
+}
+
+/* ---- blocks that have become warmer
+
+   A law knows the strain E - E_t alone. What a block resists by is the stress of it and s I, the stress that
+   the expansion of elastic blocks lacks (thermal.c): s I is applied to blocks of all laws. */
+typedef struct {
+  Lanes along, across; /* E_t in the plane, and across it */
+  Lanes s;             /* [Pa] of C E_t in the plane */
+} LanesThermal;
+
+KERNEL LanesThermal ThermalOf(const LanesLaw *law, Lanes along)
+{
+  const Lanes across = LawConstant(law, LAW_ACROSS) * along, mu = LawConstant(law, LAW_MU);
+  return (LanesThermal){along, across,
+                        LawConstant(law, LAW_LAMBDA) * (along + along + across) + (mu + mu) * along};
+}
+
+/* thermal: NULL: none. Then zz is the zero that the compiler may leave out of sums. */
+KERNEL LanesStress StrainOfLaw(const LanesTensor *E, const LanesThermal *thermal)
+{
+  if (!thermal) return (LanesStress){E->xx, E->yy, LanesOf(-0.), E->xy};
+  return (LanesStress){E->xx - thermal->along, E->yy - thermal->along, -thermal->across, E->xy};
+}
+
+/* What s I stores in the strain E, so that the energy of E - E_t and this are that of E in elastic blocks. */
+KERNEL Lanes ThermalStored(const LanesTensor *E, const LanesThermal *t)
+{
+  return t->s * (E->xx + E->yy) - 0.5 * t->s * (t->along + t->along + t->across);
 }
 
 /* ---- laws.c, by LANES blocks from `first` on, of the history now */

@@ -61,8 +61,32 @@ KERNEL LanesHistory LoadHistory(const LawHistory *h, PetscInt first, int width, 
   return (LanesHistory){(now ? h->now : h->held) + at, keep ? h->now + at : NULL, ~(Mask){0}};
 }
 
-KERNEL void LawLoop(int law, const Model *model, const Elements *e, int n_nodes, int large, int keep,
-                    const PetscReal *restrict u, PetscReal *restrict f)
+/* E_t of LANES blocks, in the plane. share: of each row of the scene. */
+KERNEL LanesScalar WarmthOf(const Elements *e, int n_nodes, const LanesLaw *c, PetscInt first,
+                            const PetscReal *share)
+{
+  const LawHeat *heat = &e->history->heat;
+  const Lanes expansion = LawConstant(c, LAW_EXPANSION);
+  const ptrdiff_t at = LaneVertices(e, n_nodes, first) - e->vertex;
+  Lanes x[4] = {{0.}};
+  for (PetscInt k = 0; k < heat->n; k++)
+    for (int i = 0; i < n_nodes; i++)
+      x[i] += share[heat->load[k]] * LoadLanes(heat->change[k] + at + i * BATCH);
+  for (int i = 0; i < n_nodes; i++) x[i] *= expansion;
+  return ScalarOf(n_nodes, x);
+}
+
+/* The same now; NULL: these blocks feel no temperature. */
+KERNEL const LanesScalar *WarmthNow(const Elements *e, int n_nodes, const LanesLaw *c, PetscInt first,
+                                    LanesScalar *room)
+{
+  if (!e->history->heat.n) return NULL;
+  *room = WarmthOf(e, n_nodes, c, first, e->history->heat.share[SHARE_NOW]);
+  return room;
+}
+
+KERNEL void LawLoop(int law, int warmed, const Model *model, const Elements *e, int n_nodes, int large,
+                    int keep, const PetscReal *restrict u, PetscReal *restrict f)
 {
   const LawHistory *h = e->history;
   PetscReal mixed[LAW_CONSTANTS * LANES];
@@ -72,61 +96,85 @@ KERNEL void LawLoop(int law, const Model *model, const Elements *e, int n_nodes,
     const LanesMaterial material = MaterialOf(&c);
     LanesHistory history = LoadHistory(h, first, LawWidth(law), h->in_time, keep);
     LanesVector X[4], U[4], F[4];
+    LanesScalar warm;
     GatherBlocks(model, e, n_nodes, first, large, u, X, U);
-    LawBlock(law, n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
+    LawBlock(law, n_nodes, &c, &material, X, U, model->thickness, large,
+             warmed ? WarmthNow(e, n_nodes, &c, first, &warm) : NULL, &history, F);
     ScatterAdd(n_nodes, F, vertex, f);
   }
 }
 
-/* Gives LawLoop law and shape as constants. */
-KERNEL void LawsLoop_code(const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f)
+/* Gives LawLoop law, shape and whether there are temperatures as constants. */
+KERNEL void EachLaw(int warmed, const Model *model, const Elements *e, int keep, const PetscReal *u,
+                    PetscReal *f)
 {
   const int large = e->strain == STRAIN_LARGE;
   if (e->law == MATERIAL_MOHR_COULOMB && e->n_nodes == 4)
-    LawLoop(MATERIAL_MOHR_COULOMB, model, e, 4, large, keep, u, f);
+    LawLoop(MATERIAL_MOHR_COULOMB, warmed, model, e, 4, large, keep, u, f);
   else if (e->law == MATERIAL_MOHR_COULOMB)
-    LawLoop(MATERIAL_MOHR_COULOMB, model, e, 3, large, keep, u, f);
+    LawLoop(MATERIAL_MOHR_COULOMB, warmed, model, e, 3, large, keep, u, f);
   else if (e->law == MATERIAL_DAMAGE && e->n_nodes == 4)
-    LawLoop(MATERIAL_DAMAGE, model, e, 4, large, keep, u, f);
+    LawLoop(MATERIAL_DAMAGE, warmed, model, e, 4, large, keep, u, f);
   else if (e->law == MATERIAL_DAMAGE)
-    LawLoop(MATERIAL_DAMAGE, model, e, 3, large, keep, u, f);
+    LawLoop(MATERIAL_DAMAGE, warmed, model, e, 3, large, keep, u, f);
+}
+
+KERNEL void LawsLoop_code(const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f)
+{
+  EachLaw(0, model, e, keep, u, f);
+}
+
+KERNEL void WarmLaws_code(const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f)
+{
+  EachLaw(1, model, e, keep, u, f);
 }
 
 VARIANTS(LawsLoop, (const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f),
          (model, e, keep, u, f))
+VARIANTS(WarmLaws, (const Model *model, const Elements *e, int keep, const PetscReal *u, PetscReal *f),
+         (model, e, keep, u, f))
 
 void LawForces(const Model *model, const Elements *e, PetscBool keep, const PetscReal *u, PetscReal *f)
 {
-  LawsLoop(model, e, keep || e->history->in_time, u, f);
+  const int kept = keep || e->history->in_time;
+  if (e->history->heat.n)
+    WarmLaws(model, e, kept, u, f);
+  else
+    LawsLoop(model, e, kept, u, f);
 }
 
 /* ---- the tangent */
 
 static const PetscReal STEP = 1e-7; /* of central differences, as a fraction of a side */
 
-static void block_of(const Model *model, const Elements *e, PetscInt first, LanesHistory history,
-                     const LanesVector X[4], const LanesVector U[4], LanesVector F[4])
+/* share: of temperatures. */
+static void block_of(const Model *model, const Elements *e, PetscInt first, const PetscReal *share,
+                     LanesHistory history, const LanesVector X[4], const LanesVector U[4], LanesVector F[4])
 {
   PetscReal mixed[LAW_CONSTANTS * LANES];
   const LanesLaw c = LoadLaw(e->history, e->group + first, mixed);
   const LanesMaterial material = MaterialOf(&c);
-  const int large = e->strain == STRAIN_LARGE;
+  const int large = e->strain == STRAIN_LARGE, n_nodes = e->n_nodes;
+  LanesScalar room;
+  const LanesScalar *warm = NULL;
+  if (e->history->heat.n) room = WarmthOf(e, n_nodes, &c, first, share), warm = &room;
   if (e->law == MATERIAL_MOHR_COULOMB)
-    LawBlock(MATERIAL_MOHR_COULOMB, e->n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
+    LawBlock(MATERIAL_MOHR_COULOMB, n_nodes, &c, &material, X, U, model->thickness, large, warm, &history, F);
   if (e->law == MATERIAL_DAMAGE)
-    LawBlock(MATERIAL_DAMAGE, e->n_nodes, &c, &material, X, U, model->thickness, large, &history, F);
+    LawBlock(MATERIAL_DAMAGE, n_nodes, &c, &material, X, U, model->thickness, large, warm, &history, F);
 }
 
 /* The history from which the stiffness of blocks that crack is taken: damage as it is at U, and so that it
    does not grow. This secant is never below the tangent, so an iteration with it comes only to equilibria
    that are stable; with the tangent it would come to others too. frozen: room for it. */
-static LanesHistory freeze(const Model *model, const Elements *e, PetscInt first, LanesHistory held,
-                           const LanesVector X[4], const LanesVector U[4], PetscReal *frozen)
+static LanesHistory freeze(const Model *model, const Elements *e, PetscInt first, const PetscReal *share,
+                           LanesHistory held, const LanesVector X[4], const LanesVector U[4],
+                           PetscReal *frozen)
 {
   const int width = LawKinds[e->law].width, points = e->history->points;
   LanesVector F[4];
   held.to = frozen;
-  block_of(model, e, first, held, X, U, F);
+  block_of(model, e, first, share, held, X, U, F);
   for (int k = 0; k < points; k++)
     for (int lane = 0; lane < LANES; lane++)
       frozen[LANES * (width * k + DM_KAPPA) + lane] = 0.5 * PETSC_MAX_REAL;
@@ -139,8 +187,9 @@ void LawMatrices(const Model *model, const Elements *e, PetscInt first, const Pe
   LanesVector X[4], U[4], F[2][4];
   GatherBlocks(model, e, n_nodes, first, e->strain == STRAIN_LARGE, u, X, U);
   PetscReal frozen[4 * HISTORY_MOST * LANES];
+  const PetscReal *share = e->history->heat.n ? e->history->heat.share[SHARE_NOW] : NULL;
   LanesHistory history = LoadHistory(e->history, first, LawKinds[e->law].width, e->history->in_time, 0);
-  if (e->law == MATERIAL_DAMAGE) history = freeze(model, e, first, history, X, U, frozen);
+  if (e->law == MATERIAL_DAMAGE) history = freeze(model, e, first, share, history, X, U, frozen);
   const LanesVector side = VectorSubtract(X[1], X[0]);
   const Lanes h = STEP * SquareRoot(VectorDot(side, side));
   for (int column = 0; column < 2 * n_nodes; column++) {
@@ -149,7 +198,7 @@ void LawMatrices(const Model *model, const Elements *e, PetscInt first, const Pe
       memcpy(moved, U, sizeof moved);
       Lanes *x = column % 2 ? &moved[column / 2].y : &moved[column / 2].x;
       *x = k ? *x - h : *x + h;
-      block_of(model, e, first, history, X, moved, F[k]);
+      block_of(model, e, first, share, history, X, moved, F[k]);
     }
     for (int i = 0; i < n_nodes; i++) {
       const LanesVector d = VectorSubtract(F[0][i], F[1][i]);
@@ -186,10 +235,13 @@ static PetscReal most_measure(const LawHistory *h, PetscInt block)
   return most;
 }
 
-/* Forces of LANES blocks at the end of n even steps from U_0 to U, from the held history. */
-static void in_steps(const Model *model, const Elements *e, PetscInt first, int n, const LanesVector X[4],
-                     const LanesVector U_0[4], const LanesVector U[4], LanesVector F[4])
+/* Forces of LANES blocks at the end of n even steps from U_0 to U, and from the temperatures share_0 to
+   those of now, from the held history. */
+static void in_steps(const Model *model, const Elements *e, PetscInt first, int n, const LawSteps *from,
+                     const LanesVector X[4], const LanesVector U_0[4], const LanesVector U[4],
+                     LanesVector F[4])
 {
+  const LawHeat *heat = &e->history->heat;
   PetscReal way[2][4 * HISTORY_MOST * LANES];
   LanesHistory h = LoadHistory(e->history, first, LawKinds[e->law].width, 0, 0);
   for (int step = 1; step <= n; step++) {
@@ -197,9 +249,13 @@ static void in_steps(const Model *model, const Elements *e, PetscInt first, int 
     LanesVector at[4];
     for (int i = 0; i < e->n_nodes; i++)
       at[i] = (LanesVector){U_0[i].x + part * (U[i].x - U_0[i].x), U_0[i].y + part * (U[i].y - U_0[i].y)};
+    for (PetscInt k = 0; k < heat->n; k++) {
+      const PetscReal begins = from->share_0[heat->load[k]], ends = heat->share[SHARE_NOW][heat->load[k]];
+      from->share[heat->load[k]] = begins + part * (ends - begins);
+    }
     h.to = way[step % 2];
     memcpy(h.to, h.from, LANES * e->history->points * LawKinds[e->law].width * sizeof *h.to);
-    block_of(model, e, first, h, X, at, F);
+    block_of(model, e, first, from->share, h, X, at, F);
     h.from = h.to;
   }
 }
@@ -231,8 +287,8 @@ void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, L
       LanesVector X[4], U_0[4], U[4], one[4], more[4];
       GatherBlocks(model, e, e->n_nodes, first, large, u_0, X, U_0);
       GatherBlocks(model, e, e->n_nodes, first, large, u, X, U);
-      in_steps(model, e, first, 1, X, U_0, U, one);
-      in_steps(model, e, first, LAW_STEPS, X, U_0, U, more);
+      in_steps(model, e, first, 1, steps, X, U_0, U, one);
+      in_steps(model, e, first, LAW_STEPS, steps, X, U_0, U, more);
       compare(e, b, one, more, steps);
     }
 }
@@ -247,13 +303,24 @@ PetscBool LawsCrack(const Model *model)
 
 /* ---- stresses and energies, of the history now */
 
-/* What is known of a point of LANES blocks beside its strain. */
+/* What is known of a point of LANES blocks beside its strain. warm: NULL: none. */
 typedef struct {
   PetscReal mixed[LAW_CONSTANTS * LANES];
   LanesLaw law;
   LanesMaterial material;
   Lanes from[HISTORY_MOST];
+  LanesScalar room;
+  const LanesScalar *warm;
+  LanesThermal thermal;
 } SeenPoint;
+
+/* Whether a lane has its point at the centre of the block. */
+KERNEL Mask AtCentre(const Elements *e, const LanesMaterial *m)
+{
+  return e->n_nodes == 3 ? ~(Mask){0} : m->one_point;
+}
+
+static const PetscReal POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
 KERNEL void SeeAt(const Elements *e, PetscInt first, int point, SeenPoint *p)
 {
@@ -263,22 +330,33 @@ KERNEL void SeeAt(const Elements *e, PetscInt first, int point, SeenPoint *p)
   p->material = MaterialOf(&p->law);
   for (int i = 0; i < HISTORY_MOST; i++)
     p->from[i] = i < width ? LoadLanes(block.from + LANES * (width * point + i)) : LanesOf(0.);
+  p->warm = WarmthNow(e, e->n_nodes, &p->law, first, &p->room);
+  if (!p->warm) return;
+  const Lanes at = ScalarAt(p->warm, POINTS[point][0], POINTS[point][1]);
+  p->thermal = ThermalOf(&p->law, Select(AtCentre(e, &p->material), p->warm->mean, at));
+}
+
+KERNEL LanesStress StrainSeen(const SeenPoint *p, const LanesTensor *E)
+{
+  return StrainOfLaw(E, p->warm ? &p->thermal : NULL);
 }
 
 KERNEL LanesStress StressSeen(MaterialLaw law, const SeenPoint *p, const LanesTensor *E, Lanes *whole)
 {
+  const LanesStress e = StrainSeen(p, E);
   *whole = LanesOf(1.);
   if (law == MATERIAL_MOHR_COULOMB)
-    return LawStress(MATERIAL_MOHR_COULOMB, &p->law, E, NULL, p->from, NULL, whole);
-  if (law == MATERIAL_DAMAGE) return LawStress(MATERIAL_DAMAGE, &p->law, E, NULL, p->from, NULL, whole);
+    return LawStress(MATERIAL_MOHR_COULOMB, &p->law, &e, NULL, p->from, NULL, whole);
+  if (law == MATERIAL_DAMAGE) return LawStress(MATERIAL_DAMAGE, &p->law, &e, NULL, p->from, NULL, whole);
   return (LanesStress){{0.}, {0.}, {0.}, {0.}};
 }
 
 KERNEL Lanes StoredSeen(MaterialLaw law, const SeenPoint *p, const LanesTensor *E, Lanes *opening)
 {
+  const LanesStress e = StrainSeen(p, E);
   *opening = LanesOf(0.);
-  if (law == MATERIAL_MOHR_COULOMB) return LawStored(MATERIAL_MOHR_COULOMB, &p->law, E, p->from, opening);
-  if (law == MATERIAL_DAMAGE) return LawStored(MATERIAL_DAMAGE, &p->law, E, p->from, opening);
+  if (law == MATERIAL_MOHR_COULOMB) return LawStored(MATERIAL_MOHR_COULOMB, &p->law, &e, p->from, opening);
+  if (law == MATERIAL_DAMAGE) return LawStored(MATERIAL_DAMAGE, &p->law, &e, p->from, opening);
   return LanesOf(0.);
 }
 
@@ -288,7 +366,8 @@ void LawPointStress(const Elements *e, PetscInt first, int point, const LanesTen
   SeeAt(e, first, point < e->history->points ? point : 0, &p);
   Lanes whole;
   const LanesStress s = StressSeen(e->law, &p, E, &whole);
-  *S = (LanesTensor){s.xx, s.yy, s.xy};
+  const Lanes thermal = p.warm ? p.thermal.s : LanesOf(0.);
+  *S = (LanesTensor){s.xx + thermal, s.yy + thermal, s.xy};
 }
 
 /* Area of which a point at the centre has the stress: all of it. */
@@ -297,23 +376,16 @@ KERNEL Lanes AreaOfCentre(const Elements *e, Lanes J, int point)
   return e->n_nodes == 3 ? 0.5 * J : point ? LanesOf(0.) : 4. * J;
 }
 
-/* Whether a lane has its point at the centre of the block. */
-KERNEL Mask AtCentre(const Elements *e, const LanesMaterial *m)
-{
-  return e->n_nodes == 3 ? ~(Mask){0} : m->one_point;
-}
-
 /* Area that a point stands for, and the strain there. */
 KERNEL Lanes AreaAt(const Elements *e, const LanesMaterial *m, const LanesModes *X, const LanesModes *u,
                     int k, LanesTensor *E)
 {
   const int large = e->strain == STRAIN_LARGE;
-  const PetscReal xi = k == 0 || k == 3 ? -GAUSS : GAUSS, eta = k < 2 ? -GAUSS : GAUSS;
   const Mask centre = AtCentre(e, m);
   Lanes J, J_c;
   LanesGradient G;
   LanesTensor E_c;
-  PointStrain(X, u, xi, eta, large, &J, &G, E);
+  PointStrain(X, u, POINTS[k][0], POINTS[k][1], large, &J, &G, E);
   PointStrain(X, u, 0., 0., large, &J_c, &G, &E_c);
   *E = (LanesTensor){Select(centre, E_c.xx, E->xx), Select(centre, E_c.yy, E->yy),
                      Select(centre, E_c.xy, E->xy)};
@@ -330,11 +402,13 @@ void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const Lan
     LanesTensor E;
     const Lanes area = AreaAt(e, &p.material, X, u, k, &E);
     *stored += area * StoredSeen(e->law, &p, &E, &opening);
+    if (p.warm) *stored += area * ThermalStored(&E, &p.thermal);
     if (k || e->n_nodes == 3 || !Any(p.material.one_point)) continue;
     const LanesModes x = e->strain == STRAIN_LARGE ? ModesAdd(X, u) : *X;
     const LanesHourglass o = Hourglass(X, u, &x, &p.material);
     (void)StressSeen(e->law, &p, &E, &whole);
-    *stored += Keep(p.material.one_point, 0.5 * whole * VectorDot(o.p, o.c));
+    const Lanes all = BendingStored(&p.law, &p.material, p.warm, &o), applied = all - VectorDot(o.p, o.c);
+    *stored += Keep(p.material.one_point, 0.5 * (whole * all - applied));
   }
 }
 
@@ -360,133 +434,4 @@ void LawTell(const Model *model, const Elements *e, const PetscReal *u, LawTold 
       }
     }
   }
-}
-
-/* ---- life */
-
-/* Refuses a group that has a law and never deforms by itself. */
-static PetscErrorCode check_group(const Scene *scene, const Material *material, char *message)
-{
-  PetscFunctionBeginUser;
-  if (material->law == MATERIAL_ELASTIC || !(material->rigid || material->condensed))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSNPrintf(
-      message, MESSAGE_LENGTH,
-      "%s: materials.%s.law: %s is for blocks that deform by themselves, and these are %s: expected elastic",
-      scene->file, material->name, LawKinds[material->law].name, material->rigid ? "rigid" : "condensed"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void LawsPresent(const Model *m)
-{
-  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
-    for (PetscInt g = 0; g < m->n_groups && e->history; g++) {
-      PetscReal *c = e->history->constants + g * LAW_CONSTANTS * LANES;
-      for (int lane = 0; lane < LANES; lane++) {
-        c[LANES * LAW_LAMBDA + lane] = m->lame[g].lambda, c[LANES * LAW_MU + lane] = m->lame[g].mu;
-        for (int i = 0; i < 3 && m->hourglass; i++)
-          c[LANES * (LAW_HOURGLASS + i) + lane] = m->hourglass[3 * g + i];
-      }
-    }
-}
-
-static void fill_constants(const Material *material, const Model *m, PetscInt g, PetscReal *constants)
-{
-  PetscReal c[LAW_CONSTANTS] = {m->lame[g].lambda, m->lame[g].mu};
-  for (int i = 0; i < 3 && m->hourglass; i++) c[LAW_HOURGLASS + i] = m->hourglass[3 * g + i];
-  LawKinds[material->law].constants(material, m->lame[g], c);
-  for (int i = 0; i < LAW_CONSTANTS * LANES; i++) constants[g * LAW_CONSTANTS * LANES + i] = c[i / LANES];
-}
-
-/* [m] How wide a block is at most across a crack: by its least extent, which is square to one of its
-   sides; see WidthAcross. */
-static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block)
-{
-  const PetscReal *first = m->X + 2 * VertexOf(e, block, 0);
-  PetscReal twice = 0., least = 0.5 * PETSC_MAX_REAL;
-  for (int k = 0; k < e->n_nodes; k++) {
-    const PetscReal *A = m->X + 2 * VertexOf(e, block, k),
-                    *B = m->X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes);
-    const PetscReal side[2] = {B[0] - A[0], B[1] - A[1]};
-    PetscReal most = 0.;
-    for (int i = 0; i < e->n_nodes; i++) {
-      const PetscReal *C = m->X + 2 * VertexOf(e, block, i);
-      most = PetscMax(most, side[0] * (C[1] - A[1]) - side[1] * (C[0] - A[0]));
-    }
-    twice += (A[0] - first[0]) * side[1] - (A[1] - first[1]) * side[0];
-    least = PetscMin(least, most / hypot(side[0], side[1]));
-  }
-  return (e->n_nodes == 3 ? 1. : 0.5) * twice / least;
-}
-
-/* Refuses blocks that would give back more energy than the crack takes. */
-static PetscErrorCode check_widths(const Scene *scene, const Model *m, const Elements *e, char *message)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < e->n && LawKinds[e->law].widest && !message[0]; i++) {
-    const PetscReal *c = e->history->constants + e->group[i] * LAW_CONSTANTS * LANES;
-    PetscReal own[LAW_CONSTANTS];
-    for (int k = 0; k < LAW_CONSTANTS; k++) own[k] = c[LANES * k];
-    const PetscReal most = LawKinds[e->law].widest(own), width = widest_across(m, e, i);
-    if (width < most) continue;
-    PetscCall(PetscSNPrintf(
-        message, MESSAGE_LENGTH,
-        "%s: materials.%s.fracture_energy: block %" PetscInt_FMT
-        " is %.4g m wide across a crack, and as it breaks it would give back more energy than "
-        "the crack takes: expected blocks of less than %.6g m, or more energy",
-        scene->file, scene->materials[e->group[i]].name, e->file[i], (double)width, (double)most));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Of one list, on all ranks alike, also where a rank has no block of it. */
-static PetscErrorCode create_history(const Scene *scene, const Model *m, Elements *e)
-{
-  PetscBool any = PETSC_FALSE, full = PETSC_FALSE;
-  LawHistory *h;
-  PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups; g++) {
-    if (scene->materials[g].law != e->law) continue;
-    any = PETSC_TRUE;
-    full = (PetscBool)(full || scene->materials[g].element == ELEMENT_FULL);
-  }
-  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscNew(&h));
-  h->points = full && e->n_nodes == 4 ? 4 : 1, h->width = LawKinds[e->law].width;
-  h->n = e->n_padded * h->points * h->width;
-  for (PetscInt i = e->n; i < e->n_padded; i++)
-    e->group[i] = e->group[e->n - 1]; // padding has as many points
-  PetscCall(PetscCalloc3(h->n, &h->held, h->n, &h->now, h->n, &h->stable));
-  PetscCall(PetscCalloc1(m->n_groups * LAW_CONSTANTS * LANES, &h->constants));
-  for (PetscInt g = 0; g < m->n_groups; g++)
-    if (scene->materials[g].law == e->law) fill_constants(scene->materials + g, m, g, h->constants);
-  e->history = h;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode LawsCreate(const Scene *scene, Model *m)
-{
-  char message[MESSAGE_LENGTH] = "";
-  PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups && !message[0]; g++)
-    PetscCall(check_group(scene, scene->materials + g, message));
-  PetscCall(CheckMessage(m->comm, message));
-  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
-    PetscCall(create_history(scene, m, e));
-  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
-    if (e->history) PetscCall(check_widths(scene, m, e, message));
-  PetscCall(CheckMessage(m->comm, message));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode LawsDestroy(Model *m)
-{
-  PetscFunctionBeginUser;
-  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++) {
-    if (!e->history) continue;
-    PetscCall(PetscFree3(e->history->held, e->history->now, e->history->stable));
-    PetscCall(PetscFree(e->history->constants));
-    PetscCall(PetscFree(e->history));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }

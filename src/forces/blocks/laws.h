@@ -18,12 +18,23 @@ enum {
 
 /* What the kernel needs of a group: moduli and stiffness against bending, then what its law adds. */
 enum {
-  LAW_LAMBDA,    /* [Pa] */
-  LAW_MU,        /* [Pa] */
-  LAW_HOURGLASS, /* [Pa] 3 of them */
-  LAW_OWN = LAW_HOURGLASS + 3,
+  LAW_LAMBDA,                        /* [Pa] */
+  LAW_MU,                            /* [Pa] */
+  LAW_HOURGLASS,                     /* [Pa] 3 of them */
+  LAW_EXPANSION = LAW_HOURGLASS + 3, /* [1/K] */
+  LAW_ACROSS, /* [-] of it, what the plane holds of it across: 1; 0: blocks are free there */
+  LAW_OWN,
   LAW_CONSTANTS = LAW_OWN + 20
 };
+
+/* How warm the blocks of a list are: the sum of all temperatures of the scene, each times its share. The
+   arrays are those of temperature.c and of the state. */
+typedef struct {
+  PetscInt n;               /* temperatures; 0: none that these blocks feel */
+  const PetscReal **change; /* [K] (n,) each at the vertices of the blocks, in the lanes of Elements.vertex */
+  PetscInt *load;           /* (n,) rows of the scene */
+  PetscReal *const *share;  /* State.applied.share */
+} LawHeat;
 
 /* The history of one list of elements; by point, number and lane, so that a kernel loads a number of LANES
    blocks at once. */
@@ -34,7 +45,8 @@ typedef struct _p_LawHistory {
   PetscReal *held, *now, *stable; /* (n_padded / LANES, points, width, LANES) of the last equilibrium, of the
                                      last evaluation that somebody looks at, of the last stable trial */
   PetscReal *constants;           /* (n_groups, LAW_CONSTANTS, LANES) each number in all lanes */
-  PetscBool in_time;              /* every evaluation goes on from the one before */
+  LawHeat heat;
+  PetscBool in_time; /* every evaluation goes on from the one before */
 } LawHistory;
 
 typedef struct {

@@ -46,9 +46,9 @@ static const PetscReal MC_NONE = 1e-9;   /* of the stiffness against bending: so
 static const PetscReal MC_LEAST = 0.01;  /* of the stress at a point, that forces against bending keep */
 
 /* The stress of a strain without its plastic part. */
-KERNEL LanesStress McElastic(const LanesLaw *law, const LanesTensor *E, const LanesStress *plastic)
+KERNEL LanesStress McElastic(const LanesLaw *law, const LanesStress *E, const LanesStress *plastic)
 {
-  const LanesStress e = {E->xx - plastic->xx, E->yy - plastic->yy, -plastic->zz, E->xy - plastic->xy};
+  const LanesStress e = {E->xx - plastic->xx, E->yy - plastic->yy, E->zz - plastic->zz, E->xy - plastic->xy};
   return StressOf(law, &e);
 }
 
@@ -130,7 +130,7 @@ KERNEL LanesStress McLoad(const Lanes *from)
 }
 
 /* to: the history after the strain E, from the history before; NULL: nobody asks. whole: see McWhole. */
-KERNEL LanesStress McStress(const LanesLaw *law, const LanesTensor *E, const Lanes *from, Lanes *to,
+KERNEL LanesStress McStress(const LanesLaw *law, const LanesStress *E, const Lanes *from, Lanes *to,
                             Lanes *whole)
 {
   LanesStress plastic = McLoad(from), s = McElastic(law, E, &plastic);
@@ -143,7 +143,7 @@ KERNEL LanesStress McStress(const LanesLaw *law, const LanesTensor *E, const Lan
   if (to)
     for (int i = 0; i < MC_WIDTH; i++) to[i] = from[i];
   if (Any(over > 0.)) {
-    const Lanes strain = Absolute(E->xx) + Absolute(E->yy) + Absolute(E->xy) + Absolute(plastic.zz),
+    const Lanes strain = Absolute(E->xx) + Absolute(E->yy) + Absolute(E->xy) + Absolute(E->zz - plastic.zz),
                 stiff = LawConstant(law, LAW_LAMBDA) + LawConstant(law, LAW_MU) + LawConstant(law, LAW_MU),
                 sharp = MC_SHARP * (Absolute(most) + Absolute(least)) + MC_ROUND * stiff * strain;
     const LanesStress d = McPlastic(law, &s, &p, over > sharp);
@@ -161,9 +161,9 @@ KERNEL LanesStress McStress(const LanesLaw *law, const LanesTensor *E, const Lan
 }
 
 /* [J/m3] What is stored, S : e / 2 of the elastic strain e. */
-KERNEL Lanes McStored(const LanesLaw *law, const LanesTensor *E, const Lanes *from)
+KERNEL Lanes McStored(const LanesLaw *law, const LanesStress *E, const Lanes *from)
 {
   const LanesStress plastic = McLoad(from), s = McElastic(law, E, &plastic);
-  return 0.5 * (s.xx * (E->xx - plastic.xx) + s.yy * (E->yy - plastic.yy) - s.zz * plastic.zz) +
+  return 0.5 * (s.xx * (E->xx - plastic.xx) + s.yy * (E->yy - plastic.yy) + s.zz * (E->zz - plastic.zz)) +
          s.xy * (E->xy - plastic.xy);
 }

@@ -9,11 +9,7 @@
 
    P = int E' alpha' change grad h dA = (1 - nu') int s grad h dA. */
 #include "forces/blocks/blocks.h"
-#include "forces/blocks/element_kernels.h"
-
-typedef struct { /* s(xi, eta) = mean + xi a + eta b + xi eta h */
-  Lanes mean, a, b, h;
-} LanesScalar;
+#include "forces/blocks/thermal_kernels.h"
 
 /* of a row of numbers at vertices, times the number of each group */
 static LanesScalar scalar_of(int n_nodes, const PetscReal *by_group, const PetscInt *group,
@@ -22,14 +18,7 @@ static LanesScalar scalar_of(int n_nodes, const PetscReal *by_group, const Petsc
   const Lanes of = {by_group[group[0]], by_group[group[1]], by_group[group[2]], by_group[group[3]]};
   Lanes x[4] = {{0.}};
   for (int i = 0; i < n_nodes; i++) x[i] = of * LoadLanes(at + i * BATCH);
-  if (n_nodes == 3) return (LanesScalar){(x[0] + x[1] + x[2]) / 3., {0.}, {0.}, {0.}};
-  return (LanesScalar){0.25 * (x[0] + x[1] + x[2] + x[3]), 0.25 * (x[1] + x[2] - x[0] - x[3]),
-                       0.25 * (x[2] + x[3] - x[0] - x[1]), 0.25 * (x[0] + x[2] - x[1] - x[3])};
-}
-
-static Lanes at_point(const LanesScalar *s, PetscReal xi, PetscReal eta)
-{
-  return s->mean + xi * s->a + eta * s->b + xi * eta * s->h;
+  return ScalarOf(n_nodes, x);
 }
 
 /* Natural stress of s I: J s g_a . g_b. */
@@ -47,29 +36,9 @@ static void full_force(const LanesVector X[4], const LanesVector u[4], const Lan
   LanesTensor T[4];
   for (int p = 0; p < 4; p++) {
     const PetscReal xi = p == 0 || p == 3 ? -GAUSS : GAUSS, eta = p < 2 ? -GAUSS : GAUSS;
-    T[p] = isotropic(TangentXi(&XM, eta), TangentEta(&XM, xi), w * at_point(s, xi, eta));
+    T[p] = isotropic(TangentXi(&XM, eta), TangentEta(&XM, xi), w * ScalarAt(s, xi, eta));
   }
   Q4Sum(T, x.a, x.b, VectorScale(GAUSS, x.h), f);
-}
-
-/* P of a block that bends freely; 0 for the others. */
-static LanesVector bending(const LanesScalar *s, const LanesHourglass *o, const LanesMaterial *m)
-{
-  const Mask bends = (m->hourglass[0] > 0.) & (m->hourglass[1] == 0.);
-  const Lanes k = Keep(bends, (1. + m->hourglass[2] / m->hourglass[0]) * o->J * (4. / 3.));
-  return (LanesVector){k * (s->b * o->g1.x + s->a * o->g2.x), k * (s->b * o->g1.y + s->a * o->g2.y)};
-}
-
-/* p.C p/2 - P.p + P.C^-1 P/2: nothing where the block bends as its temperature has it. */
-static Lanes bending_energy(const LanesScalar *s, const LanesHourglass *o, const LanesMaterial *m)
-{
-  const LanesVector P = bending(s, o, m);
-  const Lanes third = o->J * (4. / 3.), c0 = third * m->hourglass[0], c2 = third * m->hourglass[2];
-  const Lanes xx = c0 * (o->g1.x * o->g1.x + o->g2.x * o->g2.x),
-              yy = c0 * (o->g1.y * o->g1.y + o->g2.y * o->g2.y),
-              xy = c2 * (o->g1.x * o->g1.y + o->g2.x * o->g2.y), det = xx * yy - xy * xy;
-  const Lanes own = (yy * P.x * P.x - 2. * xy * P.x * P.y + xx * P.y * P.y) / det;
-  return Keep(det > 0., 0.5 * own) - VectorDot(o->p, P);
 }
 
 static void one_point_force(const LanesVector X[4], const LanesVector u[4], const LanesScalar *s,
@@ -78,7 +47,7 @@ static void one_point_force(const LanesVector X[4], const LanesVector u[4], cons
   const LanesModes XM = Q4Modes(X), uM = Q4Modes(u), x = large ? ModesAdd(&XM, &uM) : XM;
   const LanesTensor T = isotropic(XM.a, XM.b, s->mean);
   LanesHourglass o = Hourglass(&XM, &uM, &x, m);
-  o.c = bending(s, &o, m);
+  o.c = ThermalBending(s, &o, m);
   Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
 }
 
@@ -152,7 +121,7 @@ void ThermalStress(const Model *model, const Elements *e, const PetscReal *s_1, 
       LanesTensor E;
       PointStrain(&X, &U, xi, eta, large, &J, &G, &E);
       PointStrain(&X, &U, 0., 0., large, &J, &G_c, &E);
-      const Lanes full = at_point(&s, xi, eta);
+      const Lanes full = ScalarAt(&s, xi, eta);
       const LanesTensor S = {full, full, {0.}}, S_c = {s.mean, s.mean, {0.}};
       const LanesTensor here = CauchyStress(&G, &S, large), centre = CauchyStress(&G_c, &S_c, large);
       for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
@@ -186,19 +155,21 @@ void ThermalEnergy(const Model *model, const Elements *e, const PetscReal *s_1, 
                       eta = n_nodes == 3 ? 0.
                             : p < 2      ? -GAUSS
                                          : GAUSS;
-      const Lanes s_p = at_point(&s, xi, eta), t_p = at_point(&t, xi, eta);
+      const Lanes s_p = ScalarAt(&s, xi, eta), t_p = ScalarAt(&t, xi, eta);
       PointStrain(&X, &U, xi, eta, large, &J, &G, &E);
       sum[0] += (n_nodes == 3 ? 0.5 : 1.) * J * (0.5 * s_p * t_p - s_p * (E.xx + E.yy));
     }
-    if (Any(material.one_point)) {
+    const Mask one_point = n_nodes == 4 ? material.one_point : (Mask){0};
+    if (Any(one_point)) {
       const LanesModes x = large ? ModesAdd(&X, &U) : X;
       const LanesHourglass o = Hourglass(&X, &U, &x, &material);
       PointStrain(&X, &U, 0., 0., large, &J, &G, &E);
-      sum[1] = 4. * J * (0.5 * s.mean * t.mean - s.mean * (E.xx + E.yy)) + bending_energy(&s, &o, &material);
+      sum[1] = 4. * J * (0.5 * s.mean * t.mean - s.mean * (E.xx + E.yy)) +
+               ThermalBendingEnergy(&s, &o, &material);
     }
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       if (e->owned[first + lane])
-        energy[first + lane] += model->thickness * sum[material.one_point[lane] ? 1 : 0][lane];
+        energy[first + lane] += model->thickness * sum[one_point[lane] ? 1 : 0][lane];
   }
 }
 

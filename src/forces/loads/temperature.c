@@ -143,10 +143,12 @@ static PetscErrorCode create(const TermView *v, void **memory)
   for (PetscInt g = 0; g < m->n_groups; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson, alpha = material->expansion;
-    const PetscBool strain = (PetscBool)(scene->plane == PLANE_STRAIN);
+    const PetscBool strain = (PetscBool)(scene->plane == PLANE_STRAIN),
+                    held = (PetscBool)(strain && !material->free_across);
     t->s_1[g] = E * alpha / (1. - (strain ? 2. : 1.) * nu);
-    t->own_1[g] = (strain ? 3. : 2.) * alpha;
-    t->across_1[g] = strain ? E * alpha : 0.;
+    if (strain && !held) t->s_1[g] /= 1. + nu; // C of the strain alpha in the plane alone
+    t->own_1[g] = (held ? 3. : 2.) * alpha;
+    t->across_1[g] = held ? E * alpha : 0.;
   }
   for (PetscInt l = 0; l < t->n_loads; l++) {
     const Load *load = scene->loads + l;
@@ -157,6 +159,10 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscCall(fill(m, load, n, faces, t->heat + l));
     PetscCall(PetscFree(faces));
   }
+  for (PetscInt l = 0; l < t->n_loads; l++)
+    for (int list = 0; list < DEFORMABLE_LISTS; list++)
+      if (t->heat[l].change[list])
+        PetscCall(LawsFeel(m->elements + list, l, t->heat[l].change[list], v->state->applied.share));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,7 +3,7 @@
 The law at a point, its energy and its unloading (M05) are tested in tests/unit/forces/blocks/test_laws.c."""
 
 import numpy as np
-from driver import changed, checksums
+from driver import changed, check_restarts, checksums
 from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
 from quoin_tools.mesh.stacks import quad_patch
 
@@ -158,13 +158,9 @@ def ranks_and_restart(case):
     case.check("full, it cracks; emptied, it stays cracked", [damage[0] == 0, damage[1] > 0.5, damage[2] == damage[1]], [True] * 3)
     widths = [first.stage_summary(name)["laws"]["block"]["crack_width"] for name in ("full", "empty")]
     case.check("... and the cracks close", bool(widths[1] < 0.2 * widths[0]), True)
-    case.again(folder, "-output", "kept")
     for ranks in (2, 3, 4):
         case.check(f"checksums on {ranks} ranks", checksums(case.run(mesh, scene, ranks=ranks)), checksums(first))
-    kept = sorted((folder / "kept" / "checkpoints").iterdir())
-    for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
-        again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
-        case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
+    check_restarts(case, folder, first)
 
 
 def both_laws(case):

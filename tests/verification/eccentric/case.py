@@ -69,6 +69,7 @@ def run(case):
         for e, _, result in (pair for pair in pairs if not pair[1]):
             case.check(f"{model}, e/L = {e:g}: no equilibrium", result.verdict, "collapsed")
     linear(case, mesh)
+    beyond_apex(case, mesh)
     stress, turn, opening = edge(case.run(mesh, scene("tptm", 0.4, LARGE)))
     case.check("tptm, N = 1 MN, e/L = 0.4: edge stress [Pa]", stress, 2 * LARGE / 0.3, relative=1e-4)
     case.check("... rotation [rad]", turn, 2 * LARGE / 0.3 / (K_N * 0.3), relative=1e-4)
@@ -89,3 +90,17 @@ def linear(case, mesh):
         moved = result.probe("push", "top_left") - result.probe("weight", "top_left")
         case.check(f"small strain, {method}, rigid block turned by {turn:g}: top corner moves by [m]", moved,
                    [P / k_s + turn * H, 0.5 * turn], relative=1e-6)
+
+
+def beyond_apex(case, mesh):
+    """One end pulls beyond c/tan(phi) and bears no shear; the other, pressed by 1.4 MPa, bears more than the resultant may: told, and so it is."""
+    keeps = {"friction": 45, "cohesion": 1e4, "cohesion_residual": 1e4, "stress_model": "t2pt"}
+    for tension, push in ((2e6, 6e5), (1e4, 2e5)):
+        loads = {"left": {"type": "point_force", "point": "bottom_left", "value": [push / 2, 1e5]}, "right": {"type": "point_force", "point": "bottom_right", "value": [push / 2, -3e5]}}
+        joint = SCENE["joints"]["default"] | keeps | {"tension": tension, "tension_residual": tension}
+        result = case.run(mesh, changed(SCENE, ("joints.default", joint), ("loads", loads), ("strain", "small")))
+        joints = result.stage_summary("press")["joints"]["default"]
+        line = "joints.default: tension_residual, 2e+06 Pa, is beyond the apex of the shear strength, cohesion_residual / tan(friction_residual) = 1e+04 Pa"
+        case.check(f"eccentric pull, tension of {tension:g} Pa over an apex of 1e4: stands, is told", [result.verdict == "converged", line in result.stderr], [tension > 1e4] * 2)
+        if tension > 1e4:
+            case.check("... with a sliding factor of (c L + N tan(phi))/T", joints["sliding_factor_residual"], (1e4 + 2e5) / push, relative=1e-6)

@@ -3,7 +3,7 @@
 The return of a point is tested by itself, in tests/unit/forces/blocks/test_laws.c, against an oracle and published numbers (M01)."""
 
 import numpy as np
-from driver import changed, checksums
+from driver import changed, check_restarts, checksums
 from quoin_tools.mesh.meshing import face_set_on, graded, join, rectangle, renamed, split_triangles, structured
 from quoin_tools.mesh.stacks import quad_patch
 
@@ -266,13 +266,9 @@ def ranks_and_restart(case):
                                      ("materials.block", {"density": 2400, "young": 1e9, "poisson": 0.2, "element": "bending"})))  # fmt: skip
     gone, all_back = (np.abs(r.stage("empty").displacement - r.stage("own").displacement).max() for r in (first, elastic))
     case.check("it has yielded: emptied, more is left of what the water has moved than of elastic blocks", bool(gone > 5 * all_back), True)
-    case.again(folder, "-output", "kept")
     for ranks in (2, 3, 4):
         case.check(f"checksums on {ranks} ranks", checksums(case.run(mesh, scene, ranks=ranks)), checksums(first))
-    kept = sorted((folder / "kept" / "checkpoints").iterdir())
-    for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
-        again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
-        case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
+    check_restarts(case, folder, first)
 
 
 def refused(case):

@@ -126,7 +126,7 @@ static void PointOf(const Material *m, Point *p)
 /* s: xx, yy, zz, xy at the strain E of xx, yy, and half of the shear; the history goes on. */
 static void Respond(Point *p, const PetscReal E[3], PetscReal s[4])
 {
-  const LanesTensor strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(E[2])};
+  const LanesStress strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(0.), LanesOf(E[2])};
   Lanes to[HISTORY_MOST], whole;
   const LanesStress S = LawStress(MATERIAL_MOHR_COULOMB, &p->law, &strain, NULL, p->history, to, &whole);
   for (int lane = 1; lane < LANES; lane++)
@@ -248,7 +248,7 @@ static void TestWork(void)
     memcpy(before, s, sizeof s), memcpy(last, E, sizeof last);
   }
   Lanes opening;
-  const LanesTensor E = {LanesOf(last[0]), LanesOf(last[1]), LanesOf(last[2])};
+  const LanesStress E = {LanesOf(last[0]), LanesOf(last[1]), LanesOf(0.), LanesOf(last[2])};
   const PetscReal stored = LawStored(MATERIAL_MOHR_COULOMB, &p.law, &E, p.history, &opening)[0],
                   lost = p.history[HISTORY_LOST][0];
   ENSURE(lost > 100.);
@@ -270,7 +270,7 @@ static void Rectangle(PetscReal a, PetscReal b, PetscReal angle, LanesVector X[4
 
 static void Crack(Point *p, const LanesVector *X, const PetscReal E[3], PetscReal s[4])
 {
-  const LanesTensor strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(E[2])};
+  const LanesStress strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(0.), LanesOf(E[2])};
   const LanesShape shape = {4, X};
   Lanes to[HISTORY_MOST], whole;
   const LanesStress S = LawStress(MATERIAL_DAMAGE, &p->law, &strain, &shape, p->history, to, &whole);
@@ -280,7 +280,7 @@ static void Crack(Point *p, const LanesVector *X, const PetscReal E[3], PetscRea
 
 static PetscReal Stored(const Point *p, const PetscReal E[3])
 {
-  const LanesTensor strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(E[2])};
+  const LanesStress strain = {LanesOf(E[0]), LanesOf(E[1]), LanesOf(0.), LanesOf(E[2])};
   Lanes opening;
   return LawStored(MATERIAL_DAMAGE, &p->law, &strain, p->history, &opening)[0];
 }
