@@ -184,6 +184,56 @@ static PetscErrorCode weigh_rows(const Instant *now, const PetscReal *k, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Adds the steps that vertices of condensed bodies would have, were these not condensed. */
+static PetscErrorCode steps_of_blocks(const Instant *now, PetscBool anywhere, Least least[2])
+{
+  const Model *m = now->m;
+  const PetscInt n = m->n_vertices + DUMMY_VERTICES;
+  PetscReal *blocks, *springs, *dampers, *beta;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc4(n, &blocks, n, &springs, n, &dampers, m->n_condensed_global, &beta));
+  for (PetscInt b = 0; b < m->n_condensed; b++) beta[m->condensed[b].number] = m->condensed[b].beta;
+  PetscCall(ElementStiffnessCondensed(m, blocks));
+  PetscCall(Contacts_term.bound(NULL, now, anywhere, springs));
+  PetscCall(Contacts_term.drag(NULL, now, anywhere, dampers));
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    const PetscInt d = 3 * m->n_bodies + 2 * v;
+    if (m->vertex_condensed[v] < 0 || !(m->vertex_mass[v] > 0.) || (Held(m, d) && Held(m, d + 1))) continue;
+    dampers[v] += beta[m->vertex_condensed[v]] * blocks[v];
+    for (int i = 0; i < 2; i++)
+      if (!i || dampers[v] > 0.)
+        take_least(step_of(m->vertex_mass[v], blocks[v] + springs[v], i ? dampers[v] : 0.), -1, NAN,
+                   least + i);
+  }
+  PetscCall(PetscFree4(blocks, springs, dampers, beta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether condensing pays: the step of the blocks themselves, and what steps cost. least: of what is not
+   condensed. */
+static PetscErrorCode compare_with_blocks(const Instant *now, PetscBool anywhere, PetscReal factor,
+                                          Least least[2], TimeStep *step)
+{
+  // over the time of a product: a block with its vertices; with beta, which computes it twice; as of G1
+  static const PetscReal BLOCK = 55., DAMPED_BLOCK = 120.;
+  const Model *m = now->m;
+  PetscBool damped = PETSC_FALSE;
+  PetscReal work[2] = {0., 0.}, dt[2]; // of bodies, of their blocks
+  PetscFunctionBeginUser;
+  PetscCall(steps_of_blocks(now, anywhere, least));
+  for (int i = 0; i < 2; i++) dt[i] = least[i].dt;
+  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+    work[0] += CondensedProducts(c);
+    damped = (PetscBool)(damped || c->beta > 0.);
+  }
+  work[1] = (damped ? DAMPED_BLOCK : BLOCK) * (PetscReal)(m->condensed_q4.n + m->condensed_t3.n);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 2, MPIU_REAL, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dt, 2, MPIU_REAL, MPI_MIN, m->comm));
+  step->mesh = PetscMin(factor * dt[0], PetscMax(factor, DAMPED_FACTOR) * dt[1]);
+  step->work = work[0] / work[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* True masses of all degrees of freedom; those of free ones must not be zero. */
 static PetscErrorCode true_masses(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
@@ -271,7 +321,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   const Instant now = {.scene = scene, .m = m, .joints = stage->joints, .contacts = contacts};
   // contacts that never change need no room for others
   const PetscBool anywhere = (PetscBool)(!PetscIsNanReal(stage->dt_factor) || stage->variable);
-  Least least[2] = {{PETSC_INFINITY, -1, NAN}, {PETSC_INFINITY, -1, NAN}};
+  Least least[2] = {{PETSC_INFINITY, -1, NAN}, {PETSC_INFINITY, -1, NAN}}, others[2];
   PetscReal *k, *c, *rows, of_all[2];
   PetscFunctionBeginUser;
   PetscCall(true_masses(scene, m, stage, state));
@@ -288,8 +338,11 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
     const PetscReal dt[2] = {step_of(mass, row, 0.), drag > 0. ? step_of(mass, row, drag) : PETSC_INFINITY};
     for (int i = 0; i < 2 && !Held(m, d) && !IsCondensed(m, d); i++) take_least(dt[i], d, NAN, least + i);
   }
+  PetscCall(PetscArraycpy(others, least, 2));
   for (PetscInt b = 0; b < m->n_condensed; b++)
     PetscCall(step_of_condensed(m, m->condensed + b, k, c, least));
+  step->mesh = 0.;
+  if (m->n_condensed_global) PetscCall(compare_with_blocks(&now, anywhere, factor, others, step));
   for (int i = 0; i < 2; i++) of_all[i] = least[i].dt;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of_all, 2, MPIU_REAL, MPI_MIN, m->comm));
   step->limit = of_all[0] < PETSC_INFINITY ? of_all[0] : stage->duration;

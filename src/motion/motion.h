@@ -23,6 +23,8 @@ typedef struct {
   PetscReal dt;           /* [s] factor times the limit, or less for dampers */
   PetscReal limit;        /* [s] the largest step that is stable without dampers; none: the duration */
   PetscReal damped;       /* [s] with them, of the degrees of freedom that have some */
+  PetscReal mesh;         /* [s] some dt of the same blocks, were none condensed; 0: not known */
+  PetscReal work;         /* [-] some time that a step of condensed bodies takes over that of their blocks */
   char words[STEP_WORDS]; /* where the least of these is, and of what */
 } TimeStep;
 /* Collective. Writes the true masses into state->m, and finds the step that is stable for them with contacts

@@ -161,6 +161,27 @@ static PetscErrorCode warn_undamped(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether condensing pays. */
+static PetscErrorCode tell_worth(const Problem *p, const TimeStep *step, const Pace *pace)
+{
+  static const PetscReal MORE = 1.1; // that it is surely
+  const PetscReal steps = step->mesh / pace->longest, cost = step->work * steps;
+  PetscFunctionBeginUser;
+  if (!(step->mesh > 0.)) PetscFunctionReturn(PETSC_SUCCESS); // nothing is condensed, or after a restart
+  PetscCall(
+      PetscPrintf(p->m->comm,
+                  "  condensed bodies: %.2g of the steps that their blocks would need, each some %.2g of the "
+                  "work: %.2g of the time\n",
+                  (double)steps, (double)step->work, (double)cost));
+  if (cost > MORE)
+    PetscCall(
+        PetscPrintf(p->m->comm,
+                    "warning: stage %s: condensed bodies take some %.2g times as long as their blocks would: "
+                    "leave condensed out, or lower highest_frequency\n",
+                    p->stage->name, (double)cost));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace)
 {
   const PetscInt64 steps = pace->total / PaceTicks(pace, 0);
@@ -184,6 +205,7 @@ PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace
       PetscCall(PetscPrintf(p->m->comm, "  dt_factor auto: down to 1/%d of it where blocks hit each other\n",
                             1 << (RUNGS - 1)));
   }
+  PetscCall(tell_worth(p, step, pace));
   if (!PetscIsNanReal(p->stage->damping_ratio))
     PetscCall(PetscPrintf(p->m->comm, "  damping %.3g at %.4g and %.4g Hz: alpha %.6g 1/s, beta %.6g s\n",
                           (double)p->stage->damping_ratio, (double)p->stage->damping_frequencies[0],

@@ -47,6 +47,8 @@ PetscErrorCode ElementChunksDone(Model *model);
 void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3]);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
+/* The same of condensed ones, as if they were not condensed. */
+PetscErrorCode ElementStiffnessCondensed(const Model *model, PetscReal *k);
 /* Adds sum_j |K_ij| x_j to rows [N/m], over the blocks at each vertex; x: weights [-] of x and y there, both
    vertex arrays with dummies. */
 void ElementWeightedRows(const Model *model, const PetscReal *x, PetscReal *rows);
@@ -262,6 +264,8 @@ PetscErrorCode CondensedFoldBoth(const CondensedRows *rows, PetscInt n_kept, Pet
                                  const PetscReal *A, PetscReal *folded);
 /* Collective. Prints how many degrees of freedom move by how many shapes. */
 PetscErrorCode CondensedSayRows(const Model *model);
+/* How many products of numbers a step in time takes. */
+PetscReal CondensedProducts(const Condensed *body);
 /* f: (n_kept,) S u; u: vertex array. */
 void CondensedForces(const Condensed *body, const PetscReal *u, PetscReal *f);
 

@@ -337,6 +337,15 @@ void CondensedForces(const Condensed *c, const PetscReal *u, PetscReal *f)
   for (PetscInt i = 0; i < c->n_kept; i++) f[i] = r->f_start[i] + r->share[i] * r->at_slots[r->slot[i]];
 }
 
+/* Those of CondensedForces and of local_bodies.c: stiffness, inertia and inverse of rows; what rows and modes
+   have in common, three times; shapes, five times. */
+PetscReal CondensedProducts(const Condensed *c)
+{
+  const CondensedRows *r = c->rows;
+  const PetscReal n = (PetscReal)r->n_rows;
+  return 3. * n * (n + (PetscReal)c->n_modes) + 5. * (PetscReal)r->n_calm * (PetscReal)r->n_shapes;
+}
+
 PetscErrorCode CondensedSayRows(const Model *m)
 {
   PetscInt n[2] = {0, 0};

@@ -173,6 +173,14 @@ static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, P
   }
 }
 
+PetscErrorCode ElementStiffnessCondensed(const Model *model, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  stiffness_loop(model, &model->condensed_q4, 4, k);
+  stiffness_loop(model, &model->condensed_t3, 3, k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static void weighted_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *x,
                           PetscReal *rows)
 {

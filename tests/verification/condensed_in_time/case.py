@@ -1,6 +1,8 @@
 """Condensed bodies in time against the same scene without `condensed`, step for step: with all modes they are the whole
 mesh in other coordinates, so histories, energies, stresses and reactions are those of the whole mesh but for rounding."""
 
+from copy import deepcopy
+
 import numpy as np
 from driver import changed, load
 from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
@@ -297,14 +299,19 @@ def step(case):
     rock = renamed(rectangle(-8, -6, 24, 6, 12, 3, group="rock"), {"bottom": "bottom"}, {"free": "top_right"})
     for what, mesh_, keys in (("a body alone", rock, [("materials", {"rock": ROCK}), ("joints", {}), ("loads", {"weight": {"type": "self_weight"}})]), ("two bodies", mesh(), [])):
         stage = SHAKING | {"alpha": 0, "dt_factor": 1, "duration": 2, "frames": 0}
-        keys = [*keys, ("supports", {"bottom": {"fix": "xy"}}), ("stages", [{"shake": stage}])]
+        keys, found = [*keys, ("supports", {"bottom": {"fix": "xy"}}), ("stages", [{"shake": stage}])], []
         for frequency in (40, ALL):
-            result = shaken(case, mesh_, *keys, *[k for k in condensed(frequency) if k[0] != "materials.dam" or mesh_ is not rock])
+            result = shaken(case, mesh_, *deepcopy(keys), *[k for k in condensed(frequency) if k[0] != "materials.dam" or mesh_ is not rock])
+            found.append(result)
             energy = result.stage_summary("shake")["energy"]
             case.check(f"{what}, modes to {frequency:g} Hz: 2 s at the bound of the step: balance over the strain energy", energy["balance"] / np.nanmax(result.history["strain_J"]), 0.0, absolute=1e-10)
             early, late = (np.ptp(half) for half in np.array_split(result.history["free_uy_m"], 2))
             case.check("... displacement of the surface, largest in the second half over the first", late / early if frequency == ALL else max(late / early, 1.0), 1.0, absolute=0.1)
         whole_mesh = shaken(case, mesh_, *keys)
+        dt = [r.stage_summary("shake")["dt"] for r in (whole_mesh, *found)]
+        told_ = [[float(line.split()[2]) for line in r.stdout.splitlines() if "of the steps that their blocks would need" in line] for r in found]
+        case.check("... steps over those of the whole mesh, as told", told_, [[dt[0] / dt[1]], [dt[0] / dt[2]]], relative=0.06)
+        case.check("... a run warns where they take longer: the small two bodies with all modes", ["times as long as their blocks would" in r.stdout for r in found], [False, mesh_ is not rock])
         case.check("... the bound over that of the whole mesh is no less than 1", result.stage_summary("shake")["dt"] / whole_mesh.stage_summary("shake")["dt"] > 1 - 1e-6, True)
 
 
