@@ -12,6 +12,7 @@ wedge               the passive wedge at the toe
 strength            strength of a path from its joints and blocks
 earthquake          by what a pseudo-static earthquake can be multiplied
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
+combinations        load combinations of a guideline: which one a case belongs to
 assessment_options  options that the tables and the sheet share
 assessment          every joint that is a line, and any path, in every stage
 lifts               level sections over the height

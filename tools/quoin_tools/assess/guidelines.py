@@ -12,6 +12,7 @@ import yaml
 PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "guidelines.yaml")
 CONDITIONS = ("usual", "unusual", "extreme", "earthquake", "after_earthquake")
 PASS, FAIL, OPEN, OTHER = "pass", "FAIL", "not judged", "see alternative"
+KINDS = ("water", "overflow", "tailwater", "uplift", "drains", "silt", "ice", "wave", "earthquake", "temperature")  # words of combinations for loads
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
     "sliding_peak": ("sliding factor, peak strength", "least", 2, 1.0, ""),
     "sliding_residual": ("sliding factor, residual strength", "least", 2, 1.0, ""),
@@ -63,6 +64,8 @@ def read(path=PATH):
         for name, guideline in guidelines.items():
             for condition, limits in guideline["conditions"].items():
                 check_limits(f"{path}: {name}.{condition}", condition, limits)
+            for one in guideline.get("combinations") or ():
+                check_combination(f"{path}: {name}.combinations", one)
     except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError) as error:
         raise GuidelineError(f"{path}: {' '.join(str(error).split())}") from error
     return guidelines
@@ -76,6 +79,14 @@ def check_limits(where, condition, limits):
             raise GuidelineError(f"{where}: no quantity '{quantity}', there are: {', '.join(QUANTITIES)}")
         if not isinstance(limit["value"], (int, float, type(None))) or not limit["source"]:
             raise GuidelineError(f"{where}.{quantity}: expected a number or null, and a source")
+
+
+def check_combination(where, one):
+    if not all(one.get(key) for key in ("name", "conditions", "loads", "source")):
+        raise GuidelineError(f"{where}: expected name, conditions, loads and source of each")
+    wrong = [word for key in ("with", "without", "asks") for word in one.get(key, ()) if word not in KINDS] + [word for word in one["conditions"] if word not in CONDITIONS]
+    if wrong:
+        raise GuidelineError(f"{where}: {one['name']}: no word '{wrong[0]}', there are: {', '.join(KINDS)}; conditions {', '.join(CONDITIONS)}")
 
 
 def verdict_of(quantity, limit, value):

@@ -1,6 +1,6 @@
 """The annex of the sheet: every table in full, behind the four pages of its main part."""
 
-from quoin_tools.assess import base_water, guidelines, uplift
+from quoin_tools.assess import base_water, combinations, guidelines, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.modes import mode_rows
@@ -26,6 +26,23 @@ def limits_part(case, found):
             + "<p><small>The number is the less favourable of the block model and of the gravity method, the latter with uplift where a "
               "rule was given; the block model has the loads of the scene. Stress "
               f"limits are held against the gravity method's straight line. {esc(note)}</small></p>")  # fmt: skip
+
+
+def combinations_part(case):
+    """To which combination of the guideline each case belongs, what it lacks, which have none."""
+    rows, missing = combinations.of_cases(case)
+    if rows is None:
+        return "<p><small>Load combinations of this guideline are not filled in.</small></p>" if case.options.guideline else ""
+    shown = [(stage, condition, " or ".join(one["name"] for one in mine) or ("none", "fail"), ", ".join(lacks) or "-", "; ".join(one["loads"] for one in mine) or "-", sources(mine))
+             for stage, condition, mine, lacks in rows]  # fmt: skip
+    part = "<h2>Load combinations</h2>" + table(("case", "judged as", "combination", "it asks for, the case has not", "its loads", "source"), shown)
+    if missing:
+        part += "<h3>Without a case</h3>" + table(("combination", "judged as", "its loads", "source"), [(one["name"], " or ".join(one["conditions"]), one["loads"], sources([one])) for one in missing])
+    return part + "<p><small>By the kinds of loads of a case and by what it is judged as (--condition); how high the water stands is not looked at.</small></p>"
+
+
+def sources(combinations_named):
+    return "; ".join(dict.fromkeys(one["source"] + ("; check" if one.get("check") else "") for one in combinations_named)) or "-"
 
 
 def displacements_part(case):

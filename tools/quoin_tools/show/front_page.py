@@ -3,7 +3,7 @@
 import datetime
 
 import quoin_tools
-from quoin_tools.assess import guidelines, lifts
+from quoin_tools.assess import combinations, guidelines, lifts
 from quoin_tools.assess.assessment import account_complaints, cell
 from quoin_tools.base.results import condensed_words, trials_of
 from quoin_tools.show import matrix, section
@@ -112,12 +112,12 @@ def trial_words(found):
 
 
 def case_rows(case):
-    rows = []
+    rows, judged = [], combinations.judged_as(case)
     for s in case.results.summary["stages"]:
         keys, trials = case.scene.stages.get(s["name"], {}), trials_of(s)
         kind = str(keys.get("type", "static")).replace("_", " ")
         good = s["verdict"] in ("converged", "completed")
-        rows.append((s["name"] + (f" (from {s['from']})" if "from" in s else ""), kind, ", ".join(keys.get("loads") or ()), case.conditions.get(s["name"], "-"),
+        rows.append((s["name"] + (f" (from {s['from']})" if "from" in s else ""), kind, ", ".join(keys.get("loads") or ()), judged.get(s["name"], "-"),
                      (s["verdict"], "pass" if good else "fail"), trial_words(trials) if trials else ""))  # fmt: skip
     return rows + [(name, str(case.scene.stages[name].get("type", "static")).replace("_", " "), ", ".join(case.scene.stages[name].get("loads") or ()), "-", ("no result", "fail"), "")
                    for name in without_result(case)]  # fmt: skip
@@ -128,6 +128,8 @@ def cases(case):
     rows = case_rows(case)
     kept = sorted(sorted(range(len(rows)), key=lambda k: rows[k][3] == "-")[:CASES])
     more = f"<p><small>{len(rows) - CASES} more are in the annex.</small></p>" if len(rows) > CASES else ""
+    _, missing = combinations.of_cases(case)
+    more += f"<p><small>Load combinations of the guideline without a case: {esc(', '.join(one['name'] for one in missing))}.</small></p>" if missing else ""
     columns = 6 if any(rows[k][5] for k in kept) else 5
     return "<h2>Cases</h2>" + table(("case", "kind", "loads at its end", "judged as", "the run", "found by trials")[:columns], [rows[k][:columns] for k in kept]) + more
 

@@ -56,7 +56,7 @@ def annex_pages(case, found, reservations, drawn, swept, pictures, shaken, ensem
     captions = [(path, main_part.caption_of(path)) for path in pictures]
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
-        reservations.annex(), annex.limits_part(case, found), sections, annex.stages_part(case), annex.inputs_part(case, main_part.ROWS),
+        reservations.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, main_part.ROWS),
         annex.assessments_part(case, found, reservations), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), f"<h2>Further figures</h2>{shown}" if shown else ""))  # fmt: skip

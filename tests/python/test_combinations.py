@@ -1,0 +1,90 @@
+"""Load combinations of guidelines: to which one a case belongs, what it lacks, which have no case."""
+
+from types import SimpleNamespace
+
+import pytest
+from quoin_tools.assess import combinations, guidelines
+from quoin_tools.base import scene as scenes
+from quoin_tools.show import annex
+
+LOADS = """
+loads:
+  weight: {type: self_weight}
+  water: {type: reservoir, faces: upstream, level: 33}
+  over: {type: overflow, faces: upstream, level: 35}
+  tail: {type: tailwater, faces: downstream, level: 4}
+  uplift: {type: uplift, faces: base, level: 33}
+  drained: {type: uplift, faces: base, level: 33, drain: 4, tailwater: 3}
+  ice: {type: ice, faces: upstream, level: 32, force: 1e5}
+  quake: {type: pseudo_static, coefficient: [0.1, 0]}
+stages:
+"""
+
+
+def case_of(guideline, uplift=None, drain=None, **cases):
+    """cases: name to (condition, loads)."""
+    text = LOADS + "".join(f"  {name}: {{loads: [{', '.join(loads)}]}}\n" for name, (_, loads) in cases.items())
+    return SimpleNamespace(scene=scenes.parse(text, "scene.yaml"), options=SimpleNamespace(guideline=guideline, uplift=uplift, drain=drain), conditions={name: condition for name, (condition, _) in cases.items()})
+
+
+BARE, FULL, FLOOD = ["weight"], ["weight", "water", "uplift"], ["weight", "over", "tail", "uplift"]
+
+
+@pytest.mark.parametrize("guideline, condition, loads, wanted, lacks", [
+    ("usace", "unusual", BARE, ["1 construction"], []), ("usace", "usual", FULL, ["2 normal operating"], []), ("usace", "usual", [*FULL, "ice"], ["2 normal operating"], []),
+    ("usace", "usual", ["weight", "water"], ["2 normal operating"], ["uplift"]), ("usace", "usual", BARE, [], []),
+    ("usace", "unusual", FLOOD, ["3 flood discharge"], []), ("usace", "unusual", FULL, ["3 flood discharge"], ["tailwater"]), ("usace", "unusual", ["weight", "water", "drained"], ["3 flood discharge"], []),
+    ("usace", "unusual", [*FULL, "ice"], [], []), ("usace", "earthquake", ["weight", "quake"], ["4 construction with OBE"], []),
+    ("usace", "unusual", [*FULL, "quake"], ["5 normal operating with OBE"], []), ("usace", "earthquake", [*FULL, "quake"], ["6 normal operating with MCE"], []),
+    ("usace", "extreme", FLOOD, ["7 probable maximum flood"], []), ("ferc", "unusual", [*FULL, "ice"], ["IIA ice"], []), ("ferc", "unusual", FLOOD, ["II flood discharge"], []),
+    ("usbr", "extreme", FULL, ["drains out of work"], []), ("usbr", "extreme", ["weight", "water", "drained"], [], []), ("cadam", "after_earthquake", FULL, ["post-seismic"], []),
+])  # fmt: skip
+def test_a_case_belongs(guideline, condition, loads, wanted, lacks):
+    (row,), missing = combinations.of_cases(case_of(guideline, one=(condition, loads)))
+    assert row[:2] == ("one", condition) and [one["name"] for one in row[2]] == wanted and row[3] == lacks
+    everything = [one["name"] for one in guidelines.read()[guideline]["combinations"]]
+    assert [one["name"] for one in missing] == [name for name in everything if name not in wanted]
+
+
+def test_uplift_of_the_options_counts():
+    for uplift, drain, condition, wanted in (("usbr", 4.0, "usual", "usual"), ("usbr", None, "extreme", "drains out of work")):
+        (row,), _ = combinations.of_cases(case_of("usbr", uplift, drain, one=(condition, ["weight", "water"])))
+        assert [one["name"] for one in row[2]] == [wanted] and row[3] == []
+
+
+def test_every_combination_can_be_met():
+    """Each by a case with what it is to have and what it asks for; so none is in the shadow of another."""
+    for name, guideline in guidelines.read().items():
+        for one in guideline.get("combinations") or ():
+            words = set(one["with"]) | set(one["asks"])
+            for condition in one["conditions"]:
+                assert one in combinations.closest(guideline["combinations"], condition, words), (name, one["name"], condition)
+
+
+def test_what_the_sheet_says():
+    case = case_of("usace", full=("usual", FULL), flood=("unusual", FULL), odd=("usual", BARE))
+    part = annex.combinations_part(case)
+    assert "<td>full</td><td>usual</td><td>2 normal operating</td><td>-</td>" in part
+    assert "<td>flood</td><td>unusual</td><td>3 flood discharge</td><td>tailwater</td>" in part and "section 4-1; check" in part
+    assert ">none<" in part and part.index("Without a case") < part.index("7 probable maximum flood")
+    assert combinations.judged_as(case) == {"full": "usual: 2 normal operating", "flood": "unusual: 3 flood discharge", "odd": "usual"}
+
+
+def test_none_is_told():
+    case = case_of("npb", full=("usual", FULL))
+    assert combinations.of_cases(case) == (None, None) and "not filled in" in annex.combinations_part(case)
+    assert annex.combinations_part(case_of(None, full=("usual", FULL))) == ""
+
+
+@pytest.mark.parametrize("change, said", [
+    (("with: [water], without", "with: [wind], without"), "no word 'wind', there are: water"), (("conditions: [usual]", "conditions: [normal]"), "no word 'normal'"),
+    (('name: "2 normal operating", ', 'name: "", '), "expected name, conditions, loads and source of each"),
+])  # fmt: skip
+def test_a_file_that_is_wrong(tmp_path, change, said):
+    with open(guidelines.PATH, encoding="utf-8") as file:
+        text = file.read()
+    assert change[0] in text
+    (tmp_path / "g.yaml").write_text(text.replace(*change), encoding="utf-8")
+    with pytest.raises(guidelines.GuidelineError, match="combinations") as error:
+        guidelines.read(str(tmp_path / "g.yaml"))
+    assert said in str(error.value)

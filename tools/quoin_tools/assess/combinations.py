@@ -1,0 +1,57 @@
+"""Load combinations of a guideline (guidelines.yaml): which one a case belongs to, by its loads and its condition; which have no case.
+
+    rows, missing = combinations.of_cases(case)     case: assessment.Case, with a guideline in its options
+"""
+
+from quoin_tools.assess import guidelines
+from quoin_tools.assess.surface import WATERS
+
+WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "overflow"), "head": ("water", "uplift"), "tailwater": ("tailwater",), "uplift": ("uplift",), "silt": ("silt",),
+         "ice": ("ice",), "wave": ("wave",), "pseudo_static": ("earthquake",), "added_mass": ("earthquake",), "temperature": ("temperature",)}  # fmt: skip
+
+
+def words_of(case, stage):
+    """What the loads at the end of a stage are, in the words of guidelines.yaml."""
+    loads = case.scene.stage_loads(stage).values()
+    found = {word for load in loads for word in WORDS.get(load.get("type"), ())}
+    if any(load.get("tailwater") is not None for load in loads) or len({load.get("faces") for load in loads if load.get("type") in WATERS}) > 1:
+        found.add("tailwater")
+    if any((load.get("type") == "uplift" and load.get("drain") is not None) or (load.get("type") == "drain" and load.get("conductance") != 0) for load in loads):
+        found.add("drains")
+    if case.options.uplift and "water" in found:  # by the rule of the options, which the gravity method takes
+        found |= {"uplift", "drains"} if case.options.drain is not None else {"uplift"}
+    if case.scene.stages[stage].get("type") == "dynamic":
+        found.add("earthquake")
+    return found
+
+
+def belongs(combination, condition, words):
+    return condition in combination["conditions"] and set(combination.get("with", ())) <= words and not set(combination.get("without", ())) & words
+
+
+def closest(combinations, condition, words):
+    """Those that a case belongs to; of a general and a special one the special."""
+    found = [one for one in combinations if belongs(one, condition, words)]
+    most = max((len(one.get("with", ())) for one in found), default=0)
+    return [one for one in found if len(one.get("with", ())) == most]
+
+
+def of_cases(case):
+    """(stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case; combinations without a case. None where the file has none."""
+    known = guidelines.read()[case.options.guideline].get("combinations") if case.options.guideline else None
+    if not known:
+        return None, None
+    rows = []
+    for stage, condition in case.conditions.items():
+        if stage in case.scene.stages:
+            words = words_of(case, stage)
+            mine = closest(known, condition, words)
+            rows.append((stage, condition, mine, sorted({word for one in mine for word in one.get("asks", ())} - words)))
+    used = {one["name"] for _, _, mine, _ in rows for one in mine}
+    return rows, [one for one in known if one["name"] not in used]
+
+
+def judged_as(case):
+    """Stage to its condition, with the names of its combinations; in words."""
+    rows, _ = of_cases(case)
+    return dict(case.conditions) | {stage: f"{condition}: {' or '.join(one['name'] for one in mine)}" for stage, condition, mine, _ in rows or () if mine}
