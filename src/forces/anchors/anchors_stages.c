@@ -76,6 +76,33 @@ static void begin_line(const TermView *v, Line *line, PetscReal *f)
   LineKeep(line, CHAIN_NOW, CHAIN_HELD);
 }
 
+/* Collective. A jack has nothing to pull at a broken anchor: told, and refused where the answer of the stage
+   is its force. */
+static PetscErrorCode check_jacks(const TermView *v, const Anchors *all)
+{
+  char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
+  PetscInt *broken;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(all->n, &broken));
+  for (PetscInt i = 0; i < all->n; i++)
+    broken[i] = all->line[i].mine && all->line[i].now.phase == LINE_BROKEN &&
+                jack_of(v, all->line[i].of) >= 0.;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, broken, (PetscMPIInt)all->n, MPIU_INT, MPI_MAX, v->m->comm));
+  snprintf(key, sizeof key, "stages.%s.anchors", v->stage->name);
+  for (PetscInt i = 0; i < all->n; i++) {
+    const char *name = all->line[i].of->entry.name;
+    if (broken[i] && v->stage->kind == STAGE_ANCHOR_FORCE)
+      Complain(message, v->scene->file, v->stage->line, key, "'%s' has broken before: no jack can pull it",
+               name);
+    else if (broken[i] && !v->m->rank)
+      fprintf(stderr, "quoin: warning: stage %s: anchor %s has broken before: it is not stressed again\n",
+              v->stage->name, name);
+  }
+  PetscCall(PetscFree(broken));
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AnchorsBegin(const TermView *v)
 {
   const Model *m = v->m;
@@ -84,6 +111,7 @@ PetscErrorCode AnchorsBegin(const TermView *v)
   PetscFunctionBeginUser;
   if (!all) PetscFunctionReturn(PETSC_SUCCESS);
   all->in_time = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
+  PetscCall(check_jacks(v, all));
   PetscCall(PetscMalloc1(3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), &f));
   for (Line *line = all->line; line < all->line + all->n; line++) {
     if (!line->here) continue;

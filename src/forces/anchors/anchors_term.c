@@ -82,23 +82,48 @@ static PetscErrorCode add_line(const Line *line, const Model *m, TangentKind kin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode add_chain(const Line *line, TangentKind kind, TermAdd add, void *context)
+/* Room for a window of a bonded bar. */
+typedef struct {
+  PetscInt *at, *vertex; /* (4 places,) in Chain.vertex, local */
+  PetscReal *f, *force;  /* (2 n_vertices,) of the bar, of the window */
+} WindowRoom;
+
+static PetscErrorCode add_window(const Line *line, PetscInt window, TangentKind kind, const WindowRoom *room,
+                                 TermAdd add, void *context)
 {
   Chain *c = line->chain;
-  const PetscInt n = 2 * c->n_vertices;
-  const PetscBool there = (PetscBool)(line->now.phase == LINE_HELD || line->now.phase == LINE_STRESSED);
-  PetscReal *k, *u, *force = NULL;
+  const PetscBool there = (PetscBool)(line->now.phase == LINE_HELD || line->now.phase == LINE_STRESSED),
+                  carried = (PetscBool)(kind == TANGENT_TURNED && c->turns),
+                  small = (PetscBool)(kind == TANGENT_ELASTIC || kind == TANGENT_SMALL);
+  PetscInt n;
+  PetscReal *k = NULL;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc2(n * n, &k, n, &u));
-  if (kind == TANGENT_ELASTIC || there)
-    PetscCall(ChainTangent(c, kind == TANGENT_ELASTIC || kind == TANGENT_SMALL, kind != TANGENT_ELASTIC,
-                           line->per_slice, k));
-  if (kind == TANGENT_TURNED && c->turns) {
-    ChainPullAt(c, line->per_slice, u);
-    force = u;
+  PetscCall(ChainWindow(c, window, &n, room->at));
+  for (PetscInt i = 0; i < n; i++) room->vertex[i] = c->vertex[room->at[i]];
+  if (kind != TANGENT_PATTERN) PetscCall(PetscCalloc1(4 * n * n, &k));
+  if (k && (kind == TANGENT_ELASTIC || there))
+    PetscCall(ChainTangent(c, window, small, kind != TANGENT_ELASTIC, line->per_slice, n, room->at, k));
+  if (carried) {
+    PetscCall(PetscArrayzero(room->f, 2 * c->n_vertices));
+    ChainCarried(c, window, line->per_slice, room->f);
+    for (PetscInt p = 0; p < 2 * n; p++) room->force[p] = room->f[2 * room->at[p / 2] + p % 2];
   }
-  PetscCall(add(c->n_vertices, c->vertex, k, force, context));
-  PetscCall(PetscFree2(k, u));
+  PetscCall(add(n, room->vertex, k, carried ? room->force : NULL, context));
+  PetscCall(PetscFree(k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode add_chain(const Line *line, TangentKind kind, TermAdd add, void *context)
+{
+  const Chain *c = line->chain;
+  const PetscInt places = PLACE_VERTICES * c->n + 10 * c->n_dowels;
+  WindowRoom room;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc4(places, &room.at, places, &room.vertex, 2 * c->n_vertices, &room.f,
+                         2 * c->n_vertices, &room.force));
+  for (PetscInt window = 0; window < ChainWindows(c); window++)
+    PetscCall(add_window(line, window, kind, &room, add, context));
+  PetscCall(PetscFree4(room.at, room.vertex, room.f, room.force));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,12 +134,12 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   PetscFunctionBeginUser;
   for (PetscInt i = 0; all && i < all->n; i++) {
     const Line *line = all->line + i;
-    const PetscInt n = line->chain ? line->chain->n_vertices : line->n;
-    if (kind == TANGENT_PATTERN && line->here)
-      PetscCall(add(n, line->chain ? line->chain->vertex : line->vertex, NULL, NULL, context));
-    else if (kind != TANGENT_PATTERN && line->mine && line->chain)
+    if (kind == TANGENT_PATTERN ? !line->here : !line->mine) continue;
+    if (line->chain)
       PetscCall(add_chain(line, kind, add, context));
-    else if (kind != TANGENT_PATTERN && line->mine)
+    else if (kind == TANGENT_PATTERN)
+      PetscCall(add(line->n, line->vertex, NULL, NULL, context));
+    else
       PetscCall(add_line(line, at->m, kind, add, context));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

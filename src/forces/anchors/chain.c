@@ -33,9 +33,9 @@ static void place_dowel(const Chain *c, Dowel *d, const PetscReal *u)
   const Pair by = LoadPair(d->gap) + move_of(&d->on[1], u) - move_of(&d->on[0], u);
   PetscReal longer;
   stretch(d->along, d->face_length, move_of(&d->face, u), !c->turns, d->t, &d->length, &longer);
-  const PetscReal slip = by[0] * d->t[0] + by[1] * d->t[1];
+  d->slip = by[0] * d->t[0] + by[1] * d->t[1];
   d->across = by[1] * d->t[0] - by[0] * d->t[1];
-  d->trial = d->K * (slip - held->upright[i] - held->sheared[i]);
+  d->trial = d->K * (d->slip - held->upright[i] - held->sheared[i]);
 }
 
 static void place(Chain *c, const PetscReal *u)
@@ -135,29 +135,29 @@ static void pull_dowel(const Dowel *d, PetscBool turns, PetscReal times, PetscBo
   if (turn != 0.) put(&d->face, couple, own, f);
 }
 
-/* Each place gets what the piece before it pulls with less what the piece behind it does; a jack is a
-   load. */
-static void pull(const Chain *c, PetscReal times, PetscBool own, PetscReal *f)
+/* Pieces from `from` to before `to`. Each place gets what the piece before it pulls with less what the piece
+   behind it does; a jack is a load. */
+static void pull(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscBool own, PetscReal *f)
 {
   Pair before = {0., 0.};
-  for (PetscInt i = 0; i < c->n; i++) {
-    const PetscBool any = (PetscBool)(i + 1 < c->n && c->branch[i] != IS_PULLED);
+  for (PetscInt i = from; i <= to; i++) {
+    const PetscBool any = (PetscBool)(i < to && c->branch[i] != IS_PULLED);
     const Pair behind = any ? times * c->N[i] * LoadPair(c->e + 2 * i) : (Pair){0., 0.};
     put(c->place + i, before - behind, own, f);
     before = behind;
   }
   for (const Dowel *d = c->dowel; d < c->dowel + c->n_dowels; d++)
-    if (d->V != 0.) pull_dowel(d, c->turns, times, own, f);
+    if (d->V != 0. && d->piece >= from && d->piece < to) pull_dowel(d, c->turns, times, own, f);
 }
 
 void ChainPull(const Chain *c, PetscReal times, PetscReal *f)
 {
-  pull(c, times, PETSC_FALSE, f);
+  pull(c, 0, c->n - 1, times, PETSC_FALSE, f);
 }
 
-void ChainPullAt(const Chain *c, PetscReal times, PetscReal *f)
+void ChainPullAt(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscReal *f)
 {
-  pull(c, times, PETSC_TRUE, f);
+  pull(c, from, to, times, PETSC_TRUE, f);
 }
 
 PetscReal ChainStored(const Chain *c)

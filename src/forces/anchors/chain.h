@@ -32,7 +32,7 @@ typedef struct {
   PetscReal gap[2];                /* [m] between the two places of `on`, in the reference state */
   PetscReal K, V_y;                /* [N/m], [N] */
   PetscReal t[2], length;          /* of the last evaluation: of the face now, */
-  PetscReal across;                /* [m] opening of the joint there */
+  PetscReal slip, across;          /* [m] of the joint there: along its face, by which it has opened */
   PetscReal trial, V;              /* [N] without yield, with it */
   PetscReal beyond;                /* [-] root of the sum of squares without yield */
 } Dowel;
@@ -53,6 +53,7 @@ enum { LOST_IN_YIELD, LOST_IN_BOND, LOST_IN_DOWELS, CHAIN_LOSSES };
 
 typedef struct {
   PetscInt n, n_dowels, n_vertices;
+  PetscInt reach;     /* pieces over which their stiffness couples them, see chain_tangent.c */
   PetscBool head;     /* place 0 is held by its block */
   PetscBool turns;    /* strain is large */
   PetscBool slack;    /* piece 0 lies free in a sheath and goes slack rather than press */
@@ -91,8 +92,9 @@ PetscBool ChainEvaluate(Chain *c, const PetscReal *u);
 void ChainComes(Chain *c);
 /* Adds its forces on blocks to f, a vertex array, each times `times`. */
 void ChainPull(const Chain *c, PetscReal times, PetscReal *f);
-/* The same with f (2 n_vertices,) in the order of c->vertex. */
-void ChainPullAt(const Chain *c, PetscReal times, PetscReal *f);
+/* The same of pieces from `from` to before `to`, and their dowels, with f (2 n_vertices,) in the order of
+   c->vertex. */
+void ChainPullAt(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscReal *f);
 /* [J] stored in steel, bond and dowels. */
 PetscReal ChainStored(const Chain *c);
 /* [N] largest force along it. */
@@ -117,9 +119,17 @@ void ChainPrepare(Chain *c);
 void ChainFactor(Chain *c);
 void ChainBack(const Chain *c, PetscReal *x);
 
-/* ---- chain_tangent.c */
-/* (2 n_vertices)^2 in the order of c->vertex, times `times`. */
-PetscErrorCode ChainTangent(Chain *c, PetscBool elastic, PetscBool turned, PetscReal times, PetscReal *k);
+/* ---- chain_tangent.c: the stiffness of the bar, a window at a time; their sum is all of it */
+/* strongest: [N] most that the bar carries. */
+PetscInt ChainReach(const Chain *c, PetscReal strongest);
+PetscInt ChainWindows(const Chain *c);
+/* The vertices that meet in a window, as their numbers in c->vertex; at has room for those of all places. */
+PetscErrorCode ChainWindow(const Chain *c, PetscInt window, PetscInt *n, PetscInt *at);
+/* Adds (2 n)^2 in the order of these vertices to k, times `times`. */
+PetscErrorCode ChainTangent(Chain *c, PetscInt window, PetscBool elastic, PetscBool turned, PetscReal times,
+                            PetscInt n, const PetscInt *at, PetscReal *k);
+/* Adds the forces of a window, of which each belongs to one, to f as ChainPullAt does. */
+void ChainCarried(const Chain *c, PetscInt window, PetscReal times, PetscReal *f);
 
 /* ---- chain_output.c: what is told of a bonded bar, see there */
 /* Collective. Writes c->told from the rank whose own it is. */

@@ -349,6 +349,7 @@ static PetscErrorCode chain_create(const Model *m, const Way *way, Chain **chain
   lay_out(way, LocateTolerance(m->diameter), c);
   PetscCall(find_vertices(m, c));
   ChainPrepare(c);
+  c->reach = ChainReach(c, AnchorStrength(of));
   *chain = c;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -105,6 +105,7 @@ static void Draw(PetscBool head, PetscBool turns, PetscReal T_y, PetscReal bond,
                                        x + 4 * PLACES};
   }
   ChainPrepare(&d->chain);
+  d->chain.reach = PLACES;
 }
 
 static PetscReal EnergyAt(Chain *c, const PetscReal *u)
@@ -131,8 +132,27 @@ static void CheckBalance(const Chain *c)
   }
 }
 
+/* The stiffness now, the sum of its windows: (DOFS, DOFS). */
+static PetscErrorCode Tangent(Chain *c, PetscReal *k)
+{
+  PetscInt n, at[4 * (PLACES + 3)];
+  PetscReal *part;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(DOFS * DOFS, &part));
+  for (PetscInt window = 0; window < ChainWindows(c); window++) {
+    PetscCall(ChainWindow(c, window, &n, at));
+    PetscCall(PetscArrayzero(part, DOFS * DOFS));
+    PetscCall(ChainTangent(c, window, PETSC_FALSE, PETSC_TRUE, 1., n, at, part));
+    for (PetscInt p = 0; p < 2 * n; p++)
+      for (PetscInt q = 0; q < 2 * n; q++)
+        k[DOFS * (2 * at[p / 2] + p % 2) + 2 * at[q / 2] + q % 2] += part[2 * n * p + q];
+  }
+  PetscCall(PetscFree(part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CheckAt(Drawn *d, const PetscReal *at, PetscReal size, PetscReal forces,
-                              PetscBool potential, PetscBool exact, PetscReal *most)
+                              PetscBool potential, PetscReal *most)
 {
   const PetscReal h = 1e-8;
   Chain *c = &d->chain;
@@ -142,7 +162,7 @@ static PetscErrorCode CheckAt(Drawn *d, const PetscReal *at, PetscReal size, Pet
   for (int i = 0; i < DOFS; i++) u[i] = size * at[i];
   ForceAt(c, u, f);
   CheckBalance(c);
-  PetscCall(ChainTangent(c, PETSC_FALSE, PETSC_TRUE, 1., k));
+  PetscCall(Tangent(c, k));
   ChainBound(c, 1., bound);
   *most = 0.;
   for (int i = 0; i < DOFS; i++) {
@@ -155,7 +175,7 @@ static PetscErrorCode CheckAt(Drawn *d, const PetscReal *at, PetscReal size, Pet
     if (potential) ENSURE_NEAR((above - EnergyAt(c, u)) / (2. * h), f[i], 1e-4 * forces);
     u[i] = size * at[i];
     for (int j = 0; j < DOFS; j++) {
-      if (exact) ENSURE_NEAR((more[j] - less[j]) / (2. * h), k[DOFS * i + j], 1e-4 * 3e8);
+      ENSURE_NEAR((more[j] - less[j]) / (2. * h), k[DOFS * j + i], 1e-4 * 3e8);
       row += PetscAbsReal(k[DOFS * i + j]);
     }
     *most = PetscMax(*most, row / bound[i / 2]);
@@ -167,21 +187,55 @@ static PetscErrorCode CheckAt(Drawn *d, const PetscReal *at, PetscReal size, Pet
 static PetscErrorCode TestForceAndStiffness(void)
 {
   const PetscReal inf = PETSC_INFINITY;
+  int joined = 0;
   PetscFunctionBeginUser;
-  for (int draw = 0; draw < 60; draw++) {
+  for (int draw = 0; draw < 80; draw++) {
     const PetscBool head = (PetscBool)(draw / 2 % 2), turns = (PetscBool)(draw % 2);
-    const int what = draw / 4 % 3; // elastic; bar, bond and dowel beyond their strength; the dowel alone
+    // elastic; bar and bond beyond their strength; the dowel; all of them, bar and dowel together
+    const int what = draw / 4 % 4;
     PetscReal at[DOFS], most = 0.;
     Drawn d;
     for (int i = 0; i < DOFS; i++) at[i] = Random(-1e-3, 1e-3);
-    Draw(head, turns, what == 1 ? 8e4 : inf, what == 1 ? 3e4 : inf,
-         what == 1   ? inf
-         : what == 2 ? 1e4
+    Draw(head, turns, what % 2 ? 8e4 : inf, what % 2 ? 3e4 : inf,
+         what == 2   ? 1e4
+         : what == 3 ? 5e3
                      : inf,
          &d);
-    PetscCall(CheckAt(&d, at, 1., 1e5, PETSC_TRUE, (PetscBool)!turns, &most));
+    PetscCall(CheckAt(&d, at, 1., 1e5, (PetscBool)(what < 3), &most));
+    joined += d.dowel.beyond > 1. && PetscAbsReal(d.N[2]) > 0.1 * d.chain.T_y;
     ENSURE(what || turns || (most <= 2. && most > 0.1));
   }
+  ENSURE(joined > 5);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stiff bond, so that pieces feel their neighbours alone: windows of two reaches have all of the
+   stiffness. */
+static PetscErrorCode TestWindows(void)
+{
+  PetscReal most = 0.;
+  PetscFunctionBeginUser;
+  for (int draw = 0; draw < 20; draw++) {
+    PetscReal u[DOFS], *whole, *windows;
+    Drawn d;
+    Draw((PetscBool)(draw % 2), (PetscBool)(draw / 2 % 2), PETSC_INFINITY, PETSC_INFINITY, PETSC_INFINITY,
+         &d);
+    for (int i = d.chain.head; i < PLACES; i++) d.c[i] = 1e6 * d.k[0];
+    for (int i = 0; i < DOFS; i++) u[i] = Random(-1e-3, 1e-3);
+    ChainPrepare(&d.chain);
+    ChainEvaluate(&d.chain, u);
+    PetscCall(PetscCalloc2(DOFS * DOFS, &whole, DOFS * DOFS, &windows));
+    PetscCall(Tangent(&d.chain, whole));
+    d.chain.reach = ChainReach(&d.chain, PETSC_INFINITY);
+    ENSURE(d.chain.reach == 2 && ChainWindows(&d.chain) == 3);
+    PetscCall(Tangent(&d.chain, windows));
+    for (int i = 0; i < DOFS * DOFS; i++) {
+      ENSURE_NEAR(windows[i], whole[i], 1e-6 * d.k[0]);
+      most = PetscMax(most, PetscAbsReal(whole[i]));
+    }
+    PetscCall(PetscFree2(whole, windows));
+  }
+  ENSURE(most > 0.1 * 1.6e8 / 0.5);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -224,7 +278,7 @@ static PetscErrorCode TestBound(void)
       for (int j = 0; j < PLACES; j++) d.k[j] *= 1e3;
     PetscCall(PetscCalloc1(DOFS * DOFS, &matrix));
     ChainEvaluate(&d.chain, u);
-    PetscCall(ChainTangent(&d.chain, PETSC_FALSE, PETSC_TRUE, 1., matrix));
+    PetscCall(Tangent(&d.chain, matrix));
     ChainBound(&d.chain, 1., bound);
     PetscReal x[DOFS], y[DOFS];
     for (int i = 0; i < DOFS; i++) x[i] = Random(-1., 1.);
@@ -280,6 +334,7 @@ int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TestForceAndStiffness);
+  RUN_TEST(TestWindows);
   RUN_TEST(TestSlides);
   RUN_TEST(TestBound);
   RUN_TEST(TestEllipse);
