@@ -1,5 +1,5 @@
 #!/bin/bash
-# Least friction of 100 fabrics for each of three facings, by limit analysis; 8 minutes on a core. SAMPLES=10 for a try.
+# Least friction of 200 fabrics for each of three facings, by limit analysis; 16 minutes on a core. SAMPLES=10 for a try.
 #
 #   examples/guilhofrei_voronoi/fabrics.sh [OUT]
 set -eu
@@ -8,7 +8,7 @@ export PYTHONPATH=tools
 mkdir -p "$out"
 grep -v '^  facing:' "$here/scene.yaml" > "$out/scene_none.yaml" # a mesh without a facing has no such group
 facing() {
-  sed -e "s|^scene: .*|scene: $(realpath "${3:-$here/scene.yaml}")|" -e "s|^mesh: .*|mesh: [voronoi, $2--seed, \"{seed}\"]|" -e "s|^samples: .*|samples: ${SAMPLES:-100}|" \
+  sed -e "s|^scene: .*|scene: $(realpath "${3:-$here/scene.yaml}")|" -e "s|^mesh: .*|mesh: [voronoi, $2--seed, \"{seed}\"]|" -e "s|^samples: .*|samples: ${SAMPLES:-200}|" \
     "$here/fabrics.yaml" > "$out/$1.yaml"
   python tools/quoin.py ensemble "$out/$1.yaml" -o "$out/$1"
 }
