@@ -38,6 +38,25 @@ def anchored(level, k=0.0, T0=0.0):
     return (*found[:2], T) if found else None
 
 
+def comes_out(T, axial, bond, strength):
+    """By how much one end of long grouted steel comes out under T [N]; axial: E A [N], bond [N/m2], strength [N/m] of the grout."""
+    rate = (bond / axial) ** 0.5
+    slips_at = axial * rate * strength / bond
+    if slips_at >= T:
+        return T / (axial * rate)
+    length = (T - slips_at) / strength
+    return strength / bond + (slips_at + strength * length / 2) * length / axial
+
+
+def grouted(level, spacing, **grout):
+    """As `anchored`, with passive bars that are grouted on both sides of the base: they carry what its opening pulls out of both."""
+    locked = base(0.0)[2]
+    about_toe = WEIGHT * (WIDTH - CENTRE) - thrust(level)[1]
+    least = max(0.0, -about_toe / (WIDTH - ANCHOR) + 1.0)  # less: it overturns
+    T = brentq(lambda T: base(T, level)[2] - locked - 2 * comes_out(T * spacing, **grout), least, 1e7, xtol=1e-3)
+    return (*base(T, level)[:2], T)
+
+
 def overturns(T=0.0):
     """Level [m] at which it overturns under a constant force."""
     return brentq(lambda level: WEIGHT * (WIDTH - CENTRE) + T * (WIDTH - ANCHOR) - thrust(level)[1], HEIGHT, 100)

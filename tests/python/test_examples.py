@@ -354,12 +354,20 @@ def test_anchored_dam(tmp_path):
     example = ROOT / "examples/anchored_dam"
     environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"), QUOIN=str(QUOIN))
     subprocess.run([sys.executable, example / "mesh.py", tmp_path / "model.h5"], cwd=ROOT, env=environment, check=True, timeout=60)
-    for name, file in (("with", "scene.yaml"), ("without", "scene_without.yaml")):
+    for name, file in (("with", "scene.yaml"), ("without", "scene_without.yaml"), ("grouted", "scene_grouted.yaml")):
         subprocess.run([QUOIN, "-options_file", example / file, "-model", tmp_path / "model.h5", "-output", tmp_path / name, "-stages", "own,stressing,full,at46"],
                        cwd=ROOT, check=True, timeout=120)  # fmt: skip
-    runs = {name: Results(str(tmp_path / name)) for name in ("with", "without")}
+    runs = {name: Results(str(tmp_path / name)) for name in ("with", "without", "grouted")}
     factors = {name: run.stage_summary("at46")["joints"]["base"]["sliding_factor_peak"] for name, run in runs.items()}
-    assert factors == {"with": pytest.approx(1.2572, abs=2e-3), "without": pytest.approx(1.1048, abs=1e-3)}  # by statics 1.2565 with a constant force
+    bar = runs["grouted"].stage_summary("at46")["anchors"]["bar"]
+    hand = load(example / "closed_form.py")
+    grouted = (hand.WEIGHT + bar["force"] / 3) / hand.thrust(46)[0]  # the base has the force that the bar says
+    assert factors == {"with": pytest.approx(1.2572, abs=2e-3), "without": pytest.approx(1.1048, abs=1e-3),  # by statics 1.2565 with a constant force
+                       "grouted": pytest.approx(grouted, abs=1e-3)}  # fmt: skip
+    axial, piece = 195e9 * 3.22e-3, 0.1119  # [N], [m]
+    out = hand.comes_out(bar["force"], axial, 2e9, 600e3)
+    assert bar["slip"] + bar["force"] * piece / 2 / axial == pytest.approx(out, rel=0.02) and bar["slipped_length"] == pytest.approx(2 * 0.505, abs=2 * piece)
+    assert hand.grouted(46, 3.0, axial=axial, bond=2e9, strength=600e3)[2] < bar["force"] / 3 < hand.needed(46, 1.15)
     anchors = runs["with"].stage("at46").anchors
     assert runs["without"].stage("at46").anchors is None and anchors.per_metre() * 3 == pytest.approx(anchors.force)
     assert anchors.pull(2.0) == pytest.approx(np.array([[0, -2 * anchors.force[0] / 3]]))
