@@ -7,7 +7,7 @@ from driver import changed, check_restarts, checksums
 from quoin_tools.mesh.meshing import face_set_on, graded, join, rectangle, renamed, split_triangles, structured
 from quoin_tools.mesh.stacks import quad_patch
 
-WHAT = "blocks that yield: held and free block (M02), thick ring and footing (M03), history over stages, unloading, energy, ranks, restarts"
+WHAT = "blocks that yield: held and free block (M02), thick ring and footing (M03), history over stages, unloading, energy, blocks that move far, ranks, restarts"
 SOURCE = "Mohr-Coulomb with tension cut-off in plane strain: 2 c cos/(1 - sin), edge return by hand, numbers of another program"
 
 E, NU = 20e9, 0.2
@@ -39,6 +39,7 @@ def run(case):
     ranks_and_restart(case)
     refused(case)
     told(case)
+    thrown(case)
 
 
 # ---- sides held: the load decides
@@ -288,3 +289,31 @@ def told(case):
     for line in ("stages.weaker: it weakens joints; blocks of group block keep the strengths of their law",
                  "stages.swings: its modes take blocks of group block as elastic and whole"):  # fmt: skip
         case.check(f"told: {line}", line in result.stderr, True)
+
+
+# ---- blocks that move far
+
+
+def thrown(case):
+    """A block thrown onto a rigid floor, of which its blocks know before or only as they meet it: they yield, or crack, alike. Falling from above they do so later."""
+    cracks = {"density": 2400, "young": 1e9, "poisson": NU, "law": "damage", "tension": 1e5, "fracture_energy": 100}
+    yields = {"density": 2400, "young": 1e9, "poisson": NU, "law": "mohr_coulomb", "cohesion": 2e5, "friction": 30, "tension": 1e5}
+    for name, material, triangles in (("yields", yields, False), ("cracks", cracks, True)):
+        lost, sides, first = [], rectangle(0.013, 0, 1, 1, 4, 4, group="block"), None
+        body = split_triangles(sides) if triangles else sides
+        for gap, connectivity, duration in ((0, "fixed", 0.01), (0, "variable", 0.01), (0.03, "variable", 0.02)):
+            body.vertices[:, 1] += gap
+            mesh = join([renamed(rectangle(-2, -1, 6, 1, 3, 1, group="floor", rigid=True), {}), renamed(body, {})])
+            scene = {"strain": "large", "contact": {"connectivity": connectivity, "tolerance": 0.005}, "joints": {"default": {"k_n": 1e10, "k_s": 3e9, "friction": 30}},
+                     "materials": {"block": material | {"velocity": [0, -3]}, "floor": {"density": 2400}}, "supports": {"floor": {"fix": "xy"}}, "checkpoint": {"every": 100, "keep": 1000},
+                     "loads": {}, "relaxation": {"allow_floating": True}, "stages": [{"meets": {"type": "dynamic", "loads": [], "duration": duration, "dt_factor": 0.3}}]}  # fmt: skip
+            folder = case.prepare(mesh, scene)
+            first = case.again(folder)
+            lost.append(first.stage_summary("meets")["laws"]["block"]["lost"])
+        case.check(f"thrown onto a floor, {name}: energy lost where contacts are found, at once and later, over that where they are known", np.array(lost[1:]) / lost[0], 1, absolute=2e-3)
+        made = first.stage_summary("meets")
+        case.check("... contacts are made in flight", bool(made["verifications"] > 2 and lost[0] > 100), True)
+        case.check("... the same on 2 ranks", checksums(case.again(folder, ranks=2)), checksums(first))
+        kept = sorted((folder / "out" / "checkpoints").iterdir())
+        again = case.again(folder, "-restart", kept[len(kept) // 2])
+        case.check(f"... from checkpoint {len(kept) // 2} of {len(kept)}", checksums(again), checksums(first))
