@@ -14,6 +14,9 @@ static PetscErrorCode check_group(const Scene *scene, const Material *material, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [Pa] Against bending, of blocks that are absent: it bears nothing, and says that they have one point. */
+static const PetscReal NO_STIFFNESS = 1e-200;
+
 void LawsPresent(const Model *m)
 {
   for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
@@ -21,8 +24,10 @@ void LawsPresent(const Model *m)
       PetscReal *c = e->history->constants + g * LAW_CONSTANTS * LANES;
       for (int lane = 0; lane < LANES; lane++) {
         c[LANES * LAW_LAMBDA + lane] = m->lame[g].lambda, c[LANES * LAW_MU + lane] = m->lame[g].mu;
-        for (int i = 0; i < 3 && m->hourglass; i++)
-          c[LANES * (LAW_HOURGLASS + i) + lane] = m->hourglass[3 * g + i];
+        for (int i = 0; i < 3 && m->hourglass; i++) {
+          PetscReal *at = c + LANES * (LAW_HOURGLASS + i) + lane;
+          *at = i || m->hourglass[3 * g] > 0. || !(*at > 0.) ? m->hourglass[3 * g + i] : NO_STIFFNESS;
+        }
       }
     }
 }

@@ -82,7 +82,7 @@ void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, 
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       for (int i = 0; i < n_nodes; i++) {
         const PetscInt v = vertex[i * BATCH + lane];
-        if (v >= model->n_owned) continue;
+        if (v >= model->n_owned || (model->absent && model->absent[e->group[first + lane]])) continue;
         f[2 * v] += F[i].x[lane], f[2 * v + 1] += F[i].y[lane];
       }
   }

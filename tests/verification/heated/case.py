@@ -41,6 +41,7 @@ def run(case):
     pressed(case)
     bar(case)
     strong(case)
+    lifts(case)
     in_time(case)
     ranks_and_restart(case)
 
@@ -162,6 +163,20 @@ def strong(case):
                 case.check("... stresses", (points(ours) - points(theirs)) / scale, 0, absolute=1e-6)
                 energies = [r.stage_summary(name)["energy"]["strain"] for r in (other, plain)]
                 case.check("... strain energy", energies[0] / energies[1], 1, absolute=1e-6)
+
+
+def lifts(case):
+    """A group that is not built yet does nothing to what stands, however warm; with a law as without."""
+    mesh = rectangle(0, 0, 1, 2, 2, 4, group="low")
+    mesh.group_names, mesh.group_rigid = ["low", "high"], np.zeros(2, dtype=np.int32)
+    mesh.block_group[mesh.vertices[mesh.blocks[:, :4]][..., 1].mean(axis=1) > 1] = 1
+    both = {"stages": [{"one": {"loads": ["t0"]}}, {"two": {"loads": ["t0"], "build": ["high"]}}]}
+    middle, found = np.abs(mesh.vertices[:, 1] - 1) < 1e-9, []
+    for law in ({"element": "bending"}, {"law": "mohr_coulomb", "cohesion": 1e8, "friction": 30}):
+        result = case.run(mesh, scene({"low": ELASTIC | law, "high": ELASTIC | law}, (10.0,), {"bottom": {"fix": "y"}, "left": {"fix": "x"}}) | both)
+        found.append(result.stage("two").displacement)
+        case.check(f"lift that is not built, {law.get('law', 'elastic')}: those below it, free, rise by [m]", result.stage("one").displacement[middle, 1], (1 + NU) * ALPHA * 10, relative=1e-6)
+    case.check("... built: blocks with a law as elastic ones, over the largest", (found[1] - found[0]) / np.abs(found[0]).max(), 0, absolute=1e-6)
 
 
 def in_time(case):
