@@ -100,7 +100,7 @@ PetscErrorCode TermsDestroy(const Scene *scene, State *state)
 {
   PetscFunctionBeginUser;
   for (int t = 0; t < TERMS && state->terms; t++)
-    if (Terms[t]->destroy) PetscCall(Terms[t]->destroy(scene, state->terms + t));
+    if (Terms[t]->destroy && state->terms[t]) PetscCall(Terms[t]->destroy(scene, state->terms + t));
   PetscCall(PetscFree(state->terms));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -133,6 +133,8 @@ PetscErrorCode StiffnessBodies(const Model *m, const State *state, PetscBool tur
   TermMatrix to = {m, s, s->bodies};
   PetscFunctionBeginUser;
   s->turned = turned;
+  if (s->fixed && s->made) PetscFunctionReturn(PETSC_SUCCESS);
+  s->made = PETSC_TRUE;
   PetscCall(set_arms(m, turned && m->strain == STRAIN_LARGE ? state->u : NULL, s));
   PetscCall(MatZeroEntries(s->bodies));
   PetscCall(add_held(m, s, s->bodies));
@@ -161,6 +163,17 @@ PetscErrorCode StiffnessTangent(const Model *m, const State *state, const Joint 
 
 /* ---- life */
 
+/* Whether all blocks of all ranks are within condensed bodies. */
+static PetscErrorCode all_condensed(const Model *m, PetscBool *all)
+{
+  PetscBool mine = (PetscBool)!m->n_rigid_global;
+  PetscFunctionBeginUser;
+  for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
+    mine = (PetscBool)(mine && !e->n);
+  PetscCallMPI(MPI_Allreduce(&mine, all, 1, MPI_PETSC_BOOL, MPI_LAND, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *contacts, Stiffness *s)
 {
   PetscFunctionBeginUser;
@@ -172,6 +185,7 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *con
                          &s->arm));
   PetscCall(number_rows(m, s));
   PetscCall(set_arms(m, NULL, s));
+  PetscCall(all_condensed(m, &s->fixed));
   PetscCall(MatCreate(m->comm, &s->bodies));
   PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetType(s->bodies, MATAIJ));

@@ -13,6 +13,9 @@ typedef struct _p_Stiffness {
   PetscReal *arm;      /* [m] (n_vertices + dummies, 2) from the centre of the rigid body the vertex is on */
   PetscBool turned;    /* the matrices are those of turned bodies and faces under the forces they carry */
   PetscBool small;     /* and of motions so small that no joint slips: set it before StiffnessTangent */
+  PetscBool fixed;     /* no block deforms but in condensed bodies, and no body is rigid: the stiffness of
+                          bodies hangs on no motion */
+  PetscBool made;      /* `bodies` has been assembled */
   Mat bodies;          /* [N/m] of all terms but joints, with the pattern of all */
   Mat tangent;         /* bodies and the tangent of the joints; same pattern */
 } Stiffness;

@@ -3,13 +3,11 @@
 
 /* A rigid block counts as one or two triangles, each with a third of its weight at each vertex, so that the
    resultant stays at the centroid of the block however the body turns. */
-PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m, PetscReal *f_vertex)
+static PetscErrorCode mass_of(const Load *load, const Model *m, PetscReal *mass)
 {
   Model chosen = *m; // the same model, in which the other groups weigh nothing
-  PetscReal *mass;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_groups, &chosen.density));
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
   for (PetscInt g = 0; g < m->n_groups; g++)
     chosen.density[g] = load->n_groups && NameRow(load->n_groups, load->groups, m->group_names[g]) < 0
                             ? 0.
@@ -25,9 +23,42 @@ PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m,
         for (int k = 0; k < 3; k++)
           mass[vertex[k]] += chosen.density[list->group[e]] * m->thickness * area / 3.;
       }
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++) f_vertex[d] += a[d % 2] * mass[d / 2];
-  PetscCall(PetscFree(mass));
   PetscCall(PetscFree(chosen.density));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void add_force(const PetscReal a[2], const PetscReal *mass, const Model *m, PetscReal *f_vertex)
+{
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) f_vertex[d] += a[d % 2] * mass[d / 2];
+}
+
+PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m, PetscReal *f_vertex)
+{
+  PetscReal *mass;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
+  PetscCall(mass_of(load, m, mass));
+  add_force(a, mass, m, f_vertex);
+  PetscCall(PetscFree(mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* memory: NULL, or (n_loads,) masses at vertices, made when they are first asked for. Scenes with condensed
+   bodies keep them: water that follows its face has all loads summed again in each iteration of Newton's
+   method, and the weight of the blocks inside would take longer than the rest of it. */
+static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2], PetscReal *f)
+{
+  PetscReal **kept = v->memory;
+  PetscFunctionBeginUser;
+  if (!kept) {
+    PetscCall(BodyForce(a, v->scene->loads + row, v->m, f));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!kept[row]) {
+    PetscCall(PetscCalloc1(v->m->n_vertices + DUMMY_VERTICES, kept + row));
+    PetscCall(mass_of(v->scene->loads + row, v->m, kept[row]));
+  }
+  add_force(a, kept[row], v->m, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,6 +132,11 @@ static PetscErrorCode create(const TermView *v, void **memory)
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
   PetscFunctionBeginUser;
   *memory = NULL;
+  if (v->m->n_condensed_global && !SceneBuilds(v->scene)) {
+    PetscReal **kept;
+    PetscCall(PetscCalloc1(v->scene->n_loads, &kept));
+    *memory = kept;
+  }
   for (PetscInt l = 0; l < v->scene->n_loads; l++) {
     const Load *load = v->scene->loads + l;
     const PetscBool is_ice = (PetscBool)(load->kind == LOAD_ICE);
@@ -118,6 +154,15 @@ static PetscErrorCode create(const TermView *v, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  PetscReal **kept = *memory;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; kept && l < scene->n_loads; l++) PetscCall(PetscFree(kept[l]));
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static void point_force(const Load *load, const Model *m, PetscReal *f_vertex)
 {
   const PetscInt v = m->point_vertex[NameRow(m->n_points, m->point_names, load->target)];
@@ -130,7 +175,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
   const Load *load = v->scene->loads + row;
   const PetscReal g = v->scene->gravity, a[2] = {load->coefficient[0] * g, load->coefficient[1] * g};
   PetscFunctionBeginUser;
-  if (load->kind == LOAD_SELF_WEIGHT) PetscCall(BodyForce(a, load, v->m, f));
+  if (load->kind == LOAD_SELF_WEIGHT) PetscCall(weigh(v, row, a, f));
   if (load->kind == LOAD_TRACTION) traction(load, v->m, f);
   if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, f);
   if (load->kind == LOAD_ICE || load->kind == LOAD_CREST_LOAD) (void)line_load(load, v->m, f);
@@ -139,6 +184,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
 
 const TermKind Loads_term = {.name = "loads",
                              .create = create,
+                             .destroy = destroy,
                              .loads = 1u << LOAD_SELF_WEIGHT | 1u << LOAD_TRACTION | 1u << LOAD_POINT_FORCE |
                                       1u << LOAD_ICE | 1u << LOAD_CREST_LOAD,
                              .applied = applied};

@@ -28,6 +28,7 @@ FRICTION = "joints.default.friction"
 def run(case):
     kinds(case)
     by_words(case)
+    off_its_face(case)
     killed(case)
     flat(case)
     refused(case)
@@ -286,6 +287,18 @@ def by_words(case):
         [done.returncode, bad["s0"]["outcome"], "95.0 is out of range" in bad["s0"]["why"], bad["s1"]["outcome"]],
         [0, "refused", True, "stands"],
     )
+
+
+def off_its_face(case):
+    """A number that the set-up of loads refuses: told in its row, and the next sample is as if it had not been."""
+    one = scene(STAGES, relaxation=NEWTON)
+    one["loads"]["ice"] = {"type": "ice", "faces": "up", "level": 5.5, "force": 1e4}
+    one["stages"][1]["full"]["loads"].append("ice")
+    folder = case.prepare(dam(), one)
+    write_table(folder, ["loads.ice.level"], [(0, (5.5,)), (1, (99,)), (2, (5.5,))])
+    started(case, folder, "-samples", "table.csv")
+    found = results_of(folder)
+    case.check("ice above the dam: refused, the next has the same bits as the one before", [found["s1"]["outcome"], found["s2"]["outcome"], found["s2"]["checksum"] == found["s0"]["checksum"]], ["refused", "stands", True])
 
 
 # ---- a kill, and what is there already
