@@ -42,7 +42,7 @@ def scene(*stages, **more):
         "bridge": {"type": "crest_load", "faces": "crest", "value": list(FORCE), "at": AT, "lever": LEVER},
     }
     return {
-        "thickness": THICK, "strain": "small", "relaxation": {"tolerance": 1e-10, "velocity_tolerance": 1e-10, "method": "explicit"},
+        "thickness": THICK, "strain": "small", "relaxation": {"tolerance": 1e-8, "velocity_tolerance": 1e-8, "method": "explicit", "ramp": 100},
         "materials": {"dam": {"density": 2400, "young": 1e11, "poisson": 0.2}, "base": {"density": 0, "rigid": True}},
         "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "law": "elastic"}}, "supports": {"base": {"fix": "xy"}}, "loads": loads, "stages": list(stages),
     } | more  # fmt: skip
@@ -111,7 +111,7 @@ def run(case):
 
 
 def at_rest(case, hand, size, stages):
-    for what, one in (("rigid", mesh()), ("one face", mesh(n=1, columns=1)), ("deformable", mesh(rigid=False)), ("triangles", mesh(rigid=False, triangles=True))):
+    for what, one in (("rigid", mesh()), ("one face", mesh(n=1, columns=1)), ("deformable", mesh(rigid=False, n=4)), ("triangles", mesh(rigid=False, triangles=True, n=4))):
         result = case.run(one, scene(*stages))
         for stage, names in STAGES.items():
             wanted = sum(hand[name] for name in names)
@@ -126,7 +126,7 @@ def at_rest(case, hand, size, stages):
                 case.check(f"... gravity method, {stage}, {name}: X, Y, M [N, N m]", forces[name] / size, hand[name] / size, absolute=1e-12)
             case.check("... knows all loads", left_out, [])
     for ranks in (3,):
-        result = case.run(mesh(rigid=False, n=3), changed(scene(stages[0], stages[-1]), ("relaxation.ramp", 100), ("relaxation.tolerance", 1e-8)), ranks=ranks)
+        result = case.run(mesh(rigid=False, n=3), scene(stages[0], stages[-1]), ranks=ranks)
         for stage in ("flooded", "used"):
             wanted = sum(hand[name] for name in STAGES[stage])
             case.check(f"{ranks} ranks, {stage}: reactions [N]", [-result.stage_summary(stage)["reaction"][x] for x in "xy"], wanted[:2], absolute=1e-6 * size[0])
@@ -211,14 +211,10 @@ def in_time(case):
 def refused(case, stages):
     flood = [{"flood": {"type": "flood", "loads": ["weight", "over", "wave"], "step": 1, "limit": 15}}]
     for changes, words in (
-        ((("loads.over.crest", "up"),), "loads.over.crest: the face set up has the pressure of the upstream face already"),
         ((("loads.over.faces", "wet"),), "loads.over.crest: faces of crest are in wet too: expected none"),
         ((("loads.over.crest", "side"),), "loads.over: the mesh has no face set 'side'"),
-        ((("loads.over", {"type": "overflow", "faces": "up", "crest": "crest", "level": OVER}),), "loads.over.crest_pressure: missing [-]: of the pressure of water at rest"),
         ((("loads.over", {"type": "overflow", "faces": "up", "level": OVER, "crest_pressure": 1}),), "loads.over.crest_pressure: there is no crest: give loads.over.crest"),
-        ((("loads.tail", {"type": "tailwater", "faces": "down", "level": TAIL, "effective": 0.6}),), "loads.tail.bottom: missing [m]: effective is a part of the depth"),
         ((("loads.tail.bottom", TAIL),), "loads.tail.bottom: 5 is not below the level 5 [m]"),
-        ((("loads.wave", {"type": "wave", "faces": "up", "level": STILL}),), "loads.wave.height: a wave needs its height [m], or wind [m/s] and fetch [m], one of them"),
         ((("loads.storm.height", 1.0),), "loads.storm.height: a wave needs its height [m], or wind [m/s] and fetch [m], one of them"),
         ((("loads.wave.wind", 20),), "loads.wave.fetch: missing: wind and fetch belong together"),
         ((("loads.wave.length", 20),), "loads.wave.length: it is for formula: sainflou"),
