@@ -132,6 +132,7 @@ STEPS = {  # as SCENES
 NEWTON = {"relaxation": {"method": "preconditioned"}}
 SOLVED = {  # as SCENES
     "two bodies by Newton": (halves, {}, {}, NEWTON),
+    "two tendons by Newton": (halves, {}, {}, NEWTON | {"anchors": {name: STEEL | {"head": [x, 1.9], "root": [x, 0.1]} for name, x in (("t", 0.3), ("u", 0.6))}}),
     "long bars by Newton": (halves, {}, {}, NEWTON | {"anchors": long_bars()}),
 }
 CYCLES = ["block", "t2pt", "tptm", "tptm open"]  # those of the table of cycles
