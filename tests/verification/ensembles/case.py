@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 import yaml
-from driver import ROOT
+from driver import ENVIRONMENT, ROOT
 from quoin_tools.base import scene as scenes
 from quoin_tools.ensemble import analysis, design, running
 from quoin_tools.ensemble.intervals import clopper_pearson, zero_bound
@@ -113,9 +113,9 @@ def command(folder, *words):
     return code, out.getvalue()
 
 
-def rows_of(folder):
+def rows_of(folder, output="out"):
     wanted = design.read(str(folder / "ensemble.yaml"))
-    return wanted, running.Journal(str(folder / "out"), wanted).rows()
+    return wanted, running.Journal(str(folder / output), wanted).rows()
 
 
 def intervals(case):
@@ -269,6 +269,17 @@ def weakest_link(case):
     case.check("... exact value inside the interval", found.low <= weakest.cdf(0.5) <= found.high, True)
 
 
+def table_of(folder, output="out"):
+    _, rows = rows_of(folder, output)
+    return [(key, rows[key].outcome, rows[key].response, rows[key].values) for key in sorted(rows)]
+
+
+def over_ranks(folder, output="out", ranks=3):
+    """The ensemble over an MPI job, of which rank 0 hands out."""
+    words = ["mpirun", "-q", "-n", str(ranks), sys.executable, str(ROOT / "tools/quoin.py"), "ensemble", str(folder / "ensemble.yaml"), "-o", str(folder / output), "--mpi"]
+    return subprocess.run(words, env=ENVIRONMENT | dict(os.environ), capture_output=True, text=True, check=False)
+
+
 def whole_sets(case):
     """1, 2, 3 jobs, two halves, and fewer samples first: the same table."""
     tables = []
@@ -276,9 +287,10 @@ def whole_sets(case):
         folder = folder_of(case, name, samples=60, **BY_LIMIT)
         for words in calls:
             command(folder, "-o", str(folder / "out"), *words)
-        wanted, rows = rows_of(folder)
-        tables.append([(key, rows[key].outcome, rows[key].response, rows[key].values) for key in sorted(rows)])
+        tables.append(table_of(folder))
     case.check("rows of 60 samples by 1 and 3 jobs, and of two halves", [tables[0] == tables[1], tables[0] == tables[2], len(tables[0])], [True, True, 60])
+    folder = folder_of(case, "mpi", samples=60, **BY_LIMIT)
+    case.check("... and over three ranks of an MPI job", [over_ranks(folder).returncode, table_of(folder) == tables[0]], [0, True])
     folder = folder_of(case, "stopped", samples=400, stop={"half_width": 0.06, "batch": 20}, **BY_LIMIT)
     command(folder, "-o", str(folder / "out"), "-j", "2")
     wanted, rows = rows_of(folder)
@@ -347,6 +359,9 @@ def dying(case, folder):
         ["3 undecided" in said, "SIGKILL" in said, "exit code 11" in said, "longer than 2 s" in said],
         [True] * 4,
     )
+    case.check("... nor the ranks of an MPI job", over_ranks(folder, "over_ranks").returncode, 0)
+    outcomes = [outcome for (i, _), outcome, *_ in table_of(folder, "over_ranks")]
+    case.check("... by their rows", [outcomes.count("undecided"), len(outcomes), outcomes == [row.outcome for _, row in sorted(rows_of(folder, "other")[1].items())]], [3, 24, True])
     script.write_text(
         f'#!/bin/sh\ncase "$*" in *000003*) kill -9 $$ ;; *000005*) exit 11 ;; esac\nexec {case.quoin} "$@"\n', encoding="utf-8"
     )

@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[3]
+RANK = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"}  # set in the ranks of a job
+LAUNCHED = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # what launchers tell their ranks
 
 
 class SolverError(ValueError):
@@ -59,6 +61,13 @@ def environment(ranks=1):
     return wanted | os.environ
 
 
+def environment_of_one():
+    """Variables of a solver that is no part of the MPI job that this process may be a rank of."""
+    if not RANK & set(os.environ):
+        return environment()
+    return {name: value for name, value in environment().items() if not name.startswith(LAUNCHED)} | {"OMPI_MCA_ess_singleton_isolated": "1"}
+
+
 def memory_copy_works():
     """May one process read another's memory? Containers often refuse what Open MPI's shared memory relies on."""
     import ctypes
@@ -86,7 +95,7 @@ def settled(scene, words=(), program=None):
     with tempfile.TemporaryDirectory() as folder:
         echo = os.path.join(folder, "scene_echo.yaml")
         started = [program or find(), "-options_file", os.fspath(scene), *words, "-output", folder]
-        with subprocess.Popen(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment()) as process:
+        with subprocess.Popen(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment_of_one()) as process:
             while process.poll() is None and not os.path.exists(echo):
                 time.sleep(0.01)
             process.kill()

@@ -6,6 +6,7 @@ sampling    Monte Carlo, Latin hypercubes, Sobol sequences, samples about the de
 design      an ensemble as its file has it
 models      what a sample is judged by: the solver, limit analysis
 importance  the design point
+ranks       samples over the ranks of one MPI allocation
 journal     the rows that are there: samples done, also after a kill, also of several halves
 running     samples that are missing are run, several at a time
 analysis    probability with interval, fragility, sensitivity

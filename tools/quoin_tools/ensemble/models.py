@@ -83,7 +83,7 @@ class Solver:
             with MAKING:
                 make_mesh(self.design, values, mesh)
         try:
-            done = subprocess.run(self.words(values, level, output, mesh), env=solver.environment(), check=False, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            done = subprocess.run(self.words(values, level, output, mesh), env=solver.environment_of_one(), check=False, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                   timeout=self.design.time_limit)  # fmt: skip
         except subprocess.TimeoutExpired:
             shutil.rmtree(output, ignore_errors=True)

@@ -5,6 +5,7 @@ from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolE
 
 from quoin_tools.ensemble import analysis
 from quoin_tools.ensemble.journal import Journal, Row
+from quoin_tools.ensemble.ranks import Ranks
 from quoin_tools.ensemble.sampling import Sampler
 from quoin_tools.ensemble.workers import model_of
 
@@ -21,40 +22,53 @@ class Samples:
         return tuple(self.design.variables.values([self.sampler.normal(index)])[0]), self.sampler.weight(index)
 
 
-def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None):
-    """{(sample, level): Row} of all that is there when it ends. part: (k, m), every m-th sample from k on. tell(rows, done, left, began): progress."""
+class Here:
+    """Where samples are judged: threads or processes of this machine, `size` of them."""
+
+    def __init__(self, design, folder, jobs, keep):
+        self.model, self.size = model_of(design, folder, keep), jobs
+        self.pool = ProcessPoolExecutor(jobs) if self.model.processes and jobs > 1 else ThreadPoolExecutor(jobs)
+
+    def submit(self, values, index, level):
+        return self.pool.submit(timed, self.model, values, index, level)
+
+    def close(self):
+        self.pool.shutdown()
+        self.model.close()
+
+
+def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None, executor=None):
+    """{(sample, level): Row} of all that is there when it ends. part: (k, m), every m-th sample from k on. tell(rows, done, left, began): progress. executor: that of ranks.allocation."""
     journal = Journal(folder, design, str(part[0]) if part[1] == 1 else f"{part[0]}_of_{part[1]}")
     rows, samples, began = journal.rows(), Samples(design, centre), time.monotonic()
     todo = [(i, level) for i in range(part[0] - 1, design.samples, part[1]) for level in design.levels if (i, level) not in rows]
     if not todo:
         return rows
     journal.open()
-    model = model_of(design, folder, keep)
-    pool = ProcessPoolExecutor(jobs) if model.processes and jobs > 1 else ThreadPoolExecutor(jobs)
+    place = Here(design, folder, jobs, keep) if executor is None else Ranks(executor, design, folder, keep)
     waiting, done, queue = {}, 0, iter(todo)
     try:
-        with pool:
-            while True:
-                for index, level in queue if len(waiting) < AHEAD * jobs else ():
-                    values, weight = samples.of(index)
-                    waiting[pool.submit(timed, model, values, index, level)] = (index, level, values, weight)
-                    if len(waiting) >= AHEAD * jobs:
-                        break
-                if not waiting:
+        while True:
+            for index, level in queue if len(waiting) < AHEAD * place.size else ():
+                values, weight = samples.of(index)
+                waiting[place.submit(values, index, level)] = (index, level, values, weight)
+                if len(waiting) >= AHEAD * place.size:
                     break
-                for ended in wait(waiting, return_when=FIRST_COMPLETED).done:
-                    index, level, values, weight = waiting.pop(ended)
-                    (outcome, response, why), seconds = ended.result()
-                    rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(float(v) for v in values))
-                    journal.write(rows[index, level])
-                    done += 1
-                if tell:
-                    tell(rows, done, len(todo) - done, began)
-                if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
-                    queue = iter(())
+            if not waiting:
+                break
+            for ended in wait(waiting, return_when=FIRST_COMPLETED).done:
+                index, level, values, weight = waiting.pop(ended)
+                (outcome, response, why), seconds = ended.result()
+                rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(float(v) for v in values))
+                journal.write(rows[index, level])
+                done += 1
+            if tell:
+                tell(rows, done, len(todo) - done, began)
+            if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
+                queue = iter(())
     finally:
+        place.close()
         journal.close()
-        model.close()
     return rows
 
 

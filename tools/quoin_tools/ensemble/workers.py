@@ -28,7 +28,7 @@ class Worker:
         words = solver.command(["-options_file", design.scene, *model, *design.options, "-samples", "/dev/stdin"])
         self.process = subprocess.Popen(
             words,
-            env=solver.environment(),
+            env=solver.environment_of_one(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self.errors,

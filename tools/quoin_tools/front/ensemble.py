@@ -1,14 +1,16 @@
 """Samples of a scene whose properties scatter: how likely does it fail?
 
     quoin ensemble ensemble.yaml [-o FOLDER] [-j JOBS]
-                   [--part 2/8] [--sample 17] [--keep]
+                   [--part 2/8] [--sample 17] [--keep] [--mpi]
 
 The file names a scene, distributions for keys of it, and what counts as
 failure (docs/ensembles.md). Each sample is a run of the solver on one
 rank, JOBS of them at a time. Rows go into FOLDER as samples end; begun
 again it goes on where it was. --part K/M runs every M-th sample, as a
 job of an array: any of them, begun once more without --part, tells what
-all have found. --sample N runs one sample alone and keeps its folder."""
+all have found. --sample N runs one sample alone and keeps its folder.
+--mpi: samples over the ranks of one MPI allocation, of which rank 0
+hands them out: mpirun -n 9 quoin ensemble ensemble.yaml --mpi."""
 
 import json
 import os
@@ -18,7 +20,7 @@ import time
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.results import table
-from quoin_tools.ensemble import analysis, design, importance, running
+from quoin_tools.ensemble import analysis, design, importance, ranks, running
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.ensemble.workers import model_of
 from quoin_tools.show import ensembles
@@ -37,7 +39,15 @@ def main(words):
     parser.add_argument("--part", default="1/1")
     parser.add_argument("--sample", type=int)
     parser.add_argument("--keep", action="store_true")
+    parser.add_argument("--mpi", action="store_true")
     given = parser.parse_args(words)
+    if not given.mpi:
+        return ensemble(given)
+    with ranks.allocation() as executor:
+        return 0 if executor is None else ensemble(given, executor)
+
+
+def ensemble(given, executor=None):
     wanted = design.read(given.file)
     if given.jobs < 1:
         raise EnsembleError(f"-j {given.jobs}: expected a number >= 1")
@@ -45,7 +55,7 @@ def main(words):
     if given.sample is not None:
         return one(wanted, given.output, given.sample, centre)
     part = part_of(given.part)
-    rows = running.run(wanted, given.output, given.jobs, part, given.keep, Progress(wanted) if sys.stderr.isatty() else None, centre)
+    rows = running.run(wanted, given.output, given.jobs, part, given.keep, Progress(wanted) if sys.stderr.isatty() else None, centre, executor)
     if part[1] > 1 and len({i for i, _ in rows}) < wanted.samples:
         print(f"part {given.part}: done; {len(rows)} rows of {wanted.samples * len(wanted.levels)} are there")
         return 0
