@@ -175,7 +175,7 @@ static PetscErrorCode CheckAt(Drawn *d, const PetscReal *at, PetscReal size, Pet
     if (potential) ENSURE_NEAR((above - EnergyAt(c, u)) / (2. * h), f[i], 1e-4 * forces);
     u[i] = size * at[i];
     for (int j = 0; j < DOFS; j++) {
-      ENSURE_NEAR((more[j] - less[j]) / (2. * h), k[DOFS * j + i], 1e-4 * 3e8);
+      ENSURE_NEAR((more[j] - less[j]) / (2. * h), k[DOFS * j + i], 1e-8 * 3e8);
       row += PetscAbsReal(k[DOFS * i + j]);
     }
     *most = PetscMax(*most, row / bound[i / 2]);
