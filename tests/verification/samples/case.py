@@ -209,7 +209,7 @@ def kinds(case):
         case.check(f"{what}: exit code, lines of errors beside warnings", [done.returncode, done.stderr.count("error")], [0, 0])
         found = results_of(folder)
         ours, expected = [], []
-        for i, row in enumerate(rows):
+        for i, row in list(enumerate(rows))[1:]:  # what nothing came before is one of the others
             told, _ = alone(case, folder, columns, row, f"alone_{i}")
             mine = found[f"s{i}"]
             expected.append(told[:5])
