@@ -4,12 +4,13 @@
 #include "scene/keys.h"
 #include <string.h>
 
-/* Whether a key of this section is a number. */
+/* Whether a key of this section is a number, or a list that one number may be, as prestress. */
 static PetscBool is_number(Section section, const char *name)
 {
   for (const Key *key = Keys; key < Keys + KEYS; key++)
     if (key->section == section && !strcmp(key->name, name) &&
-        (key->type == TYPE_REAL || key->type == TYPE_LIMIT || key->type == TYPE_INT))
+        (key->type == TYPE_REAL || key->type == TYPE_LIMIT || key->type == TYPE_INT ||
+         key->type == TYPE_NUMBERS))
       return PETSC_TRUE;
   return PETSC_FALSE;
 }

@@ -95,7 +95,7 @@ def scenes():
     )
     anchored = scene([*BASE, {"lock": {"loads": ["weight", "water"]}}, {"pushed": {"loads": ["weight", "water", "push"]}}], relaxation=NEWTON, strain="large",
                      anchors={"a": {"head": [1, 7.5], "root": [2, -3], "area": 2e-3, "young": 2e11, "prestress": 4e5, "lock": "lock", "yield": 3e8}})  # fmt: skip
-    yield "an anchor that is stressed", dam(), anchored, ["anchors.a.young", FRICTION], [(2e11, 40), (1e11, 6), (1.9e11, 40)]
+    yield "an anchor that is stressed", dam(), anchored, ["anchors.a.young", "anchors.a.prestress", FRICTION], [(2e11, 4e5, 40), (1e11, 1e5, 6), (1.9e11, 3e5, 40)]
     warm = scene(
         [*BASE, {"winter": {"loads": ["weight", "water", "cold"]}}],
         relaxation=NEWTON,
