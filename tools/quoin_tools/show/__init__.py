@@ -25,6 +25,7 @@ hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
 anchors_part  that about anchors
 materials_part  those about materials, lifts, temperature
+words      the language of sheet and pictures
 report     the sheet: HTML and PDF
 front_page  its first page
 matrix     the matrix on it: each case and base

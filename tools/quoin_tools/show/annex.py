@@ -172,7 +172,7 @@ def joint_rows_of(case):
     for name in case.results.stage_summary(last)["joints"]:
         j = case.scene.joint(name, last)
         peak = (j["cohesion"], j["tension"]) if j["law"] != "elastic" else (None, None)
-        joints.append((name, j["law"], j["stress_model"], cell_of(j.get("k_n"), 1e-9, 2), cell_of(j.get("k_s"), 1e-9, 2),
+        joints.append((name, (j["law"], "keys"), (j["stress_model"], "keys"), cell_of(j.get("k_n"), 1e-9, 2), cell_of(j.get("k_s"), 1e-9, 2),
                        cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), cell_of(peak[0], 1e-3, 1),
                        cell_of(peak[1], 1e-3, 1), *(cell_of(j.get(key), 1e3, 3) for key in ("aperture", "aperture_residual"))))  # fmt: skip
     shown = 11 if any(row[-2] != "-" for row in joints) else 9  # apertures where water may flow
@@ -180,7 +180,7 @@ def joint_rows_of(case):
 
 
 def load_rows(case):
-    return [(name, load.get("type", ""), ", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"))
+    return [(name, (load.get("type", ""), "keys"), (", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"), "keys"))
             for name, load in case.scene.loads.items()]  # fmt: skip
 
 

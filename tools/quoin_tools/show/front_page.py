@@ -11,7 +11,7 @@ from quoin_tools.show.annex import changed_by, without_result
 from quoin_tools.show.hypertext import esc, notes, picture, table, verdict_class
 
 CASES, FAILURES = 6, 3  # rows of the table of cases; failed limits, joints named in the verdict
-ROOM, OF_CASE, OF_BASE, LEAST = 132, 7, 13, 50  # [mm] on the page for drawing and rows; what a case and a base take; height that the drawing keeps
+ROOM, OF_CASE, OF_BASE, OF_ALONE, LEAST = 130, 7, 15, 5, 45  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method take; height that the drawing keeps
 SIGNATURES = ("<table class='sign'><thead><tr><th>Prepared by</th><th class='d'>Date</th><th>Checked by</th><th class='d'>Date</th></tr>"
               "</thead><tbody><tr><td></td><td></td><td></td><td></td></tr></tbody></table>")  # fmt: skip
 
@@ -64,7 +64,7 @@ def verdict_box(case, found, remarks, weak):
     stages = ", ".join(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
     said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
     if failed:
-        said.append("Fails: " + listed(failed) + ".")
+        said.append("Limits that fail: " + listed(failed) + ".")
     if refused:
         said.append(f"No numbers for path {', '.join(refused)}.")
     if alone:
@@ -136,8 +136,8 @@ def cases(case):
 
 def drawing_height(case, found):
     """[mm] What cases and bases leave of the page."""
-    rows = min(CASES, len(case.scene.stages)), min(matrix.MOST, len(matrix.judged_bases(case, found)))
-    return max(LEAST, min(105, ROOM - OF_CASE * rows[0] - OF_BASE * rows[1]))
+    rows = min(CASES, len(case.scene.stages)), min(matrix.MOST, len(matrix.judged_bases(case, found))), min(matrix.MOST, len(matrix.untaken(case, found)))
+    return max(LEAST, min(105, ROOM - OF_CASE * rows[0] - OF_BASE * rows[1] - OF_ALONE * rows[2]))
 
 
 def drawing(case, found, stage):

@@ -16,7 +16,7 @@ COLUMNS = (("sliding, peak strength", "peak", "sliding_peak", 1, 2), ("sliding, 
            ("largest compression [kPa]", "compression", "strength", 1e-3, 0), ("crack / L", "crack", "crack", 1, 3),
            ("uplift [kN]", "uplift", None, 1e-3, 0), ("material", "local", "local_factor", 1, 2))  # fmt: skip
 ALWAYS = ("peak", "residual", "middle", "start", "end", "compression", "crack", "uplift")
-NOTE = ("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named. Under them the limits, which the less favourable number "
+NOTE = ("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named beside it. Under them the limits, which the less favourable number "
         "is held against (the annex has them with their sources). e: distance of the resultant from the middle; L: length of the base; stress by the straight line, tension positive.")  # fmt: skip
 
 
@@ -64,7 +64,7 @@ def governing(case, found):
 
 def base_rows(found, facts, shown):
     limits = {limit.quantity: limit for limit in found.limits}
-    method = "gravity" + (f", uplift {found.with_uplift and found.water.rule}" if found.with_uplift else "")
+    method = "gravity" + (f", {found.water.rule}" if found.with_uplift else "")
     name = f"{found.stage}" + (f" ({found.condition})" if found.condition else "")
     rows = []
     for row, (who, values) in enumerate((("block model", of_block(found, facts)), (method, of_hand(found)))):
@@ -84,7 +84,7 @@ def untaken(case, found):
     """(stage, joint, its facts) of joints in judged stages that are lines and that the gravity method has not taken, alone or within a path."""
     rows = []
     for stage in case.conditions:
-        paths = [a.path for a in found if a.stage == stage]
+        paths = [a.path for a in found if a.stage == stage and (a.kind != "path" or a.strength.get("friction") is not None)]  # a way without strength says nothing of sliding
         for name, facts in case.results.stage_summary(stage)["joints"].items() if stage in case.results.stages else ():
             ends = [(facts[at]["x"], facts[at]["y"]) for at in ("start", "end")] if facts["line"] else []
             if ends and not any(all(lies_on(path, end) for end in ends) for path in paths):
@@ -99,7 +99,7 @@ def untaken_rows(case, rows, shown):
         block = block_of_joint(facts, facts["chord"])
         values = {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression")} | {
             "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
-        found.append([stage, name, ("block model alone: not judged", "open"), *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
+        found.append([(f"{stage}: not judged", "open"), name, "block model alone", *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
     return found
 
 

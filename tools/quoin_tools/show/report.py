@@ -7,14 +7,16 @@ is loaded from elsewhere.
 """
 
 import os
+import re
 import sys
 
 from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base.files import write_file
+from quoin_tools.base.scene import JOINT_DEFAULTS
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.show import annex, browser, main_part, matrix, plots, verify
+from quoin_tools.show import annex, browser, main_part, matrix, plots, verify, words
 from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.front_page import drawing, front_page, title_of
@@ -34,7 +36,8 @@ def style(case):
     """The style sheet; every page of the PDF carries the checksum of the state (hexadecimal figures only, whatever the file says)."""
     state = "".join(c for c in str(case.results.summary["stages"][-1]["checksum"]) if c in "0123456789abcdef")
     with open(STYLE, encoding="utf-8") as file:
-        return file.read().replace("STATE", state)
+        text = file.read().replace("STATE", state)
+    return re.sub('"(page |Quoin, state | of )', lambda found: f'"{words.said(found[1])}', text)
 
 
 def main_pages(case, found, reservations, stage, swept, pictures):
@@ -70,15 +73,42 @@ def page(case, pictures, shaken, ensemble=None):
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
     body = main_pages(case, found, reservations, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
         case, found, reservations, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
-    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
+    language = words.current.language if words.current else words.ENGLISH
+    return (f'<!DOCTYPE html><html lang="{language}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
-def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None):
-    """Paths of what was written."""
+def names_of(case):
+    """What the user has called things: no words of a language."""
+    scene, mesh = case.scene, case.results.mesh
+    sections = (scene.materials, scene.joints, scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages, case.options.paths)
+    files = [os.path.basename(path) for path in (scene.path, case.mesh_path, case.results.path)]
+    given = {name for section in sections for name in section} | set(mesh.joint_names)
+    return given | {name.replace("_", " ") for name in given} | set(mesh.group_names) | set(case.mesh.points) | set(files) | {title_of(case), scene.path, case.mesh_path, case.results.summary["scene"], case.results.summary["model"]}
+
+
+def words_in(value):
+    """Keys and texts of a scene."""
+    if isinstance(value, dict):
+        return {word for key, item in value.items() for word in {str(key)} | words_in(item)}
+    if isinstance(value, list):
+        return {word for item in value for word in words_in(item)}
+    return {"true", "false"} if isinstance(value, bool) else set(str(value).split())
+
+
+def keys_of(case):
+    scene = case.scene
+    named = " ".join(name.replace("_", " ") for name in names_of(case))
+    return words_in([named, scene.path, scene.contact, scene.materials, scene.joints, JOINT_DEFAULTS, scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages])
+
+
+def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=words.ENGLISH):
+    """Paths of what was written, and texts that the file of words does not have."""
     case = load_case(folder, options)
-    shaken = Shaken(case.results, options.ky)
-    text = verify.signed(page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken, ensemble))
+    with words.spoken(language, names_of(case), keys_of(case)) as spoken:
+        shaken = Shaken(case.results, options.ky)
+        text = page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken, ensemble)
+        text = verify.signed(words.of_page(text))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
     written = [path]
@@ -90,17 +120,21 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None):
     if with_pdf:
         written.append(os.path.join(folder, "report.pdf"))
         browser.pdf(path, os.path.abspath(written[-1]), os.path.basename(case.scene.path), case.scene.text)
-    return written
+    return written, spoken.missing if spoken else []
 
 
 def main(arguments=None):
     options = parser("report", "One self-contained HTML sheet about a run, FOLDER/report.html.")
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
     options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
+    options.add_argument("--language", choices=words.languages(), default=words.ENGLISH, help="of the sheet and its pictures (en)")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
     given = options.parse_args(arguments)
     try:
-        print("\n".join(write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble)))
+        written, missing = write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble, given.language)
+        print("\n".join(written))
+        if missing:
+            print(f"report: {len(missing)} texts have no words in this language and stay English, as '{missing[0]}'", file=sys.stderr)
     except browser.BrowserError as error:
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3

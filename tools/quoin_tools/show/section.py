@@ -13,7 +13,7 @@ from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.assess.uplift import head_line
 from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
-from quoin_tools.show import section_marks, style
+from quoin_tools.show import section_marks, style, words
 from quoin_tools.show.stress import standing
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
@@ -127,10 +127,10 @@ def draw_uplift(axes, case, found, size):
     """Uplift below the base, all to one scale, the larger one behind."""
     diagrams = sorted(uplifts_of(case, found), key=lambda diagram: -diagram[2].sum() / len(diagram[2]))
     largest = max((pressure.max() for _, _, pressure, *_ in diagrams), default=0.0)
-    for row, (words, segments, pressure, fill, edge) in enumerate(diagrams):
+    for row, (said, segments, pressure, fill, edge) in enumerate(diagrams):
         draw_pressure(axes, segments, pressure, 0.12 * size / largest, fill, edge)
         lowest = found.base.middle - found.base.normal * 0.12 * size * max(d[2].mean() for d in diagrams) / largest
-        axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), words, color=edge, ha="center", va="top", zorder=7, **LABEL)
+        axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), said, color=edge, ha="center", va="top", zorder=7, **LABEL)
 
 
 def draw_bases(axes, assessed, size):
@@ -197,6 +197,7 @@ def section_svg(case, stage, assessed):
         axes.set_ylabel("y [m]")
         section_marks.draw_elevations(axes, mesh, box)
         section_marks.draw_drains(axes, case, stage, box)
+        words.of_figure(figure)
         section_marks.spread(figure, axes)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.08, metadata={"Date": None})

@@ -6,6 +6,7 @@ from matplotlib import pyplot
 from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.files import save_figure
+from quoin_tools.show import words
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 
@@ -80,5 +81,6 @@ def plain(value):
 
 
 def save(figure, path):
+    words.of_figure(figure)
     save_figure(figure, path, bbox_inches="tight", pad_inches=0.12)
     pyplot.close(figure)

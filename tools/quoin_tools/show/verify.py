@@ -54,14 +54,16 @@ def verify(sheet, folder, program=None):
         data = file.read()
     good = sheet_is_whole(data)
     lines = [f"sheet {os.path.basename(sheet)}: {'as it was written' if good else 'CHANGED since it was written, or cut off'}"]
-    wanted = {what: (name, value) for what, name, value in ROW.findall(data.decode("utf-8", "replace"))}
-    for what, name, value in rows_there(folder):
-        same = wanted.get(what, ("", ""))[1] == value
+    there = rows_there(folder)
+    said = [value for _, _, value in ROW.findall(data.decode("utf-8", "replace"))]  # in the same order, whatever the language
+    wanted = {what: value for (what, _, _), value in zip(there, said)}
+    for what, name, value in there:
+        same = wanted.get(what) == value
         good &= same
         lines.append(f"{what} {name}: {'that of the sheet' if same else 'ANOTHER than that of the sheet'}")
     if program:
         with open(program, "rb") as file:
-            same = wanted.get("program", ("", ""))[1] == f"CRC-32 {crc32(file)[0]:08x}"
+            same = wanted.get("program") == f"CRC-32 {crc32(file)[0]:08x}"
         good &= same
         lines.append(f"program {program}: {'that of the run' if same else 'ANOTHER than that of the run'}")
     return lines, good

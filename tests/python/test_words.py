@@ -1,0 +1,148 @@
+"""The language of the sheet: the file of words is whole, no English is left on a Portuguese sheet or in its pictures, and nothing is said that the file does not have."""
+
+import ast
+import html
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from matplotlib.text import Text
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from quoin_tools.mesh import dam  # noqa: E402
+from quoin_tools.show import report, style, verify, words  # noqa: E402
+from test_sheet import EXAMPLE, section, write  # noqa: E402
+
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+HOUSE = ROOT / "tools/quoin_tools"
+SPEAKING = [*(f"show/{name}.py" for name in ["front_page", "matrix", "main_part", "annex", "lifts_part", "reservations", "materials_part", "anchors_part", "shaken_part", "limit_part", "ensemble_part", "section", "section_marks", "joints", "stress", "seepage", "ties", "laws", "modes", "mechanism", "shaking"]),
+            *(f"assess/{name}.py" for name in ["assessment", "base_water", "earthquake", "gravity", "lifts", "not_modelled", "tied", "wedge"])]  # fmt: skip
+ELSEWHERE = re.compile(  # what goes to the terminal, to matplotlib, or stops the sheet
+    "offset points|axes fraction|(upper|lower|center) (left|right|center)|outside .* center|no probabilities|not what quoin ensemble leaves|the base has no length|pictures have no record|"
+    "joins no line|no guideline|in the terminal|the block model, in the terminal|^m, length|negative: enters|litres per minute and metre|stage load_factor|record S_a|"
+    "lift at|no single piece: an opening|water in joints, $|assessment: |^water in joints$|^, limit|leaves the joints \\(|^it$|expected one of")
+ENGLISH = re.compile(r"\b(the|and|with|from|which|stage|joint|joints|load|loads|water|crack|sliding|that|are|is|not|without|between|largest|least|force|of|at|by)\b", flags=re.IGNORECASE)
+
+
+def test_both_languages_have_every_text():
+    """read() refuses a text without its other language's or with other holes; each is another text, and has no English in it."""
+    assert words.languages() == ["en", "pt"]
+    rows = words.read()["pt"]
+    assert len(rows) > 800
+    text = words.PATH and Path(words.PATH).read_text(encoding="utf-8")
+    assert text.count("\nen ") == text.count("\npt ") == len(rows)
+    for english, other in rows.items():
+        own = re.sub(r"«[^»]*»|US [\w ]+|--path|--uplift|\(\w+: \w+\)|quoin limit( --sliding)?|f = |breaking_force", "", other)
+        assert not ENGLISH.search(own), (english, other)
+
+
+def test_a_text_twice_or_with_other_holes_is_refused(tmp_path):
+    for text in ("en {1} fails\npt falha\n", "en a b\npt c\nen a b\npt d\n", "pt sem\n"):
+        path = tmp_path / "words.txt"
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match="words.txt: line"):
+            words.read(str(path))
+
+
+@pytest.mark.parametrize("english, other", [
+    ("Stage full. Forces of the slice; red arrows at bases: resultants by the gravity method; dashed: its crack.",
+     "Etapa full. Forças da fatia; setas vermelhas nas bases: resultantes pelo método da gravidade; a tracejado: a respetiva fenda."),
+    ("Judged: full as usual. Limits that fail: sliding factor, peak strength in stage full on base. Reservations: 2, under Evidence.",
+     "Avaliado: full como corrente. Limites não verificados: fator de deslizamento, resistência de pico na etapa full em base. Reservas: 2, junto à evidência de convergência."),
+    ("unbalanced ratio 7e-07 <= 1e-06, increment 3.42e-08 <= 1e-06", "razão de desequilíbrio 7e-07 <= 1e-06, incremento 3.42e-08 <= 1e-06"),
+    (" pass, ≥ 2.00 ", " verifica, ≥ 2.00 "),
+    ("water", "water"),  # a load is called so
+    ("-1 234.5", "-1 234.5"),
+])  # fmt: skip
+def test_texts(english, other):
+    spoken = words.Words("pt", ("full", "base", "water"))
+    assert spoken(english) == other and not spoken.missing
+
+
+def test_what_is_missing_is_told():
+    spoken = words.Words("pt", ("base",))
+    assert spoken("Nobody has put this; base") == "Nobody has put this; base" and spoken.missing == ["Nobody has put this"]
+
+
+def templates(path):
+    """Texts of a module, with {} for what differs; without descriptions and format specifications."""
+    tree, skipped = ast.parse(path.read_text(encoding="utf-8")), set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef)) and isinstance(node.body[0], ast.Expr):
+            skipped.add(id(node.body[0].value))
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("add_argument", "replace", "get"):
+            skipped.update(id(part) for part in ast.walk(node))
+        if isinstance(node, ast.Raise) and "Ensemble" in ast.unparse(node):
+            skipped.update(id(part) for part in ast.walk(node))
+        if isinstance(node, ast.JoinedStr):
+            skipped.update(id(part) for part in node.values if isinstance(part, ast.Constant))
+            skipped.update(id(part) for value in node.values if isinstance(value, ast.FormattedValue) and value.format_spec for part in ast.walk(value.format_spec))
+    for node in ast.walk(tree):
+        if id(node) in skipped:
+            continue
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+@pytest.mark.parametrize("name", SPEAKING)
+def test_every_text_of_the_sheet_is_in_the_file(name):
+    """Of each text in the code the pieces between what differs, as far as they are several words."""
+    known = "\n".join([*words.read()["pt"]]).replace("\n", " ")
+    lost = []
+    for text in templates(HOUSE / name):
+        for piece in re.split(r"<[^>]*>|\{[^}]*\}|\n", text):
+            piece = piece.strip(" ;,.:()'\"“”-≤≥")
+            if re.search(r"[A-Za-z]{2,}[ ,:]+[A-Za-z]{2,}", piece) and re.sub(r"\s+", " ", piece) not in known and not ELSEWHERE.search(piece) and not re.search(r"[<>={};]|^[a-z_]+=", piece):
+                lost.append(piece)
+    assert not lost
+
+
+# ---- whole sheets
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    if not QUOIN.exists():
+        pytest.skip("the solver is not built")
+    folder = tmp_path_factory.mktemp("engineer")
+    write(folder / "model.h5", section.mesh_of(EXAMPLE / "section.yaml")[0])
+    other = tmp_path_factory.mktemp("guilhofrei")
+    dam.main(["-o", str(other / "model.h5"), "--columns", "8"])
+    for scene, run in ((EXAMPLE / "scene.yaml", folder), (ROOT / "examples/guilhofrei/scene.yaml", other)):
+        subprocess.run([QUOIN, "-options_file", scene, "-model", run / "model.h5", "-output", run], check=True, stdout=subprocess.DEVNULL)
+    return {"engineer": folder, "guilhofrei": other}
+
+
+@pytest.mark.parametrize("name, arguments", [
+    ("engineer", ["--guideline", "npb", "--uplift", "npb", "--drain", "5"]),
+    ("engineer", ["--guideline", "usace", "--path", "way=0,0,0,-4,44,0", "--uplift", "usbr", "--strength", "2e7"]),
+    ("guilhofrei", ["--guideline", "ferc", "--condition", "hp=usual", "--condition", "swhp=extreme"]),
+])  # fmt: skip
+def test_no_english_is_left(name, arguments, runs, monkeypatch, capsys):
+    drawn = []
+    monkeypatch.setattr(style, "save_figure", lambda figure, path, **_: (drawn.extend(text.get_text() for text in figure.findobj(Text)), Path(path).write_bytes(b"no picture")))
+    folder = runs[name]
+    assert report.main([str(folder), "--language", "pt", *arguments]) == 0
+    assert capsys.readouterr().err == ""
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    texts = [html.unescape(text) for text in re.findall(r">([^<]+)<", re.sub(r"<style.*?</style>", "", page, flags=re.DOTALL))]
+    texts += re.findall(r'alt="([^"]*)"', page)
+    left = [text for text in texts + drawn if re.search(r"\b(the|and|with|stage|joint|which|of)\b", text) and not re.search(r"/model.h5|US Army Corps|Reclamation|Dam of 38 m|Gravity Dams|Guilhofrei dam", text)]
+    assert '<html lang="pt">' in page and not left and any("tensões principais" in text for text in drawn)
+    for text in ("Verificado por", "Casos e bases", "derrube: 2 e / L", "subpressão [kN]", "Anexo", "Reservas"):
+        assert text in page, text
+    assert 'content: "página "' in page and 'content: "Quoin, estado ' in page
+    assert verify.main([str(folder / "report.html"), str(folder)]) == 0, "the sheet is held against its files in any language"
+
+
+def test_english_stays(runs):
+    assert report.main([str(runs["guilhofrei"])]) == 0
+    page = (runs["guilhofrei"] / "report.html").read_text(encoding="utf-8")
+    assert '<html lang="en">' in page and "Prepared by" in page and 'content: "page "' in page and words.current is None

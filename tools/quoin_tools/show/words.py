@@ -1,0 +1,173 @@
+"""The language of the sheet and of its pictures: English, or another one by the file of words (page/words.txt).
+
+    with words.spoken("pt", names): text = words.of_page(html)         and words.of_figure(figure) of each picture
+
+A sheet is made in English; here its texts are put into the other language where they leave: between the tags of the page, in what a
+picture writes. A text is looked up whole, then as a pattern ({1}, {2} stand for what differs), then sentence by sentence and piece by
+piece. Names that the user has given and numbers stay, keys of scenes where they are no words of the file. What the file does not have stays English, and is told.
+"""
+
+import contextlib
+import functools
+import html
+import os
+import re
+
+from matplotlib.text import Text
+
+PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "words.txt")
+HOLE = re.compile(r"\{(\d)\}")
+ENGLISH = "en"
+KEYS = re.compile(r'<td class="[^"]*\bkeys\b')  # cells with words of the scene
+SENTENCES = r"(?<=\.)\s+(?=[A-Z“\d])"
+SPECIFIC = 12  # letters that a pattern has besides its holes, to be tried on more than a sentence
+PIECES = (r";\s+", r",\s+", r":\s+", r"\s+\((?=.*\)$)", r"^\(|\)$", r"\s+×\s+")  # where a text that is not in the file is cut
+# units, symbols, and words that are the same everywhere
+SAME = frozenset(["kN", "kPa", "MPa", "GPa", "Pa", "mm", "min", "Hz", "kJ", "kg", "deg", "rad", "mK", "UTC", "Quoin", "YAML", "CRC", "SHA", "npb", "usbr", "usace", "ferc", "cadam", "Newmark", "Arias", "PGA", "PGV", "PGD", "EM", "FERC", "Portaria", "NPB", "Bretas", "Lemos", "Lourenco", "Small", "Dams", "yaml", "txt", "quoin_tools", "CRC-32", "SHA-256", "Mohr", "Coulomb", "Lysmer", "Rayleigh", "cm", "nkx", "cos", "sin", "tan", "atan", "rot", "log"])
+
+
+class Words:
+    """texts of one language; missing: what it does not have of what it was asked."""
+
+    def __init__(self, language, names=(), keys=()):
+        self.keys = frozenset(keys) | SAME
+        self.language, rows = language, read()[language]
+        self.names, self.missing = frozenset(names), []
+        self.whole = {english: other for english, other in rows.items() if not HOLE.search(english)}
+        patterned = sorted((english for english in rows if HOLE.search(english)), key=lambda text: -len(HOLE.sub("", text)))
+        self.specific, self.general = ([(english, pattern_of(english), rows[english]) for english in patterned if (len(HOLE.sub("", english)) >= SPECIFIC) == which] for which in (True, False))
+        self.known = {}
+
+    def __call__(self, text):
+        """The text in this language, with the blanks round it as they are."""
+        inner = text.strip()
+        return text.replace(inner, self.inner(inner), 1) if inner else text
+
+    def inner(self, text):
+        if text not in self.known:
+            self.known[text] = self.found(text)
+        return self.known[text]
+
+    def found(self, text):
+        if text in self.names or is_plain(text):
+            return text
+        if text in self.whole:
+            return self.whole[text]
+        if text[-1] in ".,:" and text[:-1] in self.whole:
+            return self.whole[text[:-1]] + text[-1]
+        for sign in (": ", "  "):
+            head, found, rest = text.partition(sign)
+            if found and head in self.names:
+                return head + found + self(rest)
+        return self.matched(text, self.specific) or self.cut(text, SENTENCES) or self.cut(text, r"\n") or self.headed(text) or self.matched(text, self.general) or self.in_pieces(text)
+
+    def headed(self, text):
+        """Head: rest."""
+        head, colon, rest = text.partition(": ")
+        return f"{self(head)}: {self(rest)}" if colon and not re.search("[;(]", head) else None
+
+    def matched(self, text, patterns):
+        for english, pattern, other in patterns:
+            match = pattern.fullmatch(text)
+            if match and not any(is_too_much(part, english, patterns is self.general) for part in match.groups()):
+                parts = match.groupdict()
+                return HOLE.sub(lambda hole, parts=parts: self(parts["h" + hole[1]]), other)
+        return None
+
+    def cut(self, text, where):
+        """The pieces, each in this language; None where there is nothing to cut."""
+        parts = re.split(f"({where})", text)
+        return "".join(self(part) if k % 2 == 0 else part for k, part in enumerate(parts)) if len(parts) > 1 else None
+
+    def in_pieces(self, text):
+        for where in PIECES:
+            if found := self.cut(text, where):
+                return found
+        if text not in self.missing and not self.is_named(text):
+            self.missing.append(text)
+        return text
+
+    def is_named(self, text):
+        """Whether all words of a text are names, units or keys."""
+        return all(word in self.names or word in self.keys or is_plain(word) for word in re.split(r"[\s,;:()/+]+", text))
+
+
+def is_too_much(part, english, general):
+    """Whether a hole has taken more than its pattern is about: other sentences; of a pattern of few letters other pieces."""
+    return bool(re.search(SENTENCES, part) and not re.search(SENTENCES, HOLE.sub("A", english))) or (general and "(" not in english and bool(re.search("[;,] ", part)))
+
+
+def is_plain(text):
+    """Numbers, signs, single letters, hashes, keys of a scene: no words."""
+    return all(not re.search(r"[A-Za-zÀ-ÿ]{2}", word) or word in SAME or "_" in word or re.fullmatch(r"[0-9a-f]{8,}|[\d.+-]+e[+-]?\d+|--.*|[\w-]+\.(json|yaml|h5|dxf|csv|py)", word)
+               for word in re.split(r"[\s,;:()\[\]/+·≤≥<>=]+", text))  # fmt: skip
+
+
+def pattern_of(english):
+    """A regular expression of a text with holes; each hole takes as little as it can."""
+    parts, seen = HOLE.split(english), set()
+    for k in range(1, len(parts), 2):
+        parts[k] = f"(?P=h{parts[k]})" if parts[k] in seen else f"(?P<h{parts[k]}>.*?)"
+        seen.add(parts[k])
+    return re.compile("".join(part if k % 2 else re.escape(part) for k, part in enumerate(parts)), re.DOTALL)
+
+
+@functools.cache
+def read(path=PATH):
+    """Language to English text to its text: blocks of a line `en ...` and a line for each other language; \\n breaks a line."""
+    found, english = {}, None
+    with open(path, encoding="utf-8") as file:
+        for number, line in enumerate(file, 1):
+            language, _, text = line.rstrip("\n").partition(" ")
+            text = text.replace("\\n", "\n")
+            if language == ENGLISH:
+                english = text
+            elif line.strip() and not line.startswith("#"):
+                rows = found.setdefault(language, {})
+                if english is None or english in rows or sorted(HOLE.findall(english)) != sorted(HOLE.findall(text)):
+                    raise ValueError(f"{path}: line {number}: expected each text once, with the holes of the English one before it")
+                rows[english] = text
+    return found
+
+
+def languages():
+    return [ENGLISH, *read()]
+
+
+current: Words | None = None  # while a sheet is written; None: English
+
+
+@contextlib.contextmanager
+def spoken(language, names=(), keys=()):
+    """Sheets and pictures speak this language inside."""
+    global current  # noqa: PLW0603
+    current = None if language == ENGLISH else Words(language, names, keys)
+    try:
+        yield current
+    finally:
+        current = None
+
+
+def said(text):
+    return current(text) if current else text
+
+
+def of_figure(figure):
+    """A picture in the language that is spoken."""
+    if current:
+        for text in figure.findobj(Text):
+            if text.get_text():
+                text.set_text(current(text.get_text()))
+
+
+def of_page(page):
+    """A page in the language that is spoken: texts between tags and descriptions of pictures; styles stay."""
+    if not current:
+        return page
+    parts = re.split(r"(<style\b.*?</style>|<[^>]*>)", page, flags=re.DOTALL)
+    for k, part in enumerate(parts):
+        if k % 2 == 0 and not KEYS.search(parts[k - 1] if k else ""):
+            parts[k] = html.escape(current(html.unescape(part)), quote=True)
+        elif part.startswith("<img "):
+            parts[k] = re.sub(r'alt="([^"]*)"', lambda found: f'alt="{html.escape(current(html.unescape(found[1])), quote=True)}"', part)
+    return "".join(parts)
