@@ -14,14 +14,30 @@
    body, for none. The dashpot of a joint acts at once where a contact closes, somewhere within a step:
    damping k_n A v^2 dt/2 over M V^2/2 in the mean.
 
+   Then the dashpot draws on the speeds of steps before, and of a speed that swings at omega it takes
+   7/12 (omega dt)^2 too much. Half a swing loses 2 pi zeta of its energy, so of that it loses too much by
+   2 pi zeta 7/12 (omega dt)^2. The swing after a blow dies out as exp(-2 zeta omega t). With the sums K of
+   k_n A and D of damping k_n A over what is pressed, omega^2 = K/M and 2 zeta omega = D/M. So a body that has
+   met another asks for a step, for the time t after that, by
+
+   7 pi/12 (D/M) sqrt(K/M) dt^2 exp(-D/M t).
+
+   Two free bodies swing against each other by 1/M_1 + 1/M_2, which the lighter one asks for. What is pressed
+   and never opens has no blow, and asks for nothing.
+
    Sums are of whole numbers and all else are largest values, so every rank comes to the same answer. */
 #include "stages/stages.h"
 
 enum { HORIZON = 8 };                     /* steps within which a contact must not surprise */
 static const PetscReal TOLERATED = 0.002; /* [-] of a body's energy at the largest speed */
+static const PetscReal SMALL = 0.02;      /* [-] of that energy: blows of less keep no short step */
 static const PetscReal STILL = 1e-6;      /* [-] of the model in the stage: slower contacts rest */
 static const PetscReal UNIT = 1073741824; /* 2^30: whole numbers in the error 1 */
 static const PetscReal MOST = 1024;       /* errors beyond are not told apart */
+
+/* Columns of the table of bodies behind the errors of all rungs, with the longest step: K/M dt^2, D/M dt, how
+   many ends meet on dashpots. */
+enum { PRESSED = RUNGS, DAMPED, MET, COLUMNS };
 
 /* ---- masses of bodies */
 
@@ -32,7 +48,8 @@ PetscErrorCode BlowsCreate(const Model *m, Pace *pace)
   PetscReal largest = 0.;
   PetscInt64 *sum;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(n, &pace->mass, RUNGS * n, &pace->errors));
+  PetscCall(PetscMalloc3(n, &pace->mass, COLUMNS * n, &pace->table, n, &pace->met));
+  PetscCall(PetscArrayzero(pace->met, n));
   PetscCall(PetscCalloc1(2 * n, &sum));
   for (PetscInt d = 0; d < m->n_dof; d++) largest = PetscMax(largest, DofMass(m, d));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPI_MAX, m->comm));
@@ -51,7 +68,7 @@ PetscErrorCode BlowsCreate(const Model *m, Pace *pace)
 PetscErrorCode BlowsDestroy(Pace *pace)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree2(pace->mass, pace->errors));
+  PetscCall(PetscFree3(pace->mass, pace->table, pace->met));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,48 +112,86 @@ static PetscErrorCode survey(const Problem *p, const EnergyAccount *e, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the error of an end, with the longest step, to those of both bodies, for all rungs that it
-   surprises. */
+/* Whole numbers, so that sums are the same in every order. */
+static PetscInt64 whole(PetscReal error)
+{
+  return (PetscInt64)(UNIT * PetscMin(error, MOST));
+}
+
+/* Adds an end to both bodies: its error with all rungs that it surprises, and how it is pressed. */
 static void add_end(const Problem *p, Pace *pace, PetscInt i, int k, const Meeting *meets)
 {
   const Model *m = p->m;
   const Contacts *c = p->contacts;
   const Joint *joint = p->stage->joints + c->joint[i];
+  const PetscBool open = (PetscBool)(c->u_n[SUB(i, k)] >= 0.);
   const PetscReal part = meets->speed / pace->fastest, dt = pace->longest,
                   stiffness = joint->k_n * 0.5 * c->length[i] * m->thickness,
                   of_spring = 0.25 * stiffness * PetscSqr(part * dt),
-                  of_dashpot = c->u_n[SUB(i, k)] >= 0. ? joint->damping * stiffness * PetscSqr(part) * dt
-                                                       : 0.;
+                  of_dashpot = open ? joint->damping * stiffness * PetscSqr(part) * dt : 0.;
   PetscInt vertex[3];
   ContactEndVertices(c, i, k, vertex);
   for (int side = 0; side < 2; side++) {
-    const PetscInt body = m->vertex_body[vertex[side]];
-    for (int rung = 0; rung < RUNGS && meets->time <= HORIZON * ldexp(dt, -rung); rung++) {
-      const PetscReal error = (ldexp(of_spring, -2 * rung) + ldexp(of_dashpot, -rung)) / pace->mass[body];
-      pace->errors[RUNGS * body + rung] += (PetscInt64)(UNIT * PetscMin(error, MOST));
-    }
+    const PetscInt body = m->vertex_body[vertex[side]], other = m->vertex_body[vertex[1 - side]];
+    // a lighter one asks for itself
+    const PetscReal mobility = 1. / pace->mass[body] + 1. / PetscMax(pace->mass[body], pace->mass[other]);
+    PetscInt64 *row = pace->table + COLUMNS * body;
+    if (PetscIsInfReal(pace->mass[body])) continue;
+    for (int rung = 0; rung < RUNGS && meets->time <= HORIZON * ldexp(dt, -rung); rung++)
+      row[rung] += whole((ldexp(of_spring, -2 * rung) + ldexp(of_dashpot, -rung)) / pace->mass[body]);
+    if (!(joint->damping > 0.)) continue;
+    row[MET] += open && meets->time <= HORIZON * dt && PetscSqr(part) > SMALL;
+    if (open) continue;
+    row[PRESSED] += whole(stiffness * mobility * PetscSqr(dt));
+    row[DAMPED] += whole(joint->damping * stiffness * mobility * dt);
   }
+}
+
+/* [-] what dashpots take too much from the swing of a body with the longest step, over the energy of the blow
+   before. */
+static PetscReal too_much(const Pace *pace, PetscInt body)
+{
+  const PetscInt64 *row = pace->table + COLUMNS * body;
+  const PetscReal damped = (PetscReal)row[DAMPED] / UNIT,
+                  since = (PetscReal)(pace->done - pace->met[body]) / (PetscReal)PaceTicks(pace, 0);
+  return 7. * PETSC_PI / 12. * damped * PetscSqrtReal((PetscReal)row[PRESSED] / UNIT) *
+         PetscExpReal(-damped * since);
+}
+
+static PetscErrorCode fill_table(const Problem *p, const EnergyAccount *e, Pace *pace)
+{
+  const Contacts *c = p->contacts;
+  const PetscInt n = COLUMNS * p->m->n_bodies_global;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(pace->table, n));
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && opens(c, p->stage->joints, i); k++) {
+      const Meeting meets = meeting_of(c, e, SUB(i, k), c->rate);
+      add_end(p, pace, i, k, &meets);
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, pace->table, n, MPIU_INT64, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode BlowsLook(const Problem *p, const EnergyAccount *e, Pace *pace)
 {
-  const Contacts *c = p->contacts;
-  const PetscInt n = RUNGS * p->m->n_bodies_global;
+  const PetscInt n = p->m->n_bodies_global;
   PetscReal soonest = PETSC_INFINITY;
-  PetscInt64 worst[RUNGS] = {0};
   PetscFunctionBeginUser;
   pace->fastest = PetscMax(pace->fastest, STILL * p->m->diameter / p->stage->duration);
   PetscCall(survey(p, e, &pace->fastest, &soonest));
   pace->wanted = 0;
-  if (soonest > HORIZON * pace->longest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscArrayzero(pace->errors, n));
-  for (PetscInt i = 0; i < c->n_padded; i++)
-    for (int k = 0; k < 2 && opens(c, p->stage->joints, i); k++) {
-      const Meeting meets = meeting_of(c, e, SUB(i, k), c->rate);
-      if (meets.time <= HORIZON * pace->longest) add_end(p, pace, i, k, &meets);
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, pace->errors, n, MPIU_INT64, MPI_SUM, p->m->comm));
-  for (PetscInt i = 0; i < n; i++) worst[i % RUNGS] = PetscMax(worst[i % RUNGS], pace->errors[i]);
-  while (pace->wanted < RUNGS - 1 && (PetscReal)worst[pace->wanted] > TOLERATED * UNIT) pace->wanted++;
+  if (soonest > HORIZON * pace->longest && !pace->swings) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(fill_table(p, e, pace));
+  pace->swings = PETSC_FALSE;
+  for (PetscInt b = 0; b < n; b++) {
+    const PetscInt64 *row = pace->table + COLUMNS * b;
+    if (row[MET]) pace->met[b] = pace->done;
+    const PetscReal swing = too_much(pace, b);
+    if (row[MET] || swing > TOLERATED) pace->swings = PETSC_TRUE;
+    while (pace->wanted < RUNGS - 1 && ((PetscReal)row[pace->wanted] > TOLERATED * UNIT ||
+                                        ldexp(swing, -2 * (int)pace->wanted) > TOLERATED))
+      pace->wanted++;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -229,7 +229,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(PartEnd(PART_INTEGRATION));
   s->time += s->dt;
   s->cycle++;
-  PaceTurn(&d->pace);
+  PaceTurn(p, &d->pace);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -293,7 +293,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
     PetscCall(LocalDestroy(&d->local)); // its vertices may have other numbers
   }
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
-  PetscCall(PaceArchive(a, &d->pace));
+  PetscCall(PaceArchive(a, p, &d->pace));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
   PetscCall(HistoriesArchive(a, p));

@@ -49,11 +49,14 @@ PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor, PetscInt *rungs)
 PetscErrorCode PaceBegin(const Problem *p, PetscReal dt, PetscInt rungs, Pace *pace)
 {
   const PetscReal duration = p->stage->duration, steps = PetscCeilReal(duration / dt * (1. - 1e-12));
+  Contacts *c = p->contacts;
   PetscFunctionBeginUser;
   pace->rungs = rungs, pace->rung = pace->next = pace->wanted = rungs - 1;
   pace->longest = duration / steps;
   pace->total = (PetscInt64)steps * PaceTicks(pace, 0);
-  p->state->dt = ldexp(pace->longest, -(int)pace->rung);
+  PetscCall(PetscArrayzero(c->speed, 2 * c->n_padded)); // dashpots know no motion before the stage
+  PetscCall(PetscArrayzero(c->speed_old, 2 * c->n_padded));
+  p->state->dt = pace->before[0] = pace->before[1] = ldexp(pace->longest, -(int)pace->rung);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,9 +71,13 @@ PetscErrorCode PaceLook(const Problem *p, const EnergyAccount *e, Pace *pace)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void PaceTurn(Pace *pace)
+void PaceTurn(const Problem *p, Pace *pace)
 {
   enum { CALM = 8 }; /* steps before a longer one */
+  const PetscReal dt = p->state->dt, *before = pace->before,
+                  apart = 0.5 * dt + before[0] + 0.5 * before[1]; // the middles of this step and that two ago
+  p->contacts->lead = 0.5 * dt / apart;
+  pace->before[1] = before[0], pace->before[0] = dt;
   pace->done += PaceTicks(pace, pace->rung);
   pace->stayed++;
   if (pace->wanted > pace->rung)
@@ -80,18 +87,23 @@ void PaceTurn(Pace *pace)
     pace->next = pace->rung - 1;
 }
 
-PetscErrorCode PaceArchive(Archive *a, Pace *pace)
+PetscErrorCode PaceArchive(Archive *a, const Problem *p, Pace *pace)
 {
-  PetscInt is[] = {pace->rungs, pace->rung, pace->next, pace->wanted};
+  PetscInt is[] = {pace->rungs, pace->rung, pace->next, pace->wanted, pace->swings};
   PetscInt64 counts[] = {pace->total, pace->done, pace->stayed, pace->changes};
-  PetscReal reals[] = {pace->longest, pace->fastest};
+  PetscReal reals[] = {pace->longest, pace->fastest, pace->before[0], pace->before[1]};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveInts(a, "rungs", 4, is));
+  PetscCall(ArchiveInts(a, "rungs", 5, is));
   PetscCall(ArchiveCounts(a, "steps", 4, counts));
-  PetscCall(ArchiveReals(a, "longest_fastest", 2, reals));
-  pace->rungs = is[0], pace->rung = is[1], pace->next = is[2], pace->wanted = is[3];
+  PetscCall(ArchiveReals(a, "longest_fastest_before", 4, reals));
+  pace->rungs = is[0], pace->rung = is[1], pace->next = is[2], pace->wanted = is[3],
+  pace->swings = (PetscBool)is[4];
   pace->total = counts[0], pace->done = counts[1], pace->stayed = counts[2], pace->changes = counts[3];
   pace->longest = reals[0], pace->fastest = reals[1];
+  pace->before[0] = reals[2], pace->before[1] = reals[3];
+  if (pace->rungs == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!pace->mass) PetscCall(BlowsCreate(p->m, pace));
+  PetscCall(ArchiveCounts(a, "met", p->m->n_bodies_global, pace->met));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

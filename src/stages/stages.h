@@ -78,9 +78,12 @@ typedef struct {
   PetscInt64 stayed;      /* steps since the rung changed */
   PetscInt64 changes;     /* of the rung so far */
   PetscReal longest;      /* [s] step of rung 0 */
+  PetscReal before[2];    /* [s] the steps before that of the state */
   PetscReal fastest;      /* [m/s] at which contacts have moved so far */
   PetscReal *mass;        /* [kg] (n_bodies_global,) of free bodies, others infinite; NULL: not known yet */
-  PetscInt64 *errors;     /* (n_bodies_global, RUNGS) of a look */
+  PetscInt64 *table;      /* (n_bodies_global, ..) of a look, blows.c */
+  PetscInt64 *met;        /* (n_bodies_global,) when a body met another on a dashpot, in shortest steps */
+  PetscBool swings;       /* some body has met another, and still swings on a dashpot */
 } Pace;
 /* Shortest steps in a step of the rung. */
 static inline PetscInt64 PaceTicks(const Pace *pace, PetscInt rung)
@@ -98,8 +101,8 @@ PetscErrorCode PaceLook(const Problem *p, const EnergyAccount *e, Pace *pace);
 /* In words: what makes the step of the stage shorter. */
 const char *PaceRemedy(const Stage *stage);
 /* A step has been made: sets the rung of the next. */
-void PaceTurn(Pace *pace);
-PetscErrorCode PaceArchive(Archive *archive, Pace *pace);
+void PaceTurn(const Problem *p, Pace *pace);
+PetscErrorCode PaceArchive(Archive *archive, const Problem *p, Pace *pace);
 /* Collective. Says how many steps a dynamic stage makes, what set them, and what its damping is; warns of
    joints with which no step is right. */
 PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace);

@@ -51,7 +51,8 @@ typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
    closure plastic part of u_n, <= 0: the lower envelope of 0 and two lines, one by each end; closure is this
            end's line here, closure_far the same line at the other end
    u_n_0   where the contact first bore; PETSC_MAX_REAL: it has not; parting.c
-   speed   over the step that led here; dynamic stages
+   speed   over the step that led here; speed_old: over the step before that; speed_now: what dashpots act
+           at now; dynamic stages
    sigma   and tau stand at the control points that are the two ends
    F_n     and F_s are per metre of thickness, with the signs of sigma and tau */
 // clang-format off
@@ -70,6 +71,8 @@ typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
   X(PetscReal, u_n,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [m] opening */                \
   X(PetscReal, u_s,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [m] sliding */                \
   X(PetscReal, speed,         PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of opening */           \
+  X(PetscReal, speed_old,     PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of it */                \
+  X(PetscReal, speed_now,     PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of it */                \
   X(PetscReal, sigma,         PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [Pa] normal stress */         \
   X(PetscReal, tau,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [Pa] shear stress */          \
   X(PetscReal, F_n,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [N/m] normal end force */     \
@@ -102,6 +105,8 @@ typedef struct _p_Contacts {
                         time */
   PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
+  PetscReal lead;    /* [-] the part of its change over two steps that takes the speed of half a step ago to
+                        now: 1/4 where steps are equal */
   PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
 } Contacts;
 

@@ -161,17 +161,38 @@ KERNEL void StorePlace(const Place *p, int crossed, Place *place)
   for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
 }
 
-/* Finds the speed of opening over the last step, and the stress of dashpots: damping * k_n * d(u_n)/dt. at:
-   place of the first lane of end 0. */
-KERNEL void Dashpots(size_t at, const LanesJoint *J, LanesContact *now, Contacts *c)
+/* The part of the step about now in which ends are pressed that have met within the last: half and the time
+   since. u, u_n: openings then and now. moving: the closed part grows from an end that meets alone. */
+KERNEL void SharesPressed(int moving, const Lanes u[2], const Lanes u_n[2], Lanes share[2])
+{
+  const Mask meets[2] = {(u[0] > 0.) & (u_n[0] < 0.), (u[1] > 0.) & (u_n[1] < 0.)};
+  for (int k = 0; k < 2 && Any(meets[0] | meets[1]); k++) {
+    const Mask counts = moving ? meets[0] & meets[1] : meets[k];
+    share[k] = Select(counts, 0.5 + u_n[k] / Select(counts, u_n[k] - u[k], share[k]), share[k]);
+  }
+}
+
+/* Finds the stress of dashpots: damping * k_n * d(u_n)/dt. The speed over the step that led here is that of
+   half a step ago. Its change over two steps takes it to now, which vanishes where the speed returns every
+   other step, so the bound of the step stays. An end without speed two steps ago has none to go by. at: place
+   of the first lane of end 0. */
+KERNEL void Dashpots(size_t at, const LanesJoint *J, int moving, LanesContact *now, Contacts *c)
 {
   const Mask has = J->damping > 0.;
+  const Lanes u[2] = {LoadLanes(c->u_n + at), LoadLanes(c->u_n + at + BATCH)};
+  Lanes share[2] = {LanesOf(1.), LanesOf(1.)};
+  if (!c->repeats) SharesPressed(moving, u, now->u_n, share);
   for (int k = 0; k < 2; k++) {
     const size_t i = at + (size_t)k * BATCH;
-    const Lanes speed = c->repeats ? LoadLanes(c->speed + i)
-                                   : (now->u_n[k] - LoadLanes(c->u_n + i)) * c->rate;
-    now->dashpot[k] = Keep(has, J->k_n * J->damping * speed);
-    StoreLanes(c->speed + i, Select(has, speed, LoadLanes(c->speed + i)));
+    Lanes speed_now = LoadLanes(c->speed_now + i);
+    if (!c->repeats) {
+      const Lanes speed = (now->u_n[k] - u[k]) * c->rate, before = LoadLanes(c->speed + i),
+                  old = LoadLanes(c->speed_old + i);
+      speed_now = Keep(has, share[k] * (speed + Keep(old != 0., c->lead * (speed - old))));
+      StoreLanes(c->speed + i, Select(has, speed, before)), StoreLanes(c->speed_old + i, before);
+      StoreLanes(c->speed_now + i, speed_now);
+    }
+    now->dashpot[k] = Keep(has, J->k_n * J->damping * speed_now);
   }
 }
 
@@ -333,7 +354,7 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
       now.slip[k] = LoadLanes(of->from.slip + i), now.broken[k] = LoadLanes(of->from.broken + i);
     if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
   }
-  if (damped) Dashpots(at, J, &now, c);
+  if (damped) Dashpots(at, J, model->moving, &now, c);
   const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
   if (follow) {
     Follow(of, model, J, closes, first, &now);

@@ -43,6 +43,13 @@ static PetscReal *far_of(const Contacts *c, int history)
   return history == COMMITTED ? c->closure_far_0 : c->closure_far;
 }
 
+enum { SPEEDS = 3 }; /* of an end: what its dashpot knows of the motion */
+
+static PetscReal *speeds_of(const Contacts *c, int i)
+{
+  return i == 0 ? c->speed : i == 1 ? c->speed_old : c->speed_now;
+}
+
 /* Carries over the plastic closure between the same faces; its lines keep their slopes. w: places of the new
    ends, where 0 and 1 are the old ends. Nothing was crushed beyond the old ends; an end that moves outwards
    keeps its own closure. */
@@ -99,7 +106,9 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
   for (int k = 0; k < 2; k++) {
     const PetscReal w = old > 0. ? PetscMax(-1., PetscMin(2., (s_new[k] - s_old[0]) / span)) : 0.5;
     place[k] = old > 0. ? w : k;
-    c->speed[SUB(at, k)] = (1. - w) * before->speed[SUB(from, 0)] + w * before->speed[SUB(from, 1)];
+    for (int i = 0; i < SPEEDS; i++)
+      speeds_of(c, i)[SUB(at, k)] = (1. - w) * speeds_of(before, i)[SUB(from, 0)] +
+                                    w * speeds_of(before, i)[SUB(from, 1)];
     c->rest[SUB(at, k)] = PetscMin(0.,
                                    (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
     // the contact is broken up to where it was broken from this end, and wherever it did not reach before
@@ -158,7 +167,7 @@ static void same_vertex(const Contacts *before, const Candidate *n, const Joint 
   carry_closure(before, from, (const PetscReal[]){0., 1.}, at, c);
   c->rest[SUB(at, 0)] = c->rest[SUB(at, 1)] = 0.;
   for (int k = 0; k < vertex_ends(n); k++) {
-    c->speed[SUB(at, k)] = before->speed[SUB(from, k)];
+    for (int i = 0; i < SPEEDS; i++) speeds_of(c, i)[SUB(at, k)] = speeds_of(before, i)[SUB(from, k)];
     c->rest[SUB(at, k)] = before->rest[SUB(from, k)] + freed;
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = -elastic_slip(before, h, from, k);
@@ -177,7 +186,7 @@ typedef struct {
                                vertex on another face. source: key of the old contact */
   PetscReal length;         /* 0: the new contact keeps its own */
   PetscReal stored;         /* [m3] what the vertex that lands has stored, see stored_in */
-  PetscReal rest[2], u_e[HISTORIES][2], speed[2]; /* of both ends of the new contact */
+  PetscReal rest[2], u_e[HISTORIES][2], speed[SPEEDS][2]; /* of both ends of the new contact */
   PetscReal closure[HISTORIES][2], far[HISTORIES][2];
 } Heir;
 
@@ -219,7 +228,7 @@ static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before,
       heir.closure[h][k] = closure_of(before, h)[SUB(from, end[k])];
       heir.far[h][k] = far_of(before, h)[SUB(from, end[k])];
     }
-    heir.speed[k] = before->speed[SUB(from, end[k])];
+    for (int i = 0; i < SPEEDS; i++) heir.speed[i][k] = speeds_of(before, i)[SUB(from, end[k])];
   }
   return heir;
 }
@@ -378,7 +387,7 @@ static void inherit(const Heir *heir, PetscInt at, Contacts *c)
       closure_of(c, h)[SUB(at, k)] = heir->closure[h][k];
       far_of(c, h)[SUB(at, k)] = heir->far[h][k];
     }
-    c->speed[SUB(at, k)] = heir->speed[k];
+    for (int i = 0; i < SPEEDS; i++) speeds_of(c, i)[SUB(at, k)] = heir->speed[i][k];
     c->rest[SUB(at, k)] = heir->rest[k];
   }
 }

@@ -175,7 +175,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(keep(m, &before, &list));
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
-  c->rate = before.rate, c->held = before.held, c->pull = before.pull;
+  c->rate = before.rate, c->lead = before.lead, c->held = before.held, c->pull = before.pull;
   c->springs = before.springs;
   PetscCall(ContactsInherit(m, joints, &table, &old, scene->vertex_length, &list, c));
   PetscCall(count(m, &table, &before, &list, c, result));

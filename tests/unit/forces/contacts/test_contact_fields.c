@@ -95,10 +95,10 @@ static PetscErrorCode ColumnsOfCheckpointsAreThose(void)
   PetscReal *array[END_ARRAYS];
   PetscFunctionBeginUser;
   PetscCall(ContactsAllocate(&c));
-  PetscReal *const expected[] = {c.t,     c.rest,    c.slip,        c.broken,    c.u_n,
-                                 c.u_s,   c.speed,   c.sigma,       c.tau,       c.F_n,
-                                 c.F_s,   c.slip_0,  c.broken_0,    c.u_n_0,     c.u_s_0,
-                                 c.moved, c.closure, c.closure_far, c.closure_0, c.closure_far_0};
+  PetscReal *const expected[] = {c.t,       c.rest,        c.slip,      c.broken,       c.u_n,   c.u_s,
+                                 c.speed,   c.speed_old,   c.speed_now, c.sigma,        c.tau,   c.F_n,
+                                 c.F_s,     c.slip_0,      c.broken_0,  c.u_n_0,        c.u_s_0, c.moved,
+                                 c.closure, c.closure_far, c.closure_0, c.closure_far_0};
   ENSURE(sizeof(expected) == sizeof(array));
   ENSURE(ContactsEndArrays(&c, FIELD_ANY, array) == END_ARRAYS);
   for (int i = 0; i < END_ARRAYS; i++) ENSURE(array[i] == expected[i]);

@@ -143,6 +143,8 @@ typedef enum { GOES_ON, COMMITTED, FOLLOWS, IN_TIME, WAYS } Way;
 static Joint joints[PAIRS];
 static ContactPoint now[PAIRS], committed[PAIRS]; /* of the reference */
 static double own[PAIRS][2];                      /* slip of springs that follow */
+static double past[PAIRS][2][2];                  /* speeds of both ends over the last two steps */
+static const double LEAD = 0.35;
 
 static void CommitAll(Contacts *c)
 {
@@ -155,18 +157,36 @@ static void CommitAll(Contacts *c)
 static void Begin(Way way, Fixture *f)
 {
   Contacts *c = f->contacts;
-  PetscReal *const arrays[] = {c->slip,     c->broken,    c->closure,       c->closure_far, c->slip_0,
-                               c->broken_0, c->closure_0, c->closure_far_0, c->u_n};
-  memset(now, 0, sizeof now), memset(own, 0, sizeof own);
-  for (int a = 0; a < 9; a++) memset(arrays[a], 0, 2 * PAIRS * sizeof(PetscReal));
+  PetscReal *const arrays[] = {c->slip,   c->broken,   c->closure,   c->closure_far,
+                               c->slip_0, c->broken_0, c->closure_0, c->closure_far_0,
+                               c->u_n,    c->speed,    c->speed_old};
+  memset(now, 0, sizeof now), memset(own, 0, sizeof own), memset(past, 0, sizeof past);
+  for (int a = 0; a < 11; a++) memset(arrays[a], 0, 2 * PAIRS * sizeof(PetscReal));
   for (PetscInt i = 0; i < PAIRS; i++) {
     c->joint[i] = i;
     joints[i] = AnyJoint((PetscBool)(way == IN_TIME));
     now[i].in_time = (PetscBool)(way == IN_TIME);
   }
   ContactsSetTraits(f->model, c);
-  c->held = PETSC_FALSE, c->pull = way == FOLLOWS ? 0.3 : 0, c->rate = way == IN_TIME ? 0.5 : 0;
+  c->held = PETSC_FALSE, c->pull = way == FOLLOWS ? 0.3 : 0, c->rate = way == IN_TIME ? 0.5 : 0,
+  c->lead = LEAD;
   if (way == COMMITTED || way == FOLLOWS) CommitAll(c);
+}
+
+/* The speeds that dashpots of contact i act at, where its ends were at `old` a step ago: of now, as far as
+   two steps know it, and for the part of the step in which what has just met is pressed. */
+static void Speeds(StressModelKind model, PetscInt i, double rate, const double old[2], ContactPoint *p)
+{
+  double share[2] = {1, 1};
+  int n = 0;
+  for (int k = 0; k < 2; k++)
+    if (old[k] > 0 && p->u_n[k] < 0) share[k] = 0.5 - p->u_n[k] / (old[k] - p->u_n[k]), n++;
+  if (model == STRESS_TPTM && n == 1) share[0] = share[1] = 1;
+  for (int k = 0; k < 2; k++) {
+    const double speed = rate * (p->u_n[k] - old[k]), change = past[i][k][1] ? speed - past[i][k][1] : 0;
+    p->speed[k] = joints[i].damping > 0 ? share[k] * (speed + LEAD * change) : 0;
+    past[i][k][1] = past[i][k][0], past[i][k][0] = speed;
+  }
 }
 
 /* Evaluates contact i by the reference at the displacements u; its forces on the vertices are added to
@@ -188,8 +208,8 @@ static void Evaluate(const Fixture *f, StressModelKind model, Way way, PetscInt 
     for (int v = 0; v < 3; v++) X[v] = m->X + 2 * vertex[k][v], u_[v] = u + 2 * vertex[k][v];
     end[k] = ReferenceEnd(X, u_, c->t[SUB(i, k)], m->strain == STRAIN_LARGE);
     p->u_n[k] = end[k].u_n - c->rest[SUB(i, k)], p->u_s[k] = end[k].u_s;
-    p->speed[k] = c->rate * (p->u_n[k] - old[k]);
   }
+  Speeds(model, i, c->rate, old, p);
   if (way == FOLLOWS)
     ReferenceFollow(model, joints + i, c->length[i], c->pull, own[i], p);
   else
