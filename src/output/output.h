@@ -421,9 +421,6 @@ void StageShowTime(const Problem *p, PetscReal part);
 PetscErrorCode StageReport(const Problem *p);
 
 /* ---- output.c */
-#ifndef QUOIN_VERSION
-#define QUOIN_VERSION "0.2.0"
-#endif
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
   PetscInt n_stages;                /* stages that are over */

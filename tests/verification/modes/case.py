@@ -317,7 +317,8 @@ def untouched(case):
     case.again(folder)
     case.again(folder, "-output", "kept")
     files = sorted((folder / "kept" / "checkpoints").iterdir())
-    same = [[case.again(folder, "-restart", file).stage_summary(next(iter(stage)))["checksum"] for stage in stages] == sums[0] for file in files[1:-1]]
+    again = [case.again(folder, "-restart", file) for file in files[1:-1]]
+    same = [[run.stage_summary(next(iter(stage)))["checksum"] for stage in stages] == sums[0] for run in again]
     case.check("restart from the ends of all stages: same bits", [len(same) > 8, all(same)], [True, True])
 
 

@@ -225,8 +225,8 @@ def ranks(case):
 
 
 def restart(case):
-    mesh, text = rectangle(0, 0, 4, 40, 4, 40, group="ground"), rows(TIMES, bell(TIMES), 0.5 * bell(TIMES))
-    keys = [("supports.level", {"target": "top_left", "fix": "x"}), ("checkpoint", {"every": 200, "keep": 100}), ("relaxation.history_every", 50), ("loads", {"w": {"type": "self_weight"}}),
+    mesh, text = rectangle(0, 0, 4, 40, 2, 20, group="ground"), rows(TIMES, bell(TIMES), 0.5 * bell(TIMES))
+    keys = [("supports.level", {"target": "top_left", "fix": "x"}), ("checkpoint", {"every": 150, "keep": 100}), ("relaxation.history_every", 50), ("loads", {"w": {"type": "self_weight"}}),
             ("stages", [{"rest": {"loads": ["w"]}}, {"shake": {"type": "dynamic", "loads": ["w"], "duration": 0.3, "dt_factor": 0.9}}, {"after": {"loads": ["w"]}}])]
     folder = case.prepare(mesh, changed(SCENE, *keys))
     (folder / "wave.csv").write_text(text)
