@@ -17,11 +17,14 @@ import pytest
 from quoin_tools.base.results import OPEN, SLIPPING, Results
 from quoin_tools.base.whole import ResultsError, check_made
 from quoin_tools.front import show
+from quoin_tools.mesh.blockmesh import write
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 from quoin_tools.show import browser, style, viewer, viewer_data
 
 ROOT = Path(__file__).resolve().parents[2]
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 RED, ORANGE, BLUE, WATER = (193, 18, 31), (213, 94, 0), (0, 114, 178), (11, 95, 165)  # open joint, tension, compression, edge of water
+FORCE = (179, 38, 30)
 WIDTH, HEIGHT = 1200, 1000  # [px] of the window
 
 pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the program is not built")
@@ -80,6 +83,37 @@ def read(folder):
     return Read((folder / "view.html").read_text(encoding="utf-8"))
 
 
+LOADED = """model: model.h5
+materials: {dam: {density: 2400, rigid: true}, rock: {density: 2600, rigid: true}}
+joints: {base: {k_n: 20e9, k_s: 8e9, friction: 50}}
+supports: {rock: {fix: xy}}
+loads:
+  weight: {type: self_weight}
+  water: {type: reservoir, faces: upstream, level: 16}
+  silt: {type: silt, faces: upstream, level: 8, friction: 30, density: 900}
+  ice: {type: ice, faces: upstream, level: 16, force: 150e3}
+  wave: {type: wave, faces: upstream, level: 16, height: 1}
+  road: {type: crest_load, faces: crest, value: [0, -1e5], at: 5}
+stages:
+  - empty: {loads: [weight]}
+  - full: {loads: [weight, water, silt, ice, wave, road]}
+"""
+
+
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory):
+    """Silt, ice, a wave and a load on the crest."""
+    folder = tmp_path_factory.mktemp("page") / "loaded"
+    folder.mkdir()
+    dam = renamed(rectangle(0, 0, 10, 20, 5, 20, group="dam", rigid=True), {"upstream": "left", "base": "bottom", "crest": "top"})
+    write(str(folder / "model.h5"), join([renamed(rectangle(-10, -4, 30, 4, group="rock", rigid=True), {}), dam]))
+    (folder / "scene.yaml").write_text(LOADED, encoding="utf-8")
+    done = subprocess.run([QUOIN, "-options_file", folder / "scene.yaml", "-output", folder], capture_output=True, text=True, timeout=100, check=False)
+    assert done.returncode == 0, done.stderr
+    assert show.main([str(folder), "--html"]) == 0
+    return folder
+
+
 # ---- what it holds
 
 
@@ -117,6 +151,18 @@ def test_water_and_uplift_are_those_of_the_scene(seepage):
     assert np.isclose(force, facts["to_drain"] + facts["beyond_drain"], rtol=1e-5)
     levels = {face["name"]: face["level"] + page.scene["origin"][1] for face in steps["rule"]["faces"]}
     assert levels and set(levels.values()) == {33.0}
+
+
+def test_forces_are_those_of_the_loads(loaded):
+    """Silt: K gamma' h^2 / 2 a third up; ice at its level; the crest load at its place."""
+    page = read(loaded)
+    steps = {step["stage"]: step for step in page.scene["steps"]}
+    forces = {force["name"]: (np.array(force["at"]) + page.scene["origin"], force["force"]) for force in steps["full"]["forces"]}
+    assert steps["empty"]["forces"] == [] and set(forces) == {"silt", "ice", "wave", "road"}
+    assert np.allclose(forces["silt"][1], [900 * 9.81 * 8**2 / 2 / 3, 0]) and np.allclose(forces["silt"][0], [0, 8 / 3], atol=0.02)
+    assert np.allclose(forces["ice"][1], [150e3, 0]) and forces["ice"][0][1] == pytest.approx(16, abs=0.6)
+    assert np.allclose(forces["road"][1], [0, -1e5]) and np.allclose(forces["road"][0], [5, 20], atol=0.1)
+    assert forces["wave"][1][0] > 0 and 16 - 3 < forces["wave"][0][1] < 17.5
 
 
 def test_histories_are_those_of_the_run(dam, motion):
@@ -252,6 +298,17 @@ def test_sliders_lists_and_colours(dam, page):
     page.click("#step", right=0.002)
     assert page.text("#state").startswith("Stage own") and page.number("open") == 0
     assert page.colours()[RED] < joined[RED], "a joint that is closed is drawn as open"
+
+
+@chromium
+def test_forces_are_drawn(loaded):
+    with chromium_driver.opened(loaded / "view.html", WIDTH, HEIGHT) as page:
+        assert [page.number(f"force {name}") for name in ("ice", "road")] == [150e3, 1e5]
+        assert page.number("force silt") == pytest.approx(900 * 9.81 * 8**2 / 6, rel=1e-6)
+        assert page.colours()[FORCE] > 100
+        page.click("#water")
+        assert page.number("force ice") is None and FORCE not in page.colours()
+        assert not page.errors
 
 
 @chromium

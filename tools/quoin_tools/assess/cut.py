@@ -283,5 +283,16 @@ def stage_forces(mesh, scene, stage, part=WHOLE):
     return forces, left_out
 
 
+def meets(mesh, load, force):
+    """The place (2,) where the resultant (X, Y, M) of a load meets its faces, or nearest to it; its point; None: it has neither."""
+    if "point" in load:
+        return mesh.vertices[mesh.points[load["point"]]]
+    segments = wet_segments(mesh, load) if "faces" in load else ()
+    if not len(segments):  # on what is not placed yet
+        return None
+    places = (segments[:, :1] + np.linspace(0, 1, 33)[:, None] * (segments[:, 1:] - segments[:, :1])).reshape(-1, 2)
+    return places[np.abs(places[:, 0] * force[1] - places[:, 1] * force[0] - force[2]).argmin()]
+
+
 def total(forces):
     return sum(forces.values(), np.zeros(3))

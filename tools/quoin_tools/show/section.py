@@ -90,15 +90,8 @@ def draw_weight(axes, case, name, load, force, size):
 
 def draw_other(axes, case, name, load, force, size):
     """Tractions, forces at points and along lines: an arrow to the place of the faces that their resultant meets."""
-    if "point" in load:
-        at = case.mesh.vertices[case.mesh.points[load["point"]]]
-    elif "faces" in load:
-        segments = cut.wet_segments(case.mesh, load)
-        if not len(segments):  # on what is not placed yet
-            return
-        places = (segments[:, :1] + np.linspace(0, 1, 33)[:, None] * (segments[:, 1:] - segments[:, :1])).reshape(-1, 2)
-        at = places[np.abs(places[:, 0] * force[1] - places[:, 1] * force[0] - force[2]).argmin()]
-    else:
+    at = cut.meets(case.mesh, load, force)
+    if at is None:
         return
     direction = force[:2] / max(np.hypot(*force[:2]), 1e-300)
     arrow(axes, at - 0.12 * size * direction, at, LOAD)

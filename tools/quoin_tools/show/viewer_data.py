@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from quoin_tools.assess.assessment import ERRORS
-from quoin_tools.assess.cut import wet_segments
+from quoin_tools.assess.cut import meets, stage_forces, standing, wet_segments
 from quoin_tools.assess.joint_uplift import chord_of, joined
 from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import scene
@@ -133,7 +133,7 @@ class Page:
             "time": stage.time if stage.frame or self.results.frames(end) else None,
             "displacement": add.add(stage.displacement), "blocks": {key: add.add(array) for key, array in of_blocks.items() if array is not None},
             "shapes": self.shapes(stage, facts), "contacts": self.contacts(stage.contacts, every), "flow": self.flow(stage), "anchors": self.anchors(stage, facts),
-            "faces": self.faces(end), "uplift": self.uplift(end, facts),
+            "faces": self.faces(end), "forces": self.forces(end), "uplift": self.uplift(end, facts),
             "table": [] if stage.frame else self.joint_table(facts),
         }  # fmt: skip
         return found
@@ -176,6 +176,19 @@ class Page:
                 found.append({"name": name, "level": level_at_faces(load) - self.origin[1], "unit": density * self.scene.gravity, "density": density,
                               "water": abs(density / WATER - 1) <= THIN_WATER, "ends": self.places(wet_segments(self.mesh, load)),
                               "rows": self.numbers.whole(row[face_ends(self.mesh, self.mesh.face_sets[load["faces"]])])})  # fmt: skip
+        return found
+
+    def forces(self, end):
+        """Loads of a stage that are neither water at rest nor weight, silt, ice, waves, tractions: resultant [N] of the slice, and the place where it meets their faces."""
+        found = []
+        if self.mesh is None:
+            return found
+        mesh, _ = standing(self.mesh, self.scene, end)
+        loads = self.scene.stage_loads(end)
+        for name, force in stage_forces(self.mesh, self.scene, end)[0].items():
+            place = None if loads[name]["type"] in (*WATERS, "self_weight", "pseudo_static") else meets(mesh, loads[name], force)
+            if place is not None:
+                found.append({"name": name, "at": (place - self.origin).tolist(), "force": force[:2].tolist()})
         return found
 
     def uplift(self, end, facts):

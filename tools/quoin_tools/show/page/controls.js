@@ -33,8 +33,8 @@ function draw() {
   drawScales(step, range, joints.range);
   drawAxes();
   if (choice.water) {
-    whole.push(...drawWater(step));
-    drawScales(step, range, joints.range); // once more: over the water, which left their places free of names only
+    whole.push(...drawLoads(step));
+    drawScales(step, range, joints.range); // once more: over the loads, which left their places free of names only
   }
   if (choice.anchors) whole.push(...drawAnchors(step));
   if (choice.points && scene.points.length) whole.push(...drawPoints(step));

@@ -208,6 +208,10 @@ function piecesOfFlow(flow) {
   return out;
 }
 
+function drawLoads(step) {
+  return [...drawWater(step), ...drawForces(step)];
+}
+
 function drawWater(step) {
   const largest = largestPressure(step);
   if (!largest) return [];
@@ -223,6 +227,21 @@ function drawWater(step) {
   if (step.flow) drawDiagram(step, piecesOfFlow(step.flow), reach, "#0b5fa5");
   const levels = step.faces.map((f) => [`level ${f.name}`, `${f.name}: ${f.water ? "level of the water" : "top"}`, `${plain(f.level + scene.origin[1])} m`, f.level + scene.origin[1]]);
   return [["pressure", "largest pressure of water", said(largest, "Pa"), largest], ...levels];
+}
+
+// ---- other loads: silt, ice, waves, tractions, forces at points
+
+function drawForces(step) {
+  const colour = "#b3261e", long = 0.12 * damSize;
+  return step.forces.map(({name, at, force}) => {
+    const size = Math.hypot(...force), along = force.map((v) => v / (size || 1));
+    const head = onScreen(shiftAt(step, ...at)), tail = onScreen(shiftAt(step, ...at).map((v, k) => v - long * along[k]));
+    stroked([tail, head], colour, 2);
+    const [dx, dy] = [head[0] - tail[0], head[1] - tail[1]].map((v) => (9 * v) / (Math.hypot(head[0] - tail[0], head[1] - tail[1]) || 1));
+    filled([head, [head[0] - dx - 0.45 * dy, head[1] - dy + 0.45 * dx], [head[0] - dx + 0.45 * dy, head[1] - dy - 0.45 * dx]], colour);
+    label(`${name}: ${said(size, "N")}`, ...tail, colour);
+    return [`force ${name}`, `${name}: force`, said(size, "N"), size];
+  });
 }
 
 // ---- anchors, points
