@@ -141,6 +141,7 @@ def uses(command, user, scene, place, env):
     call([*command, "run", "-n", "2", "scene.yaml", "-stages", "empty", *SOON], user, **options)
     assert "Extreme principal stresses" in call([*command, "show", "out"], user, **options).stdout
     assert call([*command, "show", "out", "--html"], user, **options).stdout == "out/view.html\n"
+    assert call([*command, "report", "out"], user, **options).stdout == "out/report.html\n"
     assert "loads.<name>.level" in call([*command, "help", "loads"], user, **options).stdout
     assert call([*command, "run", "none.yaml"], user, code=2, **options).stderr.startswith("quoin: error: none.yaml")
 
