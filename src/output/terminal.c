@@ -2,13 +2,14 @@
 #include "output/output.h"
 #include <unistd.h>
 
-/* Whether a person watches: our stdout is a terminal, and so is that of the parent process. The parent
-   matters because mpirun puts a terminal of its own between its ranks and wherever its output goes. */
+/* Whether a person watches: what is shown goes to a terminal, and so does what the parent process shows. The
+   parent matters because mpirun puts a terminal of its own between its ranks and wherever its output goes.
+   All lines go to PETSC_STDOUT, because samples turn that elsewhere: their rows are what is read. */
 static PetscBool on_terminal(void)
 {
   char link[64], target[PETSC_MAX_PATH_LEN];
   ssize_t n;
-  if (!isatty(STDOUT_FILENO)) return PETSC_FALSE;
+  if (!isatty(fileno(PETSC_STDOUT))) return PETSC_FALSE;
   snprintf(link, sizeof(link), "/proc/%d/fd/1", (int)getppid());
   n = readlink(link, target, sizeof(target) - 1);
   if (n < 0) return PETSC_TRUE;
@@ -30,10 +31,10 @@ PetscBool StageShows(const Problem *p)
 void StageShow(const Problem *p, const char *what)
 {
   if (on_terminal())
-    printf("\r%-12s %-86s", p->stage->name, what);
+    fprintf(PETSC_STDOUT, "\r%-12s %-86s", p->stage->name, what);
   else
-    printf("  %s: %s\n", p->stage->name, what);
-  fflush(stdout);
+    fprintf(PETSC_STDOUT, "  %s: %s\n", p->stage->name, what);
+  fflush(PETSC_STDOUT);
 }
 
 void StageShowTime(const Problem *p, PetscReal part)
@@ -57,7 +58,7 @@ PetscErrorCode StageReport(const Problem *p)
   const MPI_Comm comm = p->m->comm;
   const StageResult *r = p->result;
   PetscFunctionBeginUser;
-  if (!p->m->rank && on_terminal()) printf("\r%100s\r", "");
+  if (!p->m->rank && on_terminal()) fprintf(PETSC_STDOUT, "\r%100s\r", "");
   PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
                         p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
                         r->evidence));
