@@ -1,6 +1,6 @@
 #!/bin/bash
 # A Debian system with nothing in it (debootstrap, chroot): the checkout sets itself up, is installed, and is used by root and by another user.
-# Needs root, the network, debootstrap and 6 GB; about ten minutes. Not part of the suite, which has test_install.py for the installed files.
+# Needs root, the network, debootstrap and 5 GB; four minutes on 2 cores. Not part of the suite, which has test_install.py for the installed files.
 #
 #   tests/install/clean_system.sh [FOLDER]      # the system stays in FOLDER (build/clean_system), and is made anew
 set -euo pipefail

@@ -5,10 +5,12 @@
 
 The file names a scene, distributions for keys of it, and what counts as
 failure (docs/ensembles.md). Each sample is a run of the solver on one
-rank, JOBS of them at a time. Rows go into FOLDER as samples end; begun
-again it goes on where it was. --part K/M runs every M-th sample, as a
-job of an array: any of them, begun once more without --part, tells what
-all have found. --sample N runs one sample alone and keeps its folder.
+rank, JOBS of them at a time; those that differ in numbers of joints,
+loads, anchors or stages share a process, with the same results. Rows go
+into FOLDER as samples end; begun again it goes on where it was.
+--part K/M runs every M-th sample, as a job of an array: any of them,
+begun once more without --part, tells what all have found. --sample N
+runs one sample alone and keeps its folder.
 --mpi: samples over the ranks of one MPI allocation, of which rank 0
 hands them out: mpirun -n 9 quoin ensemble ensemble.yaml --mpi."""
 
