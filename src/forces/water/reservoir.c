@@ -57,6 +57,20 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
   }
 }
 
+PetscErrorCode FacesEnd(const Model *m, const char *name, PetscReal ends[2])
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
+  PetscReal y[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; // the lowest with its sign turned
+  PetscFunctionBeginUser;
+  for (PetscInt i = 2 * m->face_set_start[set]; i < 2 * m->face_set_start[set + 1]; i++) {
+    const PetscReal at = m->X[2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2] + 1];
+    y[0] = PetscMax(y[0], -at), y[1] = PetscMax(y[1], at);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, y, 2, MPIU_REAL, MPI_MAX, m->comm));
+  ends[0] = -y[0], ends[1] = y[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Water at rest; or silt, whose horizontal pressure is `lateral` of the vertical one. */
 typedef struct {
   PetscReal level, rho_g, thickness, lateral; /* [m], [N/m3], [m], [-] */
@@ -103,15 +117,47 @@ static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
   return n;
 }
 
+/* Warns of a surface that the faces do not meet. A reservoir may stand above its faces, as an overflow may. */
+static void warn(const Load *load, const PetscReal ends[2])
+{
+  const PetscReal y = surface_of(load);
+  const PetscReal slack = 1e-9 * (ends[1] - ends[0]); // of rounding
+  if (ends[0] > ends[1]) return;                      // no faces
+  if (y < ends[0] - slack)
+    fprintf(stderr,
+            "quoin: warning: loads.%s: its surface is at %.4g m, the faces of %s begin at %.4g m: it presses "
+            "nowhere\n",
+            load->name, (double)y, load->target, (double)ends[0]);
+  else if (load->kind == LOAD_OVERFLOW && load->surface.velocity_head > 0. && y < ends[1] - slack)
+    fprintf(stderr,
+            "quoin: warning: loads.%s: at the dam its surface is at %.4g m, below the top of the faces of %s "
+            "at %.4g m: no water runs over them, and none has a velocity_head\n",
+            load->name, (double)y, load->target, (double)ends[1]);
+  else if ((load->kind == LOAD_SILT || load->kind == LOAD_TAILWATER) && y > ends[1] + slack)
+    fprintf(
+        stderr,
+        "quoin: warning: loads.%s: its surface is at %.4g m, the faces of %s end at %.4g m: what is above "
+        "them is left out\n",
+        load->name, (double)y, load->target, (double)ends[1]);
+  fflush(stderr);
+}
+
 /* Collective. Refuses an overflow that would press twice on a face. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
   const Model *m = v->m;
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
+  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  PetscMPIInt rank;
   PetscFunctionBeginUser;
   *memory = NULL;
+  PetscCallMPI(MPI_Comm_rank(m->comm, &rank));
   for (PetscInt l = 0; l < v->scene->n_loads; l++) {
     const Load *load = v->scene->loads + l;
+    PetscReal ends[2];
+    if (!(1u << load->kind & Reservoir_term.loads)) continue;
+    PetscCall(FacesEnd(m, load->target, ends));
+    if (!rank && !told) warn(load, ends);
     if (!load->surface.crest[0]) continue;
     const PetscInt n = shared_faces(m, NameRow(m->n_face_sets, m->face_set_names, load->target),
                                     NameRow(m->n_face_sets, m->face_set_names, load->surface.crest));
@@ -120,6 +166,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
       Complain(message, v->scene->file, load->line, key, "faces of %s are in %s too: expected none",
                load->surface.crest, load->target);
   }
+  told = PETSC_TRUE;
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

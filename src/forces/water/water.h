@@ -19,6 +19,9 @@ typedef void (*PressFace)(const PetscReal x[4], const void *context, PetscReal f
    has them, the others move in large strain. */
 void PressOnFaces(const TermView *v, const char *set, PressFace press, const void *context,
                   PetscReal *f_vertex);
+/* Collective. Lowest and highest elevation [m] of the faces of a set in the mesh; of an empty set the lowest
+   is the larger one. ends: receives them. */
+PetscErrorCode FacesEnd(const Model *m, const char *set, PetscReal ends[2]);
 /* Finds the forces of water with its surface at `level` on one face: pressure rho_g (level - y), normal to
    the face. x: (4) present ends of the face. f: (4) forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);

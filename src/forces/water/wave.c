@@ -2,6 +2,7 @@
 #include "forces/water/water.h"
 
 enum { PLACES = 3 };
+static const PetscReal ROUNDING = 1e-9; /* of the height of a diagram: faces that end there are not short */
 
 /* Pressure along the height: straight lines between these places, from above to below; none outside. */
 typedef struct {
@@ -61,30 +62,40 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Warns of waves that run over the top of their faces. */
+/* Warns of a wave whose pressure goes on where its faces have ended. */
+static void warn(const Load *load, const PetscReal ends[2])
+{
+  const Diagram d = diagram_of(load, 1.);
+  const PetscReal reaches[2] = {d.y[PLACES - 1], d.y[0]};
+  static const char *const ways[2] = {"down", "up"}, *const sides[2] = {"below", "above"};
+  const PetscReal slack = ROUNDING * (reaches[1] - reaches[0]);
+  if (ends[0] > ends[1]) return; // no faces
+  for (int k = 0; k < 2; k++) {
+    if (k ? reaches[k] <= ends[k] + slack : reaches[k] >= ends[k] - slack) continue;
+    fprintf(stderr,
+            "quoin: warning: loads.%s: its pressure reaches %s to %.4g m, the faces of %s to %.4g m: what is "
+            "%s them is left out\n",
+            load->name, ways[k], (double)reaches[k], load->target, (double)ends[k], sides[k]);
+  }
+  fflush(stderr);
+}
+
+/* Collective. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  const Model *m = v->m;
+  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   *memory = NULL;
-  PetscCallMPI(MPI_Comm_rank(m->comm, &rank));
+  PetscCallMPI(MPI_Comm_rank(v->m->comm, &rank));
   for (PetscInt l = 0; l < v->scene->n_loads; l++) {
     const Load *load = v->scene->loads + l;
+    PetscReal ends[2];
     if (load->kind != LOAD_WAVE) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
-    PetscReal top = -PETSC_MAX_REAL;
-    for (PetscInt i = 2 * m->face_set_start[set]; i < 2 * m->face_set_start[set + 1]; i++)
-      top = PetscMax(top, m->X[2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2] + 1]);
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPIU_REAL, MPI_MAX, m->comm));
-    const PetscReal reaches = diagram_of(load, 1.).y[0];
-    if (rank || reaches <= top) continue;
-    fprintf(stderr,
-            "quoin: warning: loads.%s: its pressure reaches up to %.4g m, the faces of %s to %.4g m: what is "
-            "above them is left out\n",
-            load->name, (double)reaches, load->target, (double)top);
-    fflush(stderr);
+    PetscCall(FacesEnd(v->m, load->target, ends));
+    if (!rank && !told) warn(load, ends);
   }
+  told = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
