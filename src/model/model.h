@@ -301,6 +301,7 @@ typedef struct {
   double wall;            /* [s] */
   PetscReal displacement; /* [m] largest displacement */
   PetscBool finite;       /* forces and displacements have no NaN and no infinity */
+  PetscBool loaded;       /* a load acts, or did when the ramp began */
   PetscReal time;         /* [s] since the start of the first dynamic stage */
   PetscInt64 verifications, contacts_made, contacts_lost; /* under variable connectivity */
   PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, at the last verification */

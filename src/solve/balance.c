@@ -3,22 +3,31 @@
 #include "base/reproducible.h"
 #include <float.h>
 
+/* What is less than this part of the largest counts for nothing, be it of another body or of what there was
+   when the ramp began. Otherwise a stage that takes all loads off would be measured by its rounding. */
+static const PetscReal NOTHING = 1e-6;
+enum { SUMS = 6 }; /* numbers of a macroblock */
+
 /* The largest terms of the sums over all ranks: bins need them. bad: > 0 when something is not finite. */
 typedef struct {
-  PetscReal unbalanced, scale, kinetic, displacement, increment, bad;
+  PetscReal unbalanced, scale, load, start, kinetic, displacement, before, increment, bad;
 } Largest;
 
-static Largest largest_terms(const Model *m, const State *state, const PetscReal *contact_scale)
+static Largest largest_terms(const Model *m, const State *state, const PetscReal *contact_scale,
+                             const PetscReal *u_0)
 {
-  Largest l = {0., 0., 0., 0., 0., 0.};
+  Largest l = {.bad = 0.};
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal length = DofLength(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
     const PetscReal u = PetscAbsReal(state->u[d]) * length,
                     du = PetscAbsReal(state->v[d]) * state->dt * length;
     l.unbalanced = PetscMax(l.unbalanced, r);
     l.scale = PetscMax(l.scale, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + r);
+    l.load = PetscMax(l.load, PetscAbsReal(state->f_ext[d]) / length);
+    l.start = PetscMax(l.start, PetscAbsReal(state->applied.start[d]) / length);
     l.kinetic = PetscMax(l.kinetic, 0.5 * state->m[d] * state->v[d] * state->v[d]);
     l.displacement = PetscMax(l.displacement, u);
+    l.before = PetscMax(l.before, PetscAbsReal(u_0[d]) * length);
     l.increment = PetscMax(l.increment, du);
     if (!(r < PETSC_MAX_REAL / 4. && u < PETSC_MAX_REAL / 4.)) l.bad = 1.;
   }
@@ -26,42 +35,47 @@ static Largest largest_terms(const Model *m, const State *state, const PetscReal
 }
 
 PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *contact_scale,
-                          StageResult *result)
+                          const PetscReal *u_0, StageResult *result)
 {
   const PetscInt nb = m->n_bodies_global;
-  Largest l = largest_terms(m, state, contact_scale);
+  Largest l = largest_terms(m, state, contact_scale, u_0);
   PetscReal *sum, floor = 0.;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &l, sizeof(l) / sizeof(PetscReal), MPIU_REAL, MPI_MAX, m->comm));
-  result->increment = l.increment / PetscMax(l.displacement, DBL_MIN);
+  result->increment = l.increment / PetscMax(PetscMax(l.displacement, NOTHING * l.before), DBL_MIN);
   result->displacement = l.displacement;
   result->finite = (PetscBool)(l.bad == 0.);
+  result->loaded = (PetscBool)(l.load > 0. || l.start > 0.);
   if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
 
-  // of each macroblock, in two bins each: the sum of |unbalanced| over its free dofs, and the sum of
-  // |applied| + |contact| + |reaction|; behind them the kinetic energy
+  // of each macroblock, in two bins each: the sum of |unbalanced| over its free dofs, the sum of
+  // |applied| + |contact| + |reaction|, and that of the loads when the ramp began; behind them the kinetic energy
   const Bins r_bins = BinsFor(PetscMax(l.unbalanced, 1e-290)), s_bins = BinsFor(PetscMax(l.scale, 1e-290)),
-             k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
-  PetscCall(PetscCalloc1(4 * nb + 2, &sum));
+             b_bins = BinsFor(PetscMax(l.start, 1e-290)), k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
+  PetscCall(PetscCalloc1(SUMS * nb + 2, &sum));
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal length = DofLength(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
-    PetscReal *s = sum + 4 * DofBody(m, d);
-    BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + 4 * nb);
+    PetscReal *s = sum + SUMS * DofBody(m, d);
+    BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + SUMS * nb);
     if (!Held(m, d)) BinAdd(&r_bins, r, s);
     BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (Held(m, d) ? r : 0.), s + 2);
+    BinAdd(&b_bins, PetscAbsReal(state->applied.start[d]) / length, s + 4);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4 * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, SUMS * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
   // the floor keeps rounding noise from judging a body that carries next to nothing
-  for (PetscInt b = 0; b < nb; b++) floor = PetscMax(floor, 1e-6 * (sum[4 * b + 2] + sum[4 * b + 3]));
+  for (PetscInt b = 0; b < nb; b++) {
+    const PetscReal *s = sum + SUMS * b;
+    floor = PetscMax(floor, NOTHING * PetscMax(s[2] + s[3], s[4] + s[5]));
+  }
   result->ratio = 0.;
   result->worst_body = -1;
   for (PetscInt b = 0; b < nb; b++) {
-    const PetscReal unbalanced = sum[4 * b] + sum[4 * b + 1],
-                    scale = PetscMax(sum[4 * b + 2] + sum[4 * b + 3], floor);
+    const PetscReal unbalanced = sum[SUMS * b] + sum[SUMS * b + 1],
+                    scale = PetscMax(sum[SUMS * b + 2] + sum[SUMS * b + 3], floor);
     if (unbalanced <= 0.) continue;
     if (unbalanced / scale > result->ratio) result->ratio = unbalanced / scale, result->worst_body = b;
   }
-  result->kinetic = sum[4 * nb] + sum[4 * nb + 1];
+  result->kinetic = sum[SUMS * nb] + sum[SUMS * nb + 1];
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -61,7 +61,7 @@ static PetscErrorCode unbalanced(const Problem *p, PetscReal *contact_scale, Pet
   StageResult law = {.ratio = 0.};
   PetscFunctionBeginUser;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, contact_scale));
-  PetscCall(Unbalanced(p->m, p->state, contact_scale, &law));
+  PetscCall(Unbalanced(p->m, p->state, contact_scale, p->relax->evidence.u_0, &law));
   *ratio = law.ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

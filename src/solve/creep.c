@@ -103,7 +103,7 @@ static PetscErrorCode measure_step(const Problem *p, const Course *c, Sight *now
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPI_SUM, p->m->comm));
   now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
   now->pace = now->way * n->drag / (2. * c->omega);
-  PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+  PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->relax->evidence.u_0, p->result));
   PetscCall(ContactsParted(p, &now->parted, place));
   now->ratio = p->result->ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -202,7 +202,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
     n->drag = 0.;
     PetscCall(NewtonEvaluate(p, 0., NULL, &force));
-    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
+    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->relax->evidence.u_0, p->result));
     PetscCall(at_rest(p, c, found, &lost));
     if (*found || lost) break;
     n->drag = drag;

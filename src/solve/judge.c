@@ -369,10 +369,12 @@ PetscErrorCode Judge(const Problem *p)
   if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));
   if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
-    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g",
-                            result->cycles, (double)result->ratio, (double)stage->tolerance,
-                            (double)result->increment, (double)stage->velocity_tolerance));
+    PetscCall(PetscSNPrintf(
+        result->evidence, sizeof(result->evidence),
+        "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g%s", result->cycles,
+        (double)result->ratio, (double)stage->tolerance, (double)result->increment,
+        (double)stage->velocity_tolerance,
+        result->loaded ? "" : "; no load acts, nor did before: what is out of balance has no measure"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -169,8 +169,8 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   if (!(p->relax->evidence.settled_alpha > 0.)) PetscCall(remember_period(p));
   for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !NewtonSpent(p); i++) {
     const PetscReal step = p->result->increment;
-    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->result));
-    p->result->increment = step / PetscMax(p->result->displacement, DBL_MIN);
+    PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->relax->evidence.u_0, p->result));
+    p->result->increment = step / PetscMax(PetscMax(p->result->displacement, step), DBL_MIN);
     *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance &&
                          (i || !fresh || norm == 0.));
     if (*found) PetscCall(LoadsCarried(p, CARRIED, found));

@@ -82,10 +82,11 @@ void FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxat
 void FollowAnew(Relaxation *r, Contacts *contacts);
 
 /* ---- balance.c */
-/* Collective. Sets ratio, worst_body, increment, displacement, kinetic and finite of result.
-   contact_scale: (n_dof,) |force of contacts| per dof at this cycle. */
+/* Collective. Sets ratio, worst_body, increment, displacement, kinetic, loaded and finite of result.
+   contact_scale: (n_dof,) |force of contacts| per dof at this cycle; u_0: (n_dof,) displacement at the start
+   of the stage. */
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
-                          StageResult *result);
+                          const PetscReal *u_0, StageResult *result);
 
 /* ---- parting.c */
 /* A contact that was kept means nothing once its faces have parted or slid by this fraction of their

@@ -243,7 +243,7 @@ static PetscErrorCode judge(Loop *loop)
   Relaxation *relax = p->relax;
   StageResult *result = p->result;
   PetscFunctionBeginUser;
-  PetscCall(Unbalanced(p->m, p->state, s->contact_scale, result));
+  PetscCall(Unbalanced(p->m, p->state, s->contact_scale, p->relax->evidence.u_0, result));
   PetscCall(EnergyGuard(p, &loop->anew));
   if (loop->anew) {
     s->ramp_start = result->cycles;

@@ -109,6 +109,21 @@ def drift(case):
     case.check("... move farther than what they stand on", json.dumps(farther), json.dumps([False] * len(rows)))
 
 
+def taken_off(case):
+    """A stage without loads is measured by the loads that it takes off, not by its rounding; behind such a one nothing measures it, which is said."""
+    scene = changed(JAWS, ("materials.block.density", 2400), ("joints.default.friction", 40), ("relaxation", {"max_cycles": 3000}),
+                    ("stages", [{"all": {"loads": ["weight", "press"]}}, {"off": {"loads": []}}, {"again": {"loads": ["weight", "press"]}}, {"none": {"loads": []}}, {"still": {"loads": []}}]))  # fmt: skip
+    del scene["joints"]["glue"]
+    for method in METHODS:
+        for strain in ("small", "large"):
+            result = case.run(jaws(False), changed(scene, ("relaxation.method", method), ("strain", strain)))
+            size = abs(result.stage("all").displacement).max()
+            case.check(f"all loads taken off, {method}, {strain} strain: verdicts", [result.stage_summary(stage)["verdict"] for stage in ("off", "again", "none")], ["converged"] * 3)
+            case.check("... comes back: displacement over that under the loads", abs(result.stage("off").displacement).max() / size, 0.0, absolute=1e-4)
+            last = result.stage_summary("still")
+            case.check("... once more without loads: converged, or says why not", last["verdict"] == "converged" or "no load acts" in last["evidence"], True)
+
+
 def ranks(case):
     sums = [case.run(jaws(False, 2), JAWS, ranks=n).stage_summary("all")["checksum"] for n in (1, 2)]
     case.check("explicit, 1 and 2 ranks: the same verdict in the same cycle: checksums", sums[1], sums[0])
@@ -118,4 +133,5 @@ def run(case):
     between_jaws(case)
     cap(case)
     drift(case)
+    taken_off(case)
     ranks(case)
