@@ -10,6 +10,9 @@ struct _p_Output;
    the same on any number of ranks when every bit of the state is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
                              uint64_t *checksum);
+/* The same without what is inside condensed bodies, which follows from the rest and from the loads. */
+PetscErrorCode StateChecksumKept(const Model *model, const State *state, const Contacts *contacts,
+                                 uint64_t *checksum);
 
 /* ---- masses.c */
 /* Writes the scaled masses (33)-(34) for dt = 1. With these masses the largest frequency of blocks and

@@ -57,7 +57,7 @@ static PetscErrorCode write_members(const Problem *p, PetscBool all, char **text
     PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->output->mesh, &fields));
     PetscCall(TermsSurvey(&view, PETSC_FALSE));
     PetscCall(SafetyFields(p->scene, &p->output->mesh, &fields));
-    PetscCall(SummaryStage(p, &fields, 0, text));
+    PetscCall(SummaryStage(p, &fields, (const uint64_t[2]){0}, text));
   } else {
     PetscCall(GatherContacts(p->m, p->state, p->contacts, p->stage, &p->output->mesh, &fields));
     FILE *f = open_memstream(text, &size);
@@ -70,16 +70,20 @@ static PetscErrorCode write_members(const Problem *p, PetscBool all, char **text
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StageNumbers(const Problem *p, PetscInt n, char *const *paths, PetscReal *values)
+PetscBool NumbersBeyondJoints(PetscInt n, char *const *paths)
 {
   static const char joints[] = "joints.";
-  PetscBool all = PETSC_FALSE;
+  for (PetscInt i = 0; i < n; i++)
+    if (strncmp(paths[i], joints, sizeof(joints) - 1) != 0) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+PetscErrorCode StageNumbers(const Problem *p, PetscInt n, char *const *paths, PetscReal *values)
+{
   char *text = NULL;
   PetscFunctionBeginUser;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = 0; i < n; i++)
-    all = (PetscBool)(all || strncmp(paths[i], joints, sizeof(joints) - 1) != 0);
-  PetscCall(write_members(p, all, &text));
+  PetscCall(write_members(p, NumbersBeyondJoints(n, paths), &text));
   const char *first = text ? strchr(text, '{') : NULL;
   for (PetscInt i = 0; i < n; i++) values[i] = first ? number_at(first + 1, paths[i]) : NAN;
   free(text);

@@ -441,6 +441,8 @@ typedef struct _p_Output {
   PetscBool ground_moves;           /* all supports that move do so alike, in a scene with a dynamic stage */
   uint64_t program_checksum;        /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
   int lock;                         /* rank 0: lock of the folder, -1: none */
+  PetscBool joints_only;            /* verdicts and numbers of joints are all that is asked for: nobody sees
+                                       the inside of condensed bodies and mechanisms, and none is found */
   Trials trials;                    /* trials of the stage that runs */
   BodyMotion bodies;                /* bodies of the dynamic stage that runs */
   Vibration vibration;              /* of the stage of modes that runs */
@@ -476,10 +478,14 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
 /* One rank. Numbers of the stage that is over, by their paths in its object in summary.json, such as
    joints.base.sliding_factor_peak; NaN: there is none. */
 PetscErrorCode StageNumbers(const Problem *p, PetscInt n, char *const *paths, PetscReal *values);
+/* Whether a path asks for more than a number of a joint. */
+PetscBool NumbersBeyondJoints(PetscInt n, char *const *paths);
 
 /* ---- summary.c */
-/* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). */
-PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json);
+/* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). checksum:
+   of the whole state, and without what is inside condensed bodies. */
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const uint64_t checksum[2],
+                            char **json);
 PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
                             char message[MESSAGE_LENGTH]);
 

@@ -201,20 +201,21 @@ static PetscBool factor_has_part(const Problem *p)
   return (PetscBool)(before && strstr(before, "\"ranks_agree\": \"" TO_TOLERANCE "\"") != NULL);
 }
 
-PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_t checksum, char **json)
+PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const uint64_t checksum[2],
+                            char **json)
 {
   const Scene *scene = p->scene;
   const StageResult *result = p->result;
   const MeshFields *mesh = &p->output->mesh;
   const TermView view = ViewOf(p);
-  char hex[32];
+  char hex[2][32];
   size_t size = 0;
   FILE *f;
   PetscFunctionBeginUser;
   *json = NULL;
   f = open_memstream(json, &size);
   PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
-  snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
+  for (int i = 0; i < 2; i++) snprintf(hex[i], sizeof(hex[i]), "%016llx", (unsigned long long)checksum[i]);
   fprintf(f, "    {\n      ");
   JsonText(f, "name", p->stage->name, ",\n      ");
   if (p->stage->from[0]) JsonText(f, "from", p->stage->from, ",\n      ");
@@ -236,7 +237,8 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, uint64_
   JsonCount(f, "verifications", result->verifications, ",\n      ");
   JsonCount(f, "contacts_made", result->contacts_made, ",\n      ");
   JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
-  JsonText(f, "checksum", hex, ",\n");
+  JsonText(f, "checksum", hex[0], ",\n");
+  if (p->m->n_condensed_global) fprintf(f, "      \"checksum_kept\": \"%s\",\n", hex[1]);
   put_probes(f, p->m, p->output->probes);
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(f, &hinges);

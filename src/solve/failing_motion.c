@@ -71,6 +71,7 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   Trials *trials = &p->output->trials;
   PetscReal most = 0., *v, *du;
   PetscFunctionBeginUser;
+  if (p->output->joints_only) PetscFunctionReturn(PETSC_SUCCESS);
   // a rank that owns nothing has an array too: NULL tells all ranks that there is no mechanism
   if (!trials->mechanism) {
     PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));

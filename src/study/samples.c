@@ -150,7 +150,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
       PetscCall(PetscSNPrintf(r->why, sizeof(r->why), "%s: %s", VerdictNames[s->result.verdict],
                               s->result.evidence));
   }
-  PetscCall(StateChecksum(s->p.m, s->p.state, s->p.contacts, &r->checksum));
+  PetscCall(StateChecksumKept(s->p.m, s->p.state, s->p.contacts, &r->checksum));
   PetscReal told[MOST_COLUMNS];
   if (s->result.verdict == VERDICT_CONVERGED) {
     PetscCall(StageNumbers(&s->p, n, paths, told));
@@ -220,6 +220,9 @@ static PetscErrorCode share(Sampler *s)
   if (s->anew) first = 0;
   for (int i = 0; i < t->n_columns; i++)
     if (!t->tell[i] && !t->says[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
+  s->output.joints_only = PETSC_TRUE;
+  for (int i = 0; i < t->n_columns; i++)
+    if (t->tell[i] && NumbersBeyondJoints(1, &t->column[i])) s->output.joints_only = PETSC_FALSE;
   be_quiet(s);
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;

@@ -33,7 +33,7 @@ typedef struct {
   PetscReal factor[2];             /* [-] of strengths, stable and failing */
   PetscInt64 evaluations;          /* of forces, in all its stages */
   double seconds;                  /* [s] of the processor */
-  uint64_t checksum;               /* of the state at its end */
+  uint64_t checksum;               /* StateChecksumKept of its end */
   PetscReal told[MOST_COLUMNS];    /* of the columns that ask for numbers */
 } SampleResult;
 

@@ -171,8 +171,12 @@ typedef struct _p_Condensed {
   PetscReal *u, *f;         /* (stride,) room for a cycle: gathered displacements, forces S u */
   PetscReal *load, *g;      /* [N] (n_inner,), (n_kept,) loads inside that were last passed on, and as what */
   PetscReal stored;         /* [J] that these loads store by the equilibrium inside */
-  struct _p_Mat *factor;    /* of K_II, NULL: no inner ones; rows: inner, then kept */
-  struct _p_Vec *x, *b;     /* of its solves */
+  PetscReal *turn;          /* [1/m], [rad/N] (n_kept + n_inner,) its mean rotation by displacements of kept
+                               vertices and by loads inside: condense_limits.c; NULL: not yet asked for */
+  PetscReal modulus,
+      sum_S; /* [N m] int E dV with the modulus of add_elements; [N/m] sum of |S|; both with `turn` */
+  struct _p_Mat *factor; /* of K_II, NULL: no inner ones; rows: inner, then kept */
+  struct _p_Vec *x, *b;  /* of its solves */
 
   /* in time, condense_in_time.c */
   PetscInt n_modes, size, first_mode; /* its modes; n_kept + n_modes; its first row in State.modes */
@@ -293,3 +297,6 @@ PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *model, co
    refuses those that have turned much too far, unless the whole scene is in small strain. */
 PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, const Stage *stage,
                                       const State *state);
+/* One rank. may: whether CondensedCheckRotation might refuse the present state; no work but on kept vertices
+   and loads inside, so the inside need not be recovered. */
+PetscErrorCode CondensedMayTurn(const Scene *scene, const Model *model, const State *state, PetscBool *may);

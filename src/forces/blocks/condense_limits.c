@@ -110,3 +110,83 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* ---- the same without the inside
+
+   With (a) of condense.c the mean rotation, which is a sum c.u over all vertices, is
+
+     theta = c_B.u_B + c_I.u_I = (c_B - K_BI z).u_B + z.f_I,   z = K_II^-1 c_I,
+
+   and the energy is that of the kept vertices, u_B.S u_B / 2, plus what the loads inside store. So one solve
+   a body, once, serves all states: both numbers are those of CondensedCheckRotation but for rounding. The
+   energy counts less what rounding may add to it (n eps |u_B|^2 sum |S|), and nothing for loads other than
+   those whose energy is known: a smaller energy makes a larger share. Rounding of theta is 1e-10 of |u_B|
+   over the size of the body, which matters for no strain above 1e-20. */
+
+static const PetscReal MARGIN = 0.5; /* of ROTATION_REFUSED, from which on the inside is looked at */
+
+/* turn, modulus and sum_S of all bodies. */
+static PetscErrorCode prepare_turns(const Model *m)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  BodyMotion *motion;
+  PetscReal *c_all, *z, *Kz;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_condensed_global, &motion));
+  PetscCall(PetscCalloc3(n, &c_all, n, &z, n, &Kz));
+  add_vertices(m, c_all, motion); // of no displacements: places and arms
+  PetscCall(add_elements(m, &m->condensed_q4, c_all, motion));
+  PetscCall(add_elements(m, &m->condensed_t3, c_all, motion));
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    if (m->vertex_condensed[v] < 0) continue;
+    const BodyMotion *b = motion + m->vertex_condensed[v];
+    c_all[2 * v] = -(m->X[2 * v + 1] - b->Y / b->n) / b->arm;
+    c_all[2 * v + 1] = (m->X[2 * v] - b->X / b->n) / b->arm;
+  }
+  for (PetscInt i = 0; i < m->n_condensed; i++)
+    PetscCall(CondensedSolve(m->condensed + i, m->condensed[i].inner, c_all, z));
+  ElementForcesCondensed(m, z, Kz);
+  for (PetscInt i = 0; i < m->n_condensed; i++) {
+    Condensed *c = m->condensed + i;
+    PetscCall(PetscMalloc1(c->n_kept + c->n_inner, &c->turn));
+    for (PetscInt k = 0; k < c->n_kept; k++) c->turn[k] = c_all[c->kept[k]] - Kz[c->kept[k]];
+    for (PetscInt k = 0; k < c->n_inner; k++) c->turn[c->n_kept + k] = z[c->inner[k]];
+    c->modulus = motion[c->number].modulus, c->sum_S = 0.;
+    for (PetscInt k = 0; k < c->stride * c->stride; k++) c->sum_S += PetscAbsReal(c->S[k]);
+  }
+  PetscCall(PetscFree3(c_all, z, Kz));
+  PetscCall(PetscFree(motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedMayTurn(const Scene *scene, const Model *m, const State *state, PetscBool *may)
+{
+  const PetscReal *u = state->u + 3 * m->n_bodies, *f = state->f_ext + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  *may = PETSC_FALSE;
+  if (!m->n_condensed || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->condensed->turn) PetscCall(prepare_turns(m));
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    PetscReal theta = 0., energy = 0., most = 0.;
+    PetscBool known = PETSC_TRUE;
+    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
+    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+    for (PetscInt i = 0; i < c->n_kept; i++) {
+      theta += c->turn[i] * c->u[i];
+      energy += 0.5 * c->u[i] * c->f[i];
+      most = PetscMax(most, PetscAbsReal(c->u[i]));
+    }
+    for (PetscInt i = 0; i < c->n_inner; i++) {
+      theta += c->turn[c->n_kept + i] * f[c->inner[i]];
+      known = (PetscBool)(known && c->load[i] == f[c->inner[i]]);
+    }
+    energy += (known ? c->stored : 0.) -
+              (PetscReal)c->stride * PETSC_MACHINE_EPSILON * most * most * c->sum_S;
+    // not known either where a number is none
+    if (!(0.5 * theta * theta <=
+          MARGIN * ROTATION_REFUSED * PetscSqrtReal(2. * PetscMax(energy, 0.) / c->modulus)))
+      *may = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

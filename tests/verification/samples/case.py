@@ -28,6 +28,7 @@ FRICTION = "joints.default.friction"
 def run(case):
     kinds(case)
     by_words(case)
+    inside(case)
     off_its_face(case)
     killed(case)
     flat(case)
@@ -192,7 +193,7 @@ def alone(case, folder, columns, row, out, *options):
         stage["name"],
         trials.get("stable"),
         trials.get("failing"),
-        stage["checksum"],
+        stage.get("checksum_kept", stage["checksum"]),
         VERDICTS[done.returncode],
     ], stage
 
@@ -287,6 +288,28 @@ def by_words(case):
         [done.returncode, bad["s0"]["outcome"], "95.0 is out of range" in bad["s0"]["why"], bad["s1"]["outcome"]],
         [0, "refused", True, "stands"],
     )
+
+
+def inside(case):
+    """What is inside condensed bodies is found where a number asks for it, and where they may have turned too far to be condensed."""
+    dams = {"rock": STONE | {"condensed": True}, "low": STONE | {"condensed": True}, "high": STONE | {"condensed": True}}
+    folder = case.prepare(dam(), scene(BASE, materials=dams, relaxation=NEWTON, joints={"default": {"law": "elastic", "k_n": 1e10, "k_s": 4e9}}, strain="large"))
+    columns = ["joints.default.k_n", "tell:max_displacement.value"]
+    rows = [(1e10,), (1.3e6,), (9e9,)]
+    write_table(folder, columns, list(enumerate(rows)))
+    write_table(folder, columns[:1], list(enumerate(rows)), "plain.csv")
+    started(case, folder, "-samples", "table.csv")
+    started(case, folder, "-samples", "plain.csv", "-output", "plain")
+    found, plain = results_of(folder), results_of(folder, "plain")
+    done = started(case, folder, *words_of(columns, rows[1]), "-output", "turned")
+    _, stage = alone(case, folder, columns[:1], rows[2], "alone")
+    case.check("condensed bodies: a number of the inside", number(found["s2"]["max_displacement.value"]), stage["max_displacement"]["value"])
+    case.check(
+        "... one that turns too far is refused, as a run of its own is",
+        [[row["outcome"], "has turned by" in row["why"]] for row in (found["s1"], plain["s1"])] + [done.returncode],
+        [["refused", True], ["refused", True], 2],
+    )
+    case.check("... and without numbers of the inside the same", same(plain, {name: {key: row[key] for key in plain["s0"]} for name, row in found.items()}), "same")
 
 
 def off_its_face(case):

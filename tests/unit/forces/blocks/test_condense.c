@@ -1,6 +1,7 @@
 /* Condensed bodies. Rigid motions give no force and carry the inside along. Loads that are passed on keep
-   their resultant. The recovered inside is in equilibrium. Motion between condensed, rigid and deformable
-   bodies does not grow, for any stiffness of the joints. ranks: 1 2 */
+   their resultant. The recovered inside is in equilibrium; how far a body has turned is known without it.
+   Motion between condensed, rigid and deformable bodies does not grow, for any stiffness of the joints.
+   ranks: 1 2 */
 #include "scene_fixture.h"
 
 static Sketch sketch;
@@ -119,6 +120,83 @@ static PetscErrorCode TheInsideIsInEquilibrium(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Body `number` of the whole, from displacements and forces of all its vertices: [rad] its mean rotation,
+   [-] root mean square of its strain. */
+static void MotionOfBody(const Model *m, PetscInt number, const PetscReal *u, const PetscReal *force,
+                         PetscReal *theta, PetscReal *strain)
+{
+  PetscReal n = 0, X[2] = {0, 0}, turn = 0, arm = 0, energy = 0, modulus = 0;
+  for (int pass = 0; pass < 2; pass++)
+    for (PetscInt v = 0; v < m->n_owned; v++) {
+      if (m->vertex_condensed[v] != number) continue;
+      const PetscReal x = m->X[2 * v] - X[0] / n, y = m->X[2 * v + 1] - X[1] / n;
+      if (!pass)
+        n += 1, X[0] += m->X[2 * v], X[1] += m->X[2 * v + 1];
+      else
+        turn += x * u[2 * v + 1] - y * u[2 * v], arm += x * x + y * y,
+            energy += 0.5 * (u[2 * v] * force[2 * v] + u[2 * v + 1] * force[2 * v + 1]);
+    }
+  const Elements *lists[2] = {&m->condensed_q4, &m->condensed_t3};
+  for (int l = 0; l < 2; l++)
+    for (PetscInt e = 0; e < lists[l]->n; e++) {
+      PetscInt vertex[4];
+      PetscReal area, centroid[2], polar;
+      for (int k = 0; k < lists[l]->n_nodes; k++) vertex[k] = VertexOf(lists[l], e, k);
+      if (m->vertex_condensed[vertex[0]] != number) continue;
+      BlockGeometry(m->X, vertex, lists[l]->n_nodes, &area, centroid, &polar);
+      const Lame lame = m->lame[lists[l]->group[e]];
+      modulus += (lame.lambda + 2 * lame.mu) * area * m->thickness;
+    }
+  *theta = turn / arm, *strain = PetscSqrtReal(2 * energy / modulus);
+}
+
+/* CondensedMayTurn says so from half of what is refused on, in any state of strain, and sooner where it does
+   not know what the loads inside store. */
+static PetscErrorCode TurningIsSeenFromOutside(void)
+{
+  Fixture f;
+  PetscReal *force, *load;
+  PetscInt seen = 0;
+  PetscFunctionBeginUser;
+  PetscCall(OpenWalls(&f));
+  const Model *m = f.model;
+  State *s = f.state;
+  PetscReal *u = f.u_vertex, *inside = s->f_ext + 3 * m->n_bodies;
+  f.scene->strain = STRAIN_LARGE;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    PetscCall(Arrays(m, &force, &load));
+    PetscCall(PetscArrayzero(u, 2 * m->n_owned));
+    PetscCall(PetscArrayzero(inside, 2 * m->n_owned));
+    for (PetscInt i = 0; i < c->n_kept; i++) u[c->kept[i]] = 1e-4 * Uniform(-1, 1);
+    for (PetscInt i = 0; i < c->n_inner; i++) load[c->inner[i]] = inside[c->inner[i]] = 1e6 * Uniform(-1, 1);
+    PetscCall(CondensedLoads(m, load));
+    PetscCall(CondensedInner(m, inside, u));
+    ElementForcesCondensed(m, u, force);
+    PetscReal theta, strain, turned = 0;
+    MotionOfBody(m, c->number, u, force, &theta, &strain);
+    for (int k = 0; k < 4; k++) { // just below, just above; both again without what is stored
+      const PetscReal target = PetscSqrtReal(2 * 0.005 * strain) * (k % 2 ? 1 + 1e-6 : 1 - 1e-6),
+                      more = target - theta - turned;
+      PetscBool may;
+      for (PetscInt i = 0; i < c->n_kept; i++) {
+        const PetscReal *X = m->X + 2 * (c->kept[i] / 2);
+        u[c->kept[i]] += more * (c->kept[i] % 2 ? X[0] - 20 : -(X[1] + 7));
+      }
+      turned += more;
+      if (k == 2) c->load[0] += 1.;
+      PetscCall(CondensedMayTurn(f.scene, m, s, &may));
+      ENSURE(may == (PetscBool)(k > 0));
+    }
+    seen++;
+    PetscCall(PetscFree2(force, load));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &seen, 1, MPIU_INT, MPI_SUM, m->comm));
+  ENSURE(seen == 2);
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* As in test_masses.c: the kinetic energy stays below the first one over 1 - safety^2. */
 static PetscErrorCode UndampedMotionDoesNotGrow(void)
 {
@@ -199,6 +277,7 @@ int main(int argc, char **argv)
   RUN_TEST(RigidMotionsCostNothing);
   RUN_TEST(LoadsInsideKeepTheirResultant);
   RUN_TEST(TheInsideIsInEquilibrium);
+  RUN_TEST(TurningIsSeenFromOutside);
   RUN_TEST(UndampedMotionDoesNotGrow);
   RUN_TEST(UpliftOnACondensedFaceGoesAlong);
   int failed = CheckSummary();
