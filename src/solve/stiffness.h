@@ -3,6 +3,13 @@
 #include "solve/solve.h"
 #include <petscksp.h>
 
+/* Where the values of one coupling stand in the tangent. */
+enum { STIFFNESS_VERTICES = 6 }; /* of a contact; those of an element are four */
+typedef struct {
+  PetscInt n, vertices[STIFFNESS_VERTICES];                 /* what it couples; 0: not yet known */
+  PetscInt at[4 * STIFFNESS_VERTICES * STIFFNESS_VERTICES]; /* of (2n,2n), -1: held */
+} StiffnessPlace;
+
 /* Rows of the matrix are the dofs of State in PETSc's parallel numbering. A vertex acts through up to three
    rows: x, y, and, on a rigid body, its rotation. Held dofs have row -1 (nothing is added there) and a
    diagonal of their own. */
@@ -16,8 +23,10 @@ typedef struct _p_Stiffness {
   PetscBool fixed;     /* no block deforms but in condensed bodies, and no body is rigid: the stiffness of
                           bodies hangs on no motion */
   PetscBool made;      /* `bodies` has been assembled */
-  Mat bodies;          /* [N/m] of all terms but joints, with the pattern of all */
-  Mat tangent;         /* bodies and the tangent of the joints; same pattern */
+  PetscInt n_places;   /* `fixed`, on one rank: how many couplings of joints have had a place */
+  StiffnessPlace *places; /* (n_places,) in the order in which joints come, NULL: none */
+  Mat bodies;             /* [N/m] of all terms but joints, with the pattern of all */
+  Mat tangent;            /* bodies and the tangent of the joints; same pattern */
 } Stiffness;
 
 /* ---- stiffness_pattern.c */
