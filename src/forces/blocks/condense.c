@@ -167,27 +167,41 @@ static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eliminates the inner rows of K: makes c->factor, and S of what is left. wants: MUMPS has too little
-   memory. */
-static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
+/* Makes c->factor. more: [%] by which MUMPS takes a larger work space than it has estimated, 0: as it likes.
+   wants: MUMPS has too little memory. */
+static PetscErrorCode factorise(Mat K, PetscInt more, Condensed *c, MatFactorError *error, PetscBool *wants)
 {
   IS kept;
   MatFactorInfo info;
+  PetscFunctionBeginUser;
+  PetscCall(MatGetFactor(K, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, &c->factor));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, c->n_kept, c->n_inner, 1, &kept));
+  if (c->n_kept) PetscCall(MatFactorSetSchurIS(c->factor, kept));
+  PetscCall(ISDestroy(&kept));
+  if (more) PetscCall(MatMumpsSetIcntl(c->factor, 14, more));
+  PetscCall(MatFactorInfoInitialize(&info));
+  PetscCall(MatCholeskyFactorSymbolic(c->factor, K, NULL, &info));
+  PetscCall(MatCholeskyFactorNumeric(c->factor, K, &info));
+  PetscCall(MatFactorGetError(c->factor, error));
+  PetscCall(MumpsWants(c->factor, wants));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Eliminates the inner rows of K: makes c->factor, and S of what is left. wants: MUMPS has too little
+   memory. Where next to nothing is inside, MUMPS estimates the work space by that, and S does not fit in. */
+static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
+{
   MatFactorError error;
   PetscFunctionBeginUser;
   if (!c->n_inner) {
     PetscCall(MatConvert(K, MATSEQDENSE, MAT_INITIAL_MATRIX, S));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MatGetFactor(K, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, &c->factor));
-  PetscCall(ISCreateStride(PETSC_COMM_SELF, c->n_kept, c->n_inner, 1, &kept));
-  if (c->n_kept) PetscCall(MatFactorSetSchurIS(c->factor, kept));
-  PetscCall(ISDestroy(&kept));
-  PetscCall(MatFactorInfoInitialize(&info));
-  PetscCall(MatCholeskyFactorSymbolic(c->factor, K, NULL, &info));
-  PetscCall(MatCholeskyFactorNumeric(c->factor, K, &info));
-  PetscCall(MatFactorGetError(c->factor, &error));
-  PetscCall(MumpsWants(c->factor, wants));
+  PetscCall(factorise(K, 0, c, &error, wants));
+  for (PetscInt more = 100; *wants && more <= 10000; more *= 10) {
+    PetscCall(MatDestroy(&c->factor));
+    PetscCall(factorise(K, more, c, &error, wants));
+  }
   if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(error == MAT_FACTOR_NOERROR, PETSC_COMM_SELF, PETSC_ERR_LIB,
              "MUMPS cannot factor the stiffness of a condensed body with %" PetscInt_FMT

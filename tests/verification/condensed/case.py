@@ -34,6 +34,7 @@ def run(case):
     beam(case)
     guilhofrei(case)
     shared_vertices(case)
+    hardly_inside(case)
     wall_on_ranks(case)
     reduction(case)
     ends_of_the_assumptions(case)
@@ -141,6 +142,15 @@ def shared_vertices(case):
     whole = case.run(mesh, changed(scene, ("materials.middle", ELASTIC)))
     for ranks in (1, 2):
         compare_moved(case, f"one macroblock of three kinds, {ranks} ranks", whole, case.run(mesh, scene, ranks=ranks), 1e-8)
+
+
+def hardly_inside(case):
+    """A beam one block high whose vertices are all kept but for two: MUMPS guesses its work space by these two."""
+    mesh = cantilever(40, 1)
+    mesh.face_sets["kept"] = np.array([(block, side) for side in (0, 2) for block in range(len(mesh.blocks)) if not (side and 20 <= block < 23)], dtype=np.int32)
+    scene = changed(BEAM, ("joints", {"kept": {"law": "elastic", "k_n": 1e10, "k_s": 1e10}}))
+    whole = case.run(mesh, changed(scene, ("materials.body.condensed", False), ("relaxation.method", "preconditioned")))
+    compare_moved(case, "a beam with two vertices inside", whole, case.run(mesh, scene), 1e-7)
 
 
 def compare_moved(case, what, whole, reduced, tolerance):
