@@ -59,6 +59,11 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
+/* Whether this run has told what it tells once; from the first call on it has. told: the caller's own,
+   static. */
+PetscBool IsTold(PetscInt *told);
+/* A run begins that has told nothing: a sample is as a run of its own. */
+void TellAnew(void);
 /* Whether all ranks return this error, so that the program can end in order instead of aborting. */
 PetscBool QuoinErrorIsShared(PetscErrorCode error);
 

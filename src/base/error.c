@@ -63,6 +63,20 @@ PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
   SETERRQ(comm, code, "%s", text);
 }
 
+static PetscInt runs = 1; /* that this process has begun */
+
+PetscBool IsTold(PetscInt *told)
+{
+  const PetscBool before = (PetscBool)(*told == runs);
+  *told = runs;
+  return before;
+}
+
+void TellAnew(void)
+{
+  runs++;
+}
+
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
 {
   PetscFunctionBeginUser;

@@ -51,7 +51,8 @@ Verdict CasesVerdict(const Cases *cases, Verdict last);
 PetscErrorCode CasesTell(const Cases *cases, MPI_Comm comm);
 
 /* ---- warnings.c: rank 0; each is told once */
-/* Warns of slender blocks: they set the time step and are stiff in bending. */
+/* Warns of slender blocks: they set the time step and are stiff in bending. mesh NULL: as of the mesh before.
+ */
 void WarnSlender(const BlockMesh *mesh);
 /* Warns of full blocks near incompressibility. */
 void WarnLocking(const Scene *scene);
@@ -66,3 +67,5 @@ void WarnApex(const Scene *scene);
 /* Warns of stages in which a material law has no part, and of blocks that cold alone cracks across the
    plane. */
 void WarnLaws(const Scene *scene);
+/* All of these, of a scene with other numbers and the same mesh. */
+void WarnAgain(const Scene *scene);

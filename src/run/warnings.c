@@ -4,12 +4,11 @@
 /* Slender blocks are allowed, with a warning: they set the time step and are stiff in bending. */
 void WarnSlender(const BlockMesh *mesh)
 {
-  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
-  PetscInt n, worst;
-  PetscReal ratio;
-  MeshSlender(mesh, &n, &worst, &ratio);
-  if (!n || told) return;
-  told = PETSC_TRUE;
+  static PetscInt told; // once, because advise.c sets up the same mesh many times
+  static PetscInt n, worst;
+  static PetscReal ratio;
+  if (mesh) MeshSlender(mesh, &n, &worst, &ratio);
+  if (!n || IsTold(&told)) return;
   fprintf(stderr,
           "quoin: warning: %" PetscInt_FMT
           " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
@@ -24,9 +23,8 @@ static const PetscReal LOCKS_FROM = 0.45;
 
 void WarnLocking(const Scene *scene)
 {
-  static PetscBool told = PETSC_FALSE;
-  if (told || scene->plane != PLANE_STRAIN) return;
-  told = PETSC_TRUE;
+  static PetscInt told;
+  if (scene->plane != PLANE_STRAIN || IsTold(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) {
     const Material *material = scene->materials + g;
     if (material->rigid || material->element != ELEMENT_FULL || material->poisson < LOCKS_FROM) continue;
@@ -42,10 +40,9 @@ void WarnLocking(const Scene *scene)
 /* Newton's method keeps its contacts, so stages of variable connectivity take explicit cycles. */
 void WarnExplicit(const Scene *scene)
 {
-  static PetscBool told = PETSC_FALSE;
+  static PetscInt told;
   PetscBool any = PETSC_FALSE;
-  if (told || scene->method != METHOD_PRECONDITIONED) return;
-  told = PETSC_TRUE;
+  if (scene->method != METHOD_PRECONDITIONED || IsTold(&told)) return;
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     if (!StageRelaxes(stage) || !stage->variable) continue;
@@ -62,9 +59,8 @@ void WarnExplicit(const Scene *scene)
    elastic law limits nothing. */
 void WarnElastic(const Scene *scene)
 {
-  static PetscBool told = PETSC_FALSE;
-  if (told) return;
-  told = PETSC_TRUE;
+  static PetscInt told;
+  if (IsTold(&told)) return;
   for (PetscInt j = 1; j < scene->n_joints; j++) {
     const Joint *joint = scene->joints + j, *other = scene->joints;
     PetscBool elastic = (PetscBool)(joint->defined && joint->law == LAW_ELASTIC);
@@ -90,9 +86,8 @@ void WarnElastic(const Scene *scene)
    there; one that keeps its tension goes on, and elsewhere bears more than its resultant would. */
 void WarnApex(const Scene *scene)
 {
-  static PetscBool told = PETSC_FALSE;
-  if (told) return;
-  told = PETSC_TRUE;
+  static PetscInt told;
+  if (IsTold(&told)) return;
   for (PetscInt j = 0; j < scene->n_joints; j++)
     for (PetscInt s = 0; s < scene->n_stages; s++) {
       const Joint *joint = scene->stages[s].joints + j;
@@ -130,9 +125,8 @@ static void warn_across(const Scene *scene, const Material *m)
 
 void WarnLaws(const Scene *scene)
 {
-  static PetscBool told = PETSC_FALSE;
-  if (told) return;
-  told = PETSC_TRUE;
+  static PetscInt told;
+  if (IsTold(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) warn_across(scene, scene->materials + g);
   for (PetscInt s = 0; s < scene->n_stages; s++)
     for (PetscInt g = 0; g < scene->n_materials; g++) {
@@ -200,10 +194,9 @@ static PetscBool is_listed(const Scene *scene, PetscInt load)
 
 void TellDoubtful(const Scene *scene)
 {
-  static PetscBool told = PETSC_FALSE;
+  static PetscInt told;
   PetscInt unused = 0;
-  if (told) return;
-  told = PETSC_TRUE;
+  if (IsTold(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);
   for (PetscInt j = 0; j < scene->n_joints; j++)
     if (scene->joints[j].defined) doubt_joint(scene->joints + j);
@@ -215,4 +208,10 @@ void TellDoubtful(const Scene *scene)
       fprintf(stderr, "%s %s", unused++ ? "," : "quoin: warning: no stage lists:", scene->loads[l].name);
   if (unused) fprintf(stderr, "\n");
   fflush(stderr);
+}
+
+void WarnAgain(const Scene *scene)
+{
+  WarnSlender(NULL), WarnLocking(scene), WarnExplicit(scene), WarnElastic(scene), WarnApex(scene);
+  WarnLaws(scene), TellDoubtful(scene);
 }

@@ -324,16 +324,50 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
 
 /* ---------------------------------------------------------------------------------------- sections */
 
-PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base)
+/* Puts items that the command line gives by their place, -loads_push_value[0], into a list of numbers. */
+static PetscErrorCode take_items(Reader *r, Entry *entry)
+{
+  char label[LABEL_LENGTH], name[LABEL_LENGTH + 16], item[LABEL_LENGTH], *text;
+  PetscBool any = PETSC_FALSE;
+  size_t size;
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  memcpy(label, r->label, sizeof(label));
+  const int line = r->line;
+  FILE *f = open_memstream(&text, &size);
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for a list");
+  for (const char *rest = entry->value; rest; n++) {
+    Entry *given = NULL;
+    rest = NextItem(rest, item);
+    snprintf(name, sizeof(name), "%s[%d]", label, (int)n);
+    if (strlen(name) < LABEL_LENGTH && EntriesFind(&r->entries, name)) PetscCall(Ask(r, "", name, &given));
+    any = (PetscBool)(any || given);
+    fprintf(f, "%s%s", n ? "," : "", given ? given->value : item);
+  }
+  fclose(f);
+  memcpy(r->label, label, sizeof(label)), r->line = any ? 0 : line;
+  if (any) {
+    PetscCall(PetscFree(entry->value));
+    PetscCall(PetscStrallocpy(text, &entry->value));
+    entry->line = 0;
+  }
+  free(text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *given, void *base)
 {
   PetscBool is_list = (PetscBool)(key->type == TYPE_PAIR || key->type == TYPE_NUMBERS ||
                                   key->type == TYPE_NAMES || key->type == TYPE_LOADS ||
                                   key->type == TYPE_MOTION);
-  PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (entry && entry->kind == ENTRY_LIST));
+  PetscBool may_be_bare = (PetscBool)(key->type == TYPE_TITLE || (given && given->kind == ENTRY_LIST));
   char unit[32];
 
   PetscFunctionBeginUser;
-  if (entry) PetscCall(TakeUnits(r, key, r->entries.entries + (entry - r->entries.entries)));
+  Entry *entry = given ? r->entries.entries + (given - r->entries.entries) : NULL;
+  if (entry && entry->kind != ENTRY_SECTION && (key->type == TYPE_PAIR || key->type == TYPE_NUMBERS))
+    PetscCall(take_items(r, entry));
+  if (entry) PetscCall(TakeUnits(r, key, entry));
   const char *text = entry ? entry->value : key->preset;
   describe_unit(key, unit);
   if (entry && !entry->line && (key->type == TYPE_BOOL || key->type == TYPE_TRISTATE))

@@ -1,16 +1,25 @@
 /* varies.c: which keys runs may change that share mesh, contacts and condensed bodies: numbers of joints,
-   loads, anchors and stages. */
+   loads, anchors and stages, and items of pairs of loads. */
 #include "scene/scene.h"
 #include "scene/keys.h"
+#include <stdio.h>
 #include <string.h>
 
-/* Whether a key of this section is a number, or a list that one number may be, as prestress. */
+/* Whether a key of this section is a number, or a list that one number may be, as prestress; or an item of a
+   list, value[0]: pairs of loads alone, since those of anchors are places in the mesh. */
 static PetscBool is_number(Section section, const char *name)
 {
+  const size_t length = strcspn(name, "[");
+  if (name[length]) {
+    int place, end = 0;
+    sscanf(name + length, "[%d]%n", &place, &end);
+    if (!end || name[length + (size_t)end]) return PETSC_FALSE;
+  }
   for (const Key *key = Keys; key < Keys + KEYS; key++)
-    if (key->section == section && !strcmp(key->name, name) &&
-        (key->type == TYPE_REAL || key->type == TYPE_LIMIT || key->type == TYPE_INT ||
-         key->type == TYPE_NUMBERS))
+    if (key->section == section && strlen(key->name) == length && !strncmp(key->name, name, length) &&
+        (name[length] ? key->type == TYPE_NUMBERS || (key->type == TYPE_PAIR && section == SECTION_LOADS)
+                      : key->type == TYPE_REAL || key->type == TYPE_LIMIT || key->type == TYPE_INT ||
+                            key->type == TYPE_NUMBERS))
       return PETSC_TRUE;
   return PETSC_FALSE;
 }

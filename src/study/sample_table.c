@@ -119,14 +119,14 @@ static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE]
   for (int i = 0; i < t->n_columns; i++)
     if (t->tell[i] && n < sizeof(told))
       n += (size_t)snprintf(told + n, sizeof(told) - n, ",%s", t->column[i]);
-  snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s,why\n", (unsigned long long)run, t->header,
-           COLUMNS, told);
+  snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s,why,warnings,warned\n",
+           (unsigned long long)run, t->header, COLUMNS, told);
 }
 
 /* Reads the rows that are there. good: [byte] where whole rows end. */
 static PetscErrorCode read_known(SampleTable *t, FILE *f, const char *head, long *good, char *message)
 {
-  char line[MOST_LINE], start[2 * MOST_LINE];
+  char line[4 * MOST_LINE], start[2 * MOST_LINE]; // a row, and what it came to
   PetscFunctionBeginUser;
   const size_t n = fread(start, 1, strlen(head), f);
   *good = 0;
@@ -137,7 +137,7 @@ static PetscErrorCode read_known(SampleTable *t, FILE *f, const char *head, long
              t->folder, RESULTS);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (*good = ftell(f); fgets(line, MOST_LINE, f) && strchr(line, '\n'); *good = ftell(f)) {
+  for (*good = ftell(f); fgets(line, sizeof(line), f) && strchr(line, '\n'); *good = ftell(f)) {
     char *end = line; // the cells of the sample are the row as the table has it
     for (int i = 0; i <= t->n_columns && end; i++) end = strchr(end + (i > 0), ',');
     if (end) *end = '\0';
@@ -240,20 +240,25 @@ static void put(FILE *f, PetscReal value)
     fputc(',', f);
 }
 
+/* A cell has no comma and no end of a line. */
+static void put_text(FILE *f, const char *text)
+{
+  for (fputc(',', f); *text; text++) fputc(*text == ',' ? ';' : *text == '\n' ? ' ' : *text, f);
+}
+
 PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char message[MESSAGE_LENGTH])
 {
   FILE *f = t->results;
-  char why[MESSAGE_LENGTH];
   PetscFunctionBeginUser;
-  snprintf(why, sizeof(why), "%s", r->why);
-  for (char *c = why; *c; c++)
-    if (*c == ',' || *c == '\n') *c = *c == ',' ? ';' : ' ';
   fprintf(f, "%s,%s,%s", t->row, r->outcome, r->stage);
   put(f, r->stable), put(f, r->failing), put(f, r->open), put(f, r->factor[0]), put(f, r->factor[1]);
   fprintf(f, ",%lld,%.6f,%016llx", (long long)r->evaluations, r->seconds, (unsigned long long)r->checksum);
   for (int i = 0; i < t->n_columns; i++)
     if (t->tell[i]) put(f, r->told[i]);
-  fprintf(f, ",%s\n", why);
+  put_text(f, r->why);
+  fprintf(f, ",%" PetscInt_FMT, r->warnings);
+  put_text(f, r->warned);
+  fputc('\n', f);
   const PetscBool sync = (PetscBool)(f != stdout && MPI_Wtime() > t->synced + 1.);
   if (fflush(f) || ferror(f) || (sync && fdatasync(fileno(f))))
     snprintf(message, MESSAGE_LENGTH, "samples: a row of results cannot be written: %s", strerror(errno));

@@ -7,7 +7,7 @@
    of its own takes, ends with the same bits, and hangs on no other sample, whatever their order and
    whether they fail. A test compares the checksums. */
 #include "study/samples.h"
-#include <fcntl.h>
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,9 +27,10 @@ typedef struct {
   Output output;  /* of stages that write nothing */
   Checkpoint none; /* it writes nothing */
   StageResult result;
-  Problem p; /* of the stage that runs */
-  FILE *shown;
-  int told; /* copy of stderr */
+  Problem p;            /* of the stage that runs */
+  FILE *shown, *caught; /* PETSC_STDOUT; what a sample says in its place, and on stderr */
+  int told;             /* copy of stderr */
+  SampleResult before;  /* warnings of the stages that run once */
 } Sampler;
 
 /* ---- what cannot be shared */
@@ -55,23 +56,49 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 
 /* ---- quiet */
 
-/* Lines of stages and their warnings say nothing of which sample they belong to: nobody is shown them. */
-static void be_quiet(Sampler *s)
+/* Lines of stages say nothing of which sample they belong to: nobody is shown them. They are caught in a
+   file without a name, whole line by whole line, since two streams write it. */
+static PetscErrorCode be_quiet(Sampler *s)
 {
+  PetscFunctionBeginUser;
+  if (!s->caught) {
+    s->caught = tmpfile();
+    PetscCheck(s->caught, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "no temporary file: %s", strerror(errno));
+    setvbuf(s->caught, NULL, _IOLBF, BUFSIZ);
+  }
   fflush(stdout), fflush(stderr);
-  s->shown = PETSC_STDOUT;
-  PETSC_STDOUT = fopen("/dev/null", "w");
-  const int none = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  s->shown = PETSC_STDOUT, PETSC_STDOUT = s->caught;
   s->told = dup(STDERR_FILENO);
-  if (none >= 0) dup2(none, STDERR_FILENO), close(none);
+  dup2(fileno(s->caught), STDERR_FILENO);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void speak(Sampler *s)
+/* Adds a warning, if it is none of those that are there. */
+static void add_warning(const char *text, SampleResult *r)
 {
-  fflush(stderr);
+  const size_t joint = strlen(WARNING_JOINT), length = strlen(text), used = strlen(r->warned);
+  for (const char *w = r->warned; w && *w; w = strstr(w, WARNING_JOINT), w = w ? w + joint : NULL)
+    if (!strncmp(w, text, length) && (!w[length] || !strncmp(w + length, WARNING_JOINT, joint))) return;
+  r->warnings++;
+  if (used + joint + length < sizeof(r->warned))
+    snprintf(r->warned + used, sizeof(r->warned) - used, "%s%s", used ? WARNING_JOINT : "", text);
+}
+
+/* Speaks again. r: receives the warnings among what was caught. */
+static void speak(Sampler *s, SampleResult *r)
+{
+  static const char *const begin[] = {"quoin: warning: ", "warning: "};
+  char line[MESSAGE_LENGTH + 64];
+  fflush(stderr), fflush(s->caught);
   if (s->told >= 0) dup2(s->told, STDERR_FILENO), close(s->told);
-  if (PETSC_STDOUT) fclose(PETSC_STDOUT);
   PETSC_STDOUT = s->shown;
+  for (rewind(s->caught); fgets(line, sizeof(line), s->caught);) {
+    line[strcspn(line, "\n")] = '\0';
+    for (int k = 0; k < 2; k++)
+      if (!strncmp(line, begin[k], strlen(begin[k]))) add_warning(line + strlen(begin[k]), r);
+  }
+  rewind(s->caught);
+  if (ftruncate(fileno(s->caught), 0)) clearerr(s->caught); // it would be read again: as no new warning
 }
 
 /* Keeps the line of a refusal. */
@@ -176,6 +203,7 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
     s->argv[argc++] = t->cell[i + 1];
     end += PetscMin(room - 1, strlen(end) + 1);
   }
+  TellAnew();
   PetscCall(PetscPushErrorHandler(keep_message, message));
   const PetscErrorCode error = QuoinTakeNumbers(s->q, s->scene_file, argc, s->argv);
   PetscCall(PetscPopErrorHandler());
@@ -191,14 +219,17 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
   PetscFunctionBeginUser;
   *r = (SampleResult){.outcome = "refused", .stable = NAN, .failing = NAN, .open = NAN, .factor = {NAN, NAN}};
   for (int i = 0; i < s->table.n_columns; i++) r->told[i] = NAN;
-  be_quiet(s);
+  r->warnings = s->before.warnings;
+  PetscCall(PetscStrncpy(r->warned, s->before.warned, sizeof(r->warned)));
+  PetscCall(be_quiet(s));
   PetscCall(take_numbers(s, r->why, &refused));
   if (!refused) {
+    WarnAgain(s->p.scene);
     PetscCall(QuoinGoBack(s->q, &s->kept));
     if (s->anew) PetscCall(NewtonDestroy(&s->p.relax->newton));
     PetscCall(run_stages(s, r));
   }
-  speak(s);
+  speak(s, r);
   r->seconds = ProcessorSeconds() - start;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -223,7 +254,7 @@ static PetscErrorCode share(Sampler *s)
   s->output.joints_only = PETSC_TRUE;
   for (int i = 0; i < t->n_columns; i++)
     if (t->tell[i] && NumbersBeyondJoints(1, &t->column[i])) s->output.joints_only = PETSC_FALSE;
-  be_quiet(s);
+  PetscCall(be_quiet(s));
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;
     PetscCall(run_stage(s, number, message, &falls));
@@ -231,7 +262,7 @@ static PetscErrorCode share(Sampler *s)
     s->first = number + 1;
     PetscCall(QuoinKeep(s->q, &s->kept));
   }
-  speak(s);
+  speak(s, &s->before);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -301,6 +332,7 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   PetscCall(forget(s));
   PetscCall(ArchiveDestroy(&s->kept));
   PetscCall(GatherMeshDestroy(&s->output.mesh));
+  fclose(s->caught);
   PetscCall(PetscFree(s->output.stages));
   PetscCall(PetscFree(s->output.probes));
   PetscCall(PetscFree(s->argv));

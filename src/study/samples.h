@@ -3,6 +3,7 @@
 #include "study/study.h"
 
 enum { MOST_COLUMNS = 64, MOST_LINE = 8192 };
+#define WARNING_JOINT " | "
 
 /* The tables. A row of the first has the name of a sample and a cell for each column. */
 typedef struct {
@@ -35,6 +36,8 @@ typedef struct {
   double seconds;                  /* [s] of the processor */
   uint64_t checksum;               /* StateChecksumKept of its end */
   PetscReal told[MOST_COLUMNS];    /* of the columns that ask for numbers */
+  PetscInt warnings;               /* that differ */
+  char warned[MOST_LINE];          /* these, as far as there is room, with WARNING_JOINT between */
 } SampleResult;
 
 /* ---- sample_table.c: one rank */

@@ -92,7 +92,8 @@ static void forget(const Model *m, MovedWater *water)
 
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = IsTold(&runs);
   const Scene *scene = v->scene;
   char message[MESSAGE_LENGTH] = "";
   AddedMass *a;
@@ -113,7 +114,6 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscCall(PetscMalloc2(2 * v->m->n_owned, &a->water[l].least, 2 * v->m->n_owned, &a->water[l].time));
     forget(v->m, a->water + l);
   }
-  told = PETSC_TRUE;
   PetscCall(CheckMessage(v->m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -147,7 +147,8 @@ PetscReal FlowReach(const Scene *scene, const Model *m)
    leave water more room than the aperture of their joint. Rank 0, once a run. */
 static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *net)
 {
-  static PetscBool told = PETSC_FALSE;
+  static PetscInt runs;
+  const PetscBool told = IsTold(&runs);
   const PetscReal much = 0.1; // of the aperture
   for (PetscInt j = 0; j < v->scene->n_joints && !told && !v->m->rank; j++) {
     PetscReal most = 0.;
@@ -163,7 +164,6 @@ static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *
         stage->joints[j].name, (double)worst->x[0][0], (double)worst->x[0][1], (double)most,
         (double)stage->joints[j].aperture, (double)v->scene->contact_tolerance);
   }
-  told = PETSC_TRUE;
   fflush(stderr);
 }
 

@@ -6,7 +6,8 @@
 /* memory: (n_loads,) walls; those of other loads stay empty. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = IsTold(&runs);
   const Scene *scene = v->scene;
   char message[MESSAGE_LENGTH] = "";
   WetWall *walls;
@@ -19,7 +20,6 @@ static PetscErrorCode create(const TermView *v, void **memory)
     WetWallRefuse(scene, load, walls + l, message);
     if (!v->m->rank && !told && !message[0]) WetWallWarn(load, walls + l);
   }
-  told = PETSC_TRUE;
   *memory = walls;
   PetscCall(CheckMessage(v->m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);

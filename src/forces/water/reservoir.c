@@ -117,7 +117,8 @@ static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
   return n;
 }
 
-/* Warns of a surface that the faces do not meet. A reservoir may stand above its faces, as an overflow may. */
+/* Warns of a surface that the faces do not meet. A reservoir may stand above its faces, as an overflow
+   may. */
 static void warn(const Load *load, const PetscReal ends[2])
 {
   const PetscReal y = surface_of(load);
@@ -147,7 +148,8 @@ static PetscErrorCode create(const TermView *v, void **memory)
 {
   const Model *m = v->m;
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
-  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = IsTold(&runs);
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   *memory = NULL;
@@ -166,7 +168,6 @@ static PetscErrorCode create(const TermView *v, void **memory)
       Complain(message, v->scene->file, load->line, key, "faces of %s are in %s too: expected none",
                load->surface.crest, load->target);
   }
-  told = PETSC_TRUE;
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -83,7 +83,8 @@ static void warn(const Load *load, const PetscReal ends[2])
 /* Collective. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = IsTold(&runs);
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   *memory = NULL;
@@ -95,7 +96,6 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscCall(FacesEnd(v->m, load->target, ends));
     if (!rank && !told) warn(load, ends);
   }
-  told = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -65,11 +65,11 @@ def scenes():
         [(*row, k) for row, k in zip(rows, (4e9, 4e9, 2e9), strict=True)],
     )
     yield (
-        "a rigid part, a number of one stage",
+        "a rigid part, a number of one stage, one of a pair",
         dam(rigid=True),
         scene(STAGES, strain="large", relaxation=NEWTON),
-        ["stages.pushed.joints.default.friction"],
-        [(24,), (12,), (23,)],
+        ["stages.pushed.joints.default.friction", "loads.push.value[0]"],
+        [(24, 6e4), (12, 7e4), (23, 5e4)],
     )
     one = scene(STAGES, relaxation=NEWTON)
     one["loads"]["uplift"] = {"type": "uplift", "faces": "foot", "level": 6, "rule": "linear", "cracked": True}
@@ -185,7 +185,7 @@ def alone(case, folder, columns, row, out, *options):
     """(outcome, stage, stable, failing, checksum) of a run of its own, and its last stage."""
     done = started(case, folder, *words_of(columns, row), *options, "-output", out)
     if done.returncode == 2 and "does not stand at its start" in done.stderr:
-        return ["fails"], {}
+        return ["fails"], {"warned": warnings_of(done)}
     stage = json.loads((folder / out / "summary.json").read_text(encoding="utf-8"))["stages"][-1]
     trials = next((stage[kind] for kind in ("strength_reduction", "flood") if kind in stage), {})
     return [
@@ -195,7 +195,12 @@ def alone(case, folder, columns, row, out, *options):
         trials.get("failing"),
         stage.get("checksum_kept", stage["checksum"]),
         VERDICTS[done.returncode],
-    ], stage
+    ], stage | {"warned": warnings_of(done)}
+
+
+def warnings_of(done):
+    said = [line.removeprefix("quoin: ") for line in (done.stdout + done.stderr).splitlines()]
+    return sorted({line.removeprefix("warning: ").replace(",", ";") for line in said if line.startswith("warning: ")})
 
 
 def number(text):
@@ -203,16 +208,20 @@ def number(text):
 
 
 def kinds(case):
+    told_of = set()
     for what, mesh, one, columns, rows in scenes():
         folder = case.prepare(mesh, one)
         write_table(folder, columns, list(enumerate(rows)))
         done = started(case, folder, "-samples", "table.csv")
         case.check(f"{what}: exit code, lines of errors beside warnings", [done.returncode, done.stderr.count("error")], [0, 0])
         found = results_of(folder)
-        ours, expected = [], []
+        ours, expected, warned = [], [], []
         for i, row in list(enumerate(rows))[1:]:  # what nothing came before is one of the others
-            told, _ = alone(case, folder, columns, row, f"alone_{i}")
+            told, stage = alone(case, folder, columns, row, f"alone_{i}")
             mine = found[f"s{i}"]
+            texts = sorted(mine["warned"].split(" | ")) if mine["warned"] else []
+            warned.append([texts == stage["warned"], int(mine["warnings"]) == len(texts)])
+            told_of |= set(texts)
             expected.append(told[:5])
             ours.append(
                 [mine["outcome"], mine["stage"], number(mine["stable"]), number(mine["failing"]), mine["checksum"]][
@@ -220,8 +229,11 @@ def kinds(case):
                 ]
             )
         case.check("... outcome, stage, bracket and checksum of runs of their own", ours, expected)
+        case.check("... and their warnings", warned, [[True, True]] * len(warned))
         case.check("... no two are alike", len({row["checksum"] for row in found.values()}), len(rows))
         case.report("... that fail", sum(row["outcome"] == "fails" for row in found.values()), 1)
+    case.check("kinds of warnings among them", len({text.partition(":")[2] for text in told_of}) > 3, True)
+    case.report("... they are", len(told_of), 4)
 
 
 def by_words(case):
