@@ -6,6 +6,7 @@ is near it. Forces of the programme are held against equilibrium and strength, a
 import math
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import assemblies as p
@@ -62,6 +63,11 @@ def units(case):
     for density in (1e-6, 1.0, 1e9):
         water = changed(keys, ("materials.block.density", 2300 * density), ("loads.push.density", 1000 * density))
         case.check(f"dam with densities times {density:g}", bound(mesh, p.scene_of(water), "push").value, 1.29375, relative=1e-8)
+    for size in (1e-3, 1e3):
+        small = replace(mesh, vertices=size * mesh.vertices)
+        said = bound(small, p.scene_of(changed(keys, ("loads.push.level", 40.0 * size), ("contact", {"tolerance": 0.005 * size}), ("joints.default.cohesion", 1e-9))), "push")
+        case.check(f"dam with lengths times {size:g}, joints as wide as contact.tolerance says", said.value, 1.29375, relative=1e-8)
+        case.check("... says that runs take cohesion away", said.notes, ["Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: default."])
     mesh, keys = p.arch(24, 0.3)
     heavy = changed(keys, ("materials.block.density", 2200e6), ("loads.push.value", [0, -1e9]))
     case.check("arch a million times as heavy", bound(mesh, p.scene_of(heavy), "push").value, 120.959, relative=1e-5)

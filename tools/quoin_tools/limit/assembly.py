@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from quoin_tools.assess.cut import GAP
 from quoin_tools.base.scene import SceneError
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
 
@@ -137,16 +136,23 @@ def strength_of(scene, name, stage):
 
 # ---- faces that meet ---------------------------------------------------------------------------------------
 
+def gap_of(scene, ends):
+    """[m] that faces may be apart and meet, contact.tolerance of the scene: of each face (n,), where it is relative."""
+    tolerance = float(scene.contact.get("tolerance", 0.005))
+    return tolerance * (np.hypot(*(ends[:, 1] - ends[:, 0]).T) if scene.contact.get("relative") in (True, 1) else np.ones(len(ends)))
+
+
 def contacts_of(mesh, scene, body):
     faces = outer_faces(mesh)
     ends = mesh.vertices[face_ends(mesh, faces)]
+    gap = gap_of(scene, ends)
     owner, group = body[faces[:, 0]], mesh.block_group[faces[:, 0]]
     rows = joint_rows(mesh, scene, faces)
     mean = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).mean())
     found = [(owner[i], owner[j], joint_of(scene, mesh, rows[i], rows[j], group[i], group[j]), p, q)
-             for i, j, p, q in face_pairs(ends, owner, SHORTEST * mean)]  # fmt: skip
-    pieces = merged(found)
-    pieces += corners(mesh, scene, body, faces, ends, rows, pieces)
+             for i, j, p, q in face_pairs(ends, owner, gap, SHORTEST * mean)]  # fmt: skip
+    pieces = merged(found, gap.max())
+    pieces += corners(mesh, scene, body, faces, ends, rows, pieces, gap.max())
     a, b = (np.array([piece[k] for piece in pieces], dtype=int) for k in (0, 1))
     p, q = (np.array([piece[k] for piece in pieces], dtype=float).reshape(-1, 2) for k in (3, 4))
     normal = np.array([piece[5] for piece in pieces]).reshape(-1, 2)
@@ -173,10 +179,13 @@ def joint_of(scene, mesh, one, two, group_a, group_b):
     return next((name for name in order if name in (f"{a}+{b}", f"{b}+{a}")), "default")
 
 
-def face_pairs(ends, owner, shortest):
-    """(i, j, p, q): faces of two bodies that stand against each other, and their common part, along face i; i < j."""
-    one, two = shapely.STRtree(shapely.linestrings(ends)).query(shapely.linestrings(ends), predicate="dwithin", distance=GAP)
+def face_pairs(ends, owner, gap, shortest):
+    """(i, j, p, q): faces of two bodies that stand against each other, and their common part, along face i; i < j. gap: (n,) that they may be apart."""
+    lines = shapely.linestrings(ends)
+    one, two = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=gap * (1 + 1e-9))
     keep = (one < two) & (owner[one] != owner[two])
+    if np.ptp(gap) > 0:  # of each pair the shorter face counts; pairs are found from both
+        keep &= shapely.distance(lines[one], lines[two]) <= np.minimum(gap[one], gap[two]) * (1 + 1e-9)
     for i, j in zip(one[keep], two[keep]):
         e, against = ends[i, 1] - ends[i, 0], ends[j, 0] - ends[j, 1]
         if e @ against <= OPPOSITE * np.hypot(*e) * np.hypot(*against):
@@ -186,7 +195,7 @@ def face_pairs(ends, owner, shortest):
             yield i, j, ends[i, 0] + s[0] * e, ends[i, 0] + s[1] * e
 
 
-def merged(found):
+def merged(found, gap):
     """Pieces (a, b, joint, p, q, normal) of which those of one line between two bodies are one: a face has one resultant."""
     runs = {}
     for a, b, joint, p, q in found:
@@ -197,9 +206,9 @@ def merged(found):
     for (a, b, joint), segments in runs.items():
         chains = []
         for p, q in segments:
-            apart = [other for other in chains if not continues(other, (p, q))]
-            for first, last in (other for other in chains if continues(other, (p, q))):
-                p, q = (first, q) if np.hypot(*(last - p)) < GAP else (p, last)
+            apart = [other for other in chains if not continues(other, (p, q), gap)]
+            for first, last in (other for other in chains if continues(other, (p, q), gap)):
+                p, q = (first, q) if np.hypot(*(last - p)) <= gap else (p, last)
             chains = [*apart, (p, q)]
         for p, q in chains:
             e = (q - p) / np.hypot(*(q - p))
@@ -207,18 +216,18 @@ def merged(found):
     return pieces
 
 
-def continues(one, two):
+def continues(one, two, gap):
     """Whether a segment begins where the other ends, and goes the same way."""
     e, f = one[1] - one[0], two[1] - two[0]
-    meets = min(np.hypot(*(one[1] - two[0])), np.hypot(*(two[1] - one[0]))) < GAP
+    meets = min(np.hypot(*(one[1] - two[0])), np.hypot(*(two[1] - one[0]))) <= gap
     return meets and abs(cross(e, f)) < 1e-6 * np.hypot(*e) * np.hypot(*f) and e @ f > 0
 
 
-def corners(mesh, scene, body, faces, ends, rows, pieces):
+def corners(mesh, scene, body, faces, ends, rows, pieces, gap):
     """Corners of a body that stand on a face of another where no faces meet: pieces without length."""
     lines = shapely.STRtree(shapely.linestrings(ends))
     corner_rows = face_ends(mesh, faces)[:, 0]
-    point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=GAP)
+    point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=gap)
     owner = body[faces[:, 0]]
     covered = {}
     for a, b, _, p, q, _ in pieces:
@@ -227,11 +236,11 @@ def corners(mesh, scene, body, faces, ends, rows, pieces):
     for i, j in zip(point, line):
         a, b, place = owner[j], owner[i], mesh.vertices[corner_rows[i]]
         key = (min(a, b), max(a, b))
-        if a == b or any(shapely.Point(place).distance(segment) < 2 * GAP for segment in covered.get(key, [])):
+        if a == b or any(shapely.Point(place).distance(segment) < 2 * gap for segment in covered.get(key, [])):
             continue
         e = (ends[j, 1] - ends[j, 0]) / np.hypot(*(ends[j, 1] - ends[j, 0]))
         s = (place - ends[j, 0]) @ e
-        if not GAP < s < np.hypot(*(ends[j, 1] - ends[j, 0])) - GAP:
+        if not gap < s < np.hypot(*(ends[j, 1] - ends[j, 0])) - gap:
             continue  # a corner at a corner bears nothing
         joint = joint_of(scene, mesh, rows[i], rows[j], *mesh.block_group[faces[[i, j], 0]])
         at = ends[j, 0] + s * e
@@ -282,7 +291,7 @@ def ties_of(mesh, scene, stage, body):
             continue
         blocks = []
         for end in ("head", "root"):
-            hits = polygons.query(shapely.Point(keys[end]), predicate="dwithin", distance=GAP)
+            hits = polygons.query(shapely.Point(keys[end]), predicate="dwithin", distance=float(scene.contact.get("tolerance", 0.005)))
             if not len(hits):
                 raise LimitError(f"anchors.{name}: its {end} is in no block")
             blocks.append(body[hits[0]])

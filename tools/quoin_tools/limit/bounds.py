@@ -197,6 +197,12 @@ def notes(scene, stage, parts):
     beyond = [name for name, s in parts.strengths.items() if s.beyond_apex()]
     if beyond:
         said.append(f"Tensile strength beyond c / tan(phi): {', '.join(beyond)}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.")
+    brittle = [name for name, s in parts.strengths.items() if not s.elastic and loses(scene.joint(name, stage))]
+    if brittle:
+        said.append(f"Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: {', '.join(brittle)}.")
+    yielding = [name for name, keys in scene.materials.items() if keys.get("law", "elastic") != "elastic"]
+    if yielding:
+        said.append(f"Blocks that yield or crack are taken as rigid: {', '.join(yielding)}.")
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
         said.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
     if any(0 < s.compression < math.inf for s in parts.strengths.values()):
@@ -208,6 +214,11 @@ def notes(scene, stage, parts):
     if points:
         said.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub.")
     return said
+
+
+def loses(keys):
+    """Whether a joint has less strength once it has failed."""
+    return any(float(keys.get(f"{name}_residual") or 0.0) < float(keys.get(name) or 0.0) for name in ("cohesion", "tension"))
 
 
 # ---- beside a run ------------------------------------------------------------------------------------------
