@@ -101,6 +101,8 @@ def run(case):
     whole_sets(case)
     killed(case)
     other_mesh(case)
+    other_keys(case)
+    two_ways(case)
     fabrics(case)
     refused(case)
 
@@ -242,11 +244,9 @@ def rare(case):
     case.check("... exact value inside the interval, which is narrow", [found.low <= exact(34) <= found.high, found.half_width < 0.25 * found.value], [True, True])
 
 
-def weakest_link(case):
-    """E05: ten blocks on ten planes of independent strengths, pushed alike: the multiplier is that of the weakest, Weibull too with its scale over 10^(1/k)."""
-    planes, cov, samples = 10, 0.2, 200
-    folder = folder_of(case, "weakest", samples=samples, judge="limit", fail="limit < 0.5", raises=["push"], variables={
-        f"joints.plane_{i}.friction": {"distribution": "weibull", "of": "tan", "mean": 0.9, "cov": cov} for i in range(planes)})  # fmt: skip
+def on_planes(case, name, planes, **keys):
+    """Blocks on planes of their own, pushed alike: the multiplier is the least tangent."""
+    folder = folder_of(case, name, judge="limit", fail="limit < 0.5", raises=["push"], **keys)
     blocks = [renamed(rectangle(4 * i, 0, 2, 1, group="block", rigid=True), {f"plane_{i}": "bottom", "side": "left"}) for i in range(planes)]
     write(str(folder / "model.h5"), join([renamed(rectangle(-2, -1, 4 * planes + 2, 1, group="rock", rigid=True), {}), *blocks]))
     scene = yaml.safe_load((folder / "scene.yaml").read_text())
@@ -256,7 +256,24 @@ def weakest_link(case):
     scene["loads"] = {"weight": {"type": "self_weight"}, "push": {"type": "traction", "faces": "side", "value": [weight, 0]}}
     scene["stages"] = [{"full": {"loads": ["weight", "push"]}}]
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
-    command(folder, "-o", str(folder / "out"), "-j", "2")
+    return folder, command(folder, "-o", str(folder / "out"), "-j", "2")[1]
+
+
+def two_ways(case):
+    """Importance sampling sees the way of failing that is nearest; that there is another one is told."""
+    one, other = ({"distribution": "lognormal", "of": "tan", "mean": mean, "cov": 0.15} for mean in (0.9, 1.0))
+    for name, second in (("two", other), ("one", other | {"mean": 2.0})):
+        _, said = on_planes(case, f"{name}_ways", 2, samples=20, method="importance", variables={"joints.plane_0.friction": one, "joints.plane_1.friction": second})
+        case.check(f"importance sampling, failure in {name} way{'s' if name == 'two' else ''}: told", "it fails in another way too" in said, name == "two")
+    none = [running.Row(i, None, 0.1, "stands", 1.0, 0.0, "", (1.0,)) for i in range(20)]
+    case.check("... where none of its samples fails nothing is known", analysis.weighted(None, none, 0, 0).high, 1.0)
+
+
+def weakest_link(case):
+    """E05: ten blocks on ten planes of independent strengths, pushed alike: the multiplier is that of the weakest, Weibull too with its scale over 10^(1/k)."""
+    planes, cov, samples = 10, 0.2, 200
+    folder, _ = on_planes(case, "weakest", planes, samples=samples, variables={
+        f"joints.plane_{i}.friction": {"distribution": "weibull", "of": "tan", "mean": 0.9, "cov": cov} for i in range(planes)})  # fmt: skip
     wanted, rows = rows_of(folder)
     least = [min(np.tan(np.radians(rows[i, None].values))) for i in range(samples)]
     case.check("E05 multiplier and least of ten strengths", [rows[i, None].response for i in range(samples)], least, relative=1e-9)
@@ -368,6 +385,20 @@ def dying(case, folder):
     _, said = command(one, "-o", str(folder / "third"), "-j", "2")
     os.environ["QUOIN_SOLVER"] = before
     case.check("... a process each", ["2 undecided" in said, "SIGKILL" in said, "exit code 11" in said], [True] * 3)
+
+
+def other_keys(case):
+    """Rows of levels of other keys are refused: their numbers look alike."""
+    folder = folder_of(case, "other_keys", samples=4, levels={"keys": ["loads.water.level"], "values": [38, 40]}, **BY_LIMIT)
+    command(folder, "-o", str(folder / "out"))
+    wanted = yaml.safe_load((folder / "ensemble.yaml").read_text())
+    wanted["levels"] = {"keys": ["loads.water.level", "loads.uplift.level"], "values": [38, 40, 42]}
+    (folder / "ensemble.yaml").write_text(yaml.safe_dump(wanted, sort_keys=False), encoding="utf-8")
+    try:
+        said = command(folder, "-o", str(folder / "out"))[1]
+    except ValueError as error:
+        said = str(error)
+    case.check("rows of levels of other keys", "rows of another ensemble" in said, True)
 
 
 def other_mesh(case):

@@ -69,10 +69,10 @@ def of_level(design, rows, level, n):
 
 
 def weighted(level, mine, fails, open_ones):
-    """Of importance sampling: the mean of the weights of those that fail, by the normal distribution."""
+    """Of importance sampling: the mean of the weights of those that fail. Where none does their spread says nothing."""
     value, low, _ = of_mean([r.weight * (r.outcome == "fails") for r in mine], LEVEL)
     most, _, high = of_mean([r.weight * (r.outcome != "stands") for r in mine], LEVEL)
-    return Probability(level, len(mine), fails, open_ones, value, most, max(low, 0.0), min(high, 1.0), "normal, of weights")
+    return Probability(level, len(mine), fails, open_ones, value, most, max(low, 0.0), min(high, 1.0) if fails else 1.0, "normal, of weights")
 
 
 def replicated(design, level, mine, fails, open_ones):

@@ -208,8 +208,9 @@ def levels_of(data):
 
 
 def mark_of(design, data):
-    """Checksum of what samples depend on: the file but for how many there are, scene and mesh."""
+    """Checksum of what samples depend on: the file but for how many there are, scene and mesh. Of levels the keys: their values are in the rows."""
     kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
+    kept |= {"level_keys": design.level_keys} if design.level_keys else {}
     digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
     for path in (design.scene, design.model or mesh_named(design.scene)):
         if path and os.path.isfile(path):

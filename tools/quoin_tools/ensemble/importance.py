@@ -8,6 +8,7 @@ import numpy as np
 from quoin_tools.ensemble.variables import EnsembleError
 
 STEP, ROUNDS, CLOSE = 0.02, 40, 1e-3  # of the differences; most rounds; change of the point at which it ends
+FARTHER, BESIDE = 1.25, 0.5  # distance at which other ways of failing are looked for, over that of the point; cosine: one limit that is flat fails there beyond 0.8 only
 
 
 def design_point(design, model):
@@ -37,3 +38,15 @@ def design_point(design, model):
         if close:
             return point, float(np.hypot.reduce(point)), asked
     raise EnsembleError(f"method: importance: no design point in {ROUNDS} rounds; use monte_carlo or sobol")
+
+
+def elsewhere(design, model, point):
+    """Values at which it fails too, each variable alone to both sides, far from the direction of the design point: another way of failing, whose samples are hardly seen."""
+    found, distance = [], float(np.hypot.reduce(point))
+    for k, row in enumerate((*np.eye(len(point)), *-np.eye(len(point)))):
+        if row @ point > BESIDE * distance:
+            continue
+        values = design.variables.values([FARTHER * distance * row])[0]
+        if model.judge(tuple(values), -100000 - k, design.levels[0])[0] == "fails":
+            found.append(values)
+    return found

@@ -23,8 +23,8 @@ def zero_bound(n, level=0.95):
 
 
 def of_mean(values, level=0.95):
-    """(mean, low, high) of independent numbers, by the normal distribution; for weighted samples and replicates."""
+    """(mean, low, high) of independent numbers, by Student's distribution, for replicates are few; for weighted samples too."""
     values = np.asarray(values, dtype=float)
     mean, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("inf")
-    reach = float(scipy.stats.norm.ppf(0.5 + level / 2)) * error
+    reach = float(scipy.stats.t.ppf(0.5 + level / 2, max(len(values) - 1, 1))) * error
     return mean, mean - reach, mean + reach

@@ -88,13 +88,16 @@ def centre_of(wanted, folder):
     else:
         model = model_of(wanted, folder)
         point, distance, asked = importance.design_point(wanted, model)
+        others = importance.elsewhere(wanted, model, point)
         model.close()
-        found = {"ensemble": wanted.mark, "point": point.tolist(), "distance": distance, "samples": asked}
+        found = {"ensemble": wanted.mark, "point": point.tolist(), "distance": distance, "samples": asked, "others": others}
         os.makedirs(folder, exist_ok=True)
         write_file(path, json.dumps(found, indent=1) + "\n")
     values = wanted.variables.values([found["point"]])[0]
+    also = ["WARNING: it fails in another way too, at " + ", ".join(f"{name} {value:.5g}" for name, value in zip(wanted.columns(), other)) + ": samples about the design point hardly see it, the probability may be far too low"
+            for other in found.get("others", ())]  # fmt: skip
     return found["point"], [f"design point after {found['samples']} samples: " + ", ".join(f"{name} {value:.5g}" for name, value in zip(wanted.columns(), values))
-                            + f"; {found['distance']:.4f} deviations from the mean"]  # fmt: skip
+                            + f"; {found['distance']:.4f} deviations from the mean"] + also  # fmt: skip
 
 
 def one(wanted, folder, index, centre):
