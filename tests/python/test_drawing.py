@@ -134,13 +134,18 @@ BROKEN = [
     (moved("DAM", 1, "end", (4, 9.999)), "layers.Dam: not closed: an end at (4, 9.999), the next open end, at (4, 10), is 0.001 m away"),
     (lambda space, line, _: line("DAM", [(9, 0), (9, 5)]), "layers.Dam: 3 lines meet at (9, 0), expected two: an outline is one ring"),
     (lambda space, line, _: line("ROCK", [(40, 0), (50, 10), (50, 0), (40, 10)], True), "layers.ROCK: its outline crosses itself (Self-intersection[45 5])"),
-    (lambda space, line, _: line("ROCK", [(20, -20), (50, -20), (50, -10), (20, -10)], True), "layers.ROCK: two of its outlines cross at (2"),
+    (lambda space, line, _: line("ROCK", [(20, -20), (50, -20), (50, -10), (20, -10)], True), "layers.ROCK: two of its outlines cross or touch at (2"),
     (lambda space, line, _: line("GALLERY", [(60, 0), (61, 0), (61, 1)], True), "layers.GALLERY: its outline at (60, 0) is not inside a group"),
     (lambda space, line, _: line("BASE", [(0.001, 3), (2, 3)]), None),  # within the dam: a crack from its inside
     (lambda space, line, _: line("SEAM", [(-10, -0.004), (5, -3)]), "joint 'seam': (-10, -0.004) misses group 'rock' by 0.004 m: draw it there"),
     (lambda space, line, _: line("FACE", [(12, 1), (12, 5)]), "faces 'upstream': from (12, 1) to (12, 5) it lies outside all groups"),
     (lambda space, line, _: line("FACE", [(3, 5), (3, 7)]), "faces 'upstream': from (3, 5) to (3, 7) it runs inside a group"),
     (lambda space, line, _: line("ROCK", [(2, 2), (2, 8), (-6, 8), (-6, 2)], True), "group 'dam' and group 'rock': overlap by"),
+    (lambda space, line, _: line("ROCK", [(60, 0), (70, 0), (65, 0)], True), "layers.ROCK: its outline at (60, 0) has no area, expected one in the plane of x and y"),
+    (lambda space, line, _: line("DRAIN", [(60, 5), (60, -5)]), "layers.DRAIN: from (60, 5) to (60, -5) it lies outside all groups"),
+    (lambda space, line, _: line("TENDON", [(60, 5), (60, -5)]), "layers.TENDON: from (60, 5) to (60, -5) it lies outside all groups"),
+    (lambda space, *_: space.add_blockref("none", (0, 0)), "no drawing that can be read (Required block definition for \"none\" does not exist.)"),
+    (lambda space, *_: space.add_blockref("ring", (0, 0)) and space.doc.blocks.new("ring").add_blockref("ring", (1, 0)), "no drawing that can be read (a block of it holds itself)"),
     (remove("SEAM", 0), "layers.SEAM: no such layer in the drawing, which has BASE, DAM, DRAIN, FACE"),
 ]
 
@@ -224,6 +229,35 @@ def test_lines_drawn_twice(tmp_path):
     mesh, made, notes = section.mesh_of(table(tmp_path))
     expect_whole(mesh, made)
     assert notes[1:] == ["layer Dam: drawn twice, from (9, 0) to (0, 0); once is used", "layer SEAM: drawn twice, from (40, -3) to (-30, -8); once is used"]
+
+
+def test_outlines_drawn_twice_otherwise(tmp_path):
+    """By other lines, from another corner: one within another is cut out of it, but not one that is the same."""
+    def change(space, polyline, xy):
+        polyline("DAM", [DAM[2], DAM[1], DAM[0], DAM[3]], True)
+        polyline("ROCK", ROCK[2:] + ROCK[:2], True)
+
+    drawn(tmp_path, change)
+    made, notes = section.load(table(tmp_path))
+    assert sum(region.shape.area for region in made.regions) == pytest.approx(60 - 1.5 - math.pi / 8 + 49 * 15, abs=0.02)
+    assert notes[1:] == ["layer Dam: the outline at (0, 0) is drawn twice; once is used", "layer ROCK: the outline at (29, 0) is drawn twice; once is used"]
+
+
+def test_blocks_on_layer_0_and_dimensions(tmp_path):
+    """What a block has on layer 0 is on the layer of the block, also of one within it; lines of a dimension are no outline; a frame elsewhere says nothing of the size."""
+    document = ezdxf.new(units=6)
+    document.blocks.new("inner").add_lwpolyline([(0, 0), (12, 0), (12, 6), (0, 6)], close=True, dxfattribs={"layer": "0"})
+    document.blocks.new("outer").add_blockref("inner", (0, 0), dxfattribs={"layer": "0"})
+    space = document.modelspace()
+    space.add_blockref("outer", (0, 0), dxfattribs={"layer": "DAM"})
+    space.add_linear_dim(base=(0, -2), p1=(0, 0), p2=(12, 0), dxfattribs={"layer": "DAM"}).render()
+    space.add_lwpolyline([(-1e4, -1e4), (1e4, -1e4), (1e4, 1e4)], close=True, dxfattribs={"layer": "FRAME"})
+    document.saveas(tmp_path / "dam.dxf")
+    text = "drawing: {file: dam.dxf}\nsize: 6\nlayers:\n  DAM: {group: dam}\npoints: {a: [3, 3], b: [3, 3]}\n"
+    mesh, _, notes = section.mesh_of(table(tmp_path, text))
+    assert group_areas(mesh)["dam"] == pytest.approx(72) and mesh.points["a"] == mesh.points["b"]
+    assert notes == ["layers of the drawing that are not in the table: FRAME", "layer DAM: 1 DIMENSION not read"]
+    assert "the drawing would be 0.012 m across: wrong units or scale" in fault(tmp_path, text.replace("dam.dxf", "dam.dxf, units: mm"))
 
 
 def test_a_block_of_the_drawing_and_a_pattern(tmp_path):

@@ -119,6 +119,7 @@ def test_check_runs_nothing(dam):
     before = sorted(dam.iterdir())
     said = call("check", "scene.yaml", "-output", "never", folder=dam).stdout.splitlines()
     assert said[-1] == "scene.yaml: nothing is wrong with it, and nothing was run" and "contacts" in said[-2]
+    assert "nothing is wrong" in call("check", "scene.yaml", "-stages_sliding_from", "empty", folder=dam).stdout  # load cases
     assert sorted(dam.iterdir()) == before
     done = call("check", "scene.yaml", "-loads_water_faces", "upstrm", folder=dam, code=2)
     assert re.fullmatch(r"quoin: error: .*the mesh has no face set 'upstrm'.*\n", done.stderr)
@@ -137,6 +138,7 @@ def test_check_ends_the_solver(tmp_path, monkeypatch):
 def test_advise(dam):
     before = sorted(dam.iterdir())
     assert "within 1 %" in call("advise", "scene.yaml", *SHORT, folder=dam).stdout
+    assert "not tried: sliding" in call("advise", "scene.yaml", *SOON, "-stages_sliding_from", "empty", folder=dam).stdout
     assert sorted(dam.iterdir()) == before
 
 

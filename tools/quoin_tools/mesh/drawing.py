@@ -35,11 +35,11 @@ def add(made, top, size):
         top.fault(None, f"'layers' is missing, expected a table of layers, each with {' or '.join(ROLES)}")
     if keys is None or not table:
         return []
-    sheet, gap, notes = read(keys)
+    used = {layer.upper() for layer, _ in table}
+    sheet, gap, notes = read(keys, used)
     if sheet is None:
         return []
     made.rough = max(made.rough, gap)
-    used = {layer.upper() for layer, _ in table}
     there = sorted(set(sheet.curves) | set(sheet.points) | {layer for layer, _ in sheet.others})
     missing = [layer for layer, _ in table if layer.upper() not in {name.upper() for name in there}]
     for layer in missing:
@@ -63,8 +63,8 @@ def finish(made, top):
         clip_joints(made)
 
 
-def read(keys):
-    """(Sheet, gap, notes) of the file that the keys name; (None, 0, []) where it cannot be read."""
+def read(keys, used):
+    """(Sheet, gap, notes) of the file that the keys name; (None, 0, []) where it cannot be read. used: layers of the table, by which its size is judged."""
     name, unit = keys.text("file"), keys.choice("units", tuple(UNITS), None)
     scale, chord, gap = keys.number("scale", 1.0, above=0, unit="-"), keys.number("chord", 0.02, above=0), keys.number("gap", 0.0, least=0, most=0.5)
     origin = keys.point("origin", [0.0, 0.0], far=1e12)
@@ -76,6 +76,10 @@ def read(keys):
     path = os.path.join(os.path.dirname(keys.path), name)
     try:
         document = ezdxf.readfile(path)
+        drawn = list(taken_apart(document.modelspace()))
+    except RecursionError:
+        keys.fault("file", "no drawing that can be read (a block of it holds itself)", name)
+        return None, 0.0, []
     except (OSError, ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
         keys.fault("file", f"no drawing that can be read ({getattr(error, 'strerror', None) or ' '.join(str(error).split()) or type(error).__name__})", name)
         return None, 0.0, []
@@ -86,9 +90,10 @@ def read(keys):
         return None, 0.0, []
     if unit and own and unit != own:
         notes.append(f"the drawing says that its units are {own}; they are taken as {unit}, as the section file says")
-    sheet = collected(document, UNITS[unit or own] * scale, np.array(origin), chord)
+    sheet = collected(drawn, UNITS[unit or own] * scale, np.array(origin), chord)
     every = [xy for rows in sheet.curves.values() for xy in rows]
-    extent = np.ptp(np.concatenate(every), axis=0).max() if every else 0.0
+    measured = [xy for layer, rows in sheet.curves.items() if layer.upper() in used for xy in rows] or every
+    extent = np.ptp(np.concatenate(measured), axis=0).max() if every else 0.0
     if not every:
         keys.fault("file", "a drawing without lines", name)
     elif not SMALLEST <= extent <= LARGEST:
@@ -98,14 +103,13 @@ def read(keys):
     return sheet, gap, notes
 
 
-def collected(document, metre, origin, chord):
-    """Curves as polylines within `chord` of them, points, and a count of what is neither; blocks of the drawing are taken apart."""
-    from ezdxf import disassemble
+def collected(drawn, metre, origin, chord):
+    """Curves as polylines within `chord` of them, points, and a count of what is neither. drawn: as taken_apart() gives it."""
     from ezdxf import path as paths
 
     sheet = Sheet()
-    for entity in disassemble.recursive_decompose(document.modelspace()):
-        kind, layer = entity.dxftype(), entity.dxf.layer
+    for entity, layer in drawn:
+        kind = entity.dxftype()
         if kind == "POINT":
             sheet.points[layer].append((np.array(entity.dxf.location)[:2] - origin) * metre)
         elif kind in CURVES and not (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
@@ -117,6 +121,17 @@ def collected(document, metre, origin, chord):
         else:
             sheet.others[layer, kind] += 1
     return sheet
+
+
+def taken_apart(entities, around=None):
+    """(entity, its layer) of what is no block, and of what is in blocks: on layer 0 it is on that of the block that holds it, `around`."""
+    for entity in entities:
+        layer = around if around and entity.dxf.layer == "0" else entity.dxf.layer
+        if entity.dxftype() != "INSERT":
+            yield entity, layer
+            continue
+        for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
+            yield from taken_apart(one.virtual_entities(), layer)
 
 
 class Layer:
@@ -163,8 +178,13 @@ class Layer:
         rings += self.chains(open_ones)
         shapes = []
         for ring in rings:
-            shape = shapely.Polygon(ring[:-1] if np.hypot(*(ring[-1] - ring[0])) <= self.near else ring)
-            if not shape.is_valid or shape.area <= self.near**2:
+            corners = ring[:-1] if np.hypot(*(ring[-1] - ring[0])) <= self.near else ring
+            hull = shapely.MultiPoint(corners).convex_hull
+            if hull.area <= self.near * hull.length:
+                self.fault(f"its outline at {xy_text(ring[0])} has no area, expected one in the plane of x and y")
+                return []
+            shape = shapely.Polygon(corners)
+            if not shape.is_valid:
                 self.fault(f"its outline crosses itself ({shapely.is_valid_reason(shape)})")
                 return []
             shapes.append(shape)
@@ -204,13 +224,17 @@ class Layer:
         return rings
 
     def apart(self, shapes):
-        """Polygons, one within another cut out of it."""
+        """Polygons, one within another cut out of it; one that is drawn twice, by other lines or from another corner, is told and used once."""
+        for i, one in reversed([*enumerate(shapes)]):
+            if any(one.hausdorff_distance(other) <= self.near and one.symmetric_difference(other).area <= self.near * one.length for other in shapes[:i]):
+                self.notes.append(f"layer {self.layer}: the outline at {xy_text(one.exterior.coords[0])} is drawn twice; once is used")
+                del shapes[i]
         for i, one in enumerate(shapes):
             for other in shapes[:i]:
                 common = shapely.intersection(one.exterior, other.exterior)
                 if one.exterior.crosses(other.exterior):
                     at = shapely.get_coordinates(common)[0]
-                    self.fault(f"two of its outlines cross at {xy_text(at)}")
+                    self.fault(f"two of its outlines cross or touch at {xy_text(at)}")
                     return []
         shapes = sorted(shapes, key=lambda shape: -shape.area)
         whole = []
@@ -250,11 +274,20 @@ class Layer:
         made.lines += [Line(self.name, xy.tolist()) for xy in self.curves]
 
     def drain(self, made, _size):
+        self.check_inside(made)
         made.drains |= numbered(self.name, [[tuple(xy[0].tolist()), tuple(xy[-1].tolist())] for xy in self.curves])
 
     def anchor(self, made, _size):
         """Its head is the upper end."""
+        self.check_inside(made)
         made.anchors |= numbered(self.name, [sorted(map(tuple, xy[[0, -1]].tolist()), key=lambda p: -p[1]) for xy in self.curves])
+
+    def check_inside(self, made):
+        """Drains and anchors go through groups."""
+        whole = shapely.union_all([region.shape for region in made.regions])
+        lost = next((xy for xy in self.curves if not whole.intersects(shapely.LineString(xy))), None)
+        if lost is not None:
+            self.fault(f"from {xy_text(lost[0])} to {xy_text(lost[-1])} it lies outside all groups")
 
     def point(self, made, _size):
         places = self.places + [np.mean([xy.min(axis=0), xy.max(axis=0)], axis=0) for xy in self.curves]

@@ -361,10 +361,12 @@ def add_pieces(gmsh, lines, pieces, triangles, first):
 
 
 def embed_points(gmsh, plan, cut, tag):
-    """Named points inside a face become vertices; tag: of the last point."""
+    """Named points inside a face become vertices, those at one place the same; tag: of the last point."""
+    there = cut.nodes
     for x, y, _ in plan.points.values():
         face = face_at(cut, (x, y))
-        if face is not None and np.hypot(*(cut.nodes - [x, y]).T).min() > plan.near():
+        if face is not None and np.hypot(*(there - [x, y]).T).min() > plan.near():
+            there = np.vstack([there, [x, y]])
             tag += 1
             gmsh.model.geo.addPoint(x, y, 0.0, 0.0, tag)
             gmsh.model.geo.synchronize()
