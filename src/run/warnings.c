@@ -171,16 +171,51 @@ static void doubt_material(const Material *m)
   doubt(of, m->name, "expansion", m->expansion, 1e-7, 1e-4, "1/K", "stone and concrete have 5e-6 to 1.2e-5");
 }
 
-static void doubt_joint(const Joint *j)
+/* before: the row that a stage changes, whose numbers are not doubted again; NULL: this is a row of the
+   scene. */
+static void doubt_joint(const char *of, const Joint *j, const Joint *before)
 {
-  const char *const of = "joints", *const stress = "1 MPa is 1e6 Pa, and such a value may carry its unit";
+  static const Joint none;
+  const Joint *b = before ? before : &none; // what is 0 is left alone, and what is as before is 0 here
+  const char *const stress = "1 MPa is 1e6 Pa, and such a value may carry its unit";
+  const PetscReal k_n = j->k_n == b->k_n ? 0. : j->k_n,
+                  friction = j->friction[0] == b->friction[0] ? 0. : j->friction[0],
+                  cohesion = j->cohesion[0] == b->cohesion[0] ? 0. : j->cohesion[0],
+                  tension = j->tension[0] == b->tension[0] ? 0. : j->tension[0],
+                  compression = j->compression == b->compression ? 0. : j->compression;
   char closes[96];
   snprintf(closes, sizeof closes, "it closes by %.3g m under 1 MPa", 1e6 / (double)j->k_n);
-  doubt(of, j->name, "k_n", j->k_n, 1e7, 1e14, "Pa/m", closes);
-  doubt(of, j->name, "friction", j->friction[0], 2., 80., "degree", "it is an angle, not its tangent");
-  doubt(of, j->name, "cohesion", j->cohesion[0], 100., 1e8, "Pa", stress);
-  doubt(of, j->name, "tension", j->tension[0], 100., 1e8, "Pa", stress);
-  doubt(of, j->name, "compression", j->compression, 1e4, 1e10, "Pa", stress);
+  doubt(of, j->name, "k_n", k_n, 1e7, 1e14, "Pa/m", closes);
+  doubt(of, j->name, "friction", friction, 2., 80., "degree", "it is an angle, not its tangent");
+  doubt(of, j->name, "cohesion", cohesion, 100., 1e8, "Pa", stress);
+  doubt(of, j->name, "tension", tension, 100., 1e8, "Pa", stress);
+  doubt(of, j->name, "compression", compression, 1e4, 1e10, "Pa", stress);
+}
+
+/* Joints as stages change them. */
+static void doubt_stages(const Scene *scene)
+{
+  char of[NAME_LENGTH + 16];
+  for (PetscInt s = 0; s < scene->n_stages; s++) {
+    const PetscInt base = StageBase(scene, s);
+    const Joint *before = base < 0 ? scene->joints : scene->stages[base].joints;
+    snprintf(of, sizeof of, "stages.%s.joints", scene->stages[s].name);
+    for (PetscInt j = 0; j < scene->n_joints; j++)
+      if (scene->joints[j].defined) doubt_joint(of, scene->stages[s].joints + j, before + j);
+  }
+}
+
+static void doubt_load(const Load *load)
+{
+  const char *const of = "loads";
+  if (load->kind == LOAD_ICE)
+    doubt(of, load->name, "force", load->traction[0], 1e3, 1e7, "N/m",
+          "ice pushes with some 1e4 to 5e5 N/m, 10 to 500 kN/m");
+  if (load->kind == LOAD_SILT)
+    doubt(of, load->name, "density", load->density, 200., 1500., "kg/m3",
+          "it is what silt weighs in water: of 19 kN/m3 with its water 9.2 kN/m3 are left");
+  else
+    doubt(of, load->name, "density", load->density, 500., 3000., "kg/m3", "9.81 kN/m3 would be 1000 kg/m3");
 }
 
 /* Whether a stage lists the load. */
@@ -199,10 +234,9 @@ void TellDoubtful(const Scene *scene)
   if (IsTold(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);
   for (PetscInt j = 0; j < scene->n_joints; j++)
-    if (scene->joints[j].defined) doubt_joint(scene->joints + j);
-  for (PetscInt l = 0; l < scene->n_loads; l++)
-    doubt("loads", scene->loads[l].name, "density", scene->loads[l].density, 500., 3000., "kg/m3",
-          "9.81 kN/m3 would be 1000 kg/m3");
+    if (scene->joints[j].defined) doubt_joint("joints", scene->joints + j, NULL);
+  doubt_stages(scene);
+  for (PetscInt l = 0; l < scene->n_loads; l++) doubt_load(scene->loads + l);
   for (PetscInt l = 0; l < scene->n_loads; l++)
     if (!is_listed(scene, l))
       fprintf(stderr, "%s %s", unused++ ? "," : "quoin: warning: no stage lists:", scene->loads[l].name);

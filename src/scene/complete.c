@@ -385,7 +385,6 @@ PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
     COMPLAIN_MISSING(r, "no stage named '%s' before it; stages before it: %s", stage->from, known);
   else
     stage->skips = number - 1 - base;
-  if (stage->skips && scene->advise > 0.) COMPLAIN(r, "advise takes stages one behind the other only");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

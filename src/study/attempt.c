@@ -372,9 +372,9 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   a->n_stages = scene->n_stages;
   a->bodies = (PetscReal)p.m->n_bodies_global;
   a->condensed = p.m->condensed_processor;
-  while (a->n_static < a->n_stages &&
+  while (a->n_static < a->n_stages && !scene->stages[a->n_static].skips &&
          (scene->stages[a->n_static].kind == STAGE_STATIC || scene->stages[a->n_static].kind == STAGE_MODES))
-    a->n_static++;
+    a->n_static++; // up to the first case that starts from an earlier stage
   a->n_solved = a->n_static;
   if (!a->n_static && scene->stages[0].kind != STAGE_DYNAMIC) a->n_solved = 1;
   for (PetscInt s = 0; s < a->n_stages; s++) a->cost[s] = UNKNOWN;

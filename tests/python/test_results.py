@@ -585,6 +585,7 @@ def test_numbers_in_another_unit_are_doubted(runs):
         ("materials_upper_density", "23.5", "materials.upper.density: 23.5 kg/m3 is not within 100 to 20000: 24 kN/m3 would be 2400 kg/m3"),
         ("materials_upper_young", "12000", "materials.upper.young: 12000 Pa"),
         ("materials_upper_tension", "2", "materials.upper.tension: 2 Pa"),
+        ("stages_push_joints_joint_cohesion", "0.2", "stages.push.joints.joint.cohesion: 0.2 Pa"),
     ):
         line, = told("-" + option, value)
         assert words in line
