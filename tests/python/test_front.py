@@ -216,7 +216,7 @@ def test_faults_are_one_line(monkeypatch, capsys):
         front.ended("run", broken)
 
 
-@pytest.mark.parametrize("words", [["help", "theory"], ["-h"], ["help", "report"], ["show", "out"], ["-help"], ["run", "-h"]], ids=" ".join)
+@pytest.mark.parametrize("words", [["help", "theory"], ["-h"], ["help", "report"], ["show", "out"], ["export", "out"], ["-help"], ["run", "-h"]], ids=" ".join)
 def test_a_reader_that_has_seen_enough(words, dam, whole_run):
     """As `| head`: not a word, whether the pipe is gone before the first line or after it."""
     for lines in (0, 1):

@@ -216,8 +216,8 @@ def main(arguments=None):
     try:
         results = Results(options.folder)
         made = paraview(results, options.to) if options.paraview else (drawings if options.dxf else export)(results, options.stage, options.to)
-        print("\n".join(made))
     except (ResultsError, OSError) as error:
         print(f"export: {error}", file=sys.stderr)
         return 2
+    print("\n".join(made))
     return 0

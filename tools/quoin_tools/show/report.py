@@ -132,13 +132,13 @@ def main(arguments=None):
     given = options.parse_args(arguments)
     try:
         written, missing = write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble, given.language)
-        print("\n".join(written))
-        if missing:
-            print(f"report: {len(missing)} texts have no words in this language and stay English, as '{missing[0]}'", file=sys.stderr)
     except browser.BrowserError as error:
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3
     except (*ERRORS, EnsembleError, OSError) as error:
         print(f"report: {error}", file=sys.stderr)
         return 2
+    print("\n".join(written))
+    if missing:
+        print(f"report: {len(missing)} texts have no words in this language and stay English, as '{missing[0]}'", file=sys.stderr)
     return 0
