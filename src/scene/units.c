@@ -2,6 +2,7 @@
    entries, before anything else reads it: all that follows, scene_echo.yaml among it, has plain numbers. */
 #include "scene/scene.h"
 #include "scene/reader.h"
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -132,32 +133,36 @@ static void in_unit_of(Reader *r, const Key *key, const char *number, const char
   if (i == UNITS) return;
   if (Units[i].factor == WEIGHT && g == 0.)
     COMPLAIN(r, "a weight is no density where gravity is 0 [m/s2]: expected kg/m3 or t/m3");
-  const int power = Units[i].power + (exponent[0] ? atoi(exponent + 1) : 0);
+  const long ten = exponent[0] ? strtol(exponent + 1, NULL, 10) : 0;
+  const int power = Units[i].power + (int)PetscClipInterval(ten, -9999, 9999); // no number goes as far
   snprintf(out, LABEL_LENGTH, "%.*se%d", (int)(exponent - number), number, power);
   if (Units[i].factor == WEIGHT && g > 0.) snprintf(out, LABEL_LENGTH, "%.17g", strtod(out, NULL) / g);
   if (Units[i].factor > 0. && Units[i].factor != 1.)
     snprintf(out, LABEL_LENGTH, "%.17g", strtod(out, NULL) * Units[i].factor);
 }
 
-/* Splits a number with a unit; returns its unit, NULL: it is no such thing. */
-static const char *unit_of(const char *item, char number[LABEL_LENGTH])
+/* Splits a number with a unit of this key or of others, or with a word that is none: '12 gpa'. Returns the
+   unit, NULL: it is no such thing. */
+static const char *unit_of(const Key *key, const char *item, char number[LABEL_LENGTH])
 {
   size_t n = strspn(item, "0123456789+-.");
   char *end;
   if (n && (item[n] == 'e' || item[n] == 'E') && strspn(item + n + 1, "0123456789+-"))
     n += 1 + strspn(item + n + 1, "0123456789+-");
-  const char *unit = item + n + strspn(item + n, " ");
+  const size_t blanks = strspn(item + n, " ");
+  const char *unit = item + n + blanks;
+  const PetscBool word = (PetscBool)(blanks && isalpha((unsigned char)unit[0]) && UnitOf(key, 0));
   snprintf(number, LABEL_LENGTH, "%.*s", (int)n, item);
   (void)strtod(number, &end);
-  return n && !*end && is_unit(unit) ? unit : NULL;
+  return n && !*end && (word || is_unit(unit)) ? unit : NULL;
 }
 
-static PetscBool any_unit(const char *value)
+static PetscBool any_unit(const Key *key, const char *value)
 {
   char item[LABEL_LENGTH], number[LABEL_LENGTH];
   for (const char *rest = value; rest;) {
     rest = NextItem(rest, item);
-    if (unit_of(item, number)) return PETSC_TRUE;
+    if (unit_of(key, item, number)) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -168,13 +173,13 @@ PetscErrorCode TakeUnits(Reader *r, const Key *key, Entry *entry)
   size_t used = 0, room = LABEL_LENGTH;
 
   PetscFunctionBeginUser;
-  if (!Takes[key->type] || entry->kind == ENTRY_SECTION || !any_unit(entry->value))
+  if (!Takes[key->type] || entry->kind == ENTRY_SECTION || !any_unit(key, entry->value))
     PetscFunctionReturn(PETSC_SUCCESS);
   for (const char *c = entry->value; *c; c++) room += *c == ',' ? LABEL_LENGTH : 0;
   PetscCall(PetscCalloc1(room, &text));
   for (const char *rest = entry->value; rest;) {
     rest = NextItem(rest, item);
-    const char *unit = unit_of(item, number);
+    const char *unit = unit_of(key, item, number);
     snprintf(out, sizeof out, "%s", item);
     if (unit) in_unit_of(r, key, number, unit, out);
     if (!out[0]) complain(r, key, item);

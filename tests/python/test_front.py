@@ -143,7 +143,7 @@ def test_advise(dam):
 
 
 def test_study(dam, tmp_path):
-    said = call("study", "scene.yaml", "joints.base.friction=20,50", "loads.water.level=20,30", *SHORT, "-o", tmp_path / "study", folder=dam).stdout
+    said = call("study", "joints.base.friction=20,50", "scene.yaml", "loads.water.level=20,30", *SHORT, "-o", tmp_path / "study", folder=dam).stdout
     with open(tmp_path / "study/study.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     ends = {(row["joints.base.friction"], row["loads.water.level"]): row["verdict"] for row in rows if row["stage"] == "full"}
@@ -316,7 +316,7 @@ def test_python_by_file_and_dictionary(dam, tmp_path, monkeypatch):
     scene["loads"]["water"]["level"] = 25.0
     scene["stages"] = scene["stages"][:2]
     scene["relaxation"] |= loose
-    again = quoin.run(scene | {"output": str(tmp_path / "dictionary")}, ranks=2)
+    again = quoin.run(scene | {"output": str(tmp_path / "dictionary"), "thickness": "100 cm"}, ranks=2)
     assert np.array_equal(again.stage("full").displacement, stage.displacement)
     assert json.loads((tmp_path / "dictionary/summary.json").read_text())["ranks"] == 2
 

@@ -57,7 +57,7 @@ def sorted_out(words):
         name, equals, values = word.partition("=")
         if word in ("-o", "--output") and words:
             folder = words.pop(0)
-        elif word.startswith("-") or not equals or not rest:
+        elif word.startswith("-") or not equals or os.path.exists(word):  # a scene may have such a name
             rest.append(word)
             if word.startswith("-") and words and not words[0].startswith("-") and "=" not in words[0]:
                 rest.append(words.pop(0))
