@@ -2,9 +2,11 @@
 
 import os
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 HERE = os.path.dirname(__file__)
 sys.path.insert(0, os.path.join(HERE, "..", "..", "tools"))
@@ -130,6 +132,39 @@ def test_continuum_and_refinement():
 
 
 @pytest.mark.parametrize("section, options", [
+    (None, Options(side=3.0, course=1.5, square=True, coping=1.0)), (None, Options(side=3.0, seed=2, coping=4.85)), (None, Options(side=3.0, facing=(0.0, 0.0), coping=2.0)),
+    (WALL, Options(side=1.0, facing=(0.5, 0.8), course=0.5, coping=0.6)), (TRIANGLE, Options(side=6.0, facing=(2.0, 2.0), course=4.0, coping=30.0))])
+def test_coping(section, options):
+    """One stone over the whole crest on a level bed; stones that do not come near it are those of the same seed without it."""
+    mesh, bare = (voronoi_mesh(section, o) for o in (options, replace(options, coping=0.0)))
+    outline = np.array(G1.corners() if section is None else section, dtype=float)
+    component, level = check(mesh), outline[:, 1].max() - options.coping
+    above = mesh.centres()[:, 1] > level
+    assert len(set(component[above])) == 1 and not set(component[above]) & set(component[~above])
+    assert areas(mesh)[above].sum() == pytest.approx(shapely.Polygon(outline).intersection(shapely.box(-99, level, 99, 999)).area, rel=1e-9)
+    assert areas(mesh).sum() == pytest.approx(polygons.area(outline), rel=1e-12) and (mesh.block_group[above] == 0).all()
+    ends = mesh.vertices[face_ends(mesh, mesh.face_sets["joint"])].round(9).reshape(-1, 4) + 0.0
+    there, back = ({tuple(row) for row in rows.tolist()} for rows in (ends, ends[:, [2, 3, 0, 1]]))
+    assert there == back and quality(mesh)[0] > 5.0
+    stones = [{tuple(shapely.bounds(shapely.MultiPoint(m.vertices[np.unique(m.blocks[part == i][m.blocks[part == i] >= 0])])).round(6)) for i in range(part.max() + 1)}
+              for m, part in ((mesh, component), (bare, check(bare)))]  # fmt: skip
+    below = [{stone for stone in found if stone[3] < level - 3 * options.side} for found in stones]
+    assert below[0] == below[1] and len(below[0]) > 10
+
+
+def test_bonded():
+    """The same blocks; what has its centre in the uppermost metres is one body, and only the joints between those stones are gone."""
+    bare, mesh = (voronoi_mesh(options=Options(side=3.0, bonded=height)) for height in (0.0, 4.85))
+    assert np.array_equal(bare.centres(), mesh.centres()) and np.array_equal(bare.block_group, mesh.block_group)
+    old, new, size = check(bare), check(mesh), areas(bare)
+    centre = np.bincount(old, size * bare.centres()[:, 1]) / np.bincount(old, size)
+    upper = centre[old] > 33 - 4.85
+    assert len(set(new[upper])) == 1 and new.max() == old.max() - len(set(old[upper])) + 1
+    joints = [{tuple(row) for row in m.vertices[face_ends(m, m.face_sets["joint"])].round(9).reshape(-1, 4).tolist()} for m in (bare, mesh)]
+    assert joints[1] < joints[0] and len({tuple(sorted((row[:2], row[2:]))) for row in joints[0] - joints[1]}) * 2 == len(joints[0] - joints[1])
+
+
+@pytest.mark.parametrize("section, options", [
     (WALL, Options(side=0.3)), (None, Options(side=0.45, seed=2))])
 def test_small_polygons_behind_large_stones(section, options):
     """Several polygons along one stone of the facing: the stone keeps its size and is cut in blocks, faces still match."""
@@ -185,7 +220,8 @@ def test_rock_matches_the_base():
     (["--section", "0,0", "0,30", "20,0"], "counter-clockwise"), (["--section", "0,0", "5,0"], "three corners"),
     (["--section", "0,0", "9,0", "0,9", "9,9"], "cross"), (["--side", "-1"], "positive"),
     (["--side", "nan"], "positive"), (["--facing", "3", "3"], "too thick"), (["--shortest", "1.5"], "half"),
-    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative"), (["--side", "0.005"], "at most 1e+06")])
+    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative"), (["--coping", "31"], "coping: 31: expected less than the 30.72 m"), (["--bonded", "nan"], "bonded: nan"),
+    (["--section", "0,0", "20,0", "20,10", "12,10", "12,6", "8,6", "8,10", "0,10", "--facing", "0", "0", "--coping", "2"], "no single bed"), (["--side", "0.005"], "at most 1e+06")])
 def test_refused(arguments, message, tmp_path, capsys):
     assert voronoi.main(["-o", str(tmp_path / "model.h5"), *arguments]) == 2
     assert message in capsys.readouterr().err

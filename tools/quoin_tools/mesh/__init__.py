@@ -7,6 +7,7 @@ polygons     Voronoi polygons cut to a section, without short edges
 stacks       columns, patches, cantilevers and grids of macroblocks
 dam          gravity dam on rock; default: section G1 of the Guilhofrei dam
 voronoi      dam of random polygons between facing courses
+crest        coping and bonded stones of such a dam
 rock         rock that sets of parallel joints cut into blocks
 declared     a YAML file of the user's, read key by key, with a line for each mistake
 plan         regions, joints and named lines, meshed by gmsh

@@ -70,9 +70,7 @@ class Polygons:
 
     def tidied(self, tess, _most):
         """Only what a gallery has cut: stones and facing are tidy."""
-        facing = [thickness for thickness in self.options.facing if thickness]
-        side = min([self.options.least(), *(0.4 * size for size in (*facing, *([self.options.course] if facing else [])))])
-        return polygons.tidy(tess, side, min([0.15 * self.stone(), *(0.4 * size * self.options.course for size in facing)]))
+        return polygons.tidy(tess, *self.options.finest())
 
     def names(self):
         return [JointSet("joint", 0.0, 1.0)]
@@ -90,7 +88,7 @@ class Joints:
     def cells(self, shape):
         lines = [shape.exterior, *(line for joints in self.sets for line in rock.lines_across(np.array(shape.exterior.coords), joints))]
         found = [part for part in shapely.polygonize([shapely.union_all(lines)]).geoms if shape.intersects(part.representative_point())]
-        rings = [voronoi.ring_of(part) for part in found]
+        rings = [polygons.ring_of(part) for part in found]
         return sorted(rings, key=lambda ring: tuple(ring.mean(axis=0).round(6))), np.zeros(len(rings), dtype=bool)
 
     def tidied(self, tess, most):
@@ -163,7 +161,7 @@ def clipped(rings, facing, shape, fixed, pattern, tolerance):
     parts, outside = [], []
     for ring, out in zip(rings, facing):
         for part in simple_parts(shapely.intersection(shapely.Polygon(ring), shape)):
-            parts.append(voronoi.ring_of(part))
+            parts.append(polygons.ring_of(part))
             outside.append(out)
     tess = polygons.tessellation(parts, fixed, tolerance)
     if shape.interiors or not isinstance(pattern, Polygons):

@@ -150,6 +150,11 @@ def inner_edges(rings):
     return sorted((a, b) for a, b in edges if a < b and (b, a) in edges)
 
 
+def ring_of(polygon):
+    """Corners of a polygon of shapely, counter-clockwise."""
+    return np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)[:-1]
+
+
 def area(xy):
     x, y = np.asarray(xy).T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))

@@ -21,7 +21,7 @@ import scipy
 import shapely
 
 from quoin_tools.base.command import Parser
-from quoin_tools.mesh import polygons
+from quoin_tools.mesh import crest, polygons
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, quality, write
 from quoin_tools.mesh.dam import G1, corner
 from quoin_tools.mesh.meshing import (
@@ -49,7 +49,8 @@ class Options:
     facing: thickness upstream and downstream (0: none); course: height of a course; square: joints between courses
     square to the face, not turning from the base to the next side; lloyd: steps towards even polygons; refine: times
     every block is cut in quadrilaterals; rock: heights of the dam to each side and below (0: no rock); joints: False
-    welds all polygons (the continuum of the same blocks); base: how many sides of the section, the first ones, are its base."""
+    welds all polygons (the continuum of the same blocks); base: how many sides of the section, the first ones, are its base;
+    coping: height of one stone over the whole crest (0: none); bonded: all stones with a centre in these uppermost metres are one body (0: none)."""
 
     side: float = 2.0
     seed: int = 1
@@ -62,9 +63,17 @@ class Options:
     rock: float = 0.0
     joints: bool = True
     base: int = 1
+    coping: float = 0.0
+    bonded: float = 0.0
 
     def least(self):
         return 0.25 * self.side if self.shortest is None else self.shortest
+
+    def finest(self):
+        """(shortest side, smallest area) of stones and facing that something has cut."""
+        facing = [thickness for thickness in self.facing if thickness]
+        side = min([self.least(), *(0.4 * size for size in (*facing, *([self.course] if facing else [])))])
+        return side, min([0.15 * 2.2 * self.side**2, *(0.4 * size * self.course for size in facing)])
 
 
 def voronoi_mesh(section=None, options=None, tell=lambda what: None):
@@ -91,6 +100,10 @@ def checked_section(section, options):
         raise MeshError("expected a shortest side of at most half the mean side, and no negative numbers")
     if (count := polygons.area(section) / (2.2 * options.side**2)) > MOST:
         raise MeshError(f"side: about {count:.3g} polygons, expected at most {MOST:g}")
+    reach = section[:, 1].max() - section[: options.base + 1, 1].max()
+    for name, height in (("coping", options.coping), ("bonded", options.bonded)):
+        if not (height == 0 or 0 < height < reach):
+            raise MeshError(f"{name}: {height:g}: expected less than the {reach:g} m of the crest above the base, 0 for none")
     if section[0, 0] >= section[1, 0] or max(section[:2, 1]) >= section[:, 1].max():
         raise MeshError("section: its first side is not a base from heel to toe below the crest")
     return section
@@ -157,7 +170,8 @@ def tessellate(section, options, tell=lambda what: None):
         count *= (mean / options.side) ** 2
     tess = best[1]
     whole = polygons.tessellation(quads + tess.polygons())
-    return whole, np.arange(len(whole.rings)) < len(quads)
+    facing = np.arange(len(whole.rings)) < len(quads)
+    return crest.coped(whole, facing, section, options.coping, options.finest()) if options.coping else (whole, facing)
 
 
 def inner_tessellation(inner, anchors, thickness, count, options):
@@ -171,17 +185,13 @@ def inner_tessellation(inner, anchors, thickness, count, options):
         seeds = np.where(shapely.contains_xy(polygon, centre)[:, None], centre, seeds)
     whole, parts = cells(seeds, polygon, spacing)
     pieces = shapely.get_parts(np.concatenate([whole, parts]))
-    rings = [ring_of(part) for part in pieces[shapely.area(pieces) > 0]]
+    rings = [polygons.ring_of(part) for part in pieces[shapely.area(pieces) > 0]]
     tess = polygons.tessellation(rings, anchors, 1e-6 * options.side)
     fitted = snapped(tess, inner, np.flatnonzero(thickness), len(anchors))
     fitted = fitted and polygons.tidy(fitted, options.least(), 0.15 * polygon.area / count)
     if fitted and max(polygons.corner_angles(xy).max() for xy in fitted.polygons()) < FOLDED:
         return fitted
     return polygons.tidy(tess, options.least(), 0.15 * polygon.area / count)
-
-
-def ring_of(polygon):
-    return np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)[:-1]
 
 
 def scatter(polygon, count, distance, rng):
@@ -241,7 +251,7 @@ def areal(shapes):
 
 def mirrored(seeds, polygon, reach):
     """Images of the seeds within reach of a side, at its height, that fall outside."""
-    ring = ring_of(polygon)
+    ring = polygons.ring_of(polygon)
     images = []
     for a, b in zip(ring, np.roll(ring, -1, axis=0)):
         along = (b - a) / math.dist(a, b)
@@ -295,6 +305,8 @@ def block_mesh(tess, facing, section, options):
     """Blocks of all polygons, doubled vertices along their sides, names."""
     vertices, blocks, owner = polygons.blocks_of(tess)
     edges = polygons.inner_edges(tess.rings)
+    if upper := max(options.bonded, options.coping):
+        edges = crest.between_bodies(tess, edges, upper)
     for _ in range(options.refine):
         corners = np.where(blocks[:, 3] < 0, 3, 4)
         vertices, blocks, edges = polygons.refined(vertices, blocks, edges)
@@ -354,6 +366,8 @@ def options_of(arguments):
         help="thickness of the facing upstream and downstream [m]; 0: none")
     add("--course", type=float, default=1.0, help="height of a course of the facing [m]")
     add("--square", action="store_true", help="joints between courses square to the face; else they turn from side to side")
+    add("--coping", type=float, default=0.0, help="height of a coping [m]: one stone over the whole crest, on a level bed; 0: none")
+    add("--bonded", type=float, default=0.0, help="uppermost metres whose stones are one body, with a toothed underside; 0: none")
     add("--lloyd", type=int, default=1, help="steps towards even polygons")
     add("--refine", type=int, default=0, help="times every block is cut in quadrilaterals")
     add("--rock", type=float, default=0.0, help="rock to each side and below, in heights of the dam; 0: none")
@@ -383,7 +397,7 @@ def writable(path):
 def main(arguments=None):
     given = options_of(arguments)
     options = Options(given.side, given.seed, given.shortest, tuple(given.facing), given.course, given.square,
-                      given.lloyd, given.refine, given.rock, not given.continuous)
+                      given.lloyd, given.refine, given.rock, not given.continuous, coping=given.coping, bonded=given.bonded)
     try:
         writable(given.output)
         mesh = voronoi_mesh(given.section, options, Progress())
