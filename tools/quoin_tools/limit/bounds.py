@@ -19,6 +19,7 @@ from quoin_tools.limit.program import Limit, missing
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 NARROW = 1e-7  # bracket of a level or a strength, over its size
 DOUBLINGS = 40
+SLOW = 5  # trials that fail one after the other: then the bracket is halved once
 MOST_KEPT = 1000  # loads
 
 
@@ -101,7 +102,7 @@ def factor_of(mesh, scene, stage, parts, raises, kept):
 
 
 def level_of(mesh, scene, stage, parts, kept):
-    """Bisection on the rise of what a flood raises."""
+    """By trials of the rise of what a flood raises."""
     rising, tails = risers(scene, stage)
     top = max(float(scene.loads[name]["level"]) for name in rising)
 
@@ -123,9 +124,7 @@ def level_of(mesh, scene, stage, parts, kept):
         low, high = high, 2 * high
     else:
         return Bound(stage, "flood", math.inf, "m", parts, loads, rising)
-    while high - low > NARROW * size:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if missing(parts, total(middle))[0] <= STANDS else (low, middle)
+    high, low = closed_in(lambda rise: missing(parts, total(rise))[0], high, low, NARROW * size)
     return Bound(stage, "flood", top + high, "m", parts, loads, rising, standing(parts, total(low), total(high)))
 
 
@@ -161,7 +160,7 @@ def density(load):
 
 
 def reduction_of(mesh, scene, stage, parts, kept):
-    """Bisection on the angle of friction or on the part of the strengths that is left."""
+    """By trials of the angle of friction or on the part of the strengths that is left."""
     keys, loads = scene.stages[stage], kept.forces(mesh, scene, stage, parts)
     what, only, total = keys.get("what", "friction"), keys.get("reduce"), sum(loads.values())
     only = [only] if isinstance(only, str) else only
@@ -175,11 +174,36 @@ def reduction_of(mesh, scene, stage, parts, kept):
         return Bound(stage, "strength_reduction", None, unit, parts, loads, [])
     if missing(parts, total, (what, low, only))[0] <= STANDS:
         return Bound(stage, "strength_reduction", 0.0, unit, parts, loads, [])
-    width = NARROW * high
-    while high - low > width:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if missing(parts, total, (what, middle, only))[0] <= STANDS else (middle, high)
+    low, high = closed_in(lambda left: missing(parts, total, (what, left, only))[0], low, high, NARROW * high)
     return Bound(stage, "strength_reduction", low, unit, parts, loads, [], standing(parts, total, total, (what, high, only), (what, low, only)))
+
+
+def closed_in(short_of, fails, stands, width):
+    """(one that fails, one that stands), no farther apart than width. What is missing falls to nothing where bodies begin to stand, and nearly straight just before: a line through the last
+    two that fail says where, and both sides of that place are tried. Where that does not help the bracket is halved. Eight to twenty programmes, where halving alone takes 26."""
+    beside, place, failed, row = math.copysign(0.25 * width, stands - fails), None, True, 0
+    known = [(fails, short_of(fails) - STANDS)]
+    while abs(stands - fails) > width:
+        at = 0.5 * (fails + stands)
+        if row == SLOW:
+            guess, row = None, 0
+        elif failed and len(known) > 1:
+            (a, before), (b, now) = known[-2:]
+            place = b + now * (b - a) / (before - now) if before > now else None
+            guess = None if place is None else place + beside
+        else:
+            guess, place = None if place is None else place - beside, None
+        if guess is not None and (guess - fails) * (stands - guess) > 0:
+            at = guess
+        value = short_of(at) - STANDS
+        failed = value > 0
+        row = row + 1 if failed else 0
+        if failed:
+            fails = at
+            known.append((at, value))
+        else:
+            stands = at
+    return fails, stands
 
 
 def standing(parts, stands, fails, reduction=None, reduced=None):
