@@ -1,4 +1,4 @@
-"""Scenes of the limit analysis cases: block on a slope, dam in lifts, arch, pier, block under a ceiling."""
+"""Scenes of the limit analysis cases: block on a slope, dam in lifts, arch, pier, block under a ceiling, weir on water that flows, block on a grouted bar."""
 
 import math
 
@@ -102,3 +102,27 @@ def ceiling():
     floor, block, top = rectangle(-2, -1, 8, 1, group="ground", rigid=True), rectangle(0, 0, 2, 1, group="block", rigid=True), rectangle(-2, 1, 8, 1, group="ground", rigid=True)
     mesh = join([renamed(body, {}) for body in (floor, block, top)])
     return mesh, basic(2000, 0.5, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}})
+
+
+def weir(friction=0.5, length=6.0, height=8.0):
+    """A block under water to its crest, which flows through a base joint whose width nothing changes: a straight line of pressure, from all of the head to nothing. The water on the face is raised."""
+    rock = rectangle(-2, -2, length + 4, 2, group="ground", rigid=True)
+    block = rectangle(0, 0, length, height, group="block", rigid=True)
+    mesh = join([renamed(rock, {}), renamed(block, {"base": "bottom", "upstream": "left", "downstream": "right"})])
+    angle, width = math.degrees(math.atan(friction)), 1e-3
+    joints = {"default": {"k_n": 1e11, "k_s": 1e11, "friction": angle}, "base": {"aperture": width, "aperture_residual": width, "aperture_max": width}}
+    loads = {"push": {"type": "reservoir", "faces": "upstream", "level": height}, "up": {"type": "head", "faces": "upstream", "level": height}, "down": {"type": "head", "faces": "downstream", "level": 0}}
+    acts = ["weight", *loads]
+    stages = [{"full": {"loads": acts}}, {"push": RAISED[0]["push"] | {"loads": acts, "start": 1, "step": 0.25, "limit": 4, "bracket": 2e-3}}]
+    return mesh, basic(2400, friction, loads, stages, gravity=9.81, joints=joints)
+
+
+def barred(direction, friction=0.5, **bar):
+    """A block, 2 x 2 m and 96 kN, on ground, with a bar upright in its middle: 1.5 m in the block, 1 m in the ground. The push is 1 kN along `direction`, through the middle of the joint."""
+    ground = rectangle(-2, -2, 4, 2, group="ground", rigid=True)
+    block = quad_patch((-1, 0), (1, 0), (1, 2), (-1, 2), 2, 1, "block", True)
+    block.points = {"foot": 1}
+    mesh = join([renamed(ground, {}), block])
+    mesh.face_sets = {}
+    keys = basic(2400, friction, {"push": {"type": "point_force", "point": "foot", "value": [1e3 * x for x in direction]}}, k_n=1e10)
+    return mesh, keys | {"anchors": {"bar": {"head": [0, 1.5], "root": [0, -1], "area": 1e-3, "young": 200e9, "bond_stiffness": 2e9} | bar}}

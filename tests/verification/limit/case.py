@@ -12,8 +12,10 @@ from pathlib import Path
 import assemblies as p
 import numpy as np
 from driver import changed
+from quoin_tools.limit import LimitError
 from quoin_tools.limit.bounds import bound
 from quoin_tools.limit.program import velocities
+from quoin_tools.limit.water import of_run as water_of
 from quoin_tools.show import limit
 
 WHAT = "limit analysis: slope, dam in lifts, arch, pier, ceiling; beside trials of the solver; scaling, duality, mechanism; anchors, crushing, uplift"
@@ -27,6 +29,9 @@ def run(case):
     mechanism(case)
     kinds(case)
     extras(case)
+    bars(case)
+    flowing(case)
+    built(case)
     settled(case)
     contradicted(case)
     simulated(case)
@@ -117,6 +122,82 @@ def extras(case):
     block = weight / strength  # length of the block of stress
     exact = weight * (20 - block / 2) / (water * 40 / 3)
     case.check("dam that crushes its toe", bound(mesh, p.scene_of(crushed), "push").value, exact, relative=2e-3)
+
+
+def bars(case):
+    """A block with one bar in grout, by hand: lifted, and pushed along the joint, where steel and dowel share an ellipse."""
+    weight = 96.0  # kN
+    for what, keys, force in (("bond in the ground", {"yield": 500e6, "bond_strength": 2e5}, 200), ("bond in the block", {"yield": 500e6, "bond_strength": 2e5, "head": [0, 0.6]}, 120),
+                              ("yield", {"yield": 500e6, "bond_strength": 6e5}, 500), ("a plate", {"yield": 150e6, "bond_strength": 2e5, "head": [0, 0.6], "plate": True}, 150),
+                              ("a plate, bond in the ground", {"yield": 500e6, "bond_strength": 2e5, "head": [0, 0.6], "plate": True}, 200),
+                              ("breaking", {"yield": 500e6, "breaking_force": 90e3}, 90), ("spaced 2 m", {"yield": 500e6, "spacing": 2}, 250)):  # fmt: skip
+        case.check(f"block lifted off a bar, {what} [kN]", of(p.barred((0, 1), **keys)).value, weight + force, relative=1e-9)
+    case.check("... pressed down: no bar is needed", of(p.barred((0, -1), **{"yield": 500e6})).value, math.inf)
+    for T, V in ((200.0, 150.0), (500.0, 60.0)):
+        found = of(p.barred((1, 0), **{"yield": T * 1e6, "dowel_stiffness": 1e8, "dowel_strength": V * 1e3})).value
+        case.check(f"block pushed off a bar of {T:g} kN and its dowel of {V:g} kN [kN]", found, 0.5 * weight + math.hypot(0.5 * T, V), relative=1.3e-3)
+        case.check("... not below", found > 0.5 * weight + math.hypot(0.5 * T, V), True)
+    foundation = {"yield": 500e6, "dowel_foundation": 2e9}
+    inertia, section = 1e-6 / (4 * math.pi), math.pi / 32 * math.sqrt(4e-3 / math.pi) ** 3  # of a round bar, area squared over 4 pi
+    V = 500e6 * section * (2e9 / (4 * 200e9 * inertia)) ** 0.25 / (math.exp(-math.pi / 4) * math.sin(math.pi / 4)) / 1e3
+    case.check("... a dowel on its foundation", of(p.barred((1, 0), **foundation)).value, 0.5 * weight + math.hypot(250, V), relative=1.3e-3)
+    case.check("... and without strength: told", [line for line in of(p.barred((1, 0), **{"yield": 2e8, "dowel_stiffness": 1e8})).notes if "Dowels" in line], ["Dowels without strength keep joints from sliding whatever comes: bar."])
+    for what, direction, exact, keys in (("lifted", (0, 1), weight + 200, {"yield": 500e6, "bond_strength": 2e5}),
+                                         ("pushed, where sliding does not stretch the bar", (1, 0), 0.5 * weight + 150, {"yield": 500e6, "dowel_stiffness": 1e8, "dowel_strength": 150e3})):  # fmt: skip
+        mesh, scene = p.barred(direction, **keys)
+        stage = scene["stages"][0]["push"] | {"start": 0.5 * exact, "step": 0.3 * exact, "limit": 2 * exact, "bracket": 5e-3 * exact}
+        result = case.run(mesh, changed(scene, ("strain", "small"), ("stages", [{"push": stage}])))
+        found = result.stage_summary("push")["load_factor"]
+        case.check(f"the block with the bar {what}: the run stands at [kN]", found["stable"], exact, relative=1e-2)
+        case.check("... not beyond the bound", limit.main([str(result.folder)]), 0)
+
+
+def flowing(case):
+    """A weir on a joint in which water flows: pressures of its run, by hand and as an uplift load; alone it is refused."""
+    mesh, keys = p.weir()
+    weight, water, uplift = 6 * 8 * 2400 * 9.81, 9810 * 8**2 / 2, 9810 * 8 * 6 / 2
+    exact = 0.5 * (weight - uplift) / water
+    result = case.run(mesh, keys)
+    found = result.stage_summary("push")["load_factor"]
+    case.check("weir on water that flows: the run stands at", found["stable"], exact, relative=4e-3)
+    _, scene, results = limit.inputs(str(result.folder))
+    pressing = water_of(results, "push")
+    answer = bound(mesh, scene, "push", water=pressing)
+    case.check("... the bound with the pressures of the run", answer.value, exact, relative=1e-6)
+    case.check("... says which these are", answer.notes[-1].startswith("Water in joints presses as in the run in its last stable trial"), True)
+    case.check("... water in the joint raised too, alone", bound(mesh, scene, "full", ["up"], water=water_of(results, "full")).value, (weight - water / 0.5) / uplift, relative=1e-6)
+    flood = replace(scene, stages={"push": {"type": "flood", "loads": ["weight", "push", "up", "down"]}})
+    rises = math.sqrt(exact * 8**2 + (math.sqrt(exact) * 8 - 8) ** 2)
+    for _ in range(50):  # above the crest a trapezium presses
+        rises = math.sqrt(exact * 8**2 + (rises - 8) ** 2)
+    case.check("... as a flood, with the same pressures [m]", bound(mesh, flood, "push", water=pressing).value, rises, relative=1e-5)
+    rule = changed(keys, ("loads.up", {"type": "uplift", "faces": "base", "level": 8, "tailwater": 0}), ("stages", [{"push": {"type": "load_factor", "raises": ["push"], "loads": ["weight", "push", "up"]}}]))
+    case.check("... as with an uplift load", bound(mesh, p.scene_of(rule), "push").value, answer.value, relative=1e-9)
+    case.check("... the command", limit.main([str(result.folder)]), 0)
+    try:
+        bound(mesh, scene, "push")
+        said = ""
+    except LimitError as error:
+        said = str(error)
+    case.check("... without a run", said, "loads.up: water that flows in joints presses as a run finds it: run it first, then quoin limit on the folder of the run")
+
+
+def built(case):
+    """A dam in lifts, two of which a later stage builds: what stands before is what a mesh without them is."""
+    mesh, keys = p.dam(0.75, lifts=4)
+    lifts = np.flatnonzero(np.array(mesh.group_names)[mesh.block_group] == "block")
+    mesh.group_names, mesh.group_rigid = [*mesh.group_names, "later"], np.array([*mesh.group_rigid, 1])
+    mesh.block_group[lifts[2:]] = 2
+    mesh.points["top"] = int(mesh.blocks[lifts[-1], 2])
+    stages = [{"half": {"loads": ["weight", "low"]}}, {"push": p.RAISED[0]["push"] | {"loads": ["weight", "push"], "build": ["later"]}}]
+    whole = changed(keys, ("materials.later", {"density": 2300, "rigid": True}), ("loads.weight", {"type": "self_weight", "groups": ["block", "later"]}),
+                    ("loads.low", keys["loads"]["push"] | {"level": 20}), ("supports.top", {"fix": "y"}), ("stages", stages))  # fmt: skip
+    weight, water = 0.5 * (30 + 15) * 20 * 2300 * 9.81, 9810 * 20**2 / 2
+    answer = bound(mesh, p.scene_of(whole), "half", ["low"])
+    case.check("half a dam, the rest not built yet: bodies, rock included", answer.parts.n, 3)
+    case.check("... slides on its base at", answer.value, 0.75 * weight / water, relative=1e-9)
+    del whole["supports"]["top"]
+    case.check("... all of it built", bound(mesh, p.scene_of(whole), "push").value, 1.29375, relative=1e-9)
 
 
 def settled(case):

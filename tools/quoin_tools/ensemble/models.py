@@ -18,8 +18,7 @@ import threading
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.limit import bounds
-from quoin_tools.limit.assembly import LimitError
+from quoin_tools.limit import LimitError, bounds
 from quoin_tools.mesh.of_run import mesh_at, mesh_of_scene
 
 REFUSED, COLLAPSED = 2, 6  # exit codes of the solver

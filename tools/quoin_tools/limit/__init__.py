@@ -1,8 +1,14 @@
 """Limit analysis beside the simulation: what rigid blocks can bear at most. It imports mesh, base and assess.
 
-assembly   bodies, the faces where they meet, supports and anchors, from a block mesh and its scene
+assembly   bodies and the faces where they meet, supports, from a block mesh and its scene
+ties       anchors, grouted bars and dowels between bodies
 forces     loads of a stage on each body
+water      water that flows in joints, as a run has found it, on each body
 program    the linear programme: multiplier, forces, mechanism, and the checks of its solution
 friction   the estimate for friction without dilation, by a sequence of programmes
 bounds     the limit of a stage: load factor, level of a flood, reduction of strengths
 """
+
+
+class LimitError(ValueError):
+    """Why limit analysis does not apply, in one line."""

@@ -12,15 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from quoin_tools.base.scene import SceneError
+from quoin_tools.limit import LimitError
+from quoin_tools.limit.ties import Ties, ties_of
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
+from quoin_tools.mesh.meshing import without_groups
 
 OPPOSITE = 0.999  # cosine between faces that stand against each other
 SHORTEST = 1e-6  # of the mean face: a shorter piece is a corner
-
-
-class LimitError(ValueError):
-    """Why limit analysis does not apply, in one line."""
 
 
 @dataclass(frozen=True)
@@ -75,18 +73,6 @@ class Contacts:
 
 
 @dataclass
-class Ties:
-    """Anchors between two bodies: one unknown force each, positive in tension."""
-
-    names: list
-    head: np.ndarray  # (k,) body
-    root: np.ndarray  # (k,) body
-    place: np.ndarray  # (k, 2, 2) head, root [m]
-    least: np.ndarray  # (k,) [N] in the slice
-    most: np.ndarray  # (k,)
-
-
-@dataclass
 class Assembly:
     mesh: object
     body: np.ndarray  # (n_blocks,) body of each block
@@ -97,6 +83,7 @@ class Assembly:
     ties: Ties
     strengths: dict  # joint: Strength, in this stage
     thickness: float
+    gap: float  # [m] that faces may be apart and meet
 
     @property
     def n(self):
@@ -104,25 +91,21 @@ class Assembly:
 
 
 def assembly(mesh, scene, stage):
+    """Of what is built in a stage; its mesh is without the rest."""
+    absent = scene.absent(stage)
+    mesh = without_groups(mesh, absent) if absent else mesh
     body = macroblocks(mesh)
-    n = int(body.max()) + 1
-    refuse(mesh, scene, stage)
+    n = int(body.max(initial=-1)) + 1
+    if n < 2:
+        raise LimitError("the mesh is one body without joints" if n else f"stage '{stage}' has no blocks")
     size = np.abs(areas(mesh))
     centre = np.column_stack([np.bincount(body, size * mesh.centres()[:, k], n) / np.bincount(body, size, n) for k in (0, 1)])
-    contacts = contacts_of(mesh, scene, body)
+    contacts, gap = contacts_of(mesh, scene, body)
     if not len(contacts):
         raise LimitError("no two bodies of the mesh meet: there is no joint that could fail")
-    ground, held = supports_of(mesh, scene, body, n)
+    ground, held = supports_of(mesh, scene, body, n, bool(absent))
     strengths = {name: strength_of(scene, name, stage) for name in sorted(set(contacts.joint))}
-    return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), strengths, scene.thickness)
-
-
-def refuse(mesh, scene, stage):
-    absent = scene.absent(stage)
-    if absent:
-        raise LimitError(f"stage '{stage}' does not have groups that other stages build ({', '.join(sorted(absent))}): limit analysis knows whole structures only")
-    if macroblocks(mesh).max() < 1:
-        raise LimitError("the mesh is one body without joints")
+    return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), strengths, scene.thickness, gap)
 
 
 def strength_of(scene, name, stage):
@@ -143,6 +126,7 @@ def gap_of(scene, ends):
 
 
 def contacts_of(mesh, scene, body):
+    """(Contacts, largest gap of faces that meet [m])."""
     faces = outer_faces(mesh)
     ends = mesh.vertices[face_ends(mesh, faces)]
     gap = gap_of(scene, ends)
@@ -156,7 +140,7 @@ def contacts_of(mesh, scene, body):
     a, b = (np.array([piece[k] for piece in pieces], dtype=int) for k in (0, 1))
     p, q = (np.array([piece[k] for piece in pieces], dtype=float).reshape(-1, 2) for k in (3, 4))
     normal = np.array([piece[5] for piece in pieces]).reshape(-1, 2)
-    return Contacts(a, b, p, q, normal, [piece[2] for piece in pieces])
+    return Contacts(a, b, p, q, normal, [piece[2] for piece in pieces]), float(gap.max())
 
 
 def joint_rows(mesh, scene, faces):
@@ -250,8 +234,8 @@ def corners(mesh, scene, body, faces, ends, rows, pieces, gap):
 
 # ---- what holds bodies -------------------------------------------------------------------------------------
 
-def supports_of(mesh, scene, body, n):
-    """(whether a body is held whole, reactions (h, 3) elsewhere)."""
+def supports_of(mesh, scene, body, n, partly):
+    """(whether a body is held whole, reactions (h, 3) elsewhere). partly: some of it is not built yet, what it holds may be missing."""
     ground, held = np.zeros(n, dtype=bool), set()
     rings = closed_rings(mesh)
     for name, keys in scene.supports.items():
@@ -268,6 +252,8 @@ def supports_of(mesh, scene, body, n):
                 ground[body[blocks]] = True
                 continue
             places = [(body[block], vertex) for block in blocks for vertex in rings[block]]
+        elif partly:
+            continue
         else:
             raise LimitError(f"supports.{name}: the mesh has no '{target}'")
         held |= {(int(b), int(vertex), axis) for b, vertex in places for axis in (0, 1) if "xy"[axis] in fix}
@@ -278,35 +264,3 @@ def supports_of(mesh, scene, body, n):
     if not ground.any() and not rows:
         raise LimitError("nothing is held: the scene has no supports")
     return ground, np.array(rows, dtype=int).reshape(-1, 3)
-
-
-def ties_of(mesh, scene, stage, body):
-    """Anchors that are there in a stage. A prestress changes no limit of bodies that are rigid: a tie bears up to its yield or break."""
-    polygons = shapely.STRtree(shapely.polygons(mesh.vertices[closed_rings(mesh)]))
-    order, rows = list(scene.stages), []
-    for name, keys in scene.anchors.items():
-        if keys.get("bond_stiffness"):
-            raise LimitError(f"anchors.{name} is bonded: limit analysis knows anchors that are held at their ends only")
-        if first_stage(keys, order) not in [*scene.stages_before(stage), stage]:
-            continue
-        blocks = []
-        for end in ("head", "root"):
-            hits = polygons.query(shapely.Point(keys[end]), predicate="dwithin", distance=float(scene.contact.get("tolerance", 0.005)))
-            if not len(hits):
-                raise LimitError(f"anchors.{name}: its {end} is in no block")
-            blocks.append(body[hits[0]])
-        most = min(float(keys.get("yield", math.inf)) * float(keys["area"]), float(keys.get("breaking_force", math.inf)))
-        most *= scene.thickness / float(keys.get("spacing", 1.0))
-        rows.append((name, *blocks, [keys["head"], keys["root"]], -most if keys.get("compression") else 0.0, most))
-    columns = list(zip(*rows)) if rows else [[]] * 6
-    return Ties(list(columns[0]), np.array(columns[1], int), np.array(columns[2], int), np.array(columns[3], float).reshape(-1, 2, 2),
-                np.array(columns[4], float), np.array(columns[5], float))  # fmt: skip
-
-
-def first_stage(keys, order):
-    lock = keys.get("lock")
-    lock = lock[0] if isinstance(lock, list) else lock
-    name = lock or keys.get("from") or order[0]
-    if name not in order:
-        raise SceneError(f"no stage '{name}', which an anchor names")
-    return name

@@ -11,10 +11,11 @@ import numpy as np
 
 from quoin_tools.assess.surface import WATERS
 from quoin_tools.base.scene import SceneError, raised
-from quoin_tools.limit import forces, program
-from quoin_tools.limit.assembly import Assembly, LimitError, assembly, strength_of
+from quoin_tools.limit import LimitError, forces, program
+from quoin_tools.limit.assembly import Assembly, assembly, strength_of
 from quoin_tools.limit.friction import Estimate, estimate
 from quoin_tools.limit.program import Limit, missing
+from quoin_tools.limit.water import FLOWING, NAME, flowing
 
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 NARROW = 1e-7  # bracket of a level or a strength, over its size
@@ -41,55 +42,63 @@ class Kept:
     """What samples of one mesh share: bodies and contacts, loads that have not changed."""
 
     def __init__(self):
-        self.parts, self.loads, self.known = None, {}, forces.Known()
+        self.parts, self.loads, self.known, self.wet = None, {}, forces.Known(), None
 
     def assembly(self, mesh, scene, stage):
         if self.parts is None:
             self.parts = assembly(mesh, scene, stage)
         return replace(self.parts, strengths={name: strength_of(scene, name, stage) for name in self.parts.strengths})
 
-    def forces(self, mesh, scene, stage, parts):
-        """As body_forces: only loads that have changed are worked out anew."""
+    def forces(self, scene, stage, parts, water=None):
+        """As body_forces: only loads that have changed are worked out anew. water: JointWater of a run, which stays what it is."""
         mark = repr((scene.gravity, scene.thickness, [(name, keys.get("density")) for name, keys in scene.materials.items()]))
         wanted = {name: repr((load, mark)) for name, load in scene.stage_loads(stage).items()}
         new = {name for name, key in wanted.items() if (name, key) not in self.loads}
         if new:
-            fresh = forces.body_forces(mesh, scene, stage, parts, new, self.known)
+            fresh = forces.body_forces(parts.mesh, scene, stage, parts, new, self.known)
             self.loads |= {(name, wanted[name]): fresh.get(name) for name in new}
         while len(self.loads) > MOST_KEPT:
             del self.loads[next(iter(self.loads))]
-        return {name: self.loads[name, key] for name, key in wanted.items() if self.loads.get((name, key)) is not None}
+        found = {name: self.loads[name, key] for name, key in wanted.items() if self.loads.get((name, key)) is not None}
+        if water:
+            self.wet = water.forces(parts) if self.wet is None else self.wet
+            found[NAME] = self.wet
+        return found
 
 
-def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=None):
+def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=None, water=None):
     """raises: names of the loads that are raised, in place of what the stage says. sequence: the estimate without dilation too. largest: number of contacts beyond which it is refused.
-    kept: of samples before, whose mesh, supports and anchors are the same."""
+    kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run)."""
     scene, kept = replace(scene, trials={}), kept or Kept()  # the scene as it was written, whatever trials of a run have found
+    flows = flowing(scene, stage)
+    if flows and water is None:
+        raise LimitError(f"loads.{flows[0]}: water that flows in joints presses as a run finds it: run it first, then quoin limit on the folder of the run")
     parts = kept.assembly(mesh, scene, stage)
     if largest and len(parts.contacts) > largest:
         raise LimitError(f"{len(parts.contacts)} contacts, more than {largest}: run quoin limit by itself")
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
     if raises or kind in ("static", "load_factor"):
-        found = factor_of(mesh, scene, stage, parts, raises or keys.get("raises"), kept)
+        found = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
         if sequence:
             loads = found.loads
             live = sum(loads[name] for name in found.raised)
             dead = sum((loads[name] for name in loads if name not in found.raised), np.zeros_like(live))
             found.estimate = estimate(parts, dead, live, found.limit)
     elif kind == "flood":
-        found = level_of(mesh, scene, stage, parts, kept)
+        found = level_of(scene, stage, parts, kept, water)
     elif kind == "strength_reduction":
-        found = reduction_of(mesh, scene, stage, parts, kept)
+        found = reduction_of(scene, stage, parts, kept, water)
     else:
         raise LimitError(f"stages.{stage} is of type {kind}: limit analysis is for static stages and trials (load_factor, flood, strength_reduction)")
-    found.notes = notes(scene, stage, parts)
+    found.notes = notes(scene, stage, parts) + (water_notes(found, water) if flows else [])
     return found
 
 
-def factor_of(mesh, scene, stage, parts, raises, kept):
-    loads = kept.forces(mesh, scene, stage, parts)
-    names = list(raises) if raises else [name for name in loads if scene.loads[name].get("type") != "self_weight"]
+def factor_of(scene, stage, parts, raises, kept, water):
+    loads = kept.forces(scene, stage, parts, water)
+    flows = flowing(scene, stage)
+    names = list(dict.fromkeys(NAME if name in flows else name for name in raises)) if raises else [name for name in loads if name == NAME or scene.loads[name].get("type") != "self_weight"]
     for name in names:
         if name not in loads:
             raise SceneError(f"stage '{stage}' has no load '{name}' that presses on bodies")
@@ -101,7 +110,7 @@ def factor_of(mesh, scene, stage, parts, raises, kept):
     return Bound(stage, "load_factor", limit.factor, "-", parts, loads, names, limit)
 
 
-def level_of(mesh, scene, stage, parts, kept):
+def level_of(scene, stage, parts, kept, water):
     """By trials of the rise of what a flood raises."""
     rising, tails = risers(scene, stage)
     top = max(float(scene.loads[name]["level"]) for name in rising)
@@ -111,12 +120,12 @@ def level_of(mesh, scene, stage, parts, kept):
         for name in tails:
             levels.setdefault(name, {})["tailwater"] = float(scene.loads[name]["tailwater"]) + rise
         moved = replace(scene, loads={name: raised(load, levels[name]) if name in levels else load for name, load in scene.loads.items()})
-        return sum(kept.forces(mesh, moved, stage, parts).values())
+        return sum(kept.forces(moved, stage, parts, water).values())
 
-    loads = kept.forces(mesh, scene, stage, parts)
+    loads = kept.forces(scene, stage, parts, water)
     if missing(parts, total(0.0))[0] > STANDS:
         return Bound(stage, "flood", None, "m", parts, loads, rising)
-    size = max(float(np.ptp(mesh.vertices[:, 1])), 1.0)
+    size = float(np.ptp(parts.mesh.vertices[:, 1]))
     low, high = 0.0, 0.01 * size
     for _ in range(DOUBLINGS):
         if missing(parts, total(high))[0] > STANDS:
@@ -133,7 +142,9 @@ def risers(scene, stage):
     loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
     waters = {name: load for name, load in loads.items() if load.get("type") in ("reservoir", "overflow")}
     if given:
-        rising = [given] if isinstance(given, str) else list(given)
+        rising = [name for name in ([given] if isinstance(given, str) else given) if loads[name].get("type") not in FLOWING]
+        if not rising:
+            raise LimitError(f"stages.{stage}: a flood that raises heads alone: the pressures in the joints are those of the run")
     else:
         kinds = (waters, {name: load for name, load in loads.items() if load.get("type") == "uplift"})
         first = next((kind for kind in kinds if kind), None)
@@ -159,9 +170,9 @@ def density(load):
     return float(load.get("density", 1000.0))
 
 
-def reduction_of(mesh, scene, stage, parts, kept):
+def reduction_of(scene, stage, parts, kept, water):
     """By trials of the angle of friction or on the part of the strengths that is left."""
-    keys, loads = scene.stages[stage], kept.forces(mesh, scene, stage, parts)
+    keys, loads = scene.stages[stage], kept.forces(scene, stage, parts, water)
     what, only, total = keys.get("what", "friction"), keys.get("reduce"), sum(loads.values())
     only = [only] if isinstance(only, str) else only
     reducible = [s for name, s in parts.strengths.items() if not s.elastic and (not only or name in only)]
@@ -169,7 +180,7 @@ def reduction_of(mesh, scene, stage, parts, kept):
         raise LimitError(f"stages.{stage}: all joints that would be reduced are elastic")
     unit = "degree" if what == "friction" else "-"
     high = max(math.degrees(math.atan(s.friction)) for s in reducible) if what == "friction" else 1.0
-    low = 0.0
+    low = 0.0 if what == "friction" else NARROW  # joints that bear no compression at all have no shape
     if missing(parts, total, (what, high, only))[0] > STANDS:
         return Bound(stage, "strength_reduction", None, unit, parts, loads, [])
     if missing(parts, total, (what, low, only))[0] <= STANDS:
@@ -231,12 +242,26 @@ def notes(scene, stage, parts):
         said.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
     if any(0 < s.compression < math.inf for s in parts.strengths.values()):
         said.append("Compression: a block of stress over the pressed part of a face, cut by tangents from outside.")
-    without = [name for name, most in zip(parts.ties.names, parts.ties.most) if math.isinf(most)]
+    without, dowels = parts.ties.unlimited()
     if without:
         said.append(f"Anchors without yield or breaking_force bear whatever comes: {', '.join(without)}.")
+    if dowels:
+        said.append(f"Dowels without strength keep joints from sliding whatever comes: {', '.join(dowels)}.")
+    if parts.ties.breaks:
+        said.append(f"Anchors that break are taken as if they kept the force at which they do, runs take it away: {', '.join(parts.ties.breaks)}.")
     points = int((parts.contacts.length == 0).sum())
     if points:
         said.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub.")
+    return said
+
+
+def water_notes(found, water):
+    """What is assumed of water that flows in joints."""
+    said = [f"Water in joints presses as in the run {water.when}; how it changes as joints open and as loads change is not followed."]
+    if NAME in found.raised:
+        said.append("Its pressures are multiplied with the loads.")
+    if found.kind == "flood":
+        said.append("So the level is a bound with these pressures, which would rise with it.")
     return said
 
 

@@ -11,10 +11,10 @@ import shapely
 
 from quoin_tools.assess import cut
 from quoin_tools.assess.joint_uplift import uplift_loads
-from quoin_tools.limit.assembly import LimitError
+from quoin_tools.limit import LimitError
+from quoin_tools.limit.water import FLOWING
 from quoin_tools.mesh.blockmesh import areas, closed_rings
 
-FLOWING = ("head", "drain", "curtain", "inflow")
 WITHOUT_FORCE = ("added_mass", "temperature")  # no force on a body at rest as a whole
 HEAVY = ("self_weight", "pseudo_static")
 
@@ -54,9 +54,7 @@ def body_forces(mesh, scene, stage, parts, only=None, known=None):
         if only is not None and name not in only:
             continue
         kind = load.get("type")
-        if kind in FLOWING:
-            raise LimitError(f"loads.{name}: water that flows in joints (type {kind}) is not known to limit analysis; use an uplift load")
-        if kind in WITHOUT_FORCE:
+        if kind in FLOWING or kind in WITHOUT_FORCE:  # water.py has the pressures of a run
             continue
         if kind != "uplift" and kind not in cut.KINDS:
             raise LimitError(f"loads.{name}: a load of type {kind} is not known to limit analysis")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from quoin_tools.limit.assembly import LimitError
+from quoin_tools.limit import LimitError
 from quoin_tools.mesh.blockmesh import cross
 
 TANGENTS = 32  # to the limit of compression under an eccentric force
@@ -67,14 +67,11 @@ def programme(parts, *loads):
     for column, vector, place in ((0, contacts.normal, contacts.p), (m, contacts.normal, contacts.q), (2 * m, along, contacts.p)):
         for body, sign in ((contacts.b, 1.0), (contacts.a, -1.0)):
             entries.append((body, column + np.arange(m), sign * vector, place))
-    h, k = len(parts.held), len(parts.ties.names)
+    h, k = len(parts.held), len(parts.ties)
     if h:
         entries.append((parts.held[:, 0], 3 * m + np.arange(h), np.eye(2)[parts.held[:, 2]], parts.mesh.vertices[parts.held[:, 1]]))
-    if k:
-        pull = parts.ties.place[:, 1] - parts.ties.place[:, 0]
-        pull = pull / np.hypot(*pull.T)[:, None]
-        for body, sign, end in ((parts.ties.head, 1.0, 0), (parts.ties.root, -1.0, 1)):
-            entries.append((body, 3 * m + h + np.arange(k), sign * pull, parts.ties.place[:, end]))
+    for body, sign in ((parts.ties.head, 1.0), (parts.ties.root, -1.0)):
+        entries.append((body, 3 * m + h + np.arange(k), sign * parts.ties.along, parts.ties.place))
     rows, columns, values = [], [], []
     for body, column, vector, place in entries:
         seen = row_of[body] >= 0
@@ -111,9 +108,9 @@ def strength_rows(p, strengths, frozen=None, follow=1.0):
         limits.append(strengths[use, 1] * area[use] + known)
     with np.errstate(invalid="ignore"):  # no face times no limit: a corner
         least = np.where(rigid, np.where(area > 0, -strengths[:, 2] * area / 2, 0.0), -np.inf)
-    crushing = compression_rows(p, strengths, area)
-    if crushing:
-        blocks.append(crushing[0]), limits.append(crushing[1])
+    for more in (compression_rows(p, strengths, area), tie_rows(p)):
+        if more:
+            blocks.append(more[0]), limits.append(more[1])
     return scipy.sparse.vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least])
 
 
@@ -134,6 +131,13 @@ def compression_rows(p, strengths, area):
             shift = 0.5 * tension
             limits.append((touch**2 - (own + other) * shift) / most)
     return scipy.sparse.vstack(blocks), np.concatenate(limits)
+
+
+def tie_rows(p):
+    """What limits several ties together."""
+    ties = p.parts.ties
+    before = scipy.sparse.csr_matrix((ties.rows.shape[0], p.equilibrium.shape[1] - len(ties)))
+    return (scipy.sparse.hstack([before, ties.rows]), ties.limits / p.force) if len(ties.limits) else None
 
 
 def bounds_of(p, least):
@@ -202,7 +206,7 @@ def least_pressed(parts, loads):
 
 def forces_of(p, x):
     """Normal forces, shear, ties [N]."""
-    m, h, k = len(p.parts.contacts), len(p.parts.held), len(p.parts.ties.names)
+    m, h, k = len(p.parts.contacts), len(p.parts.held), len(p.parts.ties)
     x = x * p.force
     return np.column_stack([x[:m], x[m : 2 * m]]), x[2 * m : 3 * m], x[3 * m + h : 3 * m + h + k]
 

@@ -104,6 +104,18 @@ def renamed(mesh, faces=None, points=None):
                      {new: mesh.points[old] for new, old in (points or {}).items()})
 
 
+def without_groups(mesh, names):
+    """The mesh without the blocks of these groups, and without what is on them alone; groups and face sets keep their names, of which some have nothing left."""
+    there = ~np.isin(mesh.block_group, [row for row, name in enumerate(mesh.group_names) if name in names])
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[mesh.blocks[there][mesh.blocks[there] >= 0]] = True
+    vertex, block = np.cumsum(used) - 1, np.cumsum(there) - 1
+    kept = {name: rows[there[rows[:, 0]]] for name, rows in mesh.face_sets.items()}
+    return BlockMesh(mesh.vertices[used], np.where(mesh.blocks[there] < 0, -1, vertex[mesh.blocks[there]]), mesh.block_group[there], mesh.group_names, mesh.group_rigid,
+                     {name: np.column_stack([block[rows[:, 0]], rows[:, 1]]) for name, rows in kept.items()},
+                     {name: vertex[at] for name, at in mesh.points.items() if used[at]})  # fmt: skip
+
+
 def split_triangles(mesh, select=None):
     """Each quadrilateral (of those selected by a mask) as two triangles along its diagonal 0-2, in place."""
     split = mesh.blocks[:, 3] >= 0

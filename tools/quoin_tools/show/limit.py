@@ -18,8 +18,7 @@ from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, table, trials_of
-from quoin_tools.limit import bounds
-from quoin_tools.limit.assembly import LimitError
+from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.limit.program import velocities
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of, mesh_of_scene
@@ -42,7 +41,7 @@ def main(arguments=None):
     mesh, scene, results = inputs(given.path, options)
     answers, found = [], {}
     for stage in given.stage or stages_of(scene):
-        answers.append(bounds.bound(mesh, scene, stage, given.raises, given.sliding))
+        answers.append(bounds.bound(mesh, scene, stage, given.raises, given.sliding, water=water.of_run(results, stage) if results else None))
         found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
     print("\n".join(told(answers, found)))
     if given.picture:
@@ -138,13 +137,17 @@ def draw(answer, path):
         axes[0].add_collection(LineCollection(lines, colors=COMPRESSION, linewidths=1.6))
         axes[0].plot(*points.T, ".", color=COMPRESSION, markersize=4)
         axes[0].set_title("Thrust: where forces pass from block to block")
+        if parts.ties.lines:
+            tied = axes[0].add_collection(LineCollection(list(parts.ties.lines.values()), colors="black", linewidths=1.2, linestyles="dashed", zorder=3))
+            tied.set_label(f"anchor ({len(parts.ties.lines)})")
         state = states(answer)
         for name, colour, mark in (("hinge", TENSION, "o"), ("slides", "#009e73", "s")):
             at = np.array([place for place, what in state if what == name]).reshape(-1, 2)
             if len(at):
                 axes[0].plot(*at.T, mark, markerfacecolor="none", markeredgecolor=colour, markersize=6, label=f"{name} ({len(at)})", linestyle="none")
-        if axes[0].get_legend_handles_labels()[0]:
-            axes[0].legend(loc="upper right")
+        handles, labels = axes[0].get_legend_handles_labels()
+        if handles:  # below the section, on which it could hide a crest
+            figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False)
         axes[1].set_title("Mechanism of the bound (not to scale)")
         axes[0].set_ylabel("y [m]")
         figure.suptitle(f"Stage {answer.stage}: limit analysis, {WHAT[answer.kind]} {value_words(answer.value, answer.unit)}", color=GREY)

@@ -4,8 +4,7 @@ import os
 
 from quoin_tools.base.results import ResultsError, trials_of
 from quoin_tools.base.scene import SceneError
-from quoin_tools.limit import bounds
-from quoin_tools.limit.assembly import LimitError
+from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.mesh.blockmesh import MeshError
 from quoin_tools.show import limit
 from quoin_tools.show.hypertext import esc, file_picture, table
@@ -22,7 +21,7 @@ def limit_part(case):
     answers, found, refused, pictures = [], {}, [], []
     for stage in stages:
         try:
-            answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST)
+            answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST, water=water.of_run(case.results, stage))
         except (LimitError, SceneError, MeshError, ResultsError) as error:
             refused.append(f"Stage {stage}: {error}.")
             continue
