@@ -14,10 +14,9 @@ from quoin_tools.base.scene import SceneError, raised
 from quoin_tools.limit import LimitError, forces, program
 from quoin_tools.limit.assembly import Assembly, assembly, strength_of
 from quoin_tools.limit.friction import Estimate, estimate
-from quoin_tools.limit.program import Limit, missing
+from quoin_tools.limit.program import STANDS, Limit, missing
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
-STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 NARROW = 1e-7  # bracket of a level or a strength, over its size
 DOUBLINGS = 40
 SLOW = 5  # trials that fail one after the other: then the bracket is halved once

@@ -17,8 +17,10 @@ from quoin_tools.limit import LimitError
 from quoin_tools.mesh.blockmesh import cross
 
 TANGENTS = 32  # to the limit of compression under an eccentric force
+STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 ALLOWED = 1e-6  # of the heaviest load, and of the multiplier: what checks may miss
-OPTIONS = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9, "presolve": True}
+SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
+WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
 UNBOUNDED, INFEASIBLE = 3, 2
 
 
@@ -160,19 +162,54 @@ def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0):
     bounds = np.vstack([bounds_of(p, least), [0.0, np.inf]])
     cost = np.zeros(len(bounds))
     cost[-1] = -1.0
-    done = scipy.optimize.linprog(cost, with_column(rows, np.zeros(rows.shape[0])), limits, equal, -p.rows(dead), bounds, method="highs", options=OPTIONS)
-    if done.status == UNBOUNDED:
-        return Limit(math.inf)
-    if done.status == INFEASIBLE:
-        return Limit(None)
-    if done.status != 0:
-        raise LimitError(f"the linear programme found no end: {done.message}")
-    found = Limit(float(done.x[-1]) / scale, *forces_of(p, done.x))
-    found.residual = float(np.abs(equal @ done.x + p.rows(dead)).max())
-    found.gap = gap_of(done, limits, -p.rows(dead), bounds)
-    check(found, rows, limits, done.x[:-1])
-    found.motion = motion_of(p, -done.eqlin.marginals)
-    return found
+    wide, right = with_column(rows, np.zeros(rows.shape[0])), -p.rows(dead)
+    why = "HiGHS finds no end of it"
+    for done in tried(cost, wide, limits, equal, right, bounds):
+        if done.status == UNBOUNDED and has_ray(wide, equal, bounds):
+            return Limit(math.inf)
+        if done.status == INFEASIBLE and has_gap(wide, limits, equal, right, bounds):
+            return Limit(None)
+        if done.status == 0:
+            found = Limit(float(done.x[-1]) / scale, *forces_of(p, done.x))
+            found.residual = float(np.abs(equal @ done.x - right).max())
+            found.gap = gap_of(done, limits, right, bounds)
+            why = missed(found, rows, limits, done.x[:-1])
+            if why is None:
+                found.motion = motion_of(p, -done.eqlin.marginals)
+                return found
+    raise LimitError(f"the linear programme is not solved: {why}")
+
+
+def has_ray(rows, equal, bounds):
+    """Whether the multiplier, the last unknown, can grow for ever: forces of any size are in equilibrium with the live loads alone."""
+    cone = np.where(np.isfinite(bounds), 0.0, bounds)
+    cone[-1] = 1.0
+    return solved(np.zeros(len(bounds)), rows, np.zeros(rows.shape[0]), equal, np.zeros(equal.shape[0]), cone) is not None
+
+
+def has_gap(rows, limits, equal, right, bounds):
+    """Whether something is missing to equilibrium whatever the multiplier."""
+    done = solved(*relaxed(rows, limits, equal, right, bounds))
+    return done is not None and done.fun > STANDS * max(np.abs(right).sum(), 1e-300)
+
+
+def relaxed(rows, limits, equal, right, bounds):
+    """The programme of the least forces that have to be added to equilibrium."""
+    n, f = equal.shape
+    added = scipy.sparse.hstack([equal, scipy.sparse.eye(n), -scipy.sparse.eye(n)]).tocsr()
+    wide = scipy.sparse.hstack([rows, scipy.sparse.csr_matrix((rows.shape[0], 2 * n))]).tocsr()
+    return np.concatenate([np.zeros(f), np.ones(2 * n)]), wide, limits, added, right, np.vstack([bounds, np.tile([0.0, np.inf], (2 * n, 1))])
+
+
+def tried(*programme):
+    """What HiGHS finds, in one way after the other."""
+    for way in WAYS:
+        yield scipy.optimize.linprog(*programme, method="highs", options=way)
+
+
+def solved(*programme):
+    """The first solution; None: there is none."""
+    return next((done for done in tried(*programme) if done.status == 0), None)
 
 
 def with_column(matrix, column):
@@ -183,14 +220,9 @@ def missing(parts, loads, reduction=None):
     """How far the bodies are from equilibrium under loads (least sum of the forces that would have to be added, over that of all loads; 0: they stand), their motion, and the Limit's forces."""
     p = programme(parts, loads)
     rows, limits, least = strength_rows(p, strengths_of(parts, reduction))
-    n, f = p.equilibrium.shape
-    equal = scipy.sparse.hstack([p.equilibrium, scipy.sparse.eye(n), -scipy.sparse.eye(n)]).tocsr()
-    wide = scipy.sparse.hstack([rows, scipy.sparse.csr_matrix((rows.shape[0], 2 * n))]).tocsr()
-    bounds = np.vstack([bounds_of(p, least), np.tile([0.0, np.inf], (2 * n, 1))])
-    cost = np.concatenate([np.zeros(f), np.ones(2 * n)])
-    done = scipy.optimize.linprog(cost, wide, limits, equal, -p.rows(loads), bounds, method="highs", options=OPTIONS)
-    if done.status != 0:
-        raise LimitError(f"the linear programme found no end: {done.message}")
+    done = solved(*relaxed(rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least)))
+    if done is None:
+        raise LimitError("the linear programme is not solved: HiGHS finds no end of it")
     return float(done.fun) / np.abs(p.rows(loads)).sum(), motion_of(p, -done.eqlin.marginals), forces_of(p, done.x)
 
 
@@ -200,8 +232,8 @@ def least_pressed(parts, loads):
     rows, limits, least = strength_rows(p, strengths_of(parts))
     cost = np.zeros(p.equilibrium.shape[1])
     cost[: 2 * len(parts.contacts)] = 1.0
-    done = scipy.optimize.linprog(cost, rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least), method="highs", options=OPTIONS)
-    return forces_of(p, done.x)[0].sum(axis=1) if done.status == 0 else None
+    done = solved(cost, rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least))
+    return None if done is None else forces_of(p, done.x)[0].sum(axis=1)
 
 
 def forces_of(p, x):
@@ -219,12 +251,13 @@ def gap_of(done, limits, equal, bounds):
     return float(abs(dual - done.fun) / max(abs(done.fun), 1.0))
 
 
-def check(found, rows, limits, forces):
-    """What HiGHS calls optimal has been wrong by a factor of eight where units were bad."""
+def missed(found, rows, limits, forces):
+    """What is wrong with what HiGHS calls optimal, which has been out by a factor of eight where units were bad; None: nothing."""
     excess = float((rows @ forces - limits).max(initial=0.0))
     for what, value in (("equilibrium is missed by", found.residual), ("strengths are exceeded by", excess), ("the dual differs by", found.gap)):
         if value > ALLOWED:
-            raise LimitError(f"the linear programme is not solved: {what} {value:.1e} (of the heaviest load, or of the multiplier)")
+            return f"{what} {value:.1e} (of the heaviest load, or of the multiplier)"
+    return None
 
 
 def motion_of(p, dual):
