@@ -19,7 +19,7 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, cut, guidelines  # noqa: E402
+from quoin_tools.assess import assessment, cut, guidelines, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -287,7 +287,7 @@ def test_bent_path_and_large_factors_are_said(run):
 
 @solver
 def test_terminal(run, capsys):
-    assert assessment.main([str(run), *USACE, *UPLIFT]) == 0
+    assert terminal.main([str(run), *USACE, *UPLIFT]) == 0
     text = capsys.readouterr().out
     assert "sliding factor, peak strength: 1.87, limit ≥ 2.00: FAIL" in text and "28.10" in text
 

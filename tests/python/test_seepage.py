@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from matplotlib import pyplot  # noqa: E402
-from quoin_tools.assess import assessment, base_water  # noqa: E402
+from quoin_tools.assess import assessment, base_water, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.base import results as tables  # noqa: E402
 from quoin_tools.base.flow import Flow  # noqa: E402
@@ -471,7 +471,7 @@ def test_flood_has_the_water_of_its_last_stable_level(tmp_path):
 
 
 def test_terminal_of_the_assessment(run, capsys):
-    assert assessment.main([str(run), "--uplift", "npb", "--drain", "4"]) == 0
+    assert terminal.main([str(run), "--uplift", "npb", "--drain", "4"]) == 0
     text = capsys.readouterr().out
     assert "Stage full: water in joints, steady" in text and "Stage dry: water" not in text and text.count("rule npb") == 3  # two rows, a remark
 

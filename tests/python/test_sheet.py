@@ -20,10 +20,11 @@ from quoin_tools.mesh import dam, section  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.show import browser, matrix, report, reservations  # noqa: E402
 from quoin_tools.show.spreadsheet import chapters_of  # noqa: E402
+from test_engineers_dam import by_hand  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 EXAMPLE = ROOT / "examples/engineers_dam"
-UPLIFT = ["--uplift", "npb", "--drain", "5"]
+UPLIFT = ["--uplift", "npb", "--drain", "5"]  # the scenes of many cases have no uplift
 MAIN = 4  # pages before the annex, at most
 CASES = 8
 
@@ -96,7 +97,7 @@ PATHS = [word for k in range(3) for word in ("--path", f"lift_{k}=-5,{8 + 8 * k}
 
 @chromium
 @pytest.mark.parametrize("name, arguments", [
-    ("engineer", ["--guideline", "usace", *UPLIFT]),
+    ("engineer", ["--guideline", "usace", "--uplift", "npb"]),
     ("many", ["--language", "pt", "--guideline", "cadam", *UPLIFT, *PATHS, *(word for k in range(4) for word in ("--condition", f"case_{k}=usual"))]),
 ])  # fmt: skip
 def test_four_pages_before_the_annex(name, arguments, request, blank):
@@ -137,17 +138,42 @@ def test_the_worst_bases_are_on_the_first_page(many, blank):
     assert sorted(shown) == sorted(a.stage for a in worst[: matrix.MOST]) and "case_7" in shown
 
 
-def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank):
+def test_a_seam_gets_its_way(engineer, blank):
+    """From the heel down the crack and along the seam, with the strength of the seam: T and N by hand. The base alone would pass."""
+    N, T = by_hand()
+    for arguments in ([], ["--path", "way=0,0,0,-4,44,0", "--strength-on", "way=30,0"]):
+        text = written(engineer, "--guideline", "usbr", "--strength", "20e6", *arguments)
+        _, found, complaints = assessed(engineer, "--guideline", "usbr", *arguments)
+        own = next(a for a in found if a.condition and a.name == ("way" if arguments else "crack+seam"))
+        assert own.complete and own.hand.N == pytest.approx(N, rel=1e-3) and own.hand.T == pytest.approx(T, rel=1e-3)
+        assert f"{assessment.factors(own.hand, own.strength)['peak']:.2f}" == f"{own.hand.sliding_factor(30):.2f}" == "1.03" and own.block["peak"] == pytest.approx(1.06, abs=0.01)  # closed parts of the crack bear
+        assert "<b>FAIL</b>" in text and f"in stage full on {own.name}" in text and "does not take them" not in text
+        assert ("is found by itself" in text) == (not arguments) and not any("hang together" in line for line in complaints["full"][1 if arguments else 0 :])
+
+
+def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank, monkeypatch):
     """The seam of the dam stands by 1.03; the base alone would pass."""
-    text = written(engineer, "--guideline", "usbr", "--uplift", "usbr", "--drain", "5", "--strength", "20e6", "--condition", "full=extreme")
+    monkeypatch.setattr(assessment.ways, "through", lambda *_: [])
+    text = written(engineer, "--guideline", "usbr", "--strength", "20e6", "--condition", "full=extreme")
     assert "<b>INCOMPLETE</b>" in text and "Not judged, because the gravity method does not take them: joints seam (full); crack (full)" in text
     rows = [row for row in rows_of(text, "Cases and bases") if row[1:2] == ["seam"]]
     factor = Results(engineer).stage_summary("full")["joints"]["seam"]["sliding_factor_peak"]
     assert len(rows) == 1 and rows[0][:3] == ["full: not judged", "seam", "block model alone"] and rows[0][3] == f"{factor:.2f}" == "1.03"
     whole = written(engineer, "--guideline", "usbr", "--path", "way=0,0,0,-4,44,0", "--condition", "full=extreme")
     assert "does not take them" in whole  # the path goes through both, and has no strength
-    whole = written(engineer, "--guideline", "usbr", "--path", "way=0,0,0,-4,44,0", "--strength-on", "way=30,0", "--condition", "full=extreme")
-    assert "does not take them" not in whole
+
+
+def test_the_drain_is_that_of_the_scene(engineer, blank, capsys):
+    """5 m under the base, 5.02 m in the seam; what the command line says otherwise is told."""
+    of_scene, same, other = (assessed(engineer, "--uplift", "npb", *words)[1] for words in ([], ["--drain", "5"], ["--drain", "6"]))
+    drain = {key: {a.name: a.water.heads.drain for a in found if a.stage == "full" and a.with_uplift} for key, found in (("scene", of_scene), ("same", same), ("other", other))}
+    assert drain["scene"]["base"] == drain["same"]["base"] == 5 and drain["other"]["base"] == 6
+    base = {key: next(a for a in found if a.stage == "full" and a.name == "base") for key, found in (("scene", of_scene), ("same", same), ("other", other))}
+    assert base["scene"].with_uplift.uplift == base["same"].with_uplift.uplift == pytest.approx(base["scene"].hand.uplift) != base["other"].with_uplift.uplift
+    assert not [note for key in ("scene", "same") for note in base[key].notes if "command line" in note]
+    assert "The command line has the drain 6.00 m from the heel, the scene has the drain 5.00 m from the heel: the numbers of the rule are those of the command line." in base["other"].notes
+    assert "<td>5 m under base, as in the scene</td>" in written(engineer, "--uplift", "npb")
+    assert report.main([str(engineer), "--drain", "5"]) == 2 and "--drain: it belongs to a rule of uplift" in capsys.readouterr().err
 
 
 def test_each_remark_stands_once(many, blank):

@@ -54,3 +54,9 @@ def test_texts_stay_texts():
     assert [cell.value for cell in tab[2]][:2] == ["12", "x"]  # a heading
     assert [cell.value for cell in tab[3]] == [12345.5, -3.2, 1e-7, "=SUM(A1)", "0x12", "(1.00, 2.00)", "-", "a b"]
     assert tab["D3"].data_type == "s" and tab["H3"].font.bold
+
+
+def test_numbers_of_another_language():
+    """A cell with a decimal comma is the same number; one with a point is none, but for keys of the scene."""
+    cells = [("12\u202f345,5", "n"), ("-0,25", ""), ("1,5e-07", ""), ("1.5", ""), ("1.5", "keys"), ("1,00; 2,00", ""), ("1,5", "note")]
+    assert [spreadsheet.value_of(*cell, ",") for cell in cells] == [12345.5, -0.25, 1.5e-7, "1.5", 1.5, "1,00; 2,00", "1,5"]

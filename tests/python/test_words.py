@@ -1,6 +1,7 @@
 """The language of the sheet: the file of words is whole, no English is left on a Portuguese sheet or in its pictures, and nothing is said that the file does not have."""
 
 import ast
+import base64
 import html
 import os
 import re
@@ -9,6 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from matplotlib import pyplot
+from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,6 +29,7 @@ ELSEWHERE = re.compile(  # what goes to the terminal, to matplotlib, or stops th
     "offset points|axes fraction|(upper|lower|center) (left|right|center)|outside .* center|no probabilities|not what quoin ensemble leaves|the base has no length|pictures have no record|"
     "joins no line|no guideline|in the terminal|the block model, in the terminal|^m, length|negative: enters|litres per minute and metre|stage load_factor|record S_a|"
     "lift at|no single piece: an opening|water in joints, $|assessment: |^water in joints$|^, limit|leaves the joints \\(|^it$|expected one of")
+POINT = re.compile(r"\d\.\d")
 ENGLISH = re.compile(r"\b(the|and|with|from|which|stage|joint|joints|load|loads|water|crack|sliding|that|are|is|not|without|between|largest|least|force|of|at|by)\b", flags=re.IGNORECASE)
 
 
@@ -54,14 +58,39 @@ def test_a_text_twice_or_with_other_holes_is_refused(tmp_path):
      "Etapa full. Forças da fatia; setas vermelhas nas bases: resultantes pelo método da gravidade; a tracejado: a respetiva fenda."),
     ("Judged: full as usual. Limits that fail: sliding factor, peak strength in stage full on base. Reservations: 2, under Evidence.",
      "Avaliado: full como corrente. Limites não verificados: fator de deslizamento, resistência de pico na etapa full em base. Reservas: 2, junto à evidência de convergência."),
-    ("unbalanced ratio 7e-07 <= 1e-06, increment 3.42e-08 <= 1e-06", "razão de desequilíbrio 7e-07 <= 1e-06, incremento 3.42e-08 <= 1e-06"),
-    (" pass, ≥ 2.00 ", " verifica, ≥ 2.00 "),
+    ("unbalanced ratio 7e-07 <= 1e-06, increment 3.42e-08 <= 1e-06", "razão de desequilíbrio 7e-07 <= 1e-06, incremento 3,42e-08 <= 1e-06"),
+    (" pass, ≥ 2.00 ", " verifica, ≥ 2,00 "),
     ("water", "water"),  # a load is called so
-    ("-1 234.5", "-1 234.5"),
+    ("-12345.6", "-12\u202f345,6"),
+    ("1234.5", "1234,5"),  # five figures are grouped
+    ("12\u202f345", "12\u202f345"),
+    ("(1.00, -2.00) m", "(1,00; -2,00) m"),
+    ("3, 4, 5", "3, 4, 5"),
+    ("1.2-1.4", "1,2-1,4"),
+    ("Quoin 0.2.0", "Quoin 0.2.0"),
+    ("model_1.5.h5", "model_1.5.h5"),
+    ("12345678", "12345678"),  # a checksum
+    ("flood_1.5", "flood_1.5"),
+    ("flood_1.5: 1.5", "flood_1.5: 1,5"),
+    ("--drain 4.72; 4.72", "--drain 4.72; 4,72"),
 ])  # fmt: skip
 def test_texts(english, other):
-    spoken = words.Words("pt", ("full", "base", "water"))
-    assert spoken(english) == other and not spoken.missing
+    spoken = words.Words("pt", ("full", "base", "water", "flood_1.5", "model_1.5.h5"))
+    assert spoken(english) == other
+    assert not spoken.missing or re.search(r"--drain", english)
+
+
+def test_numbers_along_axes():
+    """Also those that a formatter makes when the picture is drawn, and its multiplier."""
+    with words.spoken("pt"):
+        figure, (axes, other) = pyplot.subplots(2, sharex=True)
+        axes.plot([0, 0.7], [0, 1.5e-9])
+        figure.colorbar(other.scatter([0.1, 0.5], [0, 23456], c=[0.1, 0.9]), ax=other)
+        words.of_figure(figure)
+        words.of_figure(figure)
+        drawn = axis_labels(figure)
+    pyplot.close(figure)
+    assert {"0,2", "20\u202f000", "1e−9"} <= set(drawn) and not any(POINT.search(text) for text in drawn)
 
 
 def test_what_is_missing_is_told():
@@ -107,6 +136,20 @@ def test_every_text_of_the_sheet_is_in_the_file(name):
 # ---- whole sheets
 
 
+def axis_labels(figure):
+    """As they will be drawn."""
+    return [label for axis in figure.findobj(Axis) for label in [*(one.get_text() for one in axis.get_ticklabels()), axis.get_major_formatter().get_offset()] if label]
+
+
+def with_points(page):
+    """Numbers with a decimal point on a sheet, but for cells with keys of the scene, versions, names of files and options."""
+    texts = re.findall(r"(<[^>]*>)([^<]+)", re.sub(r"<style.*?</style>|<title>.*?</title>", "", page, flags=re.DOTALL))
+    texts = [text for tag, text in texts if not words.KEYS.search(tag)] + re.findall(r'alt="([^"]*)"', page)
+    for svg in re.findall(r'data:image/svg\+xml;base64,([^"]*)"', page):
+        texts += re.findall(r"<!-- (.*?) -->", base64.b64decode(svg).decode("utf-8"))
+    return [text for text in texts if POINT.search(re.sub(r"(Quoin|quoin_tools) \d+\.\d+\.\d+|--[\w-]+[ =]\S+|\S*/\S*", "", html.unescape(text)))]
+
+
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     if not QUOIN.exists():
@@ -121,13 +164,13 @@ def runs(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name, arguments", [
-    ("engineer", ["--guideline", "npb", "--uplift", "npb", "--drain", "5"]),
+    ("engineer", ["--guideline", "npb", "--uplift", "npb"]),
     ("engineer", ["--guideline", "usace", "--path", "way=0,0,0,-4,44,0", "--uplift", "usbr", "--strength", "2e7"]),
     ("guilhofrei", ["--guideline", "ferc", "--condition", "hp=usual", "--condition", "swhp=extreme"]),
 ])  # fmt: skip
 def test_no_english_is_left(name, arguments, runs, monkeypatch, capsys):
     drawn = []
-    monkeypatch.setattr(style, "save_figure", lambda figure, path, **_: (drawn.extend(text.get_text() for text in figure.findobj(Text)), Path(path).write_bytes(b"no picture")))
+    monkeypatch.setattr(style, "save_figure", lambda figure, path, **_: (drawn.extend([*axis_labels(figure), *(text.get_text() for text in figure.findobj(Text))]), Path(path).write_bytes(b"no picture")))
     folder = runs[name]
     assert report.main([str(folder), "--language", "pt", *arguments]) == 0
     assert capsys.readouterr().err == ""
@@ -135,6 +178,8 @@ def test_no_english_is_left(name, arguments, runs, monkeypatch, capsys):
     texts = [html.unescape(text) for text in re.findall(r">([^<]+)<", re.sub(r"<style.*?</style>", "", page, flags=re.DOTALL))]
     texts += re.findall(r'alt="([^"]*)"', page)
     left = [text for text in texts + drawn if re.search(r"\b(the|and|with|stage|joint|which|of)\b", text) and not re.search(r"/model.h5|US Army Corps|Reclamation|Dam of 38 m|Gravity Dams|Guilhofrei dam", text)]
+    assert not with_points(page) and not [text for text in drawn if POINT.search(text)] and any(re.fullmatch(r"\d+,\d+", text) for text in drawn)
+    assert len(re.findall(r"<td[^>]*>[-+]?\d+,\d+</td>", page)) > 100
     assert '<html lang="pt">' in page and not left and any("tensões principais" in text for text in drawn)
     for text in ("Verificado por", "Casos e bases", "derrube: 2 e / L", "subpressão [kN]", "Anexo", "Reservas"):
         assert text in page, text

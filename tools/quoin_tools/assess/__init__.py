@@ -15,6 +15,8 @@ guidelines          limits of guidelines (guidelines.yaml) against numbers of a 
 combinations        load combinations of a guideline: which one a case belongs to
 assessment_options  options that the tables and the sheet share
 assessment          every joint that is a line, and any path, in every stage
+ways                a way through a joint that is no base by itself
+terminal            those tables in the terminal
 lifts               level sections over the height
 spectrum            response spectrum of a record
 newmark             Newmark's sliding block

@@ -1,28 +1,26 @@
 """The gravity method beside the block model: every joint that is a line, and any path, in every stage of a run.
 
     quoin assessment FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
-        [--uplift npb --drain 4.72] ...        tables in the terminal; --help lists all; docs/safety.md explains
+        [--uplift npb] ...        tables in the terminal (terminal.py); --help lists all; docs/safety.md explains
 
 Both get the same loads: those of the scene on the mesh of the run.
 """
 
-import sys
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
-from quoin_tools.assess import base_water, cut, earthquake, guidelines, tied, uplift, wedge
-from quoin_tools.assess.assessment_options import Options, options_from, parser
+from quoin_tools.assess import base_water, cut, earthquake, guidelines, tied, uplift, ways, wedge
+from quoin_tools.assess.assessment_options import Options
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
-from quoin_tools.assess.strength import closed_stretches, factors, neighbours, rows_of, strength_of
+from quoin_tools.assess.strength import ON_PATH, closed_stretches, contacts_on, factors, neighbours, rows_of, strength_of
 from quoin_tools.base import scene
-from quoin_tools.base.flow import condition_rows, facts_of
-from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account, table
+from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of
 
-ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
 ALIKE = 0.01  # applied forces of run and scene may differ by this
 SLIDES = "sliding factor, {}, c on the closed length"
@@ -53,7 +51,7 @@ class Assessment:
 
     stage: str
     name: str
-    kind: str  # joint or path
+    kind: str  # joint, joints, path or way
     base: Base
     path: np.ndarray  # [m] corners, from base.start to base.end
     block: dict | None
@@ -89,6 +87,7 @@ class Case:
     options: Options
     body: object = None
     parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
+    ways: dict = field(default_factory=dict)  # by joint: those that ways.py has found, likewise
 
     @property
     def conditions(self):
@@ -108,14 +107,20 @@ class Case:
             return "earthquake"
         return "after_earthquake" if any(earthquake.loads_of(self, name) for name in before) else "usual"
 
+    @property
+    def whole(self):
+        """The body that all blocks are together."""
+        self.body = cut.body(self.mesh) if self.body is None else self.body
+        return self.body
+
     def part(self, name, path):
         if name not in self.parts:
-            self.body = cut.body(self.mesh) if self.body is None else self.body
-            self.parts[name] = cut.cut(self.mesh, path, self.body)
+            self.parts[name] = cut.cut(self.mesh, path, self.whole)
         return self.parts[name]
 
 
 def load_case(folder, options):
+    options.check()
     results = Results(folder)
     used = scene.of_run(folder, results.summary)
     mesh, path = mesh_of(results, used)
@@ -135,23 +140,12 @@ def block_of_joint(summary, length):
     }  # fmt: skip
 
 
-def contacts_on(path, contacts):
-    """Which contacts lie on a path, both ends."""
-    near = np.zeros(contacts.point.shape[:2], dtype=bool)
-    for a, b in zip(path[:-1], path[1:]):
-        along = (b - a) / np.hypot(*(b - a))
-        off = contacts.point - a
-        s, across = off @ along, np.abs(off @ np.array([-along[1], along[0]]))
-        near |= (across <= ON_PATH) & (s >= -ON_PATH) & (s <= np.hypot(*(b - a)) + ON_PATH)
-    return near.all(axis=1)
-
-
 def block_on_path(case, stage, path, base, strength):
     """Sums of the contact forces along a path; None where the path leaves the joints of the model."""
     contacts = case.results.stage(stage).contacts
     mine = contacts_on(path, contacts)
     middles = 0.5 * (path[1:] + path[:-1])
-    inside = cut.LineString(path).intersection(case.body.buffer(ON_PATH)).length
+    inside = cut.LineString(path).intersection(case.whole.buffer(ON_PATH)).length
     if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
         return None
     sigma = contacts.sigma * case.results.mesh.control(contacts)[:, None]
@@ -175,9 +169,9 @@ def block_on_path(case, stage, path, base, strength):
 # ---- the hand method ------------------------------------------------------------------------------------------
 
 def assess_base(case, stage, name, path, kind, strength):
-    """Hand method and block model of one base in one stage; of a bent path on the plane that the part above slides on."""
+    """Hand method and block model of one base in one stage; of a bent path on the plane that the part above slides on. strength: keys, or a function of that plane."""
     part = case.part(name, path)
-    path = path if kind == "joint" else cut.trimmed(path, case.body)
+    path = path if kind == "joint" else cut.trimmed(path, case.whole)
     base = Base(path[0], path[-1], case.scene.thickness)
     forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
     anchors = tied.pulls(case, stage, part, path)
@@ -190,6 +184,7 @@ def assess_base(case, stage, name, path, kind, strength):
     else:
         water, others = scene_uplift(case, stage, part, base)
         others = others + flowing
+    strength = strength(base) if callable(strength) else strength
     hand = hand_method(base, dry, water, others)
     if bent and hand.refused:
         raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand "
@@ -201,7 +196,8 @@ def assess_base(case, stage, name, path, kind, strength):
     if block:
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
     found = Assessment(stage, name, kind, base, path, block, hand, strength)
-    asked = uplift_under(case, stage, name, base)
+    told = None if bent else water
+    asked = uplift_under(case, stage, name, base, told)
     under = (asked or water, None if asked else others)
     found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total + cut.total(anchors), *under), strength)
     tied.compare(found, anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
@@ -213,6 +209,7 @@ def assess_base(case, stage, name, path, kind, strength):
         found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
     if asked:
         found.with_uplift = hand_method(base, dry, asked)
+        found.notes += base_water.contradictions(case, stage, name, base, told)
     found.water, found.other_water = asked or water, bool(others.any()) and not asked
     if found.water:
         rest = dry if asked else dry + others
@@ -371,6 +368,13 @@ def judge(case, found):
     found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength, case.results.stage_summary(stage)))
 
 
+def judged(case, found, flawed):
+    """An assessment with its limits; flawed: its stage is no basis for a verdict."""
+    found.complete &= not flawed
+    judge(case, found)
+    return found
+
+
 def assess(case):
     """Assessments of all stages, joints and paths; and lines about what could not be done, by stage."""
     all_found, complaints = [], {}
@@ -383,7 +387,11 @@ def assess(case):
         failed = {}
         rows = rows_of({name: facts for name, facts in joints.items() if facts["line"]}, case.options.merged)
         bases = [("+".join(names), "joint" if len(names) == 1 else "joints", names) for names in rows]
-        said += [f"Joint {name} is no line: the gravity method needs a plane." for name in joints if not joints[name]["line"]]
+        wanted = []  # ways through joints that are no base by themselves
+        for name, facts in joints.items():
+            if not facts["line"]:
+                wanted += (own := ways.through(case, stage, name))
+                said += [] if own else [f"Joint {name} is no line: the gravity method needs a plane."]
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
             try:
                 if kind == "path":
@@ -395,11 +403,22 @@ def assess(case):
             except GravityError as error:
                 mates = neighbours(name, joints) if kind == "joint" else []
                 hint = f" (in one line with {', '.join(mates)}: --merge takes them as one)" if mates else ""
-                failed.setdefault((kind, str(error)), []).append(name + hint)
+                own = ways.through(case, stage, name) if kind == "joint" and not mates else []
+                wanted += own
+                if not own:
+                    failed.setdefault((kind, str(error)), []).append(name + hint)
                 continue
-            found.complete &= not flawed
-            judge(case, found)
-            all_found.append(found)
+            all_found.append(judged(case, found, flawed))
+        for way in {way.name: way for way in wanted}.values():
+            try:
+                found = assess_base(case, stage, way.name, way.path, "way", partial(ways.strength, case, stage, way))
+            except GravityError as error:
+                if stage in case.conditions:
+                    failed.setdefault(("way", str(error)), []).append(way.name)
+                continue
+            found.notes = ways.words(way) + found.notes
+            found.complete &= way.intact == 0 or bool(found.strength)
+            all_found.append(judged(case, found, flawed))
         said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind == 'joint' else ''}." for (kind, why), names in failed.items()]
     return all_found, complaints
 
@@ -450,49 +469,6 @@ def cell(value, digits, sign=""):
     return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
 
 
-def text_of(found):
-    """A table for the terminal."""
-    rows = [(r.quantity + (f" [{r.unit}]" if r.unit else ""), cell(r.block, r.digits), cell(r.hand, r.digits),
-             cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits)) for r in lines(found)]  # fmt: skip
-    out = ["", f"Stage {found.stage}, {found.kind} {found.name}: ({found.base.start[0]:.2f}, {found.base.start[1]:.2f}) to "
-               f"({found.base.end[0]:.2f}, {found.base.end[1]:.2f}) m, length {found.base.length:.3f} m"]  # fmt: skip
-    shown = 5 if found.with_uplift else 4
-    header = ["quantity", "block model", "gravity", "difference", "with uplift"]
-    out += table(header[:shown], [row[:shown] for row in rows])
-    out += [f"  {j.text}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source}{'; check' if j.check else ''})"
-            for j in found.limits]  # fmt: skip
-    return out + [f"  {note}" for note in found.notes]
-
-
 def beside(found):
     """The uplift of a base by BESIDE of base_water.py, as words."""
     return [(words, cell(force, 1), cell(at, 3), *(cell(factor, 3) for factor in factors)) for words, force, at, *factors in base_water.side_by_side(found)]
-
-
-def water_text(case, stage, found):
-    """The water in the joints of a stage for the terminal; nothing where none flows."""
-    facts = case.results.stage_summary(stage)
-    if not facts_of(facts):
-        return []
-    rows = [(a.name, *row) for a in found if a.stage == stage and a.computed is not None for row in beside(a)]
-    out = ["", f"Stage {stage}: water in joints, {facts_of(facts)['state']}"]
-    out += table(["leaves the joints (negative: enters) by", "m2/s", "litres per minute and metre"], condition_rows(facts))
-    out += table(["base", *base_water.BESIDE], rows) if rows else []
-    return out + [f"  {line}" for line in base_water.remarks(case.results, stage)]
-
-
-def main(arguments=None):
-    given = parser("assessment", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
-    try:
-        case = load_case(given.folder, options_from(given))
-        found, complaints = assess(case)
-    except ERRORS as error:
-        print(f"assessment: {error}", file=sys.stderr)
-        return 2
-    for assessment in found:
-        print("\n".join(text_of(assessment)))
-    for line in (line for stage in case.results.stages for line in water_text(case, stage, found)):
-        print(line)
-    for stages, line in gathered(complaints):
-        print(f"  {stages}: {line}")
-    return 0

@@ -30,6 +30,13 @@ class Options:
     lifts: int = 10  # steps over the height at which lifts are looked at where there are no bed joints; 0: none
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
+    def check(self):
+        """Numbers of a rule of uplift without one would do nothing."""
+        of_rule = {"--drain": self.drain, "--efficiency": self.efficiency, "--drain-head": self.drain_head, "--gallery": self.gallery, "--tailwater": self.tailwater}
+        idle = [name for name, value in of_rule.items() if value is not None]
+        if idle and not self.uplift:
+            raise uplift.UpliftError(f"{idle[0]}: it belongs to a rule of uplift, and --uplift names none; without it uplift is that of the scene")
+
 
 def named(text, what):
     name, equals, value = text.partition("=")
@@ -101,11 +108,11 @@ def parser(program, description):
     add = water.add_argument
     add("--uplift", choices=list(uplift.RULES), help="rule")
     add("--uplift-on", action="append", default=[], metavar="NAME", help="joint or path (again for more); default: all")
-    add("--drain", type=float, metavar="M", help="distance of the drain line from the heel, along the base")
-    add("--efficiency", type=float, metavar="E", help="of the drain, 0 to 1: rules usace and ferc")
+    add("--drain", type=float, metavar="M", help="distance of the drain line from the heel, along the base; default: that of the scene's uplift load there")
+    add("--efficiency", type=float, metavar="E", help="of the drain, 0 to 1: rules usace and ferc; default: as in the scene")
     add("--drain-head", type=float, metavar="M", help="measured head at the drain, above the base")
-    add("--tailwater", type=float, metavar="Y", help="level; default: a reservoir on the downstream side, or none")
-    add("--gallery", type=float, metavar="Y", help="level of the gallery's drains: rules usace and ferc")
+    add("--tailwater", type=float, metavar="Y", help="level; default: a reservoir on the downstream side, else as in the scene")
+    add("--gallery", type=float, metavar="Y", help="level of the gallery's drains: rules usace and ferc; default: as in the scene")
     add("--uplift-direction", choices=("normal", "vertical"), default="normal",
         help="pressure normal to the base, or its vertical part only")  # fmt: skip
     add("--uplift-in-crack", choices=uplift.CRACKS, help="default: as the rule says")

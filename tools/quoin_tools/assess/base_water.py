@@ -17,6 +17,7 @@ from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.mesh.blockmesh import face_ends
 
 AT_END = 0.01  # [m] faces and joints no farther than this from an end of a base come to it
+TOLD = 0.005  # by what a number told twice may differ: that of its last figure
 TURBULENT, LAMINAR = 2000, 500  # Reynolds numbers: no longer laminar; surely laminar below
 BESIDE = ("uplift", "force [kN]", "centre from the start [m]", "factor peak, block model", "gravity method", "residual, block model",
           "gravity method")  # fmt: skip
@@ -37,8 +38,8 @@ def water_levels(case, stage, base):
     return levels["start"], levels["end"]
 
 
-def uplift_under(case, stage, name, base):
-    """Uplift of the options under a base; None when there is none."""
+def uplift_under(case, stage, name, base, told=None):
+    """Uplift of the options under a base; None when there is none. What they do not say is as in the scene. told: its uplift load under this base."""
     o = case.options
     if not o.uplift or (o.uplift_on and name not in o.uplift_on):
         return None
@@ -46,15 +47,41 @@ def uplift_under(case, stage, name, base):
     tail = o.tailwater if o.tailwater is not None else tail
     if head is None or head <= base.start[1]:
         return None
-    unit = water_density(case, stage) * case.scene.gravity
-    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
+    unit, known = water_density(case, stage) * case.scene.gravity, heads_told(case, stage, name, told)
+    toe = max(0.0, tail - base.end[1]) if tail is not None else known.get("toe", 0.0)
     if not has_drain(case, stage):
         return Uplift(o.uplift, uplift.Heads(base.length, head - base.start[1], toe), o.direction, o.in_crack, unit)
-    gallery = None
-    if o.gallery is not None:
-        gallery = max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
-    heads = uplift.Heads(base.length, head - base.start[1], toe, o.drain, o.efficiency, gallery, o.drain_head)
+    own = of_options(o, base)
+    drain, efficiency, gallery = (known.get(key) if own[key] is None else own[key] for key in ("drain", "efficiency", "gallery"))
+    heads = uplift.Heads(base.length, head - base.start[1], toe, drain, efficiency, gallery if drain else None, o.drain_head)
     return Uplift(o.uplift, heads, o.direction, o.in_crack, unit)
+
+
+def of_options(o, base):
+    """What the options say of the water under a base, as the members of Heads."""
+    gallery = None if o.gallery is None else max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
+    return {"drain": o.drain, "efficiency": o.efficiency, "gallery": gallery, "toe": None if o.tailwater is None else max(0.0, o.tailwater - base.end[1])}
+
+
+def heads_told(case, stage, name, told):
+    """What the scene says of the water under a base, as the members of Heads: its uplift load there, or a drain in joints with flow."""
+    if told is not None:
+        return {key: value for key in ("drain", "efficiency", "gallery", "toe") if (value := getattr(told.heads, key)) is not None}
+    places = [load["distance"] for load in case.scene.stage_loads(stage).values() if load.get("type") == "drain" and load.get("joint") == name and load.get("distance") is not None and load.get("conductance") != 0]
+    return {"drain": float(min(places))} if places else {}
+
+
+def contradictions(case, stage, name, base, told):
+    """Notes about what the options and the scene say differently of the water under a base."""
+    known, own = heads_told(case, stage, name, told), of_options(case.options, base)
+    words = {"drain": "the drain {:.2f} m from the heel", "efficiency": "an efficiency of {:.2f}", "gallery": "a head of {:.2f} m in the gallery", "toe": "a head of {:.2f} m at the toe"}
+    said = []
+    for key, text in words.items():
+        here, there = own[key], known.get(key)
+        if here is not None and known and (there is None or abs(here - there) > TOLD):
+            has = "does not say it" if there is None else f"has {text.format(there)}"
+            said.append(f"The command line has {text.format(here)}, the scene {has}: the numbers of the rule are those of the command line.")
+    return said
 
 
 def has_drain(case, stage):

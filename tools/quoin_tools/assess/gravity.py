@@ -85,6 +85,7 @@ class Hand:
     crack_at: str = "start"
     rounds: int = 0
     refused: str = ""
+    reached: float = 0.0  # [m] crack of the forces where there is no equilibrium
     notes: list = field(default_factory=list)
 
     @property
@@ -176,7 +177,7 @@ def hand_method(base, forces, uplift=None, beside=None):
 
 def run_away(answer, crack, why):
     """No equilibrium: forces are those of the last round."""
-    answer.crack = None
+    answer.crack, answer.reached = None, crack
     answer.refused = why + (f", once the crack has reached {crack:.2f} m" if crack > 0 else "")
     return answer
 

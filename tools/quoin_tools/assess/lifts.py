@@ -12,10 +12,10 @@ import numpy as np
 import shapely
 
 from quoin_tools.assess import cut, tied
-from quoin_tools.assess.assessment import block_on_path, contacts_on
+from quoin_tools.assess.assessment import block_on_path
 from quoin_tools.assess.base_water import computed, scene_uplift, water_density, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
-from quoin_tools.assess.strength import factors
+from quoin_tools.assess.strength import contacts_on, factors
 from quoin_tools.assess.uplift import Heads, UpliftError
 
 LEVEL = 1e-3  # [m] ends of a contact that is level differ by no more
@@ -44,14 +44,9 @@ class Lift:
 
 def range_of(case, bases):
     """From the highest end of the lowest base, or from where the body ends, to the crest [m]."""
-    _, bottom, _, crest = body_of(case).bounds
+    _, bottom, _, crest = case.whole.bounds
     lowest = min(bases, key=lambda base: base.middle[1], default=None)
     return (bottom if lowest is None else max(lowest.start[1], lowest.end[1])), crest
-
-
-def body_of(case):
-    case.body = cut.body(case.mesh) if case.body is None else case.body
-    return case.body
 
 
 def bed_levels(case, stage, low, high):
@@ -64,8 +59,8 @@ def bed_levels(case, stage, low, high):
 
 def section_at(case, level):
     """The section of the body at a level, from left to right (2, 2); None where it is no single piece."""
-    left, _, right, _ = body_of(case).bounds
-    inside = shapely.intersection(shapely.LineString([(left - 1, level), (right + 1, level)]), body_of(case))
+    left, _, right, _ = case.whole.bounds
+    inside = shapely.intersection(shapely.LineString([(left - 1, level), (right + 1, level)]), case.whole)
     pieces = [np.array(piece.coords) for piece in shapely.get_parts(inside) if piece.length > cut.GAP]
     return np.array([pieces[0].min(axis=0), pieces[0].max(axis=0)]) if len(pieces) == 1 else None
 

@@ -1,10 +1,12 @@
 """Strength of a base in the gravity method and in sums of contact forces: of one joint, of joints in one line, of a path."""
 
 import numpy as np
+import shapely
 
 from quoin_tools.assess.cut import GravityError
 from quoin_tools.base.results import OPEN
 
+ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
 IN_LINE = 0.01  # [m] between the end of a joint and the start of the next one
 NONE = {"peak": None, "residual": None, "friction_only": None}
 
@@ -30,6 +32,21 @@ def cohesion_on(strength, key, closed):
     """[N/m] of the closed stretches: each joint in a row has its own."""
     spans = strength.get("spans") or [(-np.inf, np.inf, strength)]
     return float(sum(own[key] * np.maximum(0.0, np.minimum(closed[:, 1], b) - np.maximum(closed[:, 0], a)).sum() for a, b, own in spans))
+
+
+def contacts_on(path, contacts):
+    """Which contacts lie on a path, both ends."""
+    near = np.zeros(contacts.point.shape[:2], dtype=bool)
+    for a, b in zip(path[:-1], path[1:]):
+        along = (b - a) / np.hypot(*(b - a))
+        off = contacts.point - a
+        s, across = off @ along, np.abs(off @ np.array([-along[1], along[0]]))
+        near |= (across <= ON_PATH) & (s >= -ON_PATH) & (s <= np.hypot(*(b - a)) + ON_PATH)
+    return near.all(axis=1)
+
+
+def lies_on(path, point):
+    return shapely.distance(shapely.LineString(path), shapely.Point(point)) <= ON_PATH
 
 
 def closed_stretches(base, contacts, mine):

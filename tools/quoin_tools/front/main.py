@@ -37,7 +37,7 @@ TOOLS = {
     "results": ("base.results:main", "numbers of a run"),
     "plots": ("show.plots:main", "pictures of a run"),
     "animate": ("show.animate:main", "film of a stage in time, or of how a stage fails"),
-    "assessment": ("assess.assessment:main", "the gravity method beside a run, in the terminal"),
+    "assessment": ("assess.terminal:main", "the gravity method beside a run, in the terminal"),
     "limit": ("show.limit:main", "what rigid blocks can bear at most, beside the trials of a run"),
     "hinges": ("assess.hinges:main", "how a limit moves with the stiffness of the joints"),
     "motion": ("show.motion:main", "a record, its spectrum, a block that slides; points of a run"),

@@ -166,11 +166,11 @@ def words(value):
 JOINT_COLUMNS = ("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]", "aperture [mm]", "residual [mm]")
 
 
-def joint_rows_of(case):
-    """Joints as they are in the last stage, and the columns that say something of them."""
-    last, joints = case.results.stages[-1], []
-    for name in case.results.stage_summary(last)["joints"]:
-        j = case.scene.joint(name, last)
+def joint_rows_of(case, stage):
+    """Joints as they are in a stage, and the columns that say something of them."""
+    joints = []
+    for name in case.results.stage_summary(stage)["joints"]:
+        j = case.scene.joint(name, stage)
         peak = (j["cohesion"], j["tension"]) if j["law"] != "elastic" else (None, None)
         joints.append((name, (j["law"], "keys"), (j["stress_model"], "keys"), cell_of(j.get("k_n"), 1e-9, 2), cell_of(j.get("k_s"), 1e-9, 2),
                        cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), cell_of(peak[0], 1e-3, 1),
@@ -184,31 +184,41 @@ def load_rows(case):
             for name, load in case.scene.loads.items()]  # fmt: skip
 
 
-def inputs_part(case, most):
-    """What the main part, with tables of `most` rows, has not said of materials, joints and loads."""
-    joints, columns = joint_rows_of(case)
+def inputs_part(case, stage, most):
+    """What the main part, about a stage and with tables of `most` rows, has not said of materials, joints and loads."""
+    joints, columns = joint_rows_of(case, stage)
     loads, part = load_rows(case), history_part(case)
     if len(case.scene.materials) > most:
         part += materials_table(case, blocks_of)
     if len(joints) > most:
-        part += f"<h3>Joints in stage {esc(case.results.stages[-1])}</h3>" + table(columns, joints, range(3, len(columns)))
+        part += f"<h3>Joints in stage {esc(stage)}</h3>" + table(columns, joints, range(3, len(columns)))
     if len(loads) > most:
         part += "<h3>Loads</h3>" + table(("load", "type", "keys (SI)"), loads)
     return f"<h2>Materials, joints and loads</h2>{part}" if part else ""
 
 
-def uplift_part(case):
+def as_told(value, unit, found, key):
+    """A number of the options in words; else that of the scene under each base that is judged."""
+    if value is not None:
+        return f"{value:g}{unit}"
+    bases = {}
+    for a in found:
+        if a.with_uplift and a.condition and getattr(a.water.heads, key) is not None:
+            bases.setdefault(getattr(a.water.heads, key), []).append(a.name)
+    return "; ".join(f"{number:g}{unit} under {', '.join(dict.fromkeys(names))}, as in the scene" for number, names in bases.items()) or "-"
+
+
+def uplift_part(case, found):
     o = case.options
     if not o.uplift:
         return "<p>No uplift was asked for besides the scene's: both methods have the same loads.</p>"
     rule = uplift.rule_named(o.uplift)
+    gallery = (("gallery", f"{o.gallery:g} m"),) if o.gallery is not None else (("head in the gallery", as_told(None, " m", found, "gallery")),)
     facts = [("rule", f"{rule.name}: {rule.source} ({rule.status})"), ("in the crack", o.in_crack or rule.crack),
              ("pressure", "normal to the base" if o.direction == "normal" else "vertical part only"),
-             ("drain from the heel", "none" if o.drain is None else f"{o.drain:g} m"),
-             ("efficiency", "-" if o.efficiency is None else o.efficiency),
+             ("drain from the heel", as_told(o.drain, " m", found, "drain")), ("efficiency", as_told(o.efficiency, "", found, "efficiency")),
              ("measured head at the drain", "-" if o.drain_head is None else f"{o.drain_head:g} m"),
-             ("tailwater", "as loads" if o.tailwater is None else f"{o.tailwater:g} m"),
-             ("gallery", "-" if o.gallery is None else f"{o.gallery:g} m")]  # fmt: skip
+             ("tailwater", "as loads" if o.tailwater is None else f"{o.tailwater:g} m"), *gallery]  # fmt: skip
     return "<h3>Uplift in the gravity method</h3>" + table(("", ""), facts)
 
 
@@ -226,7 +236,7 @@ def assessment_part(found, reservations):
 
 
 def assessments_part(case, found, reservations):
-    part = "<h2>Block model and gravity method</h2>" + uplift_part(case)
+    part = "<h2>Block model and gravity method</h2>" + uplift_part(case, found)
     part += ("<p><small>N compression positive; T positive towards the end; M about the middle of the base, positive when it pulls at the "
              "end; stress positive in tension. The block model's largest compression is at one contact end, often a singular corner that grows "
              "with the mesh; the gravity method's is that of a straight line.</small></p>")  # fmt: skip

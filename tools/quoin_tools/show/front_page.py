@@ -11,7 +11,9 @@ from quoin_tools.show.annex import changed_by, without_result
 from quoin_tools.show.hypertext import esc, notes, picture, table, verdict_class
 
 CASES, FAILURES = 6, 3  # rows of the table of cases; failed limits, joints named in the verdict
-ROOM, OF_CASE, OF_BASE, OF_ALONE, LEAST = 130, 7, 15, 5, 45  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method take; height that the drawing keeps
+ROOM, OF_CASE, OF_BASE, OF_ALONE = 130, 7, 15, 5  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method take
+FEWEST, WANTED, LEAST, MOST = 2, 75, 50, 105  # cases; [mm] height of the drawing: for which cases that are not judged make room, that it keeps, at most
+WIDE = 107  # [mm] of the drawing
 SIGNATURES = ("<table class='sign'><thead><tr><th>Prepared by</th><th class='d'>Date</th><th>Checked by</th><th class='d'>Date</th></tr>"
               "</thead><tbody><tr><td></td><td></td><td></td><td></td></tr></tbody></table>")  # fmt: skip
 
@@ -98,7 +100,7 @@ def facts(case):
                            f"{summary['n_dofs']} degrees of freedom"),
             *([("Condensed", condensed_words(summary))] if summary.get("condensed") else []),
             ("Slice", f"{summary['thickness']:g} m thick; forces are those of the slice"),
-            ("Guideline", o.guideline or "none"), ("Uplift in the gravity method", o.uplift or "as in the scene"),
+            ("Guideline", o.guideline or "none"), ("Uplift in the gravity method", (o.uplift + ("" if o.drain is not None else ", drain as in the scene")) if o.uplift else "as in the scene"),
             ("State checksum", f"{summary['stages'][-1]['checksum']} (stage {summary['stages'][-1]['name']})"),
             ("Sheet written", datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
 
@@ -123,32 +125,34 @@ def case_rows(case):
                    for name in without_result(case)]  # fmt: skip
 
 
-def cases(case):
-    """Stages that are judged, then the others as far as there is room, in the order of the run."""
+def cases(case, most):
+    """Stages that are judged, then those of trials and the others as far as there is room, in the order of the run."""
     rows = case_rows(case)
-    kept = sorted(sorted(range(len(rows)), key=lambda k: rows[k][3] == "-")[:CASES])
-    more = f"<p><small>{len(rows) - CASES} more are in the annex.</small></p>" if len(rows) > CASES else ""
+    kept = sorted(sorted(range(len(rows)), key=lambda k: (rows[k][3] == "-", not rows[k][5]))[:most])
+    more = f"<p><small>{len(rows) - most} more are in the annex.</small></p>" if len(rows) > most else ""
     _, missing = combinations.of_cases(case)
     more += f"<p><small>Load combinations of the guideline without a case: {esc(', '.join(one['name'] for one in missing))}.</small></p>" if missing else ""
     columns = 6 if any(rows[k][5] for k in kept) else 5
     return "<h2>Cases</h2>" + table(("case", "kind", "loads at its end", "judged as", "the run", "found by trials")[:columns], [rows[k][:columns] for k in kept]) + more
 
 
-def drawing_height(case, found):
-    """[mm] What cases and bases leave of the page."""
-    rows = min(CASES, len(case.scene.stages)), min(matrix.MOST, len(matrix.judged_bases(case, found))), min(matrix.MOST, len(matrix.untaken(case, found)))
-    return max(LEAST, min(105, ROOM - OF_CASE * rows[0] - OF_BASE * rows[1] - OF_ALONE * rows[2]))
+def rooms(case, found):
+    """How many cases the page shows, and the height [mm] that they and the bases leave for the drawing."""
+    room = ROOM - OF_BASE * min(matrix.MOST, len(matrix.judged_bases(case, found))) - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))
+    most = min(CASES, len(case.scene.stages), max(FEWEST, len(case.conditions), (room - WANTED) // OF_CASE))
+    return most, max(LEAST, min(MOST, room - OF_CASE * most))
 
 
-def drawing(case, found, stage):
-    """The section with the loads of a stage."""
+def drawing(case, found, stage, height=None):
+    """The section with the loads of a stage. height: [mm] on page 1; none: that of a page."""
     mine = [a for a in found if a.stage == stage]
     caption = f"Stage {stage}. Forces of the slice; red arrows at bases: resultants by the gravity method; dashed: its crack."
-    return picture(section.section_svg(case, stage, mine).encode("utf-8"), "svg+xml", caption)
+    return picture(section.section_svg(case, stage, mine, height and (WIDE, height)).encode("utf-8"), "svg+xml", caption)
 
 
 def front_page(case, found, reservations, stage, swept):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
+    most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, weak_lifts(case, found, swept)) + unfinished_note(case)
-            + f"<div class='top' style='--drawing: {drawing_height(case, found)}mm'>{drawing(case, found, stage)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case)
+            + f"<div class='top' style='--drawing: {height}mm'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case, most)
             + "<h2>Cases and bases</h2>" + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip

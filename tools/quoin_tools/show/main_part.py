@@ -42,11 +42,11 @@ def loads_part(case, stage):
     rows = [(name, kind, keys, *((cell(f / 1e3, 1) for f in forces[name][:2]) if name in forces else ("-", "-")))
             for name, kind, keys in sorted(load_rows(case), key=lambda row: row[0] not in acting)]  # fmt: skip
     loads, more = first(rows)
-    joints, shown = joint_rows_of(case)
+    joints, shown = joint_rows_of(case, stage)
     joints, other = first(joints)
     return ("<h2>Loads and materials</h2>" + table(("load", "type", "keys (SI)", "X [kN]", "Y [kN]"), loads, (3, 4)) + more
             + f"<p><small>X, Y: force on the whole model in stage {esc(stage)}; “-”: it does not act there, or presses both sides of a joint.</small></p>"
-            + materials_table(case, blocks_of, ROWS) + f"<h3>Joints in stage {esc(case.results.stages[-1])}</h3>" + table(shown, joints, range(3, len(shown))) + other)  # fmt: skip
+            + materials_table(case, blocks_of, ROWS) + f"<h3>Joints in stage {esc(stage)}</h3>" + table(shown, joints, range(3, len(shown))) + other)  # fmt: skip
 
 
 # ---- figures

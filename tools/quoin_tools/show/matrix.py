@@ -1,11 +1,10 @@
 """The matrix of the sheet's first page: each judged case and base, block model over gravity method over the limit."""
 
 import numpy as np
-import shapely
 
 from quoin_tools.assess import guidelines
-from quoin_tools.assess.assessment import ON_PATH, block_of_joint, cell
-from quoin_tools.assess.strength import factors
+from quoin_tools.assess.assessment import block_of_joint, cell
+from quoin_tools.assess.strength import factors, lies_on
 from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.show.hypertext import esc, table, verdict_class
 
@@ -76,18 +75,14 @@ def base_rows(found, facts, shown):
     return rows
 
 
-def lies_on(path, point):
-    return shapely.distance(shapely.LineString(path), shapely.Point(point)) <= ON_PATH
-
-
 def untaken(case, found):
-    """(stage, joint, its facts) of joints in judged stages that are lines and that the gravity method has not taken, alone or within a path."""
+    """(stage, joint, its facts) of joints in judged stages that the gravity method has not taken, alone or within a path: lines, and those that have a way through them."""
     rows = []
     for stage in case.conditions:
-        paths = [a.path for a in found if a.stage == stage and (a.kind != "path" or a.strength.get("friction") is not None)]  # a way without strength says nothing of sliding
+        paths = [a.path for a in found if a.stage == stage and (a.kind not in ("path", "way") or a.strength.get("friction") is not None)]  # a way without strength says nothing of sliding
         for name, facts in case.results.stage_summary(stage)["joints"].items() if stage in case.results.stages else ():
-            ends = [(facts[at]["x"], facts[at]["y"]) for at in ("start", "end")] if facts["line"] else []
-            if ends and not any(all(lies_on(path, end) for end in ends) for path in paths):
+            lines = [[(facts[at]["x"], facts[at]["y"]) for at in ("start", "end")]] if facts["line"] else [way.ends for way in case.ways.get(name, ())]
+            if not all(any(all(lies_on(path, end) for end in ends) for path in paths) for ends in lines):
                 rows.append((stage, name, facts))
     return sorted(rows, key=lambda row: np.inf if row[2]["sliding_factor_peak"] is None else row[2]["sliding_factor_peak"])
 
@@ -96,9 +91,11 @@ def untaken_rows(case, rows, shown):
     """Rows of the matrix for joints with numbers of the block model alone."""
     found = []
     for stage, name, facts in rows[:MOST]:
-        block = block_of_joint(facts, facts["chord"])
-        values = {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression")} | {
-            "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
+        values = {"peak": facts["sliding_factor_peak"], "residual": facts["sliding_factor_residual"], "crack": facts["open_length"] / facts["length"]}
+        if facts["line"]:
+            block = block_of_joint(facts, facts["chord"])
+            values = {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression")} | {
+                "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
         found.append([(f"{stage}: not judged", "open"), name, "block model alone", *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
     return found
 

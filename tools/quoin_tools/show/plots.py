@@ -184,11 +184,24 @@ def cut_runaway(axes, results):
     )
 
 
+def one_after_another(history):
+    """Cycles that run on where a stage goes back to the end of an earlier one, and the rows where it does."""
+    cycle, back = np.array(history["cycle"], dtype=float), []
+    for _, first, _ in stage_spans(history)[1:]:
+        if cycle[first] <= cycle[first - 1]:
+            cycle[first:] += cycle[first - 1] - cycle[first] + np.diff(cycle[first : first + 2]).sum()
+            back.append(first)
+    return cycle, back
+
+
 def plot_history(results, path):
     history = results.history
     if not len(history.get("cycle", ())):
         return False
     points = moving_points(history)
+    cycles, back = one_after_another(history)
+    history = {name: np.insert(column, back, np.nan) if column.dtype.kind == "f" else column for name, column in history.items()}  # lines end where a stage goes back
+    history |= {"cycle": np.insert(cycles, back, cycles[np.array(back, dtype=int) - 1] if back else []), "stage": np.insert(results.history["stage"], back, results.history["stage"][back] if back else [])}
     figure, panels = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
     cycle = history["cycle"]
     ratio = np.where(history["ratio"] > 0, history["ratio"], np.nan)
@@ -211,7 +224,7 @@ def plot_history(results, path):
     panels[2].plot(cycle, history["alpha_dt"], color=LINES[1], lw=1.2)
     panels[2].set_ylabel("damping α Δt [-]")
     panels[2].set_ylim(bottom=0)
-    panels[2].set_xlabel("cycle at the ends of stages [-]" if len(stage_spans(history)) > 1 else "cycle [-]")
+    panels[2].set_xlabel("cycles of all stages together, at their ends [-]" if back else "cycle at the ends of stages [-]" if len(stage_spans(history)) > 1 else "cycle [-]")
     for axes in panels:
         axes.grid(alpha=0.3)
         axes.margins(x=0.01)

@@ -1,6 +1,6 @@
 """The sheet: one self-contained HTML page (and PDF) about a run, with the gravity method and a guideline's limits.
 
-    quoin report FOLDER [--guideline usace] [--uplift npb --drain 4.72] [--pdf] ...
+    quoin report FOLDER [--guideline usace] [--uplift npb] [--pdf] ...
 
 writes FOLDER/report.html; --help lists all options, docs/safety.md explains them. Everything taken from files is escaped, and nothing
 is loaded from elsewhere.
@@ -59,7 +59,7 @@ def annex_pages(case, found, reservations, drawn, swept, pictures, shaken, ensem
     captions = [(path, main_part.caption_of(path)) for path in pictures]
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
-        reservations.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, main_part.ROWS),
+        reservations.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
         annex.assessments_part(case, found, reservations), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), f"<h2>Further figures</h2>{shown}" if shown else ""))  # fmt: skip
@@ -116,7 +116,7 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, langu
         from quoin_tools.show import spreadsheet
 
         written.append(os.path.join(folder, "report.xlsx"))
-        spreadsheet.write(written[-1], text)
+        spreadsheet.write(written[-1], text, spoken.decimal if spoken else spreadsheet.POINT)
     if with_pdf:
         written.append(os.path.join(folder, "report.pdf"))
         browser.pdf(path, os.path.abspath(written[-1]), os.path.basename(case.scene.path), case.scene.text)

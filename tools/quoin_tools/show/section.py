@@ -4,11 +4,12 @@ import io
 from dataclasses import replace
 
 import numpy as np
+import shapely
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
 from quoin_tools.assess import cut
-from quoin_tools.assess.assessment import contacts_on
+from quoin_tools.assess.strength import contacts_on
 from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.assess.uplift import head_line
 from quoin_tools.base import anchors
@@ -18,6 +19,7 @@ from quoin_tools.show.stress import standing
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
 REACH = 0.15  # largest pressure, drawn, over the size of the view
+LETTERS, MARGIN = 0.75, 0.7  # size on paper over that of the picture; [inch] of a picture beside its view
 LEVEL = 1e-3  # horizontal part of a direction: water on faces flatter than this has no side
 LABEL = {"fontsize": 9, "bbox": {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.2}}
 
@@ -59,13 +61,13 @@ def draw_water(axes, case, name, load, force, box, largest):
         y = (x * force[1] - force[2]) / force[0]
         side, top = box[0] if force[0] > 0 else box[1], segments.reshape(-1, 2)[segments[..., 1].argmax()]
         if is_water:  # silt is no level of water
-            axes.plot([side, top[0]], [level, level], color=WATER, lw=1.4)
-            axes.text(0.97 * side + 0.03 * top[0], level, f"{level:.2f} m", color=WATER, va="bottom",
+            stands = float(load["level"]) if float(load.get("effective", 1.0)) < 1 else level  # of tailwater that is pushed away a part presses
+            axes.plot([side, top[0]], [stands, stands], color=WATER, lw=1.4)
+            axes.text(0.97 * side + 0.03 * top[0], stands, f"{stands:.2f} m" if stands == level else f"{stands:.2f} m, presses as {level:.2f} m", color=WATER, va="bottom",
                       ha="left" if force[0] > 0 else "right", fontsize=9)  # fmt: skip
     arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), colour)
     words = force_text(name, force) + ("" if is_water else f" ({style.plain(float(load['density']))} kg/m³)")
-    axes.text(*(np.array([x, y]) - 0.55 * REACH * size * direction + [0, 0.02 * size]), words, color=colour, ha="center",
-              va="bottom", zorder=7, **LABEL)  # fmt: skip
+    axes.annotate(words, np.array([x, y]) - 0.55 * REACH * size * direction, (0, 5), textcoords="offset points", color=colour, ha="center", va="bottom", zorder=7, **LABEL)
 
 
 def draw_weight(axes, case, name, load, force, size):
@@ -84,8 +86,7 @@ def draw_weight(axes, case, name, load, force, size):
     axes.plot(*at, "o", ms=4, color=WEIGHT, zorder=6)
     direction = force[:2] / np.hypot(*force[:2])
     arrow(axes, at, at + 0.16 * size * direction, WEIGHT)
-    aside = abs(direction[0])  # an earthquake's beside its arrow, not on that of the weight
-    axes.text(at[0] + (0.015 + 0.1 * aside) * size, at[1] + (0.05 * aside - 0.02) * size, force_text(name, force), zorder=7, **LABEL)
+    axes.annotate(force_text(name, force), at + 0.5 * abs(direction[0]) * 0.16 * size * direction, (5, 2), textcoords="offset points", zorder=7, **LABEL)  # an earthquake's beside its arrow
 
 
 def draw_other(axes, case, name, load, force, size):
@@ -95,14 +96,14 @@ def draw_other(axes, case, name, load, force, size):
         return
     direction = force[:2] / max(np.hypot(*force[:2]), 1e-300)
     arrow(axes, at - 0.12 * size * direction, at, LOAD)
-    axes.text(*(at - 0.13 * size * direction), force_text(name, force), color=LOAD, ha="center", zorder=7, **LABEL)
+    axes.annotate(force_text(name, force), at - 0.12 * size * direction, (0, 3), textcoords="offset points", color=LOAD, ha="center", zorder=7, **LABEL)
 
 
 def uplifts_of(case, found):
     """Diagrams below the base: words, segments (n, 2, 2) along it, pressures at their ends [Pa], colours: of the rule or load, and as computed."""
     base, hand, diagrams = found.base, found.governing, []
     if found.water is not None:
-        crack = hand.crack or 0.0
+        crack = hand.reached if hand.crack is None else hand.crack
         x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == "start" else 0.0, found.water.in_crack)
         points, pressure = np.array([base.at(distance) for distance in x]), found.water.unit_weight * head
         diagrams.append((f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", np.stack([points[:-1], points[1:]], axis=1),
@@ -126,12 +127,22 @@ def draw_uplift(axes, case, found, size):
         axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), said, color=edge, ha="center", va="top", zorder=7, **LABEL)
 
 
-def draw_bases(axes, assessed, size):
+def end_in_view(path, box):
+    """The last place of a path that is in view; None: none is."""
+    seen = shapely.intersection(shapely.LineString(path), shapely.box(box[0], box[2], box[1], box[3]))
+    lines = [np.array(piece.coords) for piece in shapely.get_parts(seen) if piece.length > 0]
+    return lines[-1][-1] if lines else None
+
+
+def draw_bases(axes, assessed, box, size):
     """Joints and paths that are assessed, their resultants and their cracks by the gravity method."""
     for found in assessed:
         base, hand = found.base, found.governing
         axes.plot(*found.path.T, color=LOAD if found.kind.startswith("joint") else "#009e73", lw=2.0, zorder=5)
-        axes.text(*(base.end + [0.015 * size, 0.012 * size]), found.name, color=LOAD if found.kind.startswith("joint") else "#007a5a", zorder=7, **LABEL)
+        end = end_in_view(found.path, box)
+        if end is None:
+            continue
+        axes.annotate(found.name, end, (5, 4), textcoords="offset points", color=LOAD if found.kind.startswith("joint") else "#007a5a", zorder=7, **LABEL)
         if hand.crack:
             tip = base.at(hand.crack) if hand.crack_at == "start" else base.at(base.length - hand.crack)
             first = base.start if hand.crack_at == "start" else base.end
@@ -158,15 +169,24 @@ def draw_anchors(axes, case, stage):
         axes.annotate(words, head, (10, 8), textcoords="offset points", color="#5a1a6b", zorder=9, **LABEL)
 
 
-def section_svg(case, stage, assessed):
-    """SVG text. assessed: of this stage."""
+def shape_of(box, room):
+    """Width and height [inch] of the drawing of a view; room: [mm] that it has on paper, on which its letters stay LETTERS of their size."""
+    aspect = (box[1] - box[0]) / (box[3] - box[2])
+    if room is None:
+        return 8.2, min(8.2, max(4.0, 7.2 / aspect))
+    width, height = (side / 25.4 / LETTERS for side in room)
+    return min(width, aspect * (height - MARGIN) + MARGIN), min(height, (width - MARGIN) / aspect + MARGIN)
+
+
+def section_svg(case, stage, assessed, room=None):
+    """SVG text. assessed: of this stage; room: [mm] on paper, none: that of a page."""
     mesh = standing(case.results.mesh, case.results.stage(stage))
     box, _ = style.view(case.results.mesh)
     size = max(box[1] - box[0], box[3] - box[2])
     levels = [float(load["level"]) for load in case.scene.stage_loads(stage).values() if load.get("type") in WATERS]  # some stand above the crest
     box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, max([box[3], *levels]) + 0.04 * size)
     with pyplot.rc_context(style.STYLE | {"svg.fonttype": "path"}):
-        figure, axes = pyplot.subplots(figsize=(8.2, min(8.2, max(4.0, 7.2 * (box[3] - box[2]) / (box[1] - box[0])))))
+        figure, axes = pyplot.subplots(figsize=shape_of(box, room))
         for row in np.unique(mesh.block_group):
             fill = style.FILLS[row % len(style.FILLS)]
             axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.4))
@@ -185,7 +205,7 @@ def section_svg(case, stage, assessed):
         draw_anchors(axes, case, stage)
         for found in assessed:
             draw_uplift(axes, case, found, size)
-        draw_bases(axes, assessed, size)
+        draw_bases(axes, assessed, box, size)
         style.set_view(axes, box)
         axes.set_ylabel("y [m]")
         section_marks.draw_elevations(axes, mesh, box)

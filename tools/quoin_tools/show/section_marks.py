@@ -39,7 +39,7 @@ def draw_elevations(axes, mesh, box):
     width = box[1] - box[0]
     for y, place in ((high[1], "crest"), (low[1], "lowest")):
         axes.plot([box[1] - 0.16 * width, box[1]], [y, y], color=style.GREY, lw=0.8, ls=(0, (6, 2, 1, 2)), zorder=5)
-        axes.annotate(f"{place} {y:.2f} m", (box[1] - 0.01 * width, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right", va="bottom", zorder=7, fontsize=8)
+        axes.annotate(f"{place} {y:.2f} m", (box[1] - 0.01 * width, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right", va="bottom", zorder=7, **LABEL)
 
 
 def drains_of(case, stage):
@@ -87,23 +87,39 @@ def shift_text(text, shift, dpi):
     text.set_position(transform.inverted().transform(transform.transform(text.get_position()) + shift))
 
 
-def spread(figure, axes):
-    """Moves labels that would cover others to the nearest room within the picture; a thin line leads back from where one had to go far."""
-    figure.canvas.draw()
-    renderer, inside, taken = figure.canvas.get_renderer(), axes.get_window_extent(), []
-    for text in [text for text in axes.texts if text.get_text()]:
-        patch = text.get_bbox_patch()
-        box = (patch or text).get_window_extent(renderer)
+def along_arrows(axes):
+    """Places (n, 2) [px] along the arrows of a picture, which labels should not cover."""
+    ends = [axes.transData.transform([text.xy, text.xyann]) for text in axes.texts if getattr(text, "arrowprops", None) and not text.get_text()]
+    return np.concatenate([a + np.linspace(0.0, 1.0, 15)[:, None] * (b - a) for a, b in ends]) if ends else np.zeros((0, 2))
+
+
+def covers(box, places):
+    return ((places > box.min) & (places < box.max)).all(axis=1).any()
+
+
+def room_for(box, taken, inside, arrows):
+    """The least shift [px] to where a label covers neither another one nor an arrow; no other label, where that cannot be."""
+    for places in (arrows, np.zeros((0, 2))):
         for shift in places_round(box.height):
             there = box.translated(*shift)
-            if not any(overlap(there, other) for other in taken) and inside.x0 <= there.x0 and there.x1 <= inside.x1 and inside.y0 <= there.y0 and there.y1 <= inside.y1:
-                break
-        else:
-            shift, there = np.zeros(2), box
+            if inside.x0 <= there.x0 and there.x1 <= inside.x1 and inside.y0 <= there.y0 and there.y1 <= inside.y1 and not any(overlap(there, other) for other in taken) and not covers(there, places):
+                return shift
+    return np.zeros(2)
+
+
+def spread(figure, axes):
+    """Moves labels that would cover others or arrows to the nearest room within the picture; a thin line leads back from where one had to go far."""
+    figure.canvas.draw()
+    renderer, inside, taken, arrows = figure.canvas.get_renderer(), axes.get_window_extent(), [], along_arrows(axes)
+    for text in [text for text in axes.texts if text.get_text()]:
+        box = (text.get_bbox_patch() or text).get_window_extent(renderer)
+        shift = room_for(box, taken, inside, arrows)
+        there = box.translated(*shift)
         taken.append(there)
         if shift.any():
             shift_text(text, shift, figure.dpi)
             if np.hypot(*shift) > 1.6 * box.height:
                 back = axes.transData.inverted()
-                ends = [back.transform(0.5 * (bounds.min + bounds.max)) for bounds in (box, there)]
+                of = axes.transData.transform(text.xy) if hasattr(text, "xy") else 0.5 * (box.min + box.max)  # what it is the label of
+                ends = [back.transform(place) for place in (of, np.clip(of, there.min, there.max))]
                 axes.plot(*np.transpose(ends), color=text.get_color(), lw=0.6, zorder=6)

@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 from matplotlib import pyplot
-from matplotlib.ticker import FixedLocator
+from matplotlib.ticker import FixedLocator, NullFormatter
 
 from quoin_tools.assess import spectrum
 from quoin_tools.assess.shaken import block_of
@@ -209,6 +209,7 @@ def period_axis(panel):
     """Ticks of an axis of periods [s], which is logarithmic."""
     panel.xaxis.set_major_locator(FixedLocator([0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10]))
     panel.xaxis.set_major_formatter(pyplot.FuncFormatter(lambda x, _: f"{x:g}"))
+    panel.xaxis.set_minor_formatter(NullFormatter())  # else a short axis has numbers between these, upon them
 
 
 def draw_ratio(panel, pairs):

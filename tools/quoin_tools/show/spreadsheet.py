@@ -14,6 +14,7 @@ FIRST = "Sheet"  # tab of what stands before the first chapter
 LONGEST = 31  # letters of a tab's name
 WIDEST = 60  # [letters] of a column
 NUMBER = re.compile(r"[+\-\u2212]?\d[\d\u202f]*(\.\d+)?(e[+\-]?\d+)?")
+POINT = "."
 COLOURS = {"pass": "10692E", "fail": "A81919", "open": "8A5A00"}
 
 
@@ -59,10 +60,11 @@ def chapters_of(page):
     return [(name, rows) for name, rows in parser.chapters if any(rows)]
 
 
-def value_of(words, kind):
-    """A number where the cell is one."""
-    if NUMBER.fullmatch(words) and kind not in ("head", "title", "note"):
-        return float(words.replace("\u202f", "").replace("\u2212", "-"))
+def value_of(words, kind, decimal=POINT):
+    """A number where the cell is one; decimal: how the page writes it."""
+    text = words.replace(POINT, " ").replace(decimal, POINT) if decimal != POINT and "keys" not in kind.split() else words
+    if NUMBER.fullmatch(text) and kind not in ("head", "title", "note"):
+        return float(text.replace("\u202f", "").replace("\u2212", "-"))
     return words
 
 
@@ -77,7 +79,7 @@ def tab_names(chapters):
     return names
 
 
-def workbook(page):
+def workbook(page, decimal=POINT):
     """Bytes of the file. Texts that begin with = stay texts."""
     from openpyxl import Workbook
     from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
@@ -92,7 +94,7 @@ def workbook(page):
         for r, row in enumerate(rows, 1):
             for c, (words, kind) in enumerate(row, 1):
                 cell = tab.cell(r, c)
-                cell.value = value_of(ILLEGAL_CHARACTERS_RE.sub(" ", words).strip(), kind)
+                cell.value = value_of(ILLEGAL_CHARACTERS_RE.sub(" ", words).strip(), kind, decimal)
                 if isinstance(cell.value, str):
                     cell.data_type = "s"
                 cell.font = fonts.get(next((k for k in kind.split() if k in fonts), ""), Font())
@@ -107,5 +109,5 @@ def workbook(page):
     return data.getvalue()
 
 
-def write(path, page):
-    write_file(path, workbook(page))
+def write(path, page, decimal=POINT):
+    write_file(path, workbook(page, decimal))

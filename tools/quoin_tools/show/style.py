@@ -76,8 +76,8 @@ def nice(value):
 
 
 def plain(value):
-    """Thousands apart; four figures at least."""
-    return f"{value:,.0f}".replace(",", "\u202f") if abs(value) >= 1000 else f"{value:.4g}"
+    """Thousands apart where there are five figures or more, as words.py has them; four figures at least."""
+    return f"{value:,.0f}".replace(",", "\u202f" if abs(value) >= 9999.5 else "") if abs(value) >= 1000 else f"{value:.4g}"
 
 
 def save(figure, path):

@@ -50,9 +50,9 @@ def draw_diagrams(axes, bars, names, facts, box):
 
 
 def plot_section(results, stage, path, whole=False):
-    """False: there are none."""
+    """False: there are none, or none yet."""
     anchors, mesh = results.stage(stage).anchors, results.mesh
-    if anchors is None:
+    if anchors is None or all(STATES[state] == "absent" for state in anchors.state):
         return False
     box, names = box_of(mesh, anchors, whole), list(facts_of(results.stage_summary(stage)))
     figure, axes = pyplot.subplots(figsize=style.figure_size(box, height=6.5, extra=1.6))

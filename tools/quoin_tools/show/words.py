@@ -4,7 +4,8 @@
 
 A sheet is made in English; here its texts are put into the other language where they leave: between the tags of the page, in what a
 picture writes. A text is looked up whole, then as a pattern ({1}, {2} stand for what differs), then sentence by sentence and piece by
-piece. Names that the user has given and numbers stay, keys of scenes where they are no words of the file. What the file does not have stays English, and is told.
+piece. Names that the user has given stay, keys of scenes where they are no words of the file. What the file does not have stays English, and is told.
+Numbers are written as the file writes NUMERAL, also those along the axes of a picture; not in names, options, files and versions.
 """
 
 import contextlib
@@ -13,11 +14,19 @@ import html
 import os
 import re
 
+from matplotlib.axis import Axis
 from matplotlib.text import Text
+from matplotlib.ticker import Formatter
 
 PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "words.txt")
 HOLE = re.compile(r"\{(\d)\}")
 ENGLISH = "en"
+NUMERAL = "12345.6"  # a row of the file: how a language writes numbers
+NUMBER = r"(?<![^\W\d][-/])(?<![\w.#])[+\-\u2212]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w|\.\w)"  # none within a word, a version, the name of a file
+LIST = re.compile(rf"{NUMBER}(?:, {NUMBER})+")
+OPTION = r"--[\w-]+(?:[ =][^\s;)]+)?"  # with its value
+FORMULA = r"\mathdefault"  # powers of ten along an axis
+LONGEST = 7  # figures that are grouped: longer rows of them are checksums
 KEYS = re.compile(r'<td class="[^"]*\bkeys\b')  # cells with words of the scene
 SENTENCES = r"(?<=\.)\s+(?=[A-Z“\d])"
 SPECIFIC = 12  # letters that a pattern has besides its holes, to be tried on more than a sentence
@@ -37,9 +46,31 @@ class Words:
         patterned = sorted((english for english in rows if HOLE.search(english)), key=lambda text: -len(HOLE.sub("", text)))
         self.specific, self.general = ([(english, pattern_of(english), rows[english]) for english in patterned if (len(HOLE.sub("", english)) >= SPECIFIC) == which] for which in (True, False))
         self.known = {}
+        self.between, self.decimal = re.fullmatch("12(.*)345(.)6", rows.get(NUMERAL, NUMERAL)).groups()
+        self.kept = re.compile("|".join([OPTION, *(rf"(?<!\w){re.escape(name)}(?!\w)" for name in sorted(self.names, key=len, reverse=True) if re.search(r"[^\W\d]", name) and re.search(r"\d\.\d|\d{5}", name))]))
 
     def __call__(self, text):
         """The text in this language, with the blanks round it as they are."""
+        return text if text.strip() in self.names else self.numbered(self.spoken(text))
+
+    def numbered(self, text):
+        """The text with its numbers as the language writes them; names and options stay."""
+        parts, end = [], 0
+        for kept in [*self.kept.finditer(text), None]:
+            start = kept.start() if kept else len(text)
+            listed = LIST.sub(lambda found: found[0].replace(", ", "; ") if "." in found[0] and self.decimal == "," else found[0], text[end:start])
+            parts.append(re.sub(NUMBER, lambda found: self.number(found[0]), listed) + (kept[0] if kept else ""))
+            end = kept.end() if kept else end
+        return "".join(parts)
+
+    def number(self, text):
+        whole, point, rest = text.partition(".")
+        figures = whole.lstrip("+-\u2212")
+        if 5 <= len(figures) <= LONGEST and figures.isdecimal():
+            whole = whole[: len(whole) - len(figures)] + f"{int(figures):,}".replace(",", self.between) if figures[0] != "0" else whole
+        return whole + (self.decimal if point else "") + rest
+
+    def spoken(self, text):
         inner = text.strip()
         return text.replace(inner, self.inner(inner), 1) if inner else text
 
@@ -58,26 +89,26 @@ class Words:
         for sign in (": ", "  "):
             head, found, rest = text.partition(sign)
             if found and head in self.names:
-                return head + found + self(rest)
+                return head + found + self.spoken(rest)
         return self.matched(text, self.specific) or self.cut(text, SENTENCES) or self.cut(text, r"\n") or self.headed(text) or self.matched(text, self.general) or self.in_pieces(text)
 
     def headed(self, text):
         """Head: rest."""
         head, colon, rest = text.partition(": ")
-        return f"{self(head)}: {self(rest)}" if colon and not re.search("[;(]", head) else None
+        return f"{self.spoken(head)}: {self.spoken(rest)}" if colon and not re.search("[;(]", head) else None
 
     def matched(self, text, patterns):
         for english, pattern, other in patterns:
             match = pattern.fullmatch(text)
             if match and not any(is_too_much(part, english, patterns is self.general) for part in match.groups()):
                 parts = match.groupdict()
-                return HOLE.sub(lambda hole, parts=parts: self(parts["h" + hole[1]]), other)
+                return HOLE.sub(lambda hole, parts=parts: self.spoken(parts["h" + hole[1]]), other)
         return None
 
     def cut(self, text, where):
         """The pieces, each in this language; None where there is nothing to cut."""
         parts = re.split(f"({where})", text)
-        return "".join(self(part) if k % 2 == 0 else part for k, part in enumerate(parts)) if len(parts) > 1 else None
+        return "".join(self.spoken(part) if k % 2 == 0 else part for k, part in enumerate(parts)) if len(parts) > 1 else None
 
     def in_pieces(self, text):
         for where in PIECES:
@@ -152,12 +183,43 @@ def said(text):
     return current(text) if current else text
 
 
+class Ticks(Formatter):
+    """The labels along an axis in the language that is spoken."""
+
+    def __init__(self, inner, spoken):
+        self.inner, self.spoken = inner, spoken
+
+    def label(self, text):
+        return self.spoken.numbered(text).replace(",", "{,}") if FORMULA in text else self.spoken(text)
+
+    def __call__(self, value, position=None):
+        return self.label(self.inner(value, position))
+
+    def format_ticks(self, values):
+        return [self.label(text) for text in self.inner.format_ticks(values)]
+
+    def get_offset(self):
+        return self.label(self.inner.get_offset())
+
+    def set_locs(self, locs):
+        self.inner.set_locs(locs)
+
+    def set_axis(self, axis):
+        super().set_axis(axis)
+        self.inner.set_axis(axis)
+
+
 def of_figure(figure):
     """A picture in the language that is spoken."""
     if current:
         for text in figure.findobj(Text):
-            if text.get_text():
+            if text.get_text() and FORMULA not in text.get_text():
                 text.set_text(current(text.get_text()))
+        for axis in figure.findobj(Axis):
+            for level in (axis.major, axis.minor):
+                if not isinstance(level.formatter, Ticks):
+                    level.formatter = Ticks(level.formatter, current)
+                    level.formatter.set_axis(axis)
 
 
 def of_page(page):

@@ -1,0 +1,52 @@
+"""The tables of the gravity method in the terminal: quoin assessment FOLDER."""
+
+import sys
+
+from quoin_tools.assess import base_water
+from quoin_tools.assess.assessment import ERRORS, assess, beside, cell, gathered, lines, load_case
+from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.base.flow import condition_rows, facts_of
+from quoin_tools.base.results import table
+
+
+def text_of(found):
+    """A table for the terminal."""
+    rows = [(r.quantity + (f" [{r.unit}]" if r.unit else ""), cell(r.block, r.digits), cell(r.hand, r.digits),
+             cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits)) for r in lines(found)]  # fmt: skip
+    out = ["", f"Stage {found.stage}, {found.kind} {found.name}: ({found.base.start[0]:.2f}, {found.base.start[1]:.2f}) to "
+               f"({found.base.end[0]:.2f}, {found.base.end[1]:.2f}) m, length {found.base.length:.3f} m"]  # fmt: skip
+    shown = 5 if found.with_uplift else 4
+    header = ["quantity", "block model", "gravity", "difference", "with uplift"]
+    out += table(header[:shown], [row[:shown] for row in rows])
+    out += [f"  {j.text}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source}{'; check' if j.check else ''})"
+            for j in found.limits]  # fmt: skip
+    return out + [f"  {note}" for note in found.notes]
+
+
+def water_text(case, stage, found):
+    """The water in the joints of a stage for the terminal; nothing where none flows."""
+    facts = case.results.stage_summary(stage)
+    if not facts_of(facts):
+        return []
+    rows = [(a.name, *row) for a in found if a.stage == stage and a.computed is not None for row in beside(a)]
+    out = ["", f"Stage {stage}: water in joints, {facts_of(facts)['state']}"]
+    out += table(["leaves the joints (negative: enters) by", "m2/s", "litres per minute and metre"], condition_rows(facts))
+    out += table(["base", *base_water.BESIDE], rows) if rows else []
+    return out + [f"  {line}" for line in base_water.remarks(case.results, stage)]
+
+
+def main(arguments=None):
+    given = parser("assessment", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
+    try:
+        case = load_case(given.folder, options_from(given))
+        found, complaints = assess(case)
+    except ERRORS as error:
+        print(f"assessment: {error}", file=sys.stderr)
+        return 2
+    for assessment in found:
+        print("\n".join(text_of(assessment)))
+    for line in (line for stage in case.results.stages for line in water_text(case, stage, found)):
+        print(line)
+    for stages, line in gathered(complaints):
+        print(f"  {stages}: {line}")
+    return 0
