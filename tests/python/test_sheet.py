@@ -53,6 +53,7 @@ def blank(monkeypatch):
 
     monkeypatch.setattr(report.plots, "plot_all", plot_all)
     monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
+    monkeypatch.setattr(report, "limit_part", lambda case: "")  # it has tests of its own
 
 
 @pytest.fixture(scope="module")
@@ -142,13 +143,13 @@ def test_a_seam_gets_its_way(engineer, blank):
     """From the heel down the crack and along the seam, with the strength of the seam: T and N by hand. The base alone would pass."""
     N, T = by_hand()
     for arguments in ([], ["--path", "way=0,0,0,-4,44,0", "--strength-on", "way=30,0"]):
-        text = written(engineer, "--guideline", "usbr", "--strength", "20e6", *arguments)
         _, found, complaints = assessed(engineer, "--guideline", "usbr", *arguments)
         own = next(a for a in found if a.condition and a.name == ("way" if arguments else "crack+seam"))
         assert own.complete and own.hand.N == pytest.approx(N, rel=1e-3) and own.hand.T == pytest.approx(T, rel=1e-3)
         assert f"{assessment.factors(own.hand, own.strength)['peak']:.2f}" == f"{own.hand.sliding_factor(30):.2f}" == "1.03" and own.block["peak"] == pytest.approx(1.06, abs=0.01)  # closed parts of the crack bear
-        assert "<b>FAIL</b>" in text and f"in stage full on {own.name}" in text and "does not take them" not in text
-        assert ("is found by itself" in text) == (not arguments) and not any("hang together" in line for line in complaints["full"][1 if arguments else 0 :])
+        assert any("found by itself" in note for note in own.notes) == (not arguments) == (not complaints["full"])
+    text = written(engineer, "--guideline", "usbr", "--strength", "20e6")
+    assert "<b>FAIL</b>" in text and "in stage full on crack+seam" in text and "does not take them" not in text
 
 
 def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank, monkeypatch):

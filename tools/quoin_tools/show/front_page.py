@@ -48,8 +48,13 @@ def weak_lifts(case, found, swept):
     return weak
 
 
-def verdict_box(case, found, remarks, weak):
-    """What the limits say, in one word and one sentence. remarks: how many speak against it; weak: lifts below the limit."""
+def lifted(swept):
+    """Lifts of unknown strength that find no equilibrium without tension: nothing says that they hold."""
+    return [f"{lift.level:.2f} m ({stage})" for stage, (sections, _) in swept.items() for lift in sections if lift.hand.crack is None and lift.factor is None]
+
+
+def verdict_box(case, found, remarks, swept):
+    """What the limits say, in one word and one sentence. remarks: how many speak against it; swept: lifts of the judged stages."""
     o = case.options
     if not o.guideline:
         names = ", ".join(guidelines.read())
@@ -58,19 +63,25 @@ def verdict_box(case, found, remarks, weak):
     named = set(case.conditions)
     there = {(a.stage, a.name) for a in judged}
     refused = [name for name in o.paths if any((stage, name) not in there for stage in named)]
-    missing = not judged or not named <= {a.stage for a in judged} or bool(refused)
+    collapsed = [s["name"] for s in case.results.summary["stages"] if s["name"] in named and s["verdict"] == "collapsed"]
+    missing = not judged or not named <= {a.stage for a in judged} or bool(refused) or bool(without_result(case) and not o.conditions)
     rows = [limit for a in judged for limit in a.limits]
+    weak, loose = weak_lifts(case, found, swept), lifted(swept)
     alone = [f"{name} ({stage})" for stage, name, _ in matrix.untaken(case, found)]
-    word = "FAIL" if weak else guidelines.overall(rows, not missing and not alone and all(a.complete for a in judged))
+    word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and all(a.complete for a in judged))
     failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL] + weak
     stages = ", ".join(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
     said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
+    if collapsed:
+        said.append(f"Collapsed: {', '.join(collapsed)}.")
     if failed:
         said.append("Limits that fail: " + listed(failed) + ".")
     if refused:
         said.append(f"No numbers for path {', '.join(refused)}.")
     if alone:
         said.append(f"Not judged, because the gravity method does not take them: joint{'s' * (len(alone) > 1)} {listed(alone)}; --path names a way through them.")
+    if loose:
+        said.append(f"No equilibrium without tension in lifts whose strength is unknown: {listed(loose)}.")
     open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
     if open_ones:
         said.append(f"Limits not judged for want of a number: {open_ones}.")
@@ -153,6 +164,6 @@ def drawing(case, found, stage, height=None):
 def front_page(case, found, reservations, stage, swept):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
     most, height = rooms(case, found)
-    return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, weak_lifts(case, found, swept)) + unfinished_note(case)
+    return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, swept) + unfinished_note(case)
             + f"<div class='top' style='--drawing: {height}mm'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case, most)
             + "<h2>Cases and bases</h2>" + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip
