@@ -11,6 +11,8 @@ one line on stderr, when ranks do not agree on that line, or when the document s
 
 import argparse
 import ast
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -18,16 +20,20 @@ import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from unittest.mock import patch
 
 import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-from driver import ENVIRONMENT, ROOT, write
+import assemblies
+from driver import ENVIRONMENT, ROOT, changed, dump, write
+from quoin_tools.front.main import main as quoin_command
 from quoin_tools.mesh.meshing import face_set_on, join, rectangle
 
 DOCUMENT = ROOT / "docs" / "generated" / "bad_input.md"
 UNIT = ROOT / "tests" / "unit" / "scene"
+LIMIT = "Limit analysis"  # section of what quoin limit refuses
 STRING = r'(?:"(?:[^"\\]|\\.)*"\s*)+'
 
 
@@ -296,6 +302,43 @@ def water_faults():
         yield ", ".join(f"{before} → {after}" for before, after in zip(change[::2], change[1::2])), scene
 
 
+def limit_faults():
+    """(what, mesh, scene, words) that quoin limit refuses, and the solver does not."""
+    slope, barred, weir = assemblies.slope(3), assemblies.barred((0, 1)), assemblies.weir()
+    pulled = {"type": "anchor_force", "anchors": ["bar"], "loads": ["weight"], "start": 1, "step": 0.1, "bracket": 0.1}
+    tendon = {"head": [0, 1.5], "root": [0, -1], "area": 1e-3, "young": 200e9, "yield": 500e6, "prestress": 1e5}
+    one = rectangle(0, 0, 1, 1, group="block", rigid=True)
+    for what, (mesh, keys), changes, words in (
+        ("water flows in joints, and no run has found its pressures", weir, [], []),
+        ("`--stage nothing`", slope, [], ["--stage", "nothing"]),
+        ("`--raises wind`", slope, [], ["--raises", "wind"]),
+        ("a static stage of weight alone", slope, [("stages", [{"own": {"loads": ["weight"]}}])], []),
+        ("`--stage shake`, of type dynamic", slope, [("stages", [{"own": {"loads": ["weight"]}}, {"shake": {"type": "dynamic", "duration": 1, "loads": ["weight"]}}])], ["--stage", "shake"]),
+        ("a stage of type modes alone", slope, [("stages", [{"swing": {"type": "modes"}}])], []),
+        ("`--stage pull`, of type anchor_force", barred, [("anchors.bar", tendon), ("stages", [{"pull": pulled}])], ["--stage", "pull"]),
+        ("supports that hold all groups", slope, [("supports.block", {"fix": "xy"})], []),
+        ("no supports, and allow_floating", slope, [("supports", {}), ("relaxation.allow_floating", True)], []),
+        ("loads that are raised act on what is held", slope, [("loads.push.groups", ["ground"])], []),
+        ("a mesh of one body", (one, slope[1]), [("materials", {"block": {"density": 2000, "rigid": True}}), ("supports", {"block": {"fix": "xy"}})], []),
+    ):
+        yield what, mesh, changed(keys, *changes), words
+
+
+def limit_message(quoin, place, words):
+    """As message_of, of quoin limit in this process: starting one for each takes longer than all of them."""
+    said, before = io.StringIO(), os.getcwd()
+    os.chdir(place)
+    try:
+        with patch.dict(os.environ, QUOIN_SOLVER=quoin), contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+            code = quoin_command(words)
+    finally:
+        os.chdir(before)
+    lines = said.getvalue().splitlines()
+    if code != 2 or len(lines) != 1 or not lines[0].startswith("quoin limit: ") or "a fault of the program" in lines[0]:
+        raise ValueError(f"{place.name}: exit code {code}, stderr {said.getvalue()[:400]!r}")
+    return lines[0].removeprefix("quoin limit: ")
+
+
 def prepare(folder):
     """A folder for each entry; (section, what, folder, options)."""
     entries = []
@@ -335,6 +378,8 @@ def prepare(folder):
         write(str(path), good_mesh())
         if text is not None:
             path.with_name(name).write_text(text, encoding="ascii")
+    for what, mesh, scene, words in limit_faults():
+        write(str(new(LIMIT, what, dump({"model": "model.h5"} | scene).encode(), ["limit", "scene.yaml", *words])), mesh)
     return entries
 
 
@@ -357,7 +402,8 @@ def document(entries, messages):
     lines = ["# Bad input and what is said about it", "",
              f"Written by `tests/verification/bad_input/catalogue.py`: {len(entries)} wrong scenes, block meshes and files, each tried on 1 and 2",
              "ranks. Each ends with exit code 2, nothing is written, and stderr holds one line, `quoin: error: ` and the text below.",
-             "Scenes: the change made to a good scene, or the words added to the command line."]  # fmt: skip
+             "Scenes: the change made to a good scene, or the words added to the command line. What `quoin limit` refuses begins with",
+             "`quoin limit: ` instead."]  # fmt: skip
     section = None
     for (name, what, _, _), message in zip(entries, messages):
         if name != section:
@@ -379,14 +425,23 @@ def main():
         entries = prepare(Path(folder))
 
         def tried(entry):
-            _, what, place, options = entry
+            section, what, place, options = entry
             try:
+                if section == LIMIT:
+                    return place  # afterwards: there is one working directory
                 said = {message_of(quoin, place, options, ranks) for ranks in ranks_tried}
                 return said.pop() if len(said) == 1 else ValueError(f"ranks differ: {said}")
             except ValueError as error:
                 return ValueError(f"{what}: {error}")
 
-        messages = list(pool.map(tried, entries))
+        def of_limit(entry, message):
+            _, what, place, words = entry
+            try:
+                return limit_message(quoin, place, words) if message is place else message
+            except ValueError as error:
+                return ValueError(f"{what}: {error}")
+
+        messages = [of_limit(entry, message) for entry, message in zip(entries, pool.map(tried, entries))]
     faults = [str(message) for message in messages if isinstance(message, ValueError)]
     if not faults and arguments.write:
         DOCUMENT.write_text(document(entries, messages), encoding="utf-8")

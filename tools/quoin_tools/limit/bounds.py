@@ -34,6 +34,7 @@ class Bound:
     raised: list  # names of the loads that are raised
     limit: Limit | None = None  # forces and mechanism there
     estimate: Estimate | None = None  # without dilation, of a load factor
+    least: float | None = None  # factor below which the bodies do not stand either; None: there is none, or not asked for
     notes: list = field(default_factory=list)
 
 
@@ -68,7 +69,7 @@ class Kept:
 def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=None, water=None):
     """raises: names of the loads that are raised, in place of what the stage says. sequence: the estimate without dilation too. largest: number of contacts beyond which it is refused.
     kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run)."""
-    scene, kept = replace(scene, trials={}), kept or Kept()  # the scene as it was written, whatever trials of a run have found
+    scene, one, kept = replace(scene, trials={}), kept is None, kept or Kept()  # the scene as it was written, whatever trials of a run have found
     flows = flowing(scene, stage)
     if flows and water is None:
         raise LimitError(f"loads.{flows[0]}: water that flows in joints presses as a run finds it: run it first, then quoin limit on the folder of the run")
@@ -78,12 +79,11 @@ def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=No
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
     if raises or kind in ("static", "load_factor"):
-        found = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
+        found, dead, live = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
         if sequence:
-            loads = found.loads
-            live = sum(loads[name] for name in found.raised)
-            dead = sum((loads[name] for name in loads if name not in found.raised), np.zeros_like(live))
             found.estimate = estimate(parts, dead, live, found.limit)
+        if one and found.value is not None and missing(parts, dead)[0] > STANDS:
+            found.least = program.largest(parts, dead, live, least=True).factor
     elif kind == "flood":
         found = level_of(scene, stage, parts, kept, water)
     elif kind == "strength_reduction":
@@ -91,6 +91,8 @@ def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=No
     else:
         raise LimitError(f"stages.{stage} is of type {kind}: limit analysis is for static stages and trials (load_factor, flood, strength_reduction)")
     found.notes = notes(scene, stage, parts) + (water_notes(found, water) if flows else [])
+    if found.least:
+        found.notes.append(f"Below {found.least:.6g} times the loads nothing stands either: the other loads need them.")
     return found
 
 
@@ -106,7 +108,7 @@ def factor_of(scene, stage, parts, raises, kept, water):
     live = sum(loads[name] for name in names)
     dead = sum((loads[name] for name in loads if name not in names), np.zeros_like(live))
     limit = program.largest(parts, dead, live)
-    return Bound(stage, "load_factor", limit.factor, "-", parts, loads, names, limit)
+    return Bound(stage, "load_factor", limit.factor, "-", parts, loads, names, limit), dead, live
 
 
 def level_of(scene, stage, parts, kept, water):
@@ -250,7 +252,7 @@ def notes(scene, stage, parts):
         said.append(f"Anchors that break are taken as if they kept the force at which they do, runs take it away: {', '.join(parts.ties.breaks)}.")
     points = int((parts.contacts.length == 0).sum())
     if points:
-        said.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub.")
+        said.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub; runs have them under variable connectivity only.")
     return said
 
 

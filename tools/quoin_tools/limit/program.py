@@ -149,19 +149,19 @@ def bounds_of(p, least):
     return np.column_stack([low, np.concatenate([np.full(least.size, np.inf), free, p.parts.ties.most / p.force])])
 
 
-def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0):
-    """Limit of dead + factor live, (n, 3) each, factor >= 0."""
+def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0, least=False):
+    """Limit of dead + factor live, (n, 3) each, factor >= 0. least: the smallest factor instead."""
     p = programme(parts, dead, live)
     strengths = strengths_of(parts, reduction)
     if not np.abs(p.rows(live)).max() > 0:
         raise LimitError("the loads that are raised do not act on a body that is free")
-    rows, limits, least = strength_rows(p, strengths, frozen, follow)
+    rows, limits, least_forces = strength_rows(p, strengths, frozen, follow)
     push = p.rows(live)
     scale = np.abs(push).max()  # the column of the multiplier has the size of the others
     equal = with_column(p.equilibrium, push / scale)
-    bounds = np.vstack([bounds_of(p, least), [0.0, np.inf]])
+    bounds = np.vstack([bounds_of(p, least_forces), [0.0, np.inf]])
     cost = np.zeros(len(bounds))
-    cost[-1] = -1.0
+    cost[-1] = 1.0 if least else -1.0
     wide, right = with_column(rows, np.zeros(rows.shape[0])), -p.rows(dead)
     why = "HiGHS finds no end of it"
     for done in tried(cost, wide, limits, equal, right, bounds):
@@ -170,7 +170,7 @@ def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0):
         if done.status == INFEASIBLE and has_gap(wide, limits, equal, right, bounds):
             return Limit(None)
         if done.status == 0:
-            found = Limit(float(done.x[-1]) / scale, *forces_of(p, done.x))
+            found = Limit(float(done.x[-1]) / scale + 0.0, *forces_of(p, done.x))
             found.residual = float(np.abs(equal @ done.x - right).max())
             found.gap = gap_of(done, limits, right, bounds)
             why = missed(found, rows, limits, done.x[:-1])

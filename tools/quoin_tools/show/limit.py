@@ -65,7 +65,10 @@ def inputs(path, options=()):
 
 def stages_of(scene):
     kinds = {name: keys.get("type", "static") for name, keys in scene.stages.items()}
-    return [name for name, kind in kinds.items() if kind in TRIALS] or [name for name, kind in kinds.items() if kind == "static"]
+    found = [name for name, kind in kinds.items() if kind in TRIALS] or [name for name, kind in kinds.items() if kind == "static"]
+    if not found:
+        raise LimitError("the scene has neither a stage of trials (load_factor, flood, strength_reduction) nor a static one")
+    return found
 
 
 # ---- words -------------------------------------------------------------------------------------------------
