@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -167,6 +168,40 @@ def test_figure_14(voronoi, tmp_path):
     results = Results(voronoi / "1")
     paper_figures.figure_14([("seed 1", results, "reduction")] * 2, tmp_path / "fig.png")
     assert is_drawn(tmp_path / "fig.png")
+
+
+def test_fabrics(tmp_path, monkeypatch):
+    """A fabric of large stones for each facing, by the script: limit analysis, tables, figure. Begun again it makes only what is missing, here a line that a kill has cut."""
+    monkeypatch.setenv("QUOIN_SOLVER", QUOIN)
+    environment = dict(os.environ, SAMPLES="1", STONES="--side, 6, --course, 3, ", JOBS="1", PATH=f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    script = ["examples/guilhofrei_voronoi/fabrics.sh", str(tmp_path)]
+    done = subprocess.run([*script, "facings", "tables"], cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=120)
+    assert "  courses of 1 m, square to the face  " in done.stdout and "  no facing  " in done.stdout and is_drawn(tmp_path / "fabrics.png")
+    rows, mechanisms = tmp_path / "square.csv", example_of("guilhofrei_voronoi", "mechanisms")
+    whole, (one,) = rows.read_text(encoding="utf-8"), mechanisms.read(rows)
+    assert one.sample == 0 and 5 < one.least < 45 and one.piece <= one.least + 0.02 and 0 < one.moves <= 1
+    for left in (whole[:-20], whole):
+        rows.write_text(left, encoding="utf-8")
+        mechanisms.ensemble(str(tmp_path / "square.yaml"), 1)
+        assert rows.read_text(encoding="utf-8") == whole
+    wrong = subprocess.run([*script, "all"], cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=60)
+    assert wrong.returncode == 2 and wrong.stderr == "fabrics.sh: all: expected facings, changes, trials or tables\n"
+
+
+def test_one_piece_that_slides():
+    """By hand: the crest of one stone on a level bed slides with tan(phi) = water / weight; on a bed that falls by 10 degrees with 10 more; a stone in front comes along and holds it."""
+    mechanisms = example_of("guilhofrei_voronoi", "mechanisms")
+
+    def bodies(dip, push, weight, behind=0.0):
+        turn = np.radians(dip)
+        bed, wall = [np.sin(turn), np.cos(turn)], [1.0, 0.0]
+        contacts = SimpleNamespace(a=np.array([0, 1]), b=np.array([1, 2]), normal=np.array([bed, wall]), along=np.array([[-bed[1], bed[0]], [0.0, 1.0]]))
+        return SimpleNamespace(n=3, ground=np.array([True, False, False]), contacts=contacts), np.array([[0, 0, 0], [push, -weight, 0], [-behind, 0, 0]], dtype=float)
+
+    assert mechanisms.piece(*bodies(0, 115.4, 590.4)) == pytest.approx(np.degrees(np.arctan(115.4 / 590.4)), abs=0.05)
+    assert mechanisms.piece(*bodies(10, 115.4, 590.4)) == pytest.approx(10 + np.degrees(np.arctan(115.4 / 590.4)), abs=0.05)
+    assert mechanisms.piece(*bodies(0, 115.4, 590.4, behind=50.0)) == pytest.approx(np.degrees(np.arctan(65.4 / 590.4)), abs=0.05)
+    assert mechanisms.piece(*bodies(-20, 115.4, 590.4)) == pytest.approx(20 - np.degrees(np.arctan(115.4 / 590.4)), abs=0.1)  # back against the water
 
 
 # ---- section 4.4
