@@ -414,6 +414,8 @@ PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *ce
    a second. Prints that line. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
+/* Takes the line of progress off a terminal, before another line comes. */
+void StageShowEnd(const Problem *p);
 /* Rank 0, when it is time: how far a stage in time is, [-] of its duration, how fast it goes, what is
    left. */
 void StageShowTime(const Problem *p, PetscReal part);

@@ -2,6 +2,8 @@
 #include "output/output.h"
 #include <unistd.h>
 
+enum { SHOWN = 79 }; /* columns of a line of progress on a terminal */
+
 /* Whether a person watches: what is shown goes to a terminal, and so does what the parent process shows. The
    parent matters because mpirun puts a terminal of its own between its ranks and wherever its output goes.
    All lines go to PETSC_STDOUT, because samples turn that elsewhere: their rows are what is read. */
@@ -30,10 +32,20 @@ PetscBool StageShows(const Problem *p)
 
 void StageShow(const Problem *p, const char *what)
 {
+  // A line wider than the terminal would go on in the next row, and the next line would not overwrite it. The
+  // cursor goes back, because warnings may come next.
+  const int rest = SHOWN - 1 - PetscMax(12, (int)strlen(p->stage->name));
   if (on_terminal())
-    fprintf(PETSC_STDOUT, "\r%-12s %-86s", p->stage->name, what);
+    fprintf(PETSC_STDOUT, "\r%-12s %-*.*s\r", p->stage->name, rest, rest, what);
   else
     fprintf(PETSC_STDOUT, "  %s: %s\n", p->stage->name, what);
+  fflush(PETSC_STDOUT);
+}
+
+void StageShowEnd(const Problem *p)
+{
+  if (p->m->rank || !on_terminal()) return;
+  fprintf(PETSC_STDOUT, "\r%*s\r", SHOWN, "");
   fflush(PETSC_STDOUT);
 }
 
@@ -48,7 +60,7 @@ void StageShowTime(const Problem *p, PetscReal part)
     snprintf(left, sizeof(left), ", %ld min %ld s left", seconds / 60, seconds % 60);
   else if (speed > 0.)
     snprintf(left, sizeof(left), ", %ld s left", seconds);
-  snprintf(text, sizeof(text), "%5.1f %%  %.4g of %.4g s, %.3g steps a second%s", 100. * (double)part,
+  snprintf(text, sizeof(text), "%5.1f %%  %.4g of %.4g s, %.3g steps/s%s", 100. * (double)part,
            (double)(part * p->stage->duration), (double)p->stage->duration, speed, left);
   StageShow(p, text);
 }
@@ -58,7 +70,7 @@ PetscErrorCode StageReport(const Problem *p)
   const MPI_Comm comm = p->m->comm;
   const StageResult *r = p->result;
   PetscFunctionBeginUser;
-  if (!p->m->rank && on_terminal()) fprintf(PETSC_STDOUT, "\r%100s\r", "");
+  StageShowEnd(p);
   PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
                         p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
                         r->evidence));

@@ -109,6 +109,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
   if (hinges.n && result->verdict == VERDICT_CONVERGED) // hinges of a mechanism are only passing
     PetscCall(
         PetscSNPrintf(words, sizeof(words), ", hinges pressed over %.2g of the face", (double)hinges.least));
+  StageShowEnd(p);
   PetscCall(PetscPrintf(m->comm, "stage %-12s %.8g%s: %s after %" PetscInt64_FMT " cycle%s, %.2f s%s\n",
                         p->stage->name, (double)value, unit, TrialWords[result->verdict], result->cycles,
                         Plural(result->cycles), result->wall, words));

@@ -125,6 +125,25 @@ def test_check_runs_nothing(dam):
     assert re.fullmatch(r"quoin: error: .*the mesh has no face set 'upstrm'.*\n", done.stderr)
 
 
+def test_check_takes_cases_that_stand_on_their_own(dam):
+    """Advice does not; it names the first such stage, and nothing is an error."""
+    cases = ["-stages", "empty,full,sliding", "-stages_sliding_from", "empty"]
+    done = call("check", "scene.yaml", *cases, folder=dam)
+    assert done.stdout.splitlines()[-1] == "scene.yaml: nothing is wrong with it, and nothing was run" and done.stderr == ""
+    assert "sliding starts from empty (stages.sliding.from)" in call("advise", "scene.yaml", *cases, folder=dam).stdout.splitlines()[-1]
+    assert "no stage named 'ful'" in call("check", "scene.yaml", *cases[:3], "ful", folder=dam, code=2).stderr
+
+
+@pytest.mark.skipif(not shutil.which("script"), reason="needs script, which gives a terminal")
+def test_progress_stays_in_its_row(dam, tmp_path):
+    """On a terminal of 80 columns, whose parent process shows what it shows: trials of half a second and more."""
+    words = f"{QUOIN} -options_file scene.yaml -output {tmp_path} -stages sliding -stages_sliding_limit 1e-3 -stages_sliding_step 2 -stages_sliding_displacement_limit 100"
+    shown = subprocess.run(["script", "-qec", f"true; {words}; true", "/dev/null"], cwd=dam, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False).stdout
+    progress = [piece for line in shown.split("\n") for piece in line.split("\r") if piece.startswith("sliding ") and " cycle " in piece]
+    assert progress and {len(piece) for piece in progress} == {79}
+    assert not re.search(r"[^\r\n]stage sliding", shown)  # a trial begins a row
+
+
 def test_check_ends_the_solver(tmp_path, monkeypatch):
     """Where it would begin to run stages."""
     solver = tmp_path / "solver"
@@ -257,6 +276,16 @@ def test_help_of_chapters_and_commands():
     assert "[scene]" not in topics.topic("safety") and "**" not in topics.topic("modes")
     assert call("help", "study").stdout == call("study", "-h").stdout
     assert "materials.<name>.density" in topics.topic("density")
+
+
+def test_help_of_types():
+    """Of loads and stages, with what the document says of it; every type has keys."""
+    silt = topics.topic("silt")
+    assert "Rankine" in silt and re.findall(r"^loads\.\S+", silt, flags=re.M) == [f"loads.<name>.{key}" for key in ("faces", "level", "density", "lateral", "friction")]
+    assert "loads.<name>.tailwater" in topics.topic("tailwater") and "loads.<name>.lever" in topics.topic("crest load")
+    assert "stages.<name>.rises" in topics.topic("flood")
+    assert len(topics.types()) > 20 and all(name in topics.topic(name) for _, name in topics.types())
+    assert "what scatters" in topics.topic("ensembles") and "upper bound" in topics.topic("what the number means").lower()
 
 
 # ---- completion, package

@@ -13,7 +13,8 @@ import tempfile
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
-from quoin_tools.base.results import Results, ResultsError, table
+from quoin_tools.base.results import Results, ResultsError
+from quoin_tools.base.terminal import table
 
 TRIALS = ("strength_reduction", "flood", "load_factor", "anchor_force")
 RATIO = 10.0

@@ -6,7 +6,7 @@ from quoin_tools.assess import base_water
 from quoin_tools.assess.assessment import ERRORS, assess, beside, cell, gathered, lines, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base.flow import condition_rows, facts_of
-from quoin_tools.base.results import table
+from quoin_tools.base.terminal import table
 
 
 def text_of(found):

@@ -8,6 +8,7 @@ flow     water that flows in joints, of a stage
 anchors  forces of anchors, of a stage
 laws     blocks that yield or crack, of a stage
 modes    free vibrations of a stage
+terminal  tables for the terminal
 results  reader of a run: the only module that knows the files of an output folder
 scene    reader of scenes as PETSc reads them
 record   records in time, as the solver reads them

@@ -20,6 +20,7 @@ import numpy as np
 from quoin_tools.base import anchors, flow, histories, laws, modes
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import reading
+from quoin_tools.base.terminal import table
 from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
 
 FORMAT = "quoin-results"
@@ -321,19 +322,7 @@ def columns_of(path):
     }
 
 
-# ---- table for the terminal
-
-
-def table(header, rows):
-    """Lines of text: words to the left, numbers to the right."""
-    cells = [header] + [[str(cell) for cell in row] for row in rows]
-    columns = []
-    for column in zip(*cells):
-        width = max(map(len, column))
-        is_number = all(cell[-1].isdigit() or cell in ("-", "nan", "inf") for cell in column[1:])
-        lines = [cell.rjust(width) if is_number else cell.ljust(width) for cell in column]
-        columns.append([lines[0], "-" * width, *lines[1:]])
-    return ["  " + "  ".join(line).rstrip() for line in zip(*columns)]
+# ---- tables for the terminal
 
 
 def fixed(value, scale=1.0, digits=3):

@@ -21,7 +21,7 @@ import time
 
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
-from quoin_tools.base.results import table
+from quoin_tools.base.terminal import table
 from quoin_tools.ensemble import analysis, design, importance, ranks, running
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.ensemble.workers import model_of

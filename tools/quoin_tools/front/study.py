@@ -97,7 +97,7 @@ def rows_of(number, values, output, code):
 
 def write(folder, names, rows):
     from quoin_tools.base.files import write_file
-    from quoin_tools.base.results import table
+    from quoin_tools.base.terminal import table
 
     header = ("run", *names, "stage", "verdict", "stable", "failing", "joint", "sliding factor")
     text = io.StringIO()

@@ -3,6 +3,7 @@
     quoin help                     topics
     quoin help loads               keys of a section of the scene
     quoin help level               keys of this name, wherever they are
+    quoin help silt                keys of a type of load or stage
     quoin help safety              a document: what it has
     quoin help "a dynamic stage"   a chapter, by (a part of) its heading
 """
@@ -16,7 +17,7 @@ import quoin_tools
 from quoin_tools.base.solver import CHECKOUT
 
 WIDTH = 80
-DOCUMENTS = ("install", "scene", "mesh_format", "results_format", "generators", "safety", "rigid_blocks", "performance", "reliability", "versions",
+DOCUMENTS = ("install", "scene", "mesh_format", "results_format", "generators", "safety", "limit_analysis", "ensembles", "rigid_blocks", "performance", "reliability", "versions",
              "theory", "verification", "glossary")  # those of users first  # fmt: skip
 
 
@@ -92,12 +93,13 @@ def topic(name):
     wanted = name.lower().strip()
     if wanted in DOCUMENTS:
         return document(wanted)
-    rows = [row for row in key_rows() if wanted in (row[0].split(".")[0], row[0], row[0].split(".")[-1])]
+    of_type = rows_of_type(wanted)
+    rows = [row for row in key_rows() if wanted in (row[0].split(".")[0], row[0], row[0].split(".")[-1]) or row in of_type]
     exact = [chapter for chapter in chapters() if chapter[1].lower() == wanted]
     near = exact or [chapter for chapter in chapters() if re.search(rf"\b{re.escape(wanted)}\b", plain(chapter[1]).lower())]
     if not rows and not near:
         raise TopicError(unknown(wanted))
-    parts = [key_text(rows)] if rows else []
+    parts = [*described(wanted), key_text(rows)] if rows else []
     if near and (len(near) == 1 or not rows):
         parts += [chapter_text(chapter) for chapter in near[:1]]
         near = near[1:]
@@ -106,8 +108,30 @@ def topic(name):
     return "\n\n".join(parts)
 
 
+def types():
+    """(section, type) of loads and stages."""
+    found = [(key.split(".")[0], value) for key, _, _, value, _ in key_rows() if key.endswith(".<name>.type")]
+    return [(section, name) for section, value in found for name in value.split(", ")]
+
+
+def rows_of_type(name):
+    """Keys of a type of load or stage: a part of their meaning names it in front of a colon."""
+    name = name.replace(" ", "_")
+    starts = tuple(f"{section}." for section, one in types() if one == name)
+    return [row for row in key_rows() if starts and row[0].startswith(starts) and any(name in re.split(r"[,\s]+", part.split(":")[0]) for part in row[4].split(";") if ":" in part)]
+
+
+def described(name):
+    """The item of a list that begins with this name: **silt**: .."""
+    for _, _, text in chapters():
+        for line in text.splitlines():
+            if line.lower().startswith((f"- **{name.replace('_', ' ')}**", f"- `{name}`")):
+                return ["\n".join(laid_out(line))]
+    return []
+
+
 def unknown(wanted):
-    names = [*sections(), *DOCUMENTS, *(row[0].split(".")[-1] for row in key_rows()), *(heading.lower() for _, heading, _ in chapters())]
+    names = [*sections(), *(name for _, name in types()), *DOCUMENTS, *(row[0].split(".")[-1] for row in key_rows()), *(heading.lower() for _, heading, _ in chapters())]
     close = difflib.get_close_matches(wanted, names, 1)
     return f"no topic '{wanted}'" + (f"; did you mean '{close[0]}'?" if close else "; `quoin help` lists them")
 

@@ -273,7 +273,7 @@ def add_rock(made, rock, outline):
     for side, points in over.items():
         beyond = [p for p in points[1:-1] if not x0 < p[0] < x1 or p[1] <= bottom]
         if beyond:
-            rock.fault(f"ground_{side}", f"expected within the rock, x {x0:g} to {x1:g}, above {bottom:g}", beyond[0])
+            rock.fault(f"ground_{side}", f"expected within the rock, x more than {x0:g} and less than {x1:g}, y above {bottom:g}; from its last point the ground goes on level", beyond[0])
             return
     if not shape.is_valid:
         rock.fault(None, f"its outline crosses itself ({shapely.is_valid_reason(shape)})")

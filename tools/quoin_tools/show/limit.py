@@ -17,7 +17,8 @@ from matplotlib.collections import LineCollection, PolyCollection
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
-from quoin_tools.base.results import Results, table, trials_of
+from quoin_tools.base.results import Results, trials_of
+from quoin_tools.base.terminal import table
 from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.limit.program import velocities
 from quoin_tools.mesh import blockmesh
